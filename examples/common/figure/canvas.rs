@@ -1,0 +1,210 @@
+//! Drawing of lines, areas and text in pixels of the finished figure.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use plotters::prelude::{DrawingBackend, FontTransform, IntoFont, SVGBackend, ShapeStyle};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, RGBColor, TextStyle};
+
+/// A position in pixels, y pointing down.
+pub type Point = (f64, f64);
+
+/// The backend takes whole units only. Drawing with ten units to the pixel
+/// keeps slow curves from turning into staircases.
+const UNITS_PER_PIXEL: f64 = 10.0;
+
+/// Where and how a text is written.
+#[derive(Clone, Copy)]
+pub struct Label {
+    /// Anchor position.
+    pub at: Point,
+    /// Font size in pixels.
+    pub size: f64,
+    /// Side of the text at which the anchor lies.
+    pub h: HPos,
+    /// Height of the text at which the anchor lies.
+    pub v: VPos,
+    /// Whether the text runs upwards.
+    pub upwards: bool,
+    /// Colour of the letters.
+    pub colour: RGBColor,
+}
+
+impl Label {
+    /// A label of usual size centred at the position.
+    pub fn new(x: f64, y: f64) -> Self {
+        Self {
+            at: (x, y),
+            size: super::LABEL_SIZE,
+            h: HPos::Center,
+            v: VPos::Center,
+            upwards: false,
+            colour: RGBColor(0x22, 0x22, 0x22),
+        }
+    }
+
+    /// The same label, in a smaller font if `text` would exceed `width`.
+    pub fn fitted(self, text: &str, width: f64) -> Self {
+        let needed = text_width(text, self.size);
+        let shrink = (width / needed.max(1.0)).min(1.0);
+        // Below 16 px a long text had better be cut than unreadable.
+        let size = (self.size * shrink).max(16.0_f64.min(self.size));
+        Self { size, ..self }
+    }
+}
+
+/// Width a text may take; the viewer's font is unknown, so a wide one is assumed.
+pub fn text_width(text: &str, size: f64) -> f64 {
+    0.61 * size * text.chars().count() as f64
+}
+
+/// A figure under construction.
+pub struct Canvas<'a> {
+    backend: SVGBackend<'a>,
+    // Kept until the end, so that drawing code is free of error handling.
+    error: Option<io::Error>,
+}
+
+/// Draws a figure of the given size and writes it to `file`.
+pub fn write_svg(
+    file: &Path,
+    width: f64,
+    height: f64,
+    draw: impl FnOnce(&mut Canvas),
+) -> io::Result<()> {
+    let size = (units(width) as u32, units(height) as u32);
+    let mut svg = String::new();
+    {
+        let mut canvas = Canvas {
+            backend: SVGBackend::with_string(&mut svg, size),
+            error: None,
+        };
+        canvas.area(
+            &[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)],
+            RGBColor(255, 255, 255),
+        );
+        draw(&mut canvas);
+        let presented = canvas.backend.present();
+        canvas.keep(presented);
+        if let Some(error) = canvas.error {
+            return Err(error);
+        }
+    }
+    // The view box stays in fine units; round ends close the joints of lines
+    // that are drawn piecewise in changing colours.
+    let fine = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
+    let shown = format!(
+        "width=\"{width:.0}\" height=\"{height:.0}\" \
+         stroke-linecap=\"round\" stroke-linejoin=\"round\""
+    );
+    fs::write(file, svg.replacen(&fine, &shown, 1)).map_err(|error| {
+        // The system's message alone does not name the file.
+        io::Error::new(error.kind(), format!("{}: {error}", file.display()))
+    })
+}
+
+impl Canvas<'_> {
+    /// A line through the points; a single point becomes a dot.
+    pub fn line(&mut self, path: &[Point], colour: RGBColor, width: f64) {
+        if let [only] = path {
+            return self.dot(*only, 1.6 * width, colour);
+        }
+        let path: Vec<_> = path.iter().map(|p| fine(*p)).collect();
+        let result = self.backend.draw_path(path, &stroke(colour, width));
+        self.keep(result);
+    }
+
+    /// A dashed line through the points.
+    pub fn dashed(&mut self, path: &[Point], colour: RGBColor, width: f64) {
+        let (on, off) = (4.0 * width, 3.5 * width);
+        let mut dash: Vec<Point> = path.first().copied().into_iter().collect();
+        let (mut drawing, mut left) = (true, on);
+        for pair in path.windows(2) {
+            let (mut from, to) = (pair[0], pair[1]);
+            loop {
+                let length = (to.0 - from.0).hypot(to.1 - from.1);
+                if length <= left {
+                    left -= length;
+                    dash.push(to);
+                    break;
+                }
+                let s = left / length;
+                from = (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1));
+                dash.push(from);
+                if drawing {
+                    self.line(&dash, colour, width);
+                }
+                dash = vec![from];
+                drawing = !drawing;
+                left = if drawing { on } else { off };
+            }
+        }
+        if drawing && !dash.is_empty() {
+            self.line(&dash, colour, width);
+        }
+    }
+
+    /// A filled polygon.
+    pub fn area(&mut self, path: &[Point], colour: RGBColor) {
+        let path: Vec<_> = path.iter().map(|p| fine(*p)).collect();
+        let result = self.backend.fill_polygon(path, &colour);
+        self.keep(result);
+    }
+
+    /// A filled circle.
+    pub fn dot(&mut self, centre: Point, radius: f64, colour: RGBColor) {
+        self.circle(centre, radius, stroke(colour, 0.0), true);
+    }
+
+    /// A circle filled with white.
+    pub fn ring(&mut self, centre: Point, radius: f64, colour: RGBColor, width: f64) {
+        self.dot(centre, radius, RGBColor(255, 255, 255));
+        self.circle(centre, radius, stroke(colour, width), false);
+    }
+
+    /// One line of text.
+    pub fn text(&mut self, text: &str, label: Label) {
+        // The backend divides the font size by 1.24.
+        let size = label.size * UNITS_PER_PIXEL * 1.24;
+        let mut font = ("sans-serif", size).into_font();
+        if label.upwards {
+            font = font.transform(FontTransform::Rotate270);
+        }
+        let style = TextStyle::from(font)
+            .color(&label.colour)
+            .pos(Pos::new(label.h, label.v));
+        let result = self.backend.draw_text(text, &style, fine(label.at));
+        self.keep(result);
+    }
+
+    fn circle(&mut self, centre: Point, radius: f64, style: ShapeStyle, fill: bool) {
+        let result =
+            self.backend
+                .draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
+        self.keep(result);
+    }
+
+    fn keep<E: std::error::Error + Send + Sync + 'static>(&mut self, result: Result<(), E>) {
+        if let Err(error) = result {
+            self.error.get_or_insert(io::Error::other(error));
+        }
+    }
+}
+
+fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
+    ShapeStyle {
+        color: colour.to_rgba(),
+        filled: false,
+        stroke_width: units(width) as u32,
+    }
+}
+
+fn fine(point: Point) -> (i32, i32) {
+    (units(point.0), units(point.1))
+}
+
+fn units(pixels: f64) -> i32 {
+    (pixels * UNITS_PER_PIXEL).round() as i32
+}

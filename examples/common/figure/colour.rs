@@ -1,0 +1,165 @@
+//! Colours that people with a colour vision deficiency can tell apart.
+
+use plotters::style::RGBColor;
+
+use super::canvas::{Canvas, Label, Point};
+use super::range::Range;
+use super::ticks::linear_ticks;
+use super::{MERGED, TICK_SIZE};
+
+/// Lines of frames and axes.
+pub const FRAME: RGBColor = RGBColor(0x55, 0x55, 0x55);
+/// Grid lines.
+pub const GRID: RGBColor = RGBColor(0xE4, 0xE4, 0xE4);
+
+/// The palette of Okabe and Ito, ordered so that the first few contrast most
+/// and yellow, faint on white, comes last.
+const OKABE_ITO: [RGBColor; 8] = [
+    RGBColor(0x00, 0x72, 0xB2),
+    RGBColor(0xD5, 0x5E, 0x00),
+    RGBColor(0x00, 0x9E, 0x73),
+    RGBColor(0xCC, 0x79, 0xA7),
+    RGBColor(0xE6, 0x9F, 0x00),
+    RGBColor(0x56, 0xB4, 0xE9),
+    RGBColor(0x00, 0x00, 0x00),
+    RGBColor(0xF0, 0xE4, 0x42),
+];
+
+/// A colour of the categorical palette; the index wraps around.
+pub fn palette(index: usize) -> RGBColor {
+    OKABE_ITO[index % OKABE_ITO.len()]
+}
+
+/// Equidistant samples of the viridis colour map.
+const VIRIDIS: [[f64; 3]; 9] = [
+    [68.0, 1.0, 84.0],
+    [71.0, 45.0, 123.0],
+    [59.0, 82.0, 139.0],
+    [44.0, 114.0, 142.0],
+    [33.0, 144.0, 140.0],
+    [39.0, 173.0, 129.0],
+    [93.0, 200.0, 99.0],
+    [170.0, 220.0, 50.0],
+    [253.0, 231.0, 37.0],
+];
+
+/// Number of distinct colours along the time scale; finer steps are not seen
+/// but would break a line into needlessly many pieces.
+const STEPS: usize = 96;
+
+/// The colour scale of time.
+#[derive(Clone, Copy)]
+pub struct TimeScale {
+    range: Range,
+}
+
+impl TimeScale {
+    /// A scale over the finite ones of the times.
+    pub fn new(hours: impl Iterator<Item = f64>) -> Self {
+        let range = Range::of(hours);
+        // A single time is shown from time zero, not in a span around it.
+        let range = match range.length() > 0.0 {
+            true => range.not_empty(),
+            false if range.centre() == 0.0 => Range { lo: 0.0, hi: 1.0 },
+            false => Range {
+                lo: range.centre().min(0.0),
+                hi: range.centre().max(0.0),
+            },
+        };
+        Self { range }
+    }
+
+    /// Colour of a time.
+    pub fn colour(&self, hours: f64) -> RGBColor {
+        step_colour(self.step(hours))
+    }
+
+    fn step(&self, hours: f64) -> usize {
+        let fraction = (hours - self.range.lo) / self.range.length();
+        ((fraction * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
+    }
+
+    /// A line coloured by time; `None` is a gap.
+    pub fn line(&self, canvas: &mut Canvas, path: &[(f64, Option<Point>)], width: f64) {
+        let mut run: Vec<Point> = Vec::new();
+        let mut run_step = 0;
+        for (i, (hours, point)) in path.iter().enumerate() {
+            let Some(point) = *point else {
+                if !run.is_empty() {
+                    canvas.line(&run, step_colour(run_step), width);
+                    run.clear();
+                }
+                continue;
+            };
+            let step = self.step(*hours);
+            match run.last() {
+                None => run_step = step,
+                Some(last) => {
+                    // Points that fall on the last would only swell the file.
+                    let near = (last.0 - point.0).hypot(last.1 - point.1) < MERGED;
+                    if near && i + 1 < path.len() {
+                        continue;
+                    }
+                    if step != run_step {
+                        let last = *last;
+                        if run.len() > 1 {
+                            canvas.line(&run, step_colour(run_step), width);
+                        }
+                        run = vec![last];
+                        run_step = step;
+                    }
+                }
+            }
+            run.push(point);
+        }
+        if !run.is_empty() {
+            canvas.line(&run, step_colour(run_step), width);
+        }
+    }
+
+    /// The colour bar, its lower left corner at (`left`, `bottom`).
+    pub fn draw_bar(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
+        let right = left + 22.0;
+        let y =
+            |hours: f64| bottom - (bottom - top) * (hours - self.range.lo) / self.range.length();
+        for step in 0..STEPS {
+            let lower = bottom - (bottom - top) * step as f64 / STEPS as f64;
+            // Each area reaches to the top and is painted over by the next
+            // ones; areas that only touch would show seams.
+            let corners = [(left, lower), (right, lower), (right, top), (left, top)];
+            canvas.area(&corners, step_colour(step));
+        }
+        let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
+        let outline: Vec<Point> = corners.into_iter().chain([(left, top)]).collect();
+        canvas.line(&outline, FRAME, 1.0);
+        let ticks = linear_ticks(self.range, ((bottom - top) / 50.0) as usize);
+        let unit = ticks.axis_label("time (h)");
+        for (hours, text) in ticks.labelled() {
+            canvas.line(&[(right, y(hours)), (right + 6.0, y(hours))], FRAME, 1.0);
+            let label = Label {
+                size: TICK_SIZE,
+                h: plotters::style::text_anchor::HPos::Left,
+                ..Label::new(right + 10.0, y(hours))
+            };
+            canvas.text(text, label);
+        }
+        let widest = ticks.width(TICK_SIZE);
+        let label = Label {
+            upwards: true,
+            ..Label::new(right + 10.0 + widest + 16.0, (top + bottom) / 2.0)
+        };
+        canvas.text(&unit, label.fitted(&unit, bottom - top));
+    }
+}
+
+fn step_colour(step: usize) -> RGBColor {
+    // The last tenth of the map is a yellow too faint on white.
+    let place = 0.92 * step as f64 / (STEPS - 1) as f64 * (VIRIDIS.len() - 1) as f64;
+    let lower = place as usize;
+    let part = place - lower as f64;
+    let mix = |c: usize| {
+        let (a, b) = (VIRIDIS[lower][c], VIRIDIS[lower + 1][c]);
+        (a + part * (b - a)).round() as u8
+    };
+    RGBColor(mix(0), mix(1), mix(2))
+}

@@ -1,0 +1,90 @@
+//! The legend at the right of a panel and the markers of series.
+
+use plotters::style::text_anchor::HPos;
+
+use super::TICK_SIZE;
+use super::canvas::{Canvas, Label, Point, text_width};
+use super::colour::palette;
+use super::lines::{Series, Style};
+
+/// Length of the line samples.
+const SAMPLE: f64 = 38.0;
+/// Greatest width of a line of text; longer labels are broken.
+const TEXT: f64 = 240.0;
+/// Height of a line of text.
+const LINE: f64 = 23.0;
+
+/// Width to keep free for the legend, zero if no series has a label.
+pub fn legend_width(series: &[Series]) -> f64 {
+    let lines = series.iter().flat_map(|s| broken(&s.label));
+    let widest = lines.map(|l| text_width(&l, TICK_SIZE)).fold(0.0, f64::max);
+    if widest > 0.0 {
+        SAMPLE + 10.0 + widest + 16.0
+    } else {
+        0.0
+    }
+}
+
+/// Draws the legend with its upper left corner at (`left`, `top`).
+pub fn draw_legend(canvas: &mut Canvas, series: &[Series], left: f64, top: f64) {
+    let mut y = top + 0.5 * LINE;
+    for one in series.iter().filter(|s| !s.label.is_empty()) {
+        let ends = [(left, y), (left + SAMPLE, y)];
+        let colour = palette(one.colour);
+        match one.style {
+            Style::Line => canvas.line(&ends, colour, 2.4),
+            Style::Dashed => canvas.dashed(&ends, colour, 2.4),
+            Style::Marked => canvas.line(&ends, colour, 1.4),
+            Style::Points => {}
+        }
+        if matches!(one.style, Style::Points | Style::Marked) {
+            draw_marker(canvas, (left + 0.5 * SAMPLE, y), one.colour);
+        }
+        for line in broken(&one.label) {
+            let label = Label {
+                size: TICK_SIZE,
+                h: HPos::Left,
+                ..Label::new(left + SAMPLE + 10.0, y)
+            };
+            canvas.text(&line, label);
+            y += LINE;
+        }
+        y += 7.0;
+    }
+}
+
+/// Draws the marker of a colour; shapes differ too, for prints without colour.
+pub fn draw_marker(canvas: &mut Canvas, centre: Point, colour: usize) {
+    let polygon = |corners: &[Point]| -> Vec<Point> {
+        let place = |c: &Point| (centre.0 + c.0, centre.1 + c.1);
+        corners.iter().map(place).collect()
+    };
+    let paint = palette(colour);
+    match colour % 4 {
+        0 => canvas.dot(centre, 5.0, paint),
+        1 => {
+            let square = [(-4.4, -4.4), (4.4, -4.4), (4.4, 4.4), (-4.4, 4.4)];
+            canvas.area(&polygon(&square), paint);
+        }
+        2 => canvas.area(&polygon(&[(0.0, -6.2), (5.8, 4.2), (-5.8, 4.2)]), paint),
+        _ => {
+            let diamond = [(0.0, -6.4), (6.4, 0.0), (0.0, 6.4), (-6.4, 0.0)];
+            canvas.area(&polygon(&diamond), paint);
+        }
+    }
+}
+
+/// The label in lines that fit the legend; words are kept whole.
+fn broken(label: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in label.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line} {word}"), TICK_SIZE) <= TEXT => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}

@@ -1,0 +1,164 @@
+//! The path of a point in space and its three projections.
+
+use std::io;
+use std::path::Path;
+
+use plotters::style::RGBColor;
+use plotters::style::text_anchor::HPos;
+
+use super::canvas::{Canvas, Label, Point, write_svg};
+use super::colour::TimeScale;
+use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
+use super::range::Range;
+use super::view::{View, extent};
+use super::{BAR_COLUMN, MM_PER_M, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
+
+/// Names of the axes in space.
+pub const NAMES: [&str; 3] = ["x (mm)", "y (mm)", "z (mm)"];
+
+/// Draws the path of the tip, coloured by time: a view in space and the
+/// projections from above and from two sides.
+///
+/// `points` are in metres, one for each time. Points that are not finite leave
+/// a gap.
+pub fn path_figure(
+    file: impl AsRef<Path>,
+    title: &str,
+    times_hours: &[f64],
+    points: &[[f64; 3]],
+) -> io::Result<()> {
+    if times_hours.len() != points.len() {
+        let (times, points) = (times_hours.len(), points.len());
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!("a path of {points} points at {times} times"),
+        ));
+    }
+    let path: Vec<(f64, [f64; 3])> = times_hours
+        .iter()
+        .copied()
+        .zip(points.iter().map(|p| p.map(|c| c * MM_PER_M)))
+        .collect();
+    let usable = |p: &&(f64, [f64; 3])| p.0.is_finite() && p.1.iter().all(|c| c.is_finite());
+    let ranges = space_ranges(path.iter().filter(usable).map(|p| p.1));
+    let [x, y, z] = ranges;
+    let time = TimeScale::new(path.iter().filter(usable).map(|p| p.0));
+
+    let column = (WIDTH - BAR_COLUMN) / 2.0;
+    let frame_width = column - LEFT - RIGHT;
+    let side = x.length().max(y.length());
+    let (view_width, view_height) = extent(ranges);
+    let upper = row_height(frame_width, y.length() / x.length())
+        .max(row_height(frame_width, view_height / view_width));
+    let lower = row_height(frame_width, z.length() / side);
+    let split = TITLE_BAND + upper + ABOVE + BELOW;
+    let height = split + lower + ABOVE + BELOW + 10.0;
+    let cell = |col: usize, top: f64, bottom: f64| Rect {
+        left: column * col as f64,
+        top,
+        right: column * (col + 1) as f64,
+        bottom,
+    };
+
+    let view = View::new(cell(0, TITLE_BAND, split), ranges);
+    // Side views show the same heights at the same scale, hence the same width.
+    let panels = [
+        (cell(1, TITLE_BAND, split), 0, x, 1, y, "from above"),
+        (
+            cell(0, split, height),
+            0,
+            x.at_least(side),
+            2,
+            z,
+            "from the front",
+        ),
+        (
+            cell(1, split, height),
+            1,
+            y.at_least(side),
+            2,
+            z,
+            "from the side",
+        ),
+    ];
+    write_svg(file.as_ref(), WIDTH, height, |canvas| {
+        draw_title(canvas, title);
+        view.draw(canvas, NAMES);
+        let shadow: Vec<Point> = path.iter().filter_map(|p| view.foot(p.1)).collect();
+        if shadow.len() > 1 {
+            canvas.line(&shadow, RGBColor(0xC8, 0xC8, 0xC8), 1.5);
+        }
+        draw_path(canvas, &time, &path, |p| view.at(p));
+        for (cell, i, across, j, upwards, name) in panels {
+            let (h, v) = (NAMES[i], NAMES[j]);
+            let panel = Panel::new(
+                cell,
+                Axis::linear(h, across),
+                Axis::linear(v, upwards),
+                true,
+            );
+            panel.draw(canvas, name);
+            draw_path(canvas, &time, &path, |p| panel.at(p[i], p[j]));
+        }
+        let left = WIDTH - BAR_COLUMN + 12.0;
+        let bottom = split - BELOW;
+        time.draw_bar(canvas, left, TITLE_BAND + ABOVE, bottom);
+        draw_key(canvas, left, bottom + 40.0);
+    })
+}
+
+/// Ranges of the coordinates with a margin. Each is at least a fraction of the
+/// largest, so that a straight path still spans a box.
+pub fn space_ranges(points: impl Iterator<Item = [f64; 3]> + Clone) -> [Range; 3] {
+    let raw = [0, 1, 2].map(|i| Range::of(points.clone().map(move |p| p[i])));
+    let largest = raw.iter().map(|r| r.length()).fold(0.0, f64::max);
+    let magnitude = raw.iter().map(|r| r.magnitude()).fold(0.0, f64::max);
+    // Rounding errors of a point at rest are not to fill the picture.
+    let largest = if magnitude < 1e-9 {
+        1.0
+    } else if largest < 1e-6 * magnitude {
+        0.2 * magnitude
+    } else {
+        largest
+    };
+    raw.map(|r| r.at_least(0.3 * largest).padded(0.06))
+}
+
+/// Height of a row of panels for data of the given height per width, within
+/// limits that keep the figure on a page.
+fn row_height(frame_width: f64, aspect: f64) -> f64 {
+    (frame_width * aspect).clamp(280.0, 560.0)
+}
+
+fn draw_path(
+    canvas: &mut Canvas,
+    time: &TimeScale,
+    path: &[(f64, [f64; 3])],
+    at: impl Fn([f64; 3]) -> Option<Point>,
+) {
+    let shown: Vec<(f64, Option<Point>)> = path
+        .iter()
+        .map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite())))
+        .collect();
+    time.line(canvas, &shown, 2.2);
+    let mut visible = shown.iter().filter_map(|(h, p)| p.map(|p| (*h, p)));
+    if let Some(first) = visible.next() {
+        let last = visible.next_back().unwrap_or(first);
+        canvas.ring(first.1, 5.0, time.colour(first.0), 2.0);
+        canvas.dot(last.1, 5.5, time.colour(last.0));
+    }
+}
+
+fn draw_key(canvas: &mut Canvas, left: f64, top: f64) {
+    let dark = Label::new(0.0, 0.0).colour;
+    canvas.ring((left + 11.0, top), 5.0, dark, 2.0);
+    canvas.dot((left + 11.0, top + 26.0), 5.5, dark);
+    for (text, y) in [("start", top), ("end", top + 26.0)] {
+        let label = Label {
+            size: TICK_SIZE,
+            h: HPos::Left,
+            ..Label::new(left + 28.0, y)
+        };
+        canvas.text(text, label);
+    }
+}

@@ -1,0 +1,67 @@
+//! Centre lines of the shoot at several times, from two sides.
+
+use std::io;
+use std::path::Path;
+
+use super::canvas::{Point, write_svg};
+use super::colour::TimeScale;
+use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
+use super::path::{NAMES, space_ranges};
+use super::{BAR_COLUMN, MM_PER_M, TITLE_BAND, WIDTH, draw_title};
+
+/// Draws the centre lines at several times, coloured by time, in the planes
+/// x-z and y-z with equal scales.
+///
+/// Each shape is a time in hours and the points of the centre line in metres.
+pub fn shapes_figure(
+    file: impl AsRef<Path>,
+    title: &str,
+    shapes: &[(f64, Vec<[f64; 3]>)],
+) -> io::Result<()> {
+    let shapes: Vec<(f64, Vec<[f64; 3]>)> = shapes
+        .iter()
+        .filter(|(hours, _)| hours.is_finite())
+        .map(|(hours, line)| {
+            (
+                *hours,
+                line.iter().map(|p| p.map(|c| c * MM_PER_M)).collect(),
+            )
+        })
+        .collect();
+    let all = shapes.iter().flat_map(|(_, line)| line.iter().copied());
+    let [x, y, z] = space_ranges(all.filter(|p| p.iter().all(|c| c.is_finite())));
+    let time = TimeScale::new(shapes.iter().map(|s| s.0));
+
+    let column = (WIDTH - BAR_COLUMN) / 2.0;
+    let side = x.length().max(y.length());
+    let frame_height = ((column - LEFT - RIGHT) * z.length() / side).clamp(360.0, 760.0);
+    let height = TITLE_BAND + ABOVE + frame_height + BELOW + 10.0;
+    let cell = |col: usize| Rect {
+        left: column * col as f64,
+        top: TITLE_BAND,
+        right: column * (col + 1) as f64,
+        bottom: height - 10.0,
+    };
+    write_svg(file.as_ref(), WIDTH, height, |canvas| {
+        draw_title(canvas, title);
+        for (col, range, name) in [(0, x, "from the front"), (1, y, "from the side")] {
+            let across = Axis::linear(NAMES[col], range.at_least(side));
+            let panel = Panel::new(cell(col), across, Axis::linear(NAMES[2], z), true);
+            panel.draw(canvas, name);
+            for (hours, line) in &shapes {
+                let shown: Vec<(f64, Option<Point>)> = line
+                    .iter()
+                    .map(|p| (*hours, panel.at(p[col], p[2])))
+                    .collect();
+                time.line(canvas, &shown, 2.6);
+            }
+        }
+        let bottom = height - 10.0 - BELOW;
+        time.draw_bar(
+            canvas,
+            WIDTH - BAR_COLUMN + 12.0,
+            TITLE_BAND + ABOVE,
+            bottom,
+        );
+    })
+}

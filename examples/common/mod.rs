@@ -1,0 +1,17 @@
+//! What the examples share: command line, tables, progress bar and figures.
+//!
+//! Nothing here knows the library: examples hand over plain numbers, so that
+//! an example's own file shows only the use of the library.
+
+// Every example compiles its own copy of this module and uses a part of it.
+#![allow(dead_code, unused_imports)]
+
+pub mod figure;
+pub mod options;
+pub mod progress;
+pub mod table;
+
+pub use figure::{Axes, Series, Style, lines_figure, path_figure, shapes_figure};
+pub use options::{Opt, Options};
+pub use progress::Progress;
+pub use table::Table;

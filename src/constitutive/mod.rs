@@ -1,0 +1,58 @@
+//! How tissue resists bending and twist: elastic laws with an energy.
+
+mod lignifying;
+mod linear;
+
+pub use lignifying::Lignifying;
+pub use linear::LinearElastic;
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::ParameterError;
+
+/// What an elastic law may know of a material point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tissue {
+    /// Radius of the cross section, m.
+    pub radius: f64,
+    /// Time since the point left the growth zone, s; 0 while it is inside.
+    pub age: f64,
+}
+
+/// The answer of an elastic law to a strain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Elastic energy per unit length, J/m.
+    pub energy: f64,
+    /// Its gradient: the couple (bending about d1 and d2, twisting about d3), components along the directors, N m.
+    pub couple: Vector3<f64>,
+    /// Its second derivative, symmetric, N m².
+    pub tangent: Matrix3<f64>,
+}
+
+/// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium minimises.
+pub trait Constitutive {
+    /// The response to the elastic strain u − u* (1/m, components along the directors), equations (9) and (10).
+    ///
+    /// The energy must be zero at zero strain and the tangent must be the exact derivative of the couple, or Newton's
+    /// method loses its quadratic convergence.
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response;
+
+    /// Refuses parameters that make no sense.
+    ///
+    /// # Errors
+    /// The first such parameter.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+}
+
+impl<C: Constitutive + ?Sized> Constitutive for Box<C> {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+        (**self).respond(tissue, strain)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        (**self).check()
+    }
+}

@@ -1,0 +1,276 @@
+//! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
+//!
+//! The element's energy is ∫ W(u − u*) − n · d3 ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole element,
+//! θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One element".
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use super::Inertia;
+use crate::basis::{Basis, MAX_POINTS};
+use crate::constitutive::{Constitutive, Tissue};
+use crate::rod::MaterialPoint;
+use crate::rod::weighted;
+use crate::so3::{Form, hat, s_functions};
+
+/// Largest number of unknowns of an element: p rotation vectors and the turn of the whole.
+const MAX: usize = 3 * (MAX_POINTS + 1);
+
+/// What the equilibrium of one element depends on.
+pub(super) struct ElementData<'a> {
+    pub frame: &'a UnitQuaternion<f64>,
+    pub rotations: &'a [Vector3<f64>],
+    pub points: &'a [MaterialPoint],
+    /// The force n at the material points, in the fixed frame, N.
+    pub forces: &'a [Vector3<f64>],
+    /// Time, s, from which the age of the tissue follows.
+    pub time: f64,
+}
+
+/// Derivatives of an element's energy, then the factors of its interior.
+///
+/// Unknowns in order: rotation vectors of the nodes 1 … p, then the turn φ of the whole element. The first 3 (p − 1)
+/// are interior; [`condense`](Self::condense) eliminates them.
+#[derive(Debug, Clone)]
+pub(super) struct ElementSystem {
+    pub gradient: [f64; MAX],
+    /// Lower triangle; after the elimination the interior columns hold the factor L and their diagonal the pivots.
+    hessian: [[f64; MAX]; MAX],
+    /// Jr(θ)⁻¹ at the last node: a turn of the last frame's change of its rotation vector.
+    chain: Matrix3<f64>,
+}
+
+/// The element's part of the condensed system: blocks for the turns of its last frame (1) and of its first (0).
+pub(super) struct Condensed {
+    pub h11: Matrix3<f64>,
+    /// Rows of the first frame, columns of the last.
+    pub h01: Matrix3<f64>,
+    pub h00: Matrix3<f64>,
+    pub g1: Vector3<f64>,
+    pub g0: Vector3<f64>,
+}
+
+impl Default for ElementSystem {
+    fn default() -> Self {
+        Self { gradient: [0.0; MAX], hessian: [[0.0; MAX]; MAX], chain: Matrix3::identity() }
+    }
+}
+
+/// Age of the tissue at a point: 0 in the growth zone, where the exit time is infinite.
+#[inline]
+pub(crate) fn tissue(point: &MaterialPoint, time: f64) -> Tissue {
+    Tissue { radius: point.radius, age: (time - point.exit_time).max(0.0) }
+}
+
+impl ElementSystem {
+    /// Evaluates the energy and its gradient, and the Hessian if asked for. Returns the energy, J.
+    pub fn evaluate<const P: usize, const HESSIAN: bool>(
+        &mut self,
+        basis: &Basis,
+        material: &impl Constitutive,
+        data: &ElementData,
+    ) -> f64 {
+        self.gradient = [0.0; MAX];
+        if HESSIAN {
+            for row in &mut self.hessian[..3 * (P + 1)] {
+                row.fill(0.0);
+            }
+        }
+        let rotate = data.frame.to_rotation_matrix().into_inner();
+        let mut energy = 0.0;
+        let mut turn = Vector3::zeros();
+        let mut turn_turn = Matrix3::zeros();
+        for g in 0..P {
+            let point = &data.points[g];
+            let inverse = 1.0 / point.jacobian;
+            let weight = basis.weights[g] * point.jacobian;
+            let theta = weighted(data.rotations, &basis.shape[g]);
+            let slope = weighted(data.rotations, &basis.slope[g]) * inverse;
+            let s = s_functions(theta.norm_squared());
+            let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
+            let strain = to_strain.apply(&theta, &slope);
+            let response = material.respond(&tissue(point, data.time), &(strain - point.intrinsic));
+            let force = rotate.tr_mul(&data.forces[g]);
+            let tangent = exp.apply(&theta, &Vector3::z());
+            energy += weight * (response.energy - force.dot(&tangent));
+
+            let jr = to_strain.matrix(&theta);
+            let by_theta = (to_strain.gradient(&theta, &response.couple, &slope)
+                - exp.gradient(&theta, &force, &Vector3::z()))
+                * weight;
+            let by_slope = jr.tr_mul(&response.couple) * (weight * inverse);
+            for k in 0..P {
+                let value = by_theta * basis.shape[g][k] + by_slope * basis.slope[g][k];
+                for i in 0..3 {
+                    self.gradient[3 * k + i] += value[i];
+                }
+            }
+            turn -= tangent.cross(&force) * weight;
+
+            if HESSIAN {
+                let strain_theta = to_strain.jacobian(&theta, &slope);
+                let c_theta = response.tangent * strain_theta;
+                let c_slope = response.tangent * jr;
+                let a = (strain_theta.tr_mul(&c_theta) + to_strain.hessian(&theta, &response.couple, &slope)
+                    - exp.hessian(&theta, &force, &Vector3::z()))
+                    * weight;
+                let b =
+                    (strain_theta.tr_mul(&c_slope) + to_strain.mixed(&theta, &response.couple)) * (weight * inverse);
+                let c = jr.tr_mul(&c_slope) * (weight * inverse * inverse);
+                let bt = b.transpose();
+                for l in 0..P {
+                    let (shape, slope) = (basis.shape[g][l], basis.slope[g][l]);
+                    let x = a * shape + b * slope;
+                    let y = bt * shape + c * slope;
+                    for k in l..P {
+                        let block = x * basis.shape[g][k] + y * basis.slope[g][k];
+                        self.add(3 * k, 3 * l, &block);
+                    }
+                }
+                let turn_theta = hat(&force) * exp.jacobian(&theta, &Vector3::z()) * weight;
+                for k in 0..P {
+                    self.add(3 * P, 3 * k, &(turn_theta * basis.shape[g][k]));
+                }
+                let outer = tangent * force.transpose();
+                turn_turn -=
+                    ((outer + outer.transpose()) * 0.5 - Matrix3::from_diagonal_element(force.dot(&tangent))) * weight;
+            }
+        }
+        self.gradient[3 * P..3 * P + 3].copy_from_slice(turn.as_slice());
+        if HESSIAN {
+            self.add(3 * P, 3 * P, &turn_turn);
+        }
+        energy
+    }
+
+    #[inline]
+    fn add(&mut self, row: usize, col: usize, block: &Matrix3<f64>) {
+        for i in 0..3 {
+            for j in 0..3 {
+                self.hessian[row + i][col + j] += block[(i, j)];
+            }
+        }
+    }
+
+    #[inline]
+    fn block(&self, row: usize, col: usize) -> Matrix3<f64> {
+        Matrix3::from_fn(|i, j| self.hessian[row + i][col + j])
+    }
+
+    #[inline]
+    fn vector(values: &[f64; MAX], at: usize) -> Vector3<f64> {
+        Vector3::new(values[at], values[at + 1], values[at + 2])
+    }
+
+    /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and passes from the rotation vector of
+    /// the last node to the turn of the last frame. Counts the interior pivots.
+    pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: &[f64], inertia: &mut Inertia) -> Condensed {
+        let (m, n) = (3 * (P - 1), 3 * (P + 1));
+        for (k, value) in shift.iter().enumerate().take(P - 1) {
+            for i in 0..3 {
+                self.hessian[3 * k + i][3 * k + i] += value;
+            }
+        }
+        let mut diagonal = [0.0; MAX];
+        for (k, value) in diagonal.iter_mut().enumerate().take(m) {
+            *value = self.hessian[k][k].abs();
+        }
+        for k in 0..m {
+            let pivot = self.hessian[k][k];
+            inertia.count(pivot, diagonal[k]);
+            let inverse = if pivot == 0.0 { 0.0 } else { 1.0 / pivot };
+            let mut column = [0.0; MAX];
+            for i in k + 1..n {
+                column[i] = self.hessian[i][k];
+            }
+            for i in k + 1..n {
+                let l = column[i] * inverse;
+                for j in k + 1..=i {
+                    self.hessian[i][j] -= l * column[j];
+                }
+                self.hessian[i][k] = l;
+            }
+        }
+        let theta = data.rotations[P - 1];
+        let s = s_functions(theta.norm_squared());
+        let inverse = Form::inverse_right_jacobian(&s);
+        let chain = inverse.matrix(&theta);
+        self.chain = chain;
+        // Second derivatives of the last rotation vector, contracted with the gradient there (docs/method.md).
+        let g = Self::vector(&self.gradient, m);
+        let bend = inverse_gradient_rows(&inverse, &theta, &g);
+        let back = inverse_gradient_rows(&inverse, &-theta, &g);
+        let (pp, tp, tt) = (self.block(m, m), self.block(m + 3, m), self.block(m + 3, m + 3));
+        let pp = symmetric_from_lower(&pp);
+        let tt = symmetric_from_lower(&tt);
+        let chain_t = chain.transpose();
+        let second_11 = bend * chain;
+        // The left Jacobian's inverse is the right one's at −θ; its derivative by θ changes sign with θ.
+        let second_00 = -(back * chain_t);
+        let (g1, g0) = self.condensed_gradient::<P>();
+        let mixed = chain_t * (tp.transpose() - pp * chain_t) - bend * chain_t;
+        Condensed {
+            h11: chain_t * pp * chain + (second_11 + second_11.transpose()) * 0.5,
+            h01: mixed.transpose(),
+            h00: chain * pp * chain_t - chain * tp.transpose() - tp * chain_t
+                + tt
+                + (second_00 + second_00.transpose()) * 0.5,
+            g1,
+            g0,
+        }
+    }
+
+    /// The gradient by the turns of the last and of the first frame after the elimination, whose factors stay.
+    pub fn condensed_gradient<const P: usize>(&self) -> (Vector3<f64>, Vector3<f64>) {
+        let (m, n) = (3 * (P - 1), 3 * (P + 1));
+        let mut g = self.gradient;
+        for k in 0..m {
+            let value = g[k];
+            for i in k + 1..n {
+                g[i] -= self.hessian[i][k] * value;
+            }
+        }
+        let last = Self::vector(&g, m);
+        (self.chain.tr_mul(&last), Self::vector(&g, m + 3) - self.chain * last)
+    }
+
+    /// The Newton step of the interior rotation vectors, given the turns of the last and of the first frame.
+    pub fn recover<const P: usize>(&self, last: &Vector3<f64>, first: &Vector3<f64>, steps: &mut [Vector3<f64>]) {
+        let (m, n) = (3 * (P - 1), 3 * (P + 1));
+        let mut x = self.gradient;
+        for k in 0..m {
+            let value = x[k];
+            for i in k + 1..m {
+                x[i] -= self.hessian[i][k] * value;
+            }
+        }
+        let outer = self.chain * last - self.chain.tr_mul(first);
+        x[m..m + 3].copy_from_slice(outer.as_slice());
+        x[m + 3..n].copy_from_slice(first.as_slice());
+        for k in (0..m).rev() {
+            let pivot = self.hessian[k][k];
+            x[k] = if pivot == 0.0 { 0.0 } else { -x[k] / pivot };
+            for i in k + 1..n {
+                x[k] -= self.hessian[i][k] * x[i];
+            }
+        }
+        for (k, step) in steps.iter_mut().enumerate().take(P - 1) {
+            *step = Self::vector(&x, 3 * k);
+        }
+        steps[P - 1] = outer;
+    }
+
+    /// The derivative of the energy along a step: rotation vectors of the nodes 1 … p, and the turn of the element.
+    pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
+        (0..P).map(|k| Self::vector(&self.gradient, 3 * k).dot(&steps[k])).sum::<f64>()
+            + Self::vector(&self.gradient, 3 * P).dot(first)
+    }
+}
+
+/// Row i: the derivative by θ of g · Jr(θ)⁻¹ ei.
+fn inverse_gradient_rows(inverse: &Form, theta: &Vector3<f64>, g: &Vector3<f64>) -> Matrix3<f64> {
+    inverse.mixed(theta, g).transpose()
+}
+
+fn symmetric_from_lower(m: &Matrix3<f64>) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| if i >= j { m[(i, j)] } else { m[(j, i)] })
+}

@@ -1,0 +1,155 @@
+//! The shape at rest under the present loads, equations (1) and (9) to (12).
+
+mod element;
+mod newton;
+mod tangent;
+mod unloaded;
+
+pub use newton::{Branch, NewtonSolver};
+pub use unloaded::Unloaded;
+
+pub(crate) use element::tissue;
+
+use nalgebra::Vector3;
+
+use crate::constitutive::Constitutive;
+use crate::load::{Cut, Load};
+use crate::rod::Rod;
+use crate::{Moment, ParameterError};
+
+/// Signs of the eigenvalues of the energy's second derivative: how stable an equilibrium is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inertia {
+    /// Number of negative eigenvalues, the Morse index: zero at a stable equilibrium.
+    pub negative: usize,
+    /// Number of neutral directions: zero up to rounding. An isotropic shoot that is buckled on an exactly upright
+    /// base has one, its turn about the vertical, and is stable all the same.
+    pub neutral: usize,
+    /// Number of positive eigenvalues.
+    pub positive: usize,
+    /// The smallest pivot relative to the diagonal entry that it came from: how far from losing (or gaining) stability.
+    pub margin: f64,
+}
+
+impl Default for Inertia {
+    fn default() -> Self {
+        Self { negative: 0, neutral: 0, positive: 0, margin: f64::INFINITY }
+    }
+}
+
+/// How an equilibrium was found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[must_use]
+pub struct Equilibrium {
+    /// Newton iterations, each with a fresh tangent.
+    pub iterations: usize,
+    /// Factorisations of the tangent, those with a trial shift included.
+    pub factorisations: usize,
+    /// Evaluations of the energy and its gradient without a tangent.
+    pub evaluations: usize,
+    /// Estimated largest error of a frame against the exact minimum of the discrete energy, rad.
+    pub error: f64,
+    /// Total energy, J.
+    pub energy: f64,
+    /// Signs of the eigenvalues of the tangent at the answer. All zero for a solver that needs no tangent.
+    pub inertia: Inertia,
+}
+
+/// Why there is no equilibrium to report. The rod is as it was before the call.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EquilibriumError {
+    /// The iteration came to its bound. A nearer first guess, a finer mesh or a smaller load may help.
+    #[error(
+        "no equilibrium after {iterations} Newton iterations: the last step turned a frame by {step:.3e} rad, \
+             the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N"
+    )]
+    NoConvergence {
+        /// Newton iterations done.
+        iterations: usize,
+        /// The largest rotation of the last step, rad.
+        step: f64,
+        /// The largest unbalanced couple, N m.
+        residual: f64,
+        /// The largest force in the rod, N: the load under which it was sought.
+        force: f64,
+    },
+    /// The only equilibrium found is unstable.
+    #[error("the equilibrium found is unstable: {negative} negative eigenvalues")]
+    Unstable {
+        /// Number of negative eigenvalues.
+        negative: usize,
+    },
+    /// An input was not a number, or an elastic law answered so.
+    #[error("the {what} is not finite")]
+    NotFinite {
+        /// What was not finite.
+        what: &'static str,
+    },
+    /// The factorisation found no memory.
+    #[error("no memory to factorise {unknowns} unknowns")]
+    OutOfMemory {
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+    /// A setting of the solver makes no sense.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A solver that takes no load was given one.
+    #[error("this solver takes no load, but the force in the rod reaches {force:.3e} N")]
+    Loaded {
+        /// The largest force, N.
+        force: f64,
+    },
+}
+
+impl EquilibriumError {
+    /// Whether a smaller load, a nearer guess or a smaller time step may succeed where this failed.
+    #[must_use]
+    pub fn is_recoverable(&self) -> bool {
+        matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. })
+    }
+}
+
+/// Finds the shape at rest.
+pub trait EquilibriumSolver {
+    /// Turns the frames of `rod` into an equilibrium under its intrinsic strains and the loads, starting from the
+    /// frames that it has. The base frame stays.
+    ///
+    /// # Errors
+    /// See [`EquilibriumError`]; the rod is then as it was.
+    fn solve<C: Constitutive, L: Load>(
+        &mut self,
+        rod: &mut Rod,
+        material: &C,
+        load: &L,
+        moment: &Moment,
+    ) -> Result<Equilibrium, EquilibriumError>;
+}
+
+/// The force n(s) at every material point, in the fixed frame, N, written to `forces`.
+pub(crate) fn forces_at_points(rod: &Rod, load: &impl Load, moment: &Moment, forces: &mut Vec<Vector3<f64>>) {
+    let basis = rod.basis();
+    let p = basis.p;
+    let total = rod.length();
+    forces.clear();
+    forces.resize(rod.points().len(), Vector3::zeros());
+    // Summed from the apex, so that short elements near it keep their digits.
+    let (mut length, mut volume) = (0.0, 0.0);
+    for e in (0..rod.elements()).rev() {
+        let points = rod.element_points(e);
+        let area = |j: usize| std::f64::consts::PI * points[j].radius * points[j].radius;
+        for j in 0..p {
+            length += basis.weights[j] * points[j].jacobian;
+            volume += basis.weights[j] * points[j].jacobian * area(j);
+        }
+        for g in 0..p {
+            let (mut l, mut v) = (length, volume);
+            for j in 0..p {
+                l -= basis.upto[g][j] * points[j].jacobian;
+                v -= basis.upto[g][j] * points[j].jacobian * area(j);
+            }
+            let cut = Cut { arc_length: total - l, length_beyond: l, volume_beyond: v };
+            forces[e * p + g] = load.force(&cut, moment);
+        }
+    }
+}

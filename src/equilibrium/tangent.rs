@@ -1,0 +1,211 @@
+//! The condensed tangent: a symmetric block tridiagonal matrix of 3 × 3 blocks, factorised by faer.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::cholesky::simplicial::{
+    SimplicialLdltRef, SymbolicSimplicialCholesky, factorize_simplicial_numeric_ldlt,
+    factorize_simplicial_numeric_ldlt_scratch, factorize_simplicial_symbolic_cholesky,
+    factorize_simplicial_symbolic_cholesky_scratch, prefactorize_symbolic_cholesky,
+    prefactorize_symbolic_cholesky_scratch,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par};
+use nalgebra::{Matrix3, Vector3};
+
+use super::Inertia;
+
+/// Pivots smaller than this fraction of the diagonal entry that they came from count as neutral. Rounding leaves a
+/// few units of 1e-16 times the growth of the elimination, about n² for n blocks in a row, so 1e-11 clears it for
+/// some hundreds of elements, while a length 1e-8 off the critical one gives a pivot of about 1e-9.
+const NEUTRAL: f64 = 1e-11;
+
+/// Entries of a block column of the upper triangle: a full block above the diagonal and half of the diagonal one.
+const ENTRIES: usize = 15;
+
+/// The matrix, its factors L D Lᵀ and their memory. Rows in natural order: elimination from base to apex fills nothing.
+///
+/// The pattern is analysed for a capacity of blocks; blocks that are not in use are the identity, so that growing by
+/// an element does not ask for a new analysis.
+#[derive(Default)]
+pub(super) struct Tangent {
+    blocks: usize,
+    capacity: usize,
+    col_ptr: Vec<usize>,
+    row_idx: Vec<usize>,
+    values: Vec<f64>,
+    factors: Vec<f64>,
+    symbolic: Option<SymbolicSimplicialCholesky<usize>>,
+    stack: Option<MemBuffer>,
+    rhs: Vec<f64>,
+}
+
+impl std::fmt::Debug for Tangent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Tangent")
+            .field("blocks", &self.blocks)
+            .field("capacity", &self.capacity)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Tangent {
+    /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond the capacity.
+    pub fn reset(&mut self, blocks: usize) -> Result<(), super::EquilibriumError> {
+        if blocks > self.capacity || 2 * blocks < self.capacity {
+            // An eighth more than asked for, so that a growing shoot asks rarely.
+            self.analyse(blocks + blocks / 8)?;
+        }
+        self.blocks = blocks;
+        self.values.fill(0.0);
+        for unused in blocks..self.capacity {
+            *self.diagonal(unused, 0, 0) = 1.0;
+            *self.diagonal(unused, 1, 1) = 1.0;
+            *self.diagonal(unused, 2, 2) = 1.0;
+        }
+        Ok(())
+    }
+
+    fn analyse(&mut self, capacity: usize) -> Result<(), super::EquilibriumError> {
+        let n = 3 * capacity;
+        self.capacity = capacity;
+        self.col_ptr.clear();
+        self.row_idx.clear();
+        self.col_ptr.push(0);
+        for block in 0..capacity {
+            for b in 0..3 {
+                let first = 3 * block.saturating_sub(1);
+                self.row_idx.extend(first..=3 * block + b);
+                self.col_ptr.push(self.row_idx.len());
+            }
+        }
+        self.values = vec![0.0; self.row_idx.len()];
+        self.rhs = vec![0.0; n];
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
+        let (mut tree, mut counts) = (vec![0isize; n], vec![0usize; n]);
+        let mut memory = MemBuffer::new(
+            prefactorize_symbolic_cholesky_scratch::<usize>(n, self.row_idx.len())
+                .or(factorize_simplicial_symbolic_cholesky_scratch::<usize>(n)),
+        );
+        let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
+        let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
+            .map_err(|_| super::EquilibriumError::OutOfMemory { unknowns: n })?;
+        self.factors = vec![0.0; symbolic.len_val()];
+        self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));
+        self.symbolic = Some(symbolic);
+        Ok(())
+    }
+
+    /// Where block column `block` starts in the values.
+    fn start(block: usize) -> usize {
+        // The first column has no block above the diagonal.
+        if block == 0 { 0 } else { 6 + (block - 1) * ENTRIES }
+    }
+
+    fn diagonal(&mut self, block: usize, row: usize, col: usize) -> &mut f64 {
+        let above = if block == 0 { 0 } else { 3 * (col + 1) };
+        &mut self.values[Self::start(block) + above + col * (col + 1) / 2 + row]
+    }
+
+    /// Adds to the diagonal block of an unknown frame; the upper triangle of `m` is read.
+    pub fn add_diagonal(&mut self, block: usize, m: &Matrix3<f64>) {
+        for col in 0..3 {
+            for row in 0..=col {
+                *self.diagonal(block, row, col) += m[(row, col)];
+            }
+        }
+    }
+
+    /// Sets the block that couples frame `block` (columns) to the one before it (rows).
+    pub fn set_coupling(&mut self, block: usize, m: &Matrix3<f64>) {
+        let start = Self::start(block);
+        for col in 0..3 {
+            let at = start + 3 * col + col * (col + 1) / 2;
+            for row in 0..3 {
+                self.values[at + row] = m[(row, col)];
+            }
+        }
+    }
+
+    /// Factorises and counts the pivots by sign. Pivots are as many and of the signs of the eigenvalues (Sylvester).
+    pub fn factorise(&mut self) -> Result<Inertia, super::EquilibriumError> {
+        let n = 3 * self.capacity;
+        let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
+            return Ok(Inertia::default());
+        };
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
+        let matrix = SparseColMatRef::new(pattern, &self.values);
+        let factorised = factorize_simplicial_numeric_ldlt(
+            &mut self.factors,
+            matrix,
+            // A pivot of exactly zero becomes a tiny one: a direction without stiffness, which is counted as neutral.
+            faer::linalg::cholesky::ldlt::factor::LdltRegularization {
+                dynamic_regularization_signs: None,
+                dynamic_regularization_delta: f64::MIN_POSITIVE * 1e100,
+                dynamic_regularization_epsilon: f64::MIN_POSITIVE,
+            },
+            symbolic,
+            MemStack::new(stack),
+        );
+        if factorised.is_err() {
+            return Err(super::EquilibriumError::NotFinite { what: "tangent" });
+        }
+        let mut inertia = Inertia::default();
+        for block in 0..self.blocks {
+            for b in 0..3 {
+                let at = symbolic.col_ptr()[3 * block + b];
+                let pivot = self.factors[at];
+                let scale = *self.values.get(self.col_ptr[3 * block + b + 1] - 1).unwrap_or(&0.0);
+                if inertia.count(pivot, scale.abs()) == Sign::Neutral {
+                    // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
+                    // where a quotient of two rounding errors would send it anywhere.
+                    self.factors[at] = f64::INFINITY;
+                }
+            }
+        }
+        Ok(inertia)
+    }
+
+    /// Solves for the frames' rotations in place.
+    pub fn solve(&mut self, x: &mut [Vector3<f64>]) {
+        let n = 3 * self.capacity;
+        self.rhs.fill(0.0);
+        for (to, from) in self.rhs.chunks_exact_mut(3).zip(x.iter()) {
+            to.copy_from_slice(from.as_slice());
+        }
+        if let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) {
+            SimplicialLdltRef::new(symbolic, &self.factors).solve_in_place_with_conj(
+                Conj::No,
+                MatMut::from_column_major_slice_mut(&mut self.rhs, n, 1),
+                Par::Seq,
+                MemStack::new(stack),
+            );
+        }
+        for (to, from) in x.iter_mut().zip(self.rhs.chunks_exact(3)) {
+            to.copy_from_slice(from);
+        }
+    }
+}
+
+/// The sign of a pivot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sign {
+    Negative,
+    Neutral,
+    Positive,
+}
+
+impl Inertia {
+    /// Counts one pivot, given the diagonal entry that it came from.
+    pub(super) fn count(&mut self, pivot: f64, scale: f64) -> Sign {
+        self.margin = self.margin.min(pivot / scale);
+        if pivot.abs() <= NEUTRAL * scale {
+            self.neutral += 1;
+            Sign::Neutral
+        } else if pivot < 0.0 {
+            self.negative += 1;
+            Sign::Negative
+        } else {
+            self.positive += 1;
+            Sign::Positive
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! A force per unit length.
+
+use nalgebra::Vector3;
+
+use super::{Cut, Load};
+use crate::{Moment, ParameterError};
+
+/// A constant force per unit of current length, in the fixed frame, N/m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Distributed(
+    /// The force per unit length, N/m.
+    pub Vector3<f64>,
+);
+
+impl Load for Distributed {
+    fn force(&self, cut: &Cut, _moment: &Moment) -> Vector3<f64> {
+        self.0 * cut.length_beyond
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("distributed load", self.0.sum())
+    }
+}

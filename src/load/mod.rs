@@ -1,0 +1,101 @@
+//! Loads that keep their direction in space, given by the force that they exert on everything beyond a cut.
+
+mod apical;
+mod distributed;
+mod weight;
+mod whirl;
+
+pub use apical::{ApicalForce, Pulse};
+pub use distributed::Distributed;
+pub use weight::Weight;
+pub use whirl::Whirl;
+
+use nalgebra::Vector3;
+
+use crate::{Moment, ParameterError};
+
+/// A cut through the shoot, and what lies between it and the apex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// Arc length s of the cut from the base, m.
+    pub arc_length: f64,
+    /// Length beyond the cut, ℓ − s, m.
+    pub length_beyond: f64,
+    /// Volume of tissue beyond the cut, m³.
+    pub volume_beyond: f64,
+}
+
+/// A load fixed in space: then the force n(s) in the rod is known before the shape is.
+///
+/// Loads compose by being put in a tuple; the forces add. `()` is no load.
+pub trait Load {
+    /// The total force on the part beyond the cut, in the fixed frame, N. This is n(s) of equation (11), since the
+    /// apex is free.
+    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64>;
+
+    /// The first time after `t` (s) at which the load jumps or its slope does; infinite if there is none.
+    fn next_break(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Refuses parameters that make no sense.
+    ///
+    /// # Errors
+    /// The first such parameter.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+}
+
+impl<L: Load + ?Sized> Load for Box<L> {
+    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
+        (**self).force(cut, moment)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        (**self).next_break(t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        (**self).check()
+    }
+}
+
+impl<L: Load> Load for Option<L> {
+    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
+        self.as_ref().map_or_else(Vector3::zeros, |l| l.force(cut, moment))
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        self.as_ref().map_or(f64::INFINITY, |l| l.next_break(t))
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.as_ref().map_or(Ok(()), Load::check)
+    }
+}
+
+macro_rules! tuple_of_loads {
+    ($($name:ident $index:tt),*) => {
+        impl<$($name: Load),*> Load for ($($name,)*) {
+            fn force(&self, _cut: &Cut, _moment: &Moment) -> Vector3<f64> {
+                Vector3::zeros() $(+ self.$index.force(_cut, _moment))*
+            }
+
+            fn next_break(&self, _t: f64) -> f64 {
+                f64::INFINITY $(.min(self.$index.next_break(_t)))*
+            }
+
+            fn check(&self) -> Result<(), ParameterError> {
+                $(self.$index.check()?;)*
+                Ok(())
+            }
+        }
+    };
+}
+
+tuple_of_loads!();
+tuple_of_loads!(A 0);
+tuple_of_loads!(A 0, B 1);
+tuple_of_loads!(A 0, B 1, C 2);
+tuple_of_loads!(A 0, B 1, C 2, D 3);

@@ -1,0 +1,24 @@
+//! The shoot's own weight.
+
+use nalgebra::Vector3;
+
+use super::{Cut, Load};
+use crate::{Moment, ParameterError};
+
+/// Equation (12): n(s) = ρ g ∫ A ds over what lies beyond s, which is q (ℓ − s) ĝ for a uniform section.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Weight {
+    /// Density ρ, kg/m³.
+    pub density: f64,
+}
+
+impl Load for Weight {
+    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
+        moment.gravity * (self.density * cut.volume_beyond)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::positive("density", self.density)
+    }
+}

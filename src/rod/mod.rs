@@ -1,0 +1,210 @@
+//! The discretised rod: material points, rotations, and the shape that follows from them.
+
+mod remesh;
+mod shape;
+
+pub(crate) use shape::weighted;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::basis::Basis;
+use crate::{Order, ParameterError, so3};
+
+/// A material point: one Gauss point of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct MaterialPoint {
+    /// Intrinsic strain u*, components along the directors, 1/m.
+    pub intrinsic: Vector3<f64>,
+    /// Current length of the shoot per unit of the element's coordinate in [0, 1], m. Growth multiplies it by the stretch.
+    pub jacobian: f64,
+    /// Distance from the apex along the shoot, m; followed while the point is in the growth zone, where it is free of
+    /// the cancellation that an arc length from the base suffers.
+    pub apex_distance: f64,
+    /// Time t* at which the point left the growth zone, s; infinite while it is inside.
+    pub exit_time: f64,
+    /// Radius of the cross section, m.
+    pub radius: f64,
+}
+
+/// An inextensible, unshearable rod, clamped at its base and free at its apex, cut into elements.
+///
+/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of freedom,
+/// the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is
+/// R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. It is objective and does not depend on the path by which the
+/// rotations came about.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Rod {
+    pub(crate) order: Order,
+    /// Frames at the ends of the elements, the base's first.
+    pub(crate) frames: Vec<UnitQuaternion<f64>>,
+    /// Rotation vectors of the nodes 1 … p of every element.
+    pub(crate) rotations: Vec<Vector3<f64>>,
+    /// Material points of every element.
+    pub(crate) points: Vec<MaterialPoint>,
+    /// Distance of the ends of the elements from the apex, followed while they are in the growth zone.
+    pub(crate) node_distance: Vec<f64>,
+    /// Elements from this one on are in the growth zone.
+    pub(crate) first_growing: usize,
+}
+
+impl Rod {
+    /// A straight rod without intrinsic strain.
+    ///
+    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length; `radius` gives the radius of
+    /// the section (m) at an arc length; `base` turns e1, e2, e3 into d1, d2, d3.
+    ///
+    /// # Errors
+    /// Nodes that do not start at 0 and increase, or a radius that is not positive.
+    pub fn straight(
+        nodes: &[f64],
+        radius: impl Fn(f64) -> f64,
+        base: UnitQuaternion<f64>,
+        order: Order,
+    ) -> Result<Self, ParameterError> {
+        let elements = nodes.len().saturating_sub(1);
+        ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
+        ParameterError::unless(nodes[0] == 0.0, "arc length of the first node", nodes[0], "0")?;
+        ParameterError::finite("base frame", base.coords.sum())?;
+        let basis = Basis::of(order);
+        let length = nodes[elements];
+        let mut points = Vec::with_capacity(elements * basis.p);
+        for ends in nodes.windows(2) {
+            let h = ends[1] - ends[0];
+            ParameterError::positive("length of an element", h)?;
+            for x in &basis.points {
+                let s = ends[0] + h * x;
+                let radius = radius(s);
+                ParameterError::positive("radius", radius)?;
+                points.push(MaterialPoint {
+                    intrinsic: Vector3::zeros(),
+                    jacobian: h,
+                    apex_distance: length - s,
+                    exit_time: f64::INFINITY,
+                    radius,
+                });
+            }
+        }
+        Ok(Self {
+            order,
+            frames: vec![base; elements + 1],
+            rotations: vec![Vector3::zeros(); elements * basis.p],
+            points,
+            node_distance: nodes.iter().map(|s| length - s).collect(),
+            first_growing: 0,
+        })
+    }
+
+    /// A straight uniform rod along the tangent d3 of `base`, of `elements` equal elements.
+    ///
+    /// # Errors
+    /// A length or radius that is not positive, or no elements.
+    pub fn uniform(
+        length: f64,
+        radius: f64,
+        base: UnitQuaternion<f64>,
+        elements: usize,
+        order: Order,
+    ) -> Result<Self, ParameterError> {
+        ParameterError::positive("length", length)?;
+        Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
+    }
+
+    /// Ends of `elements` equal elements of a rod.
+    #[must_use]
+    pub fn equal_nodes(length: f64, elements: usize) -> Vec<f64> {
+        (0..=elements).map(|i| length * i as f64 / elements.max(1) as f64).collect()
+    }
+
+    /// The order of the discretisation.
+    #[must_use]
+    pub fn order(&self) -> Order {
+        self.order
+    }
+
+    /// The number of elements.
+    #[must_use]
+    pub fn elements(&self) -> usize {
+        self.frames.len() - 1
+    }
+
+    /// The material points, from base to apex, [`Order::points`] of them in each element.
+    #[must_use]
+    pub fn points(&self) -> &[MaterialPoint] {
+        &self.points
+    }
+
+    /// The material points, to be given an intrinsic strain or a section.
+    #[must_use]
+    pub fn points_mut(&mut self) -> &mut [MaterialPoint] {
+        &mut self.points
+    }
+
+    /// The frames at the ends of the elements, the base's first: each turns e1, e2, e3 into d1, d2, d3.
+    #[must_use]
+    pub fn frames(&self) -> &[UnitQuaternion<f64>] {
+        &self.frames
+    }
+
+    /// The element from which on the rod is in its growth zone; equal to the number of elements if none is.
+    #[must_use]
+    pub fn first_growing(&self) -> usize {
+        self.first_growing
+    }
+
+    /// The length of an element, m.
+    #[must_use]
+    pub fn element_length(&self, element: usize) -> f64 {
+        let basis = self.basis();
+        self.element_points(element).iter().zip(&basis.weights).map(|(point, w)| w * point.jacobian).sum()
+    }
+
+    /// The length ℓ of the rod, m.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        // From the apex, where elements may be small, towards the base.
+        (0..self.elements()).rev().map(|e| self.element_length(e)).sum()
+    }
+
+    /// The volume of the rod, m³.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let basis = self.basis();
+        let weights = basis.weights.iter().cycle();
+        let each = self.points.iter().zip(weights);
+        each.map(|(point, w)| w * point.jacobian * std::f64::consts::PI * point.radius * point.radius).sum()
+    }
+
+    /// Turns the whole rod so that its base has the given frame; the curvature stays.
+    pub fn set_base(&mut self, base: UnitQuaternion<f64>) {
+        let turn = base * self.frames[0].inverse();
+        for frame in &mut self.frames {
+            *frame = UnitQuaternion::new_normalize((turn * *frame).into_inner());
+        }
+        self.frames[0] = base;
+    }
+
+    pub(crate) fn basis(&self) -> &'static Basis {
+        Basis::of(self.order)
+    }
+
+    pub(crate) fn element_points(&self, element: usize) -> &[MaterialPoint] {
+        let p = self.order.points();
+        &self.points[element * p..(element + 1) * p]
+    }
+
+    /// Rotation vectors of the nodes 1 … p of an element.
+    pub(crate) fn element_rotations(&self, element: usize) -> &[Vector3<f64>] {
+        let p = self.order.points();
+        &self.rotations[element * p..(element + 1) * p]
+    }
+
+    /// Rebuilds the frames at the ends from the base's and the rotations within the elements.
+    pub(crate) fn chain_frames(&mut self) {
+        let p = self.order.points();
+        for e in 0..self.elements() {
+            self.frames[e + 1] = self.frames[e] * so3::exp(&self.rotations[(e + 1) * p - 1]);
+        }
+    }
+}

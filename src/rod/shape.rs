@@ -1,0 +1,130 @@
+//! What follows from the rotations: frames, strains and positions at any place. Nothing of it is stored.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::Rod;
+use crate::basis::MAX_POINTS;
+use crate::so3::{self, Form};
+
+impl Rod {
+    /// The rotation vector at coordinate `x` in [0, 1] of an element, relative to the frame at its first end.
+    pub(crate) fn rotation_at(&self, element: usize, x: f64) -> Vector3<f64> {
+        let weights = self.basis().at_nodes(x);
+        weighted(self.element_rotations(element), &weights)
+    }
+
+    /// The frame at coordinate `x` in [0, 1] of an element.
+    #[must_use]
+    pub fn frame(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
+        self.frames[element] * so3::exp(&self.rotation_at(element, x))
+    }
+
+    /// The frame at Gauss point `g` of an element.
+    pub(crate) fn frame_at_point(&self, element: usize, g: usize) -> UnitQuaternion<f64> {
+        self.frames[element] * so3::exp(&weighted(self.element_rotations(element), &self.basis().shape[g]))
+    }
+
+    /// The frame at the apex.
+    #[must_use]
+    pub fn apex_frame(&self) -> UnitQuaternion<f64> {
+        self.frames[self.elements()]
+    }
+
+    /// The visible strain u at Gauss point `g` of an element by differentiation of the rotations, of order p + 1:
+    /// components along the directors, 1/m.
+    #[must_use]
+    pub fn strain(&self, element: usize, g: usize) -> Vector3<f64> {
+        let basis = self.basis();
+        let rotations = self.element_rotations(element);
+        let theta = weighted(rotations, &basis.shape[g]);
+        let slope = weighted(rotations, &basis.slope[g]) / self.element_points(element)[g].jacobian;
+        Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
+    }
+
+    /// The vector from the first end of an element to its coordinate `x`, in the fixed frame, m.
+    fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
+        let basis = self.basis();
+        let mut sum = Vector3::zeros();
+        for (y, w) in basis.points.iter().zip(&basis.weights) {
+            let at = x * y;
+            let jacobian: f64 =
+                self.element_points(element).iter().zip(basis.at_points(at)).map(|(point, l)| l * point.jacobian).sum();
+            let d3 = so3::exp(&self.rotation_at(element, at)) * Vector3::z();
+            sum += d3 * (w * x * jacobian);
+        }
+        self.frames[element] * sum
+    }
+
+    /// The vector from one end of an element to the other, in the fixed frame, m.
+    fn whole_chord(&self, element: usize) -> Vector3<f64> {
+        let basis = self.basis();
+        let rotations = self.element_rotations(element);
+        let mut sum = Vector3::zeros();
+        for (g, point) in self.element_points(element).iter().enumerate() {
+            let d3 = so3::exp(&weighted(rotations, &basis.shape[g])) * Vector3::z();
+            sum += d3 * (basis.weights[g] * point.jacobian);
+        }
+        self.frames[element] * sum
+    }
+
+    /// The position of the apex, the base being the origin, in the fixed frame, m.
+    #[must_use]
+    pub fn tip(&self) -> Vector3<f64> {
+        (0..self.elements()).map(|e| self.whole_chord(e)).sum()
+    }
+
+    /// The arc length (m) and the position (m, fixed frame, base at the origin) of the ends of all elements.
+    #[must_use]
+    pub fn centre_line(&self) -> Vec<(f64, Vector3<f64>)> {
+        let mut line = Vec::with_capacity(self.elements() + 1);
+        let (mut s, mut position) = (0.0, Vector3::zeros());
+        line.push((s, position));
+        for e in 0..self.elements() {
+            s += self.element_length(e);
+            position += self.whole_chord(e);
+            line.push((s, position));
+        }
+        line
+    }
+
+    /// The element that holds arc length `s` (m), and the coordinate in it; `s` is taken into [0, ℓ].
+    #[must_use]
+    pub fn locate(&self, s: f64) -> (usize, f64) {
+        let basis = self.basis();
+        let mut rest = if s > 0.0 { s } else { 0.0 };
+        let last = self.elements() - 1;
+        for e in 0..=last {
+            let h = self.element_length(e);
+            if rest > h && e < last {
+                rest -= h;
+                continue;
+            }
+            // Arc length is a smooth increasing function of the coordinate: Newton from the linear guess.
+            let mut x = (rest / h).clamp(0.0, 1.0);
+            for _ in 0..8 {
+                let points = self.element_points(e);
+                let at = |weights: [f64; MAX_POINTS]| -> f64 {
+                    points.iter().zip(weights).map(|(point, l)| l * point.jacobian).sum()
+                };
+                let slope = at(basis.at_points(x));
+                x = (x - (at(basis.integral_upto(x)) - rest) / slope).clamp(0.0, 1.0);
+            }
+            return (e, x);
+        }
+        (last, 1.0)
+    }
+
+    /// The position (m, fixed frame) and the frame at arc length `s` (m).
+    #[must_use]
+    pub fn at(&self, s: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
+        let (element, x) = self.locate(s);
+        let start: Vector3<f64> = (0..element).map(|e| self.whole_chord(e)).sum();
+        (start + self.chord(element, x), self.frame(element, x))
+    }
+}
+
+/// Σ weights · vectors.
+#[inline]
+pub(crate) fn weighted(vectors: &[Vector3<f64>], weights: &[f64; MAX_POINTS]) -> Vector3<f64> {
+    vectors.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w)
+}

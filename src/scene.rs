@@ -1,0 +1,97 @@
+//! Where the shoot stands: the vector of gravity and the clamped base, both of which may move in time.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::ParameterError;
+
+/// An instant as loads and laws see it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Time, s.
+    pub time: f64,
+    /// The acceleration of gravity in the fixed frame, m/s²; it points down. Weight and statoliths read the same vector.
+    pub gravity: Vector3<f64>,
+}
+
+impl Moment {
+    /// The unit vector that points up, −ĝ, or zero where there is no gravity.
+    #[must_use]
+    pub fn up(&self) -> Vector3<f64> {
+        let g = self.gravity.norm();
+        if g > 0.0 { -self.gravity / g } else { Vector3::zeros() }
+    }
+}
+
+/// Gravity and the base as functions of time. A clinostat or a pot that is tilted is a scene.
+pub trait Scene {
+    /// The acceleration of gravity at time `t` (s) in the fixed frame, m/s².
+    fn gravity(&self, t: f64) -> Vector3<f64>;
+
+    /// The frame of the clamped base at time `t` (s): it turns e1, e2, e3 into the directors d1, d2, d3.
+    fn base(&self, t: f64) -> UnitQuaternion<f64>;
+
+    /// The first time after `t` (s) at which gravity or base jump or have a jump of slope; infinite if there is none.
+    /// A jump takes effect just after that time.
+    fn next_break(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Refuses parameters that make no sense.
+    ///
+    /// # Errors
+    /// The first such parameter.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+
+    /// The instant at time `t`.
+    fn moment(&self, t: f64) -> Moment {
+        Moment { time: t, gravity: self.gravity(t) }
+    }
+}
+
+/// Gravity and base that do not change.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Still {
+    /// The acceleration of gravity in the fixed frame, m/s².
+    pub gravity: Vector3<f64>,
+    /// The frame of the base: it turns e1, e2, e3 into d1, d2, d3.
+    pub base: UnitQuaternion<f64>,
+}
+
+impl Still {
+    /// Standard gravity of the model's source, 9.81 m/s² along −e3, and an upright base: dj = ej.
+    #[must_use]
+    pub fn upright() -> Self {
+        Self { gravity: Vector3::new(0.0, 0.0, -9.81), base: UnitQuaternion::identity() }
+    }
+
+    /// The base turned by `angle` (rad) from upright about e2, so that its tangent d3 leans towards +e1.
+    /// At π/2 the base is horizontal: d1 = −e3, d2 = e2, d3 = e1.
+    #[must_use]
+    pub fn tilted(angle: f64) -> Self {
+        Self { base: UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle), ..Self::upright() }
+    }
+
+    /// An upright base without gravity.
+    #[must_use]
+    pub fn weightless() -> Self {
+        Self { gravity: Vector3::zeros(), base: UnitQuaternion::identity() }
+    }
+}
+
+impl Scene for Still {
+    fn gravity(&self, _t: f64) -> Vector3<f64> {
+        self.gravity
+    }
+
+    fn base(&self, _t: f64) -> UnitQuaternion<f64> {
+        self.base
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("gravity", self.gravity.sum())?;
+        ParameterError::finite("base frame", self.base.coords.sum())
+    }
+}

@@ -1,0 +1,289 @@
+//! Rotations: the exponential map of SO(3), its inverse, and the derivatives that an energy of rotations needs.
+//!
+//! A rotation vector θ stands for the rotation exp(θ̂) about θ by |θ| radians. Every function of θ that occurs here is
+//! *one* expression with two coefficients that depend on x = |θ|² alone,
+//!
+//! ```text
+//! F(θ) y = y + c1(x) θ × y + c2(x) θ × (θ × y),
+//! ```
+//!
+//! | map | c1 | c2 |
+//! |---|---|---|
+//! | exp(θ̂) | S1 | S2 |
+//! | Jr(θ), which turns θ' into the Darboux vector in the moving frame | −S2 | S3 |
+//! | Jr(θ)⁻¹ | ½ | (1 − S1/(2 S2))/x |
+//!
+//! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and so on. They need no
+//! trigonometry near zero and no special case at zero, and their derivatives are dSn/dx = −½ (Sn+1 − n Sn+2).
+//! [`Form`] differentiates the expression once and twice for any coefficients.
+
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+/// The skew matrix of `a`: `hat(a) * b == a.cross(&b)`.
+#[must_use]
+pub fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
+    a.cross_matrix()
+}
+
+/// Sn(x) = Σk (−x)^k / (2k + n)! for n = 0 … 7, at x = |θ|² ≥ 0.
+///
+/// Accurate to a few units of rounding for |θ| up to π, inside which the rotation vectors of an element lie.
+#[must_use]
+pub fn s_functions(x: f64) -> [f64; 8] {
+    // Two series at the top, then Sn = 1/n! − x Sn+2 downwards. For large n the series converges in a few terms and
+    // the recurrence multiplies rounding by x/((n + 1)(n + 2)), which stays small up to |θ| = π.
+    const FACTORIAL: [f64; 8] = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0];
+    let series = |n: usize, first: f64| {
+        let (mut term, mut sum, mut m) = (first, first, n as f64);
+        // 40 terms reach rounding for every x ≤ 100; larger angles never occur in an element.
+        for _ in 0..40 {
+            term *= -x / ((m + 1.0) * (m + 2.0));
+            m += 2.0;
+            sum += term;
+            if term.abs() <= f64::EPSILON * 0.25 * sum.abs() {
+                break;
+            }
+        }
+        sum
+    };
+    let mut s = [0.0; 8];
+    s[7] = series(7, 1.0 / 5040.0);
+    s[6] = series(6, 1.0 / 720.0);
+    for n in (0..6).rev() {
+        s[n] = 1.0 / FACTORIAL[n] - x * s[n + 2];
+    }
+    s
+}
+
+/// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives in x = |θ|².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Form {
+    c1: [f64; 3],
+    c2: [f64; 3],
+}
+
+impl Form {
+    /// exp(θ̂), from the values of [`s_functions`].
+    #[must_use]
+    #[inline]
+    pub fn exp(s: &[f64; 8]) -> Self {
+        Self { c1: derivatives(s, 1), c2: derivatives(s, 2) }
+    }
+
+    /// The right Jacobian Jr(θ): for R = R₀ exp(θ̂) the Darboux vector in the moving frame is u = Jr(θ) θ'.
+    #[must_use]
+    #[inline]
+    pub fn right_jacobian(s: &[f64; 8]) -> Self {
+        Self { c1: derivatives(s, 2).map(|c| -c), c2: derivatives(s, 3) }
+    }
+
+    /// Jr(θ)⁻¹; its transpose is the inverse of the left Jacobian. The second derivative is not provided (zero).
+    #[must_use]
+    #[inline]
+    pub fn inverse_right_jacobian(s: &[f64; 8]) -> Self {
+        // c2 = (1 − S1/(2 S2))/x = (2 S2 − S1)/(2 x S2), and 2 S2 − S1 = x (S3 − 2 S4).
+        let numerator = s[3] - 2.0 * s[4];
+        let [_, s2d, _] = derivatives(s, 2);
+        let [_, s3d, _] = derivatives(s, 3);
+        let s4d = -0.5 * (s[5] - 4.0 * s[6]);
+        let c2 = 0.5 * numerator / s[2];
+        let c2d = 0.5 * (s3d - 2.0 * s4d) / s[2] - c2 * s2d / s[2];
+        Self { c1: [0.5, 0.0, 0.0], c2: [c2, c2d, 0.0] }
+    }
+
+    /// F(θ) as a matrix.
+    #[must_use]
+    #[inline]
+    pub fn matrix(&self, theta: &Vector3<f64>) -> Matrix3<f64> {
+        let x = theta.norm_squared();
+        let mut m = theta * theta.transpose() * self.c2[0] + hat(theta) * self.c1[0];
+        let d = 1.0 - self.c2[0] * x;
+        for i in 0..3 {
+            m[(i, i)] += d;
+        }
+        m
+    }
+
+    /// F(θ) y.
+    #[must_use]
+    #[inline]
+    pub fn apply(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
+        let c = theta.cross(y);
+        y + c * self.c1[0] + theta.cross(&c) * self.c2[0]
+    }
+
+    /// ∂(F(θ) y)/∂θ, row i the component, column j the direction.
+    #[must_use]
+    #[inline]
+    pub fn jacobian(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
+        let x = theta.norm_squared();
+        let ty = theta.dot(y);
+        let along = (theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1]) * 2.0 - y * (2.0 * self.c2[0]);
+        let mut m = along * theta.transpose() + theta * (y * self.c2[0]).transpose() - hat(y) * self.c1[0];
+        for i in 0..3 {
+            m[(i, i)] += self.c2[0] * ty;
+        }
+        m
+    }
+
+    /// ∂(g · F(θ) y)/∂θ.
+    #[must_use]
+    #[inline]
+    pub fn gradient(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
+        let x = theta.norm_squared();
+        let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
+        let r = y.cross(g);
+        let radial = 2.0 * (self.c1[1] * theta.dot(&r) + self.c2[1] * (gt * ty - x * gy)) - 2.0 * self.c2[0] * gy;
+        r * self.c1[0] + g * (self.c2[0] * ty) + y * (self.c2[0] * gt) + theta * radial
+    }
+
+    /// ∂²(g · F(θ) y)/∂θ∂y, row i the direction of θ, column j that of y. It does not depend on y.
+    #[must_use]
+    #[inline]
+    pub fn mixed(&self, theta: &Vector3<f64>, g: &Vector3<f64>) -> Matrix3<f64> {
+        let x = theta.norm_squared();
+        let gt = g.dot(theta);
+        let along = (g.cross(theta) * self.c1[1] + (theta * gt - g * x) * self.c2[1]) * 2.0 - g * (2.0 * self.c2[0]);
+        let mut m = theta * along.transpose() + g * (theta * self.c2[0]).transpose() - hat(g) * self.c1[0];
+        for i in 0..3 {
+            m[(i, i)] += self.c2[0] * gt;
+        }
+        m
+    }
+
+    /// ∂²(g · F(θ) y)/∂θ², symmetric.
+    #[must_use]
+    #[inline]
+    pub fn hessian(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
+        let x = theta.norm_squared();
+        let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
+        let r = y.cross(g);
+        let t = theta.dot(&r);
+        let q = gt * ty - x * gy;
+        let z = g * ty + y * gt - theta * (2.0 * gy);
+        // Half of each symmetric pair θ aᵀ + a θᵀ, with the isotropic and the radial part.
+        let a = r * (2.0 * self.c1[1]) + z * (2.0 * self.c2[1]) + theta * (2.0 * (self.c1[2] * t + self.c2[2] * q));
+        let b = y * self.c2[0];
+        let isotropic = 2.0 * (self.c1[1] * t + self.c2[1] * q) - 2.0 * self.c2[0] * gy;
+        let mut m = Matrix3::zeros();
+        for i in 0..3 {
+            for j in 0..=i {
+                let v = theta[i] * a[j] + a[i] * theta[j] + g[i] * b[j] + b[i] * g[j];
+                m[(i, j)] = v;
+                m[(j, i)] = v;
+            }
+            m[(i, i)] += isotropic;
+        }
+        m
+    }
+}
+
+/// Sn and its first two derivatives in x.
+#[inline]
+fn derivatives(s: &[f64; 8], n: usize) -> [f64; 3] {
+    let nf = n as f64;
+    let first = |k: usize| -0.5 * (s[k + 1] - k as f64 * s[k + 2]);
+    [s[n], first(n), -0.5 * (first(n + 1) - nf * first(n + 2))]
+}
+
+/// The unit quaternion of exp(θ̂).
+#[must_use]
+#[inline]
+pub fn exp(theta: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let half = theta * 0.5;
+    let (sin, cos) = half.norm().sin_cos();
+    let n = half.norm();
+    let sinc = if n > 1e-4 { sin / n } else { 1.0 - n * n / 6.0 };
+    UnitQuaternion::new_normalize(Quaternion::from_parts(cos, half * sinc))
+}
+
+/// The rotation vector of `q`, of length at most π.
+#[must_use]
+#[inline]
+pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let (w, v) = (q.w, q.vector());
+    let n = v.norm();
+    // q and −q are the same rotation: take the one of the shorter arc.
+    let angle = 2.0 * f64::atan2(n, w.abs());
+    let scale = if n > 1e-8 { angle / n } else { 2.0 };
+    v * if w < 0.0 { -scale } else { scale }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector(limit: f64) -> impl Strategy<Value = Vector3<f64>> {
+        prop::array::uniform3(-limit..limit).prop_map(Vector3::from)
+    }
+
+    fn forms(theta: &Vector3<f64>) -> [Form; 3] {
+        let s = s_functions(theta.norm_squared());
+        [Form::exp(&s), Form::right_jacobian(&s), Form::inverse_right_jacobian(&s)]
+    }
+
+    #[test]
+    fn the_s_functions_are_the_trigonometric_ones() {
+        for angle in [1e-3_f64, 0.1, 1.0, 2.0, 3.1] {
+            let s = s_functions(angle * angle);
+            let (sin, cos) = angle.sin_cos();
+            // The quotients on the right lose digits by cancellation: eps/angle³ for S3.
+            let tolerance = 8.0 * f64::EPSILON * (1.0 + angle.powi(-3));
+            for (value, exact) in [
+                (s[0], cos),
+                (s[1], sin / angle),
+                (s[2], (1.0 - cos) / angle.powi(2)),
+                (s[3], (angle - sin) / angle.powi(3)),
+            ] {
+                assert!((value - exact).abs() < tolerance, "{angle}: {value} against {exact}");
+            }
+        }
+        assert_eq!(s_functions(0.0)[5], 1.0 / 120.0);
+    }
+
+    proptest! {
+        #[test]
+        fn exp_and_log_are_inverse_and_agree_with_the_matrix_form(theta in vector(1.8)) {
+            let [e, ..] = forms(&theta);
+            let q = exp(&theta);
+            prop_assert!((e.matrix(&theta) - q.to_rotation_matrix().matrix()).norm() < 1e-14);
+            prop_assume!(theta.norm() < 3.1);
+            prop_assert!((log(&q) - theta).norm() < 1e-13);
+            prop_assert!((log(&exp(&(theta * 1e-9))) - theta * 1e-9).norm() < 1e-24);
+        }
+
+        #[test]
+        fn the_right_jacobian_turns_rates_into_the_darboux_vector(theta in vector(1.5), rate in vector(1.0)) {
+            let [_, jr, inverse] = forms(&theta);
+            // Central difference of log(exp(θ)ᵀ exp(θ + h θ')): error h² ~ 1e-10 plus rounding eps/h.
+            let h = 1e-5;
+            let difference = (log(&(exp(&theta).inverse() * exp(&(theta + rate * h))))
+                - log(&(exp(&theta).inverse() * exp(&(theta - rate * h))))) / (2.0 * h);
+            prop_assert!((jr.apply(&theta, &rate) - difference).norm() < 1e-9);
+            prop_assert!((inverse.matrix(&theta) * jr.matrix(&theta) - Matrix3::identity()).norm() < 1e-12);
+        }
+
+        #[test]
+        fn the_derivatives_of_the_forms_agree_with_differences(
+            theta in vector(1.5), g in vector(1.0), y in vector(1.0), d in vector(1.0),
+        ) {
+            let h = 1e-5;
+            let (plus, minus) = (theta + d * h, theta - d * h);
+            for (k, form) in forms(&theta).into_iter().enumerate() {
+                let (fp, fm) = (forms(&plus)[k], forms(&minus)[k]);
+                // Central differences: error h² times a third derivative of order one, plus rounding.
+                let tolerance = 1e-8;
+                let value = (fp.apply(&plus, &y) - fm.apply(&minus, &y)) / (2.0 * h);
+                prop_assert!((form.jacobian(&theta, &y) * d - value).norm() < tolerance);
+                let slope = (g.dot(&fp.apply(&plus, &y)) - g.dot(&fm.apply(&minus, &y))) / (2.0 * h);
+                prop_assert!((form.gradient(&theta, &g, &y).dot(&d) - slope).abs() < tolerance);
+                prop_assert!((form.mixed(&theta, &g) * y - form.gradient(&theta, &g, &y)).norm() < 1e-13);
+                if k < 2 {
+                    let curvature = (fp.gradient(&plus, &g, &y) - fm.gradient(&minus, &g, &y)) / (2.0 * h);
+                    prop_assert!((form.hessian(&theta, &g, &y) * d - curvature).norm() < tolerance);
+                }
+            }
+        }
+    }
+}
