@@ -3,6 +3,7 @@
 mod remesh;
 mod shape;
 
+pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::weighted;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -47,6 +48,8 @@ pub struct Rod {
     pub(crate) node_distance: Vec<f64>,
     /// Elements from this one on are in the growth zone.
     pub(crate) first_growing: usize,
+    /// For every element, ∫ |u* − what is kept of it|² ds that merging has lost, 1/m.
+    pub(crate) loss: Vec<f64>,
 }
 
 impl Rod {
@@ -93,6 +96,7 @@ impl Rod {
             points,
             node_distance: nodes.iter().map(|s| length - s).collect(),
             first_growing: 0,
+            loss: vec![0.0; elements],
         })
     }
 

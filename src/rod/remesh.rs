@@ -1,1 +1,188 @@
-//! Splitting and merging of elements.
+//! Elements that are cut in two, and mature elements that are made one. What a point carries goes with it.
+
+use nalgebra::Vector3;
+
+use super::{MaterialPoint, Rod, weighted};
+use crate::basis::{Basis, MAX_POINTS};
+use crate::so3;
+
+/// Weights that turn the values at the points of one element into those at the points of its part [from, to].
+pub(crate) fn part_weights(basis: &Basis, from: f64, to: f64) -> [[f64; MAX_POINTS]; MAX_POINTS] {
+    let mut weights = [[0.0; MAX_POINTS]; MAX_POINTS];
+    for g in 0..basis.p {
+        weights[g] = basis.at_points(from + (to - from) * basis.points[g]);
+    }
+    weights
+}
+
+impl Rod {
+    /// Cuts an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and are
+    /// the same polynomials afterwards.
+    pub(crate) fn split(&mut self, e: usize, x: f64) {
+        let basis = self.basis();
+        let p = basis.p;
+        let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
+        let first = self.node_distance[e];
+        let distance = |x: f64| {
+            let weights = basis.integral_upto(x);
+            first - old.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum::<f64>()
+        };
+        let mut new = [old[0]; 2 * MAX_POINTS];
+        for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
+            for (g, weights) in part_weights(basis, from, to).iter().enumerate().take(p) {
+                let sum = |f: &dyn Fn(&MaterialPoint) -> f64| -> f64 {
+                    old.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
+                };
+                // An element in the growth zone has points that have not left; their exit times are infinite.
+                let mature = old[0].exit_time.is_finite();
+                new[side * p + g] = MaterialPoint {
+                    intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
+                    jacobian: sum(&|point| point.jacobian) * (to - from),
+                    apex_distance: distance(from + (to - from) * basis.points[g]),
+                    exit_time: if mature { sum(&|point| point.exit_time) } else { f64::INFINITY },
+                    radius: sum(&|point| point.radius),
+                };
+            }
+        }
+        let middle = self.frame(e, x);
+        split_rotations(basis, &mut self.rotations, e, x);
+        self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
+        self.frames.insert(e + 1, middle);
+        self.node_distance.insert(e + 1, distance(x));
+        self.loss.insert(e, self.loss[e]);
+        if e < self.first_growing {
+            self.first_growing += 1;
+        }
+    }
+
+    /// The coordinate in element `e` of the point at the given distance from the apex, which must lie inside.
+    pub(crate) fn coordinate_at_distance(&self, e: usize, sigma: f64) -> f64 {
+        let basis = self.basis();
+        let points = self.element_points(e);
+        let sum = |weights: [f64; MAX_POINTS]| -> f64 { points.iter().zip(weights).map(|(p, w)| w * p.jacobian).sum() };
+        let target = self.node_distance[e] - sigma;
+        let mut x = (target / (self.node_distance[e] - self.node_distance[e + 1])).clamp(0.0, 1.0);
+        // Arc length is smooth and nearly linear in the coordinate: Newton reaches rounding in a few steps.
+        for _ in 0..8 {
+            x = (x - (sum(basis.integral_upto(x)) - target) / sum(basis.at_points(x))).clamp(0.0, 1.0);
+        }
+        x
+    }
+
+    /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
+    /// intrinsic strain would lose more than `tolerance` (rad). Returns whether it was done.
+    ///
+    /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
+    /// are the same as one onto the largest, so nothing accumulates; the square of what is lost does add up, exactly,
+    /// and is kept with the element.
+    pub(crate) fn merge(&mut self, e: usize, tolerance: f64) -> bool {
+        let basis = self.basis();
+        let p = basis.p;
+        let lengths = [self.element_length(e), self.element_length(e + 1)];
+        let total = lengths[0] + lengths[1];
+        let share = lengths[0] / total;
+        // Source points: place in [0, 1] of the merged element by arc length, and weight.
+        let mut places = [(0.0, 0.0); 2 * MAX_POINTS];
+        for side in 0..2 {
+            let points = self.element_points(e + side);
+            let start = if side == 0 { 0.0 } else { lengths[0] };
+            for g in 0..p {
+                let s: f64 = (0..p).map(|j| basis.upto[g][j] * points[j].jacobian).sum();
+                places[side * p + g] = ((start + s) / total, basis.weights[g] * points[g].jacobian / total);
+            }
+        }
+        let source = &self.points[e * p..(e + 2) * p];
+        let project = |f: &dyn Fn(&MaterialPoint) -> f64| -> [f64; MAX_POINTS] {
+            // Legendre coefficients from the source points, evaluated at the new ones.
+            let mut values = [0.0; MAX_POINTS];
+            for k in 0..p {
+                let coefficient: f64 =
+                    source.iter().zip(&places).map(|(point, (x, w))| w * f(point) * shifted_legendre(k, *x)).sum();
+                for g in 0..p {
+                    values[g] += (2 * k + 1) as f64 * coefficient * shifted_legendre(k, basis.points[g]);
+                }
+            }
+            values
+        };
+        let intrinsic: [[f64; MAX_POINTS]; 3] = std::array::from_fn(|i| project(&|point| point.intrinsic[i]));
+        let mut loss = self.loss[e] + self.loss[e + 1];
+        for (point, (x, w)) in source.iter().zip(&places) {
+            let at = basis.at_points(*x);
+            for i in 0..3 {
+                let value: f64 = intrinsic[i].iter().zip(at).map(|(v, l)| v * l).sum();
+                loss += w * total * (value - point.intrinsic[i]).powi(2);
+            }
+        }
+        // ∫ |u* − projection| ds ≤ (length · loss)^½: the largest angle by which a frame inside is off.
+        if (total * loss).sqrt() > tolerance {
+            return false;
+        }
+        let (exit, radius, distance) =
+            (project(&|q| q.exit_time), project(&|q| q.radius), project(&|q| q.apex_distance));
+        for g in 0..p {
+            self.points[e * p + g] = MaterialPoint {
+                intrinsic: Vector3::from_fn(|i, _| intrinsic[i][g]),
+                jacobian: total,
+                apex_distance: distance[g],
+                exit_time: exit[g],
+                radius: radius[g],
+            };
+        }
+        self.points.drain((e + 1) * p..(e + 2) * p);
+        merge_rotations(basis, &mut self.rotations, e, share);
+        self.frames.remove(e + 1);
+        self.node_distance.remove(e + 1);
+        self.loss[e] = loss;
+        self.loss.remove(e + 1);
+        if e < self.first_growing {
+            self.first_growing -= 1;
+        }
+        true
+    }
+}
+
+/// The Legendre polynomial of degree `k` on [0, 1].
+fn shifted_legendre(k: usize, x: f64) -> f64 {
+    let t = 2.0 * x - 1.0;
+    let (mut previous, mut current) = (1.0, t);
+    if k == 0 {
+        return 1.0;
+    }
+    for n in 1..k {
+        let nf = n as f64;
+        (previous, current) = (current, ((2.0 * nf + 1.0) * t * current - nf * previous) / (nf + 1.0));
+    }
+    current
+}
+
+/// The rotation vectors of element `e` of a set, cut at `x`.
+pub(crate) fn split_rotations(basis: &Basis, rotations: &mut Vec<Vector3<f64>>, e: usize, x: f64) {
+    let p = basis.p;
+    let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
+    let at = |x: f64| weighted(&old[..p], &basis.at_nodes(x));
+    let back = so3::exp(&at(x)).inverse();
+    let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
+    for k in 0..p {
+        let node = basis.nodes[k + 1];
+        new[k] = at(x * node);
+        new[p + k] = so3::log(&(back * so3::exp(&at(x + (1.0 - x) * node))));
+    }
+    rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
+}
+
+/// The rotation vectors of elements `e` and `e` + 1 of a set as those of one element, of which the first is a `share`.
+pub(crate) fn merge_rotations(basis: &Basis, rotations: &mut Vec<Vector3<f64>>, e: usize, share: f64) {
+    let p = basis.p;
+    let middle = so3::exp(&rotations[(e + 1) * p - 1]);
+    let mut new = [Vector3::zeros(); MAX_POINTS];
+    for k in 0..p {
+        let x = basis.nodes[k + 1];
+        new[k] = if x <= share {
+            weighted(&rotations[e * p..(e + 1) * p], &basis.at_nodes(x / share))
+        } else {
+            let second = weighted(&rotations[(e + 1) * p..(e + 2) * p], &basis.at_nodes((x - share) / (1.0 - share)));
+            so3::log(&(middle * so3::exp(&second)))
+        };
+    }
+    rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
+}

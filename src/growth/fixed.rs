@@ -1,0 +1,74 @@
+//! Shoots whose length does not change.
+
+use super::GrowthLaw;
+use crate::ParameterError;
+
+/// No growth at all: the shoot keeps its length and its intrinsic strain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct NoGrowth;
+
+impl GrowthLaw for NoGrowth {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        0.0
+    }
+
+    fn zone_length(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn elongates(&self) -> bool {
+        false
+    }
+
+    fn flow(&self, sigma: f64, _from: f64, _to: f64) -> (f64, f64) {
+        (sigma, 1.0)
+    }
+
+    fn exit_time(&self, _sigma: f64, _from: f64, _until: f64) -> Option<f64> {
+        None
+    }
+}
+
+/// The reduced model: constant length with ongoing differential growth.
+///
+/// Differential growth goes on with the inner law's REGR, points keep their places and never leave the zone. The shoot
+/// must not be longer than the zone.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Ongoing<G>(
+    /// The growth whose rate drives the differential growth.
+    pub G,
+);
+
+impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
+    fn regr(&self, sigma: f64, t: f64) -> f64 {
+        self.0.regr(sigma, t)
+    }
+
+    fn zone_length(&self) -> f64 {
+        self.0.zone_length()
+    }
+
+    fn elongates(&self) -> bool {
+        false
+    }
+
+    fn flow(&self, sigma: f64, _from: f64, _to: f64) -> (f64, f64) {
+        (sigma, 1.0)
+    }
+
+    fn exit_time(&self, _sigma: f64, _from: f64, _until: f64) -> Option<f64> {
+        None
+    }
+
+    fn check(&self, length: f64) -> Result<(), ParameterError> {
+        self.0.check(length)?;
+        ParameterError::unless(
+            length <= self.0.zone_length(),
+            "length of a shoot of constant length",
+            length,
+            "at most the length of its growth zone (m)",
+        )
+    }
+}

@@ -1,0 +1,74 @@
+//! Growth rates that vary over the zone; the motion is integrated.
+
+use std::f64::consts::TAU;
+
+use super::GrowthLaw;
+use crate::ParameterError;
+
+/// REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the base end of the growth zone: growth is fastest at the apex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct LinearProfile {
+    /// Length of the growth zone ℓg, m.
+    pub zone_length: f64,
+    /// Growth time τg, s: the mean of REGR over the zone is 1/τg.
+    pub time: f64,
+}
+
+impl GrowthLaw for LinearProfile {
+    fn regr(&self, sigma: f64, _t: f64) -> f64 {
+        2.0 * (1.0 - sigma / self.zone_length) / self.time
+    }
+
+    fn zone_length(&self) -> f64 {
+        self.zone_length
+    }
+
+    fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
+        sigma * (2.0 - sigma / self.zone_length) / self.time
+    }
+
+    fn check(&self, _length: f64) -> Result<(), ParameterError> {
+        ParameterError::positive("length of the growth zone", self.zone_length)?;
+        ParameterError::positive("growth time", self.time)
+    }
+}
+
+/// REGR = (1 + cos(2π(ξ − ℓg/2)/ℓg))/τg with ξ = ℓg − σ: growth is fastest in the middle of the zone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CosineProfile {
+    /// Length of the growth zone ℓg, m.
+    pub zone_length: f64,
+    /// Growth time τg, s: the mean of REGR over the zone is 1/τg.
+    pub time: f64,
+}
+
+impl GrowthLaw for CosineProfile {
+    fn regr(&self, sigma: f64, _t: f64) -> f64 {
+        // cos(2π(ξ − ℓg/2)/ℓg) = −cos(2πσ/ℓg), and 1 − cos = 2 sin² keeps its digits near the ends.
+        let sin = (0.5 * TAU * sigma / self.zone_length).sin();
+        2.0 * sin * sin / self.time
+    }
+
+    fn zone_length(&self) -> f64 {
+        self.zone_length
+    }
+
+    fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
+        let phase = TAU * sigma / self.zone_length;
+        // x − sin x loses its digits near the apex, where x³/6 (1 − x²/20 (1 − x²/42 (1 − x²/72))) keeps them.
+        let rest = if phase < 0.1 {
+            let x2 = phase * phase;
+            phase * x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0 * (1.0 - x2 / 72.0)))
+        } else {
+            phase - phase.sin()
+        };
+        rest * self.zone_length / (TAU * self.time)
+    }
+
+    fn check(&self, _length: f64) -> Result<(), ParameterError> {
+        ParameterError::positive("length of the growth zone", self.zone_length)?;
+        ParameterError::positive("growth time", self.time)
+    }
+}

@@ -1,0 +1,98 @@
+//! Steps that are repeated with what they led to: for laws that respond without delay.
+
+use super::steps::check_times;
+use super::stepper::{Correction, Stepper};
+use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
+use crate::constitutive::Constitutive;
+use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::growth::GrowthLaw;
+use crate::load::Load;
+use crate::tropism::TropismLaw;
+use crate::{ParameterError, Scene, Shoot};
+
+/// An implicit integrator for laws of any delay, none included: fourth order in time, a few equilibria in a step.
+///
+/// A step is that of [`MethodOfSteps`](super::MethodOfSteps), repeated with the variables at its end until they agree
+/// with what they lead to. The repetition contracts by about the step times the laws' fastest growth response.
+#[derive(Debug)]
+pub struct Iterated<E = NewtonSolver> {
+    /// Longest step, s.
+    pub step: f64,
+    /// Largest change of an angle by the last repetition of a step, rad.
+    pub tolerance: f64,
+    /// Bound on the repetitions of a step.
+    pub max_corrections: usize,
+    /// Finds the shapes.
+    pub solver: E,
+    stepper: Stepper,
+}
+
+impl Iterated<NewtonSolver> {
+    /// Steps of `step` seconds, repeated to 1e-9 rad, and Newton's method with its defaults.
+    #[must_use]
+    pub fn new(step: f64) -> Self {
+        Self::with_solver(step, NewtonSolver::default())
+    }
+}
+
+impl<E> Iterated<E> {
+    /// Steps of `step` seconds with the given solver.
+    #[must_use]
+    pub fn with_solver(step: f64, solver: E) -> Self {
+        Self { step, tolerance: 1e-9, max_corrections: 30, solver, stepper: Stepper::default() }
+    }
+}
+
+impl<E: Clone> Clone for Iterated<E> {
+    /// Clones the settings; the memory is made anew when it is needed.
+    fn clone(&self) -> Self {
+        Self {
+            tolerance: self.tolerance,
+            max_corrections: self.max_corrections,
+            ..Self::with_solver(self.step, self.solver.clone())
+        }
+    }
+}
+
+impl<E: EquilibriumSolver> Integrator for Iterated<E> {
+    fn start<G, T, C, L, S, P>(
+        &mut self,
+        shoot: &mut Shoot<G, T, C, L, S>,
+        past: &P,
+    ) -> Result<Tally, IntegrationError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+        P: Past,
+    {
+        let solver = &mut self.solver;
+        self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
+    }
+
+    fn advance<G, T, C, L, S>(
+        &mut self,
+        shoot: &mut Shoot<G, T, C, L, S>,
+        until: f64,
+    ) -> Result<Tally, IntegrationError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+    {
+        check_times(self.step, shoot.time(), until)?;
+        ParameterError::positive("tolerance of the corrections", self.tolerance)?;
+        let correction = Correction { tolerance: self.tolerance, most: self.max_corrections };
+        let (step, solver) = (self.step, &mut self.solver);
+        self.stepper.guarded(shoot, |stepper, shoot| {
+            if shoot.state.history.levels.is_empty() {
+                stepper.begin(shoot, solver, &FreshPast)?;
+            }
+            stepper.run(shoot, solver, until, step, Some(correction))
+        })
+    }
+}

@@ -1,0 +1,207 @@
+//! The variables at one material point over one step, driven by stimuli that are polynomials in time.
+//!
+//! ẏ = N(y, x(t)) − y/τ with the relaxation −y/τ treated exactly: N is collocated on four Lobatto points and its integral
+//! against exp(−t/τ) is exact for the cubic through them, at any ratio of step to τ. For a memory, where N = x/τ is known,
+//! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
+//! iteration; if that does not contract fast, the interval is halved.
+
+use crate::quadrature::{gauss, lagrange, lobatto};
+use crate::tropism::TropismLaw;
+
+/// Collocation points.
+const NODES: usize = 4;
+/// Sweeps after which an interval is halved: contraction by about 1/8 a sweep reaches rounding in them, and means that
+/// the nonlinearity is well resolved.
+const SWEEPS: usize = 16;
+/// Halvings after which it is given up.
+const DEPTH: usize = 40;
+
+/// Weights that belong to one size of interval.
+#[derive(Debug, Clone, Default)]
+struct Weights {
+    size: f64,
+    /// exp(−c δ/τ) for every variable and node.
+    decay: Vec<[f64; NODES]>,
+    /// ∫ from 0 to node j of exp(−(cj − c) δ/τ) × polynomial l, times δ, for every variable.
+    integral: Vec<[[f64; NODES]; NODES]>,
+}
+
+/// Solves for the variables; keeps nothing between calls but memory and weights.
+#[derive(Debug, Default)]
+pub(super) struct LocalSolver {
+    nodes: Vec<f64>,
+    rule: (Vec<f64>, Vec<f64>),
+    constants: Vec<f64>,
+    weights: Vec<Weights>,
+    stimuli: Vec<f64>,
+    forcing: Vec<f64>,
+    values: Vec<f64>,
+    rates: Vec<f64>,
+    /// Intervals that had to be halved since this was last set to zero.
+    pub halvings: usize,
+}
+
+/// Stimuli at up to four times; time counts in steps, 0 the start of the present one and 1 its end.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Levels<'a> {
+    pub count: usize,
+    pub times: [f64; 4],
+    pub stimuli: [&'a [f64]; 4],
+}
+
+impl Levels<'_> {
+    fn weights(&self, time: f64) -> [f64; 4] {
+        let mut weights = [0.0; 4];
+        lagrange(&self.times[..self.count], time, &mut weights[..self.count]);
+        weights
+    }
+}
+
+impl LocalSolver {
+    /// Prepares for steps of `size` seconds.
+    pub fn prepare(&mut self, law: &impl TropismLaw, size: f64) {
+        if self.nodes.is_empty() {
+            self.nodes = lobatto(NODES - 1);
+            self.rule = gauss(8);
+            self.weights.resize_with(DEPTH + 1, Weights::default);
+        }
+        let v = law.variables();
+        self.constants.resize(v, f64::INFINITY);
+        self.constants.fill(f64::INFINITY);
+        law.time_constants(&mut self.constants);
+        self.stimuli.resize(NODES * law.stimuli(), 0.0);
+        self.forcing.resize(NODES * v, 0.0);
+        self.values.resize(NODES * v, 0.0);
+        self.rates.resize(v, 0.0);
+        if self.weights[0].size != size || self.weights[0].decay.len() != v {
+            for (depth, weights) in self.weights.iter_mut().enumerate() {
+                weights.size = if depth == 0 { size } else { 0.0 };
+            }
+            self.fill(0, size);
+        }
+    }
+
+    fn fill(&mut self, depth: usize, size: f64) {
+        let weights = &mut self.weights[depth];
+        weights.size = size;
+        weights.decay.clear();
+        weights.integral.clear();
+        for tau in &self.constants {
+            let z = size / tau;
+            let mut decay = [1.0; NODES];
+            let mut integral = [[0.0; NODES]; NODES];
+            for (j, c) in self.nodes.iter().enumerate() {
+                decay[j] = (-c * z).exp();
+                integral[j] = relaxed_integral(&self.nodes, &self.rule, z, *c).map(|w| w * size);
+            }
+            weights.decay.push(decay);
+            weights.integral.push(integral);
+        }
+    }
+
+    /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step. Returns whether it succeeded.
+    pub fn advance(
+        &mut self,
+        law: &impl TropismLaw,
+        levels: &Levels,
+        y: &mut [f64],
+        start: f64,
+        depth: usize,
+    ) -> bool {
+        let (v, m) = (self.constants.len(), law.stimuli());
+        let part = 0.5_f64.powi(depth as i32);
+        if self.weights[depth].size == 0.0 {
+            self.fill(depth, self.weights[0].size * part);
+        }
+        for (j, c) in self.nodes.iter().enumerate() {
+            let at = levels.weights(start + part * c);
+            for (i, x) in self.stimuli[j * m..(j + 1) * m].iter_mut().enumerate() {
+                *x = (0..levels.count).map(|k| at[k] * levels.stimuli[k][i]).sum();
+            }
+        }
+        for values in self.values.chunks_exact_mut(v) {
+            values.copy_from_slice(y);
+        }
+        for _ in 0..SWEEPS {
+            for j in 0..NODES {
+                let values = &self.values[j * v..(j + 1) * v];
+                law.rates(values, &self.stimuli[j * m..(j + 1) * m], &mut self.rates);
+                for i in 0..v {
+                    self.forcing[j * v + i] = self.rates[i] + values[i] / self.constants[i];
+                }
+            }
+            let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
+            let weights = &self.weights[depth];
+            for j in 1..NODES {
+                for i in 0..v {
+                    let integral = &weights.integral[i][j];
+                    let mut value = weights.decay[i][j] * y[i];
+                    for l in 0..NODES {
+                        value += integral[l] * self.forcing[l * v + i];
+                    }
+                    let old = std::mem::replace(&mut self.values[j * v + i], value);
+                    change = change.max((value - old).abs());
+                    size = size.max(value.abs());
+                }
+            }
+            if !(change.is_finite() && size.is_finite()) {
+                break;
+            }
+            // A few units of rounding of the largest variable.
+            if change <= 16.0 * f64::EPSILON * size {
+                y.copy_from_slice(&self.values[(NODES - 1) * v..]);
+                return true;
+            }
+        }
+        if depth == DEPTH {
+            return false;
+        }
+        self.halvings += 1;
+        self.advance(law, levels, y, start, depth + 1) && self.advance(law, levels, y, start + 0.5 * part, depth + 1)
+    }
+}
+
+/// ∫ from 0 to `c` of exp(−(c − t) z) times each Lagrange polynomial through `nodes`, dt.
+fn relaxed_integral(nodes: &[f64], rule: &(Vec<f64>, Vec<f64>), z: f64, c: f64) -> [f64; NODES] {
+    let mut out = [0.0; NODES];
+    if c == 0.0 {
+        return out;
+    }
+    if c * z <= 3.0 {
+        for (x, w) in rule.0.iter().zip(&rule.1) {
+            let mut values = [0.0; NODES];
+            lagrange(nodes, c * x, &mut values);
+            let kernel = w * c * (-(c - c * x) * z).exp();
+            for (o, v) in out.iter_mut().zip(values) {
+                *o += kernel * v;
+            }
+        }
+        return out;
+    }
+    // Moments ∫ exp(−(c − t) z) t^m dt by the recurrence Im = (c^m − m Im−1)/z, stable for c z > 3.
+    let mut moments = [0.0; NODES];
+    moments[0] = -(-c * z).exp_m1() / z;
+    for m in 1..NODES {
+        moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
+    }
+    for (k, o) in out.iter_mut().enumerate() {
+        // Monomial coefficients of the polynomial of node k.
+        let mut coefficients = [0.0; NODES];
+        coefficients[0] = 1.0;
+        let mut degree = 0;
+        for (j, node) in nodes.iter().enumerate() {
+            if j == k {
+                continue;
+            }
+            let scale = 1.0 / (nodes[k] - node);
+            for d in (0..=degree).rev() {
+                let value = coefficients[d] * scale;
+                coefficients[d + 1] += value;
+                coefficients[d] = -node * value;
+            }
+            degree += 1;
+        }
+        *o = coefficients.iter().zip(moments).map(|(a, b)| a * b).sum();
+    }
+    out
+}

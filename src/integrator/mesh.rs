@@ -1,0 +1,60 @@
+//! Elements follow the tissue: cut as they stretch, cut at the boundary of the growth zone, merged behind it.
+
+use super::Tally;
+use crate::State;
+use crate::growth::GrowthLaw;
+use crate::Mesh;
+
+/// Parts shorter than this fraction of an element are not cut off: the boundary is then on the node up to rounding.
+const SLIVER: f64 = 1e-9;
+
+/// Prepares the elements for a step from `from` to `to` and returns how many of the growing ones leave the zone in it.
+///
+/// The point that will be on the boundary at the end of the step becomes a node now, while everything is still smooth
+/// across it. So the boundary is on a node at the end of every step, and the kink that it leaves in the intrinsic strain
+/// and in the stiffness never lies inside an element.
+pub(super) fn prepare(
+    state: &mut State,
+    growth: &impl GrowthLaw,
+    mesh: &Mesh,
+    from: f64,
+    to: f64,
+    tally: &mut Tally,
+) -> usize {
+    if !growth.elongates() {
+        return 0;
+    }
+    let k = state.rod.first_growing();
+    if k >= 2 && mesh.merge_tolerance > 0.0 {
+        let length = state.rod.element_length(k - 2) + state.rod.element_length(k - 1);
+        if length <= mesh.mature && state.merge(k - 2, mesh.merge_tolerance) {
+            tally.merges += 1;
+        }
+    }
+    let mut e = state.rod.first_growing();
+    while e < state.rod.elements() {
+        // A whisker of rounding is no reason to cut.
+        if state.rod.element_length(e) > mesh.growing * (1.0 + 1e-9) {
+            state.split(e, 0.5);
+            tally.splits += 1;
+        } else {
+            e += 1;
+        }
+    }
+    let boundary = growth.flow(growth.zone_length(), to, from).0;
+    let first = state.rod.first_growing();
+    for e in first..state.rod.elements() {
+        let (a, b) = (state.rod.node_distance[e], state.rod.node_distance[e + 1]);
+        let sliver = SLIVER * (a - b);
+        if boundary >= a - sliver {
+            return e - first;
+        }
+        if boundary > b + sliver {
+            let x = state.rod.coordinate_at_distance(e, boundary);
+            state.split(e, x);
+            tally.splits += 1;
+            return e + 1 - first;
+        }
+    }
+    state.rod.elements() - first
+}

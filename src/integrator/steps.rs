@@ -1,0 +1,109 @@
+//! The method of steps: what the laws ask for during a step is known before it.
+
+use super::stepper::Stepper;
+use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
+use crate::constitutive::Constitutive;
+use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::growth::GrowthLaw;
+use crate::load::Load;
+use crate::tropism::TropismLaw;
+use crate::{ParameterError, Scene, Shoot};
+
+/// An explicit integrator for delayed laws: one equilibrium in a step, fourth order in time.
+///
+/// As long as a step is not longer than the shortest delay, the laws read only the past, and the intrinsic strain at the
+/// end of the step is a quadrature. Then one equilibrium gives the shape, and the stimuli that it offers, interpolated
+/// in time through four equilibria, carry the laws' variables. Method and order: `docs/method.md`, "Time".
+#[derive(Debug, Default)]
+pub struct MethodOfSteps<E = NewtonSolver> {
+    /// Longest step, s.
+    pub step: f64,
+    /// Finds the shapes.
+    pub solver: E,
+    stepper: Stepper,
+}
+
+impl MethodOfSteps<NewtonSolver> {
+    /// Steps of `step` seconds and Newton's method with its defaults.
+    #[must_use]
+    pub fn new(step: f64) -> Self {
+        Self::with_solver(step, NewtonSolver::default())
+    }
+}
+
+impl<E> MethodOfSteps<E> {
+    /// Steps of `step` seconds with the given solver.
+    #[must_use]
+    pub fn with_solver(step: f64, solver: E) -> Self {
+        Self { step, solver, stepper: Stepper::default() }
+    }
+}
+
+impl<E: Clone> Clone for MethodOfSteps<E> {
+    /// Clones the settings; the memory is made anew when it is needed.
+    fn clone(&self) -> Self {
+        Self::with_solver(self.step, self.solver.clone())
+    }
+}
+
+impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
+    fn start<G, T, C, L, S, P>(
+        &mut self,
+        shoot: &mut Shoot<G, T, C, L, S>,
+        past: &P,
+    ) -> Result<Tally, IntegrationError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+        P: Past,
+    {
+        let solver = &mut self.solver;
+        self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
+    }
+
+    fn advance<G, T, C, L, S>(
+        &mut self,
+        shoot: &mut Shoot<G, T, C, L, S>,
+        until: f64,
+    ) -> Result<Tally, IntegrationError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+    {
+        check_times(self.step, shoot.time(), until)?;
+        let delay = shortest_delay(&shoot.tropism);
+        // Rounding of a step that is meant to equal the delay is no fault.
+        if self.step > delay * (1.0 + 1e-12) {
+            return Err(IntegrationError::StepTooLong { step: self.step, delay });
+        }
+        let (step, solver) = (self.step, &mut self.solver);
+        self.stepper.guarded(shoot, |stepper, shoot| {
+            if shoot.state.history.levels.is_empty() {
+                stepper.begin(shoot, solver, &FreshPast)?;
+            }
+            stepper.run(shoot, solver, until, step, None)
+        })
+    }
+}
+
+/// Refuses a step or an end that makes no sense.
+pub(super) fn check_times(step: f64, now: f64, until: f64) -> Result<(), ParameterError> {
+    ParameterError::positive("time step", step)?;
+    ParameterError::unless(until >= now && until.is_finite(), "time to advance to", until, "finite and not in the past (s)")
+}
+
+/// How far back the laws look at least; zero if they read what is present.
+fn shortest_delay(tropism: &impl TropismLaw) -> f64 {
+    if tropism.senses_now() {
+        return 0.0;
+    }
+    let mut delays = vec![0.0; tropism.variables()];
+    tropism.delays(&mut delays);
+    delays.iter().copied().fold(f64::INFINITY, f64::min)
+}

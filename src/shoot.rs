@@ -1,0 +1,260 @@
+//! A shoot: a state together with the laws that it obeys, built and checked in one place.
+
+use crate::constitutive::Constitutive;
+use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
+use crate::load::Load;
+use crate::rod::Rod;
+use crate::tropism::TropismLaw;
+use crate::{Order, ParameterError, Scene, State, Still};
+
+/// How fine the elements of a growing shoot are kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Mesh {
+    /// Longest element in the growth zone, m. A longer one is cut in two.
+    pub growing: f64,
+    /// Longest element outside it that comes about by merging, m.
+    pub mature: f64,
+    /// Mature elements are merged while that changes no angle by more than this, rad.
+    pub merge_tolerance: f64,
+}
+
+/// A shoot with its laws. Build one with [`Shoot::builder`], move it in time with an
+/// [`Integrator`](crate::integrator::Integrator).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shoot<G, T, C, L, S> {
+    pub(crate) growth: G,
+    pub(crate) tropism: T,
+    pub(crate) constitutive: C,
+    pub(crate) load: L,
+    pub(crate) scene: S,
+    pub(crate) mesh: Mesh,
+    pub(crate) state: State,
+}
+
+impl<C: Constitutive> Shoot<NoGrowth, (), C, (), Still> {
+    /// Begins a shoot of the given elastic law: by default without growth, tropism or load, upright under gravity.
+    #[must_use]
+    pub fn builder(constitutive: C) -> ShootBuilder<NoGrowth, (), C, (), Still, fn(f64) -> f64> {
+        ShootBuilder {
+            growth: NoGrowth,
+            tropism: (),
+            constitutive,
+            load: (),
+            scene: Still::upright(),
+            length: f64::NAN,
+            radius: |_| f64::NAN,
+            elements: 8,
+            order: Order::default(),
+            merge_tolerance: 1e-4,
+        }
+    }
+}
+
+impl<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene> Shoot<G, T, C, L, S> {
+    /// The state: time, shape, intrinsic strains and history.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The rod at the present time.
+    #[must_use]
+    pub fn rod(&self) -> &Rod {
+        &self.state.rod
+    }
+
+    /// The present time, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// The position of the apex, the base at the origin, in the fixed frame, m.
+    #[must_use]
+    pub fn tip(&self) -> nalgebra::Vector3<f64> {
+        self.state.rod.tip()
+    }
+
+    /// Goes back, or forth, to a state of this shoot that was cloned before.
+    pub fn restore(&mut self, state: &State) {
+        self.state.clone_from(state);
+    }
+
+    /// The rod, to be perturbed. The next equilibrium starts from what is left here.
+    #[must_use]
+    pub fn rod_mut(&mut self) -> &mut Rod {
+        &mut self.state.rod
+    }
+
+    /// The growth law.
+    #[must_use]
+    pub fn growth(&self) -> &G {
+        &self.growth
+    }
+
+    /// The tropism laws.
+    #[must_use]
+    pub fn tropism(&self) -> &T {
+        &self.tropism
+    }
+
+    /// The elastic law.
+    #[must_use]
+    pub fn constitutive(&self) -> &C {
+        &self.constitutive
+    }
+
+    /// The loads.
+    #[must_use]
+    pub fn load(&self) -> &L {
+        &self.load
+    }
+
+    /// Gravity and base.
+    #[must_use]
+    pub fn scene(&self) -> &S {
+        &self.scene
+    }
+
+    /// How fine the elements are kept.
+    #[must_use]
+    pub fn mesh(&self) -> Mesh {
+        self.mesh
+    }
+}
+
+/// Collects what a shoot is made of; [`build`](Self::build) checks it once.
+#[derive(Debug, Clone)]
+#[must_use]
+pub struct ShootBuilder<G, T, C, L, S, R> {
+    growth: G,
+    tropism: T,
+    constitutive: C,
+    load: L,
+    scene: S,
+    length: f64,
+    radius: R,
+    elements: usize,
+    order: Order,
+    merge_tolerance: f64,
+}
+
+impl<G, T, C, L, S, R> ShootBuilder<G, T, C, L, S, R> {
+    /// The length at t = 0, m.
+    pub fn length(mut self, length: f64) -> Self {
+        self.length = length;
+        self
+    }
+
+    /// The radius of a uniform section, m.
+    pub fn radius(self, radius: f64) -> ShootBuilder<G, T, C, L, S, impl Fn(f64) -> f64> {
+        self.taper(move |_| radius)
+    }
+
+    /// The radius of the section (m) as a function of the arc length from the base at t = 0 (m). It stays with the
+    /// material.
+    pub fn taper<N: Fn(f64) -> f64>(self, radius: N) -> ShootBuilder<G, T, C, L, S, N> {
+        let Self { growth, tropism, constitutive, load, scene, length, elements, order, merge_tolerance, .. } = self;
+        ShootBuilder { growth, tropism, constitutive, load, scene, length, radius, elements, order, merge_tolerance }
+    }
+
+    /// The number of elements in the growth zone, or in the whole shoot if it has no zone; 8 by default. A zone that
+    /// grows keeps at least so many.
+    pub fn elements(mut self, elements: usize) -> Self {
+        self.elements = elements;
+        self
+    }
+
+    /// The order of accuracy of the shape.
+    pub fn order(mut self, order: Order) -> Self {
+        self.order = order;
+        self
+    }
+
+    /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-4 by default.
+    pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
+        self.merge_tolerance = tolerance;
+        self
+    }
+
+    /// How the shoot grows.
+    pub fn growth<N>(self, growth: N) -> ShootBuilder<N, T, C, L, S, R> {
+        let Self { tropism, constitutive, load, scene, length, radius, elements, order, merge_tolerance, .. } = self;
+        ShootBuilder { growth, tropism, constitutive, load, scene, length, radius, elements, order, merge_tolerance }
+    }
+
+    /// How the shoot steers: a law, or a tuple of laws.
+    pub fn tropism<N>(self, tropism: N) -> ShootBuilder<G, N, C, L, S, R> {
+        let Self { growth, constitutive, load, scene, length, radius, elements, order, merge_tolerance, .. } = self;
+        ShootBuilder { growth, tropism, constitutive, load, scene, length, radius, elements, order, merge_tolerance }
+    }
+
+    /// What loads the shoot: a load, or a tuple of loads.
+    pub fn load<N>(self, load: N) -> ShootBuilder<G, T, C, N, S, R> {
+        let Self { growth, tropism, constitutive, scene, length, radius, elements, order, merge_tolerance, .. } = self;
+        ShootBuilder { growth, tropism, constitutive, load, scene, length, radius, elements, order, merge_tolerance }
+    }
+
+    /// Gravity and the base.
+    pub fn scene<N>(self, scene: N) -> ShootBuilder<G, T, C, L, N, R> {
+        let Self { growth, tropism, constitutive, load, length, radius, elements, order, merge_tolerance, .. } = self;
+        ShootBuilder { growth, tropism, constitutive, load, scene, length, radius, elements, order, merge_tolerance }
+    }
+}
+
+impl<G, T, C, L, S, R> ShootBuilder<G, T, C, L, S, R>
+where
+    G: GrowthLaw,
+    T: TropismLaw,
+    C: Constitutive,
+    L: Load,
+    S: Scene,
+    R: Fn(f64) -> f64,
+{
+    /// Checks every parameter and makes a straight shoot without intrinsic strain, at t = 0. An integrator finds its
+    /// first equilibrium when it starts.
+    ///
+    /// # Errors
+    /// The first parameter that makes no sense.
+    pub fn build(self) -> Result<Shoot<G, T, C, L, S>, ParameterError> {
+        ParameterError::positive("length", self.length)?;
+        ParameterError::unless(self.elements > 0, "number of elements", self.elements as f64, "at least 1")?;
+        ParameterError::not_negative("merge tolerance", self.merge_tolerance)?;
+        self.growth.check(self.length)?;
+        self.tropism.check()?;
+        self.constitutive.check()?;
+        self.load.check()?;
+        self.scene.check()?;
+        let zone = self.growth.zone_length();
+        let grows = self.growth.elongates();
+        ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
+        // An element in the zone is never longer than this; a shoot of constant length is all of one piece.
+        let longest = if grows && zone.is_finite() { zone } else { self.length } / self.elements as f64;
+        let mature = if grows { (self.length - zone).max(0.0) } else { 0.0 };
+        // A whisker more than a whole number of elements is rounding.
+        let count = |length: f64| (length / longest * (1.0 - 1e-12)).ceil() as usize;
+        let below = count(mature);
+        let above = count(self.length - mature).max(1);
+        let mut nodes: Vec<f64> = (0..below).map(|i| mature * i as f64 / below as f64).collect();
+        nodes.extend((0..=above).map(|i| mature + (self.length - mature) * i as f64 / above as f64));
+        let base = self.scene.base(0.0);
+        let mut rod = Rod::straight(&nodes, &self.radius, base, self.order)?;
+        rod.first_growing = below;
+        let p = self.order.points();
+        for point in &mut rod.points[..below * p] {
+            point.exit_time = exit_before_start(&self.growth, point.apex_distance);
+        }
+        let volume = rod.volume();
+        ParameterError::unless(volume.is_finite() && volume > 0.0, "volume", volume, "positive and finite (m³)")?;
+        Ok(Shoot {
+            growth: self.growth,
+            tropism: self.tropism,
+            constitutive: self.constitutive,
+            load: self.load,
+            scene: self.scene,
+            mesh: Mesh { growing: longest, mature: longest, merge_tolerance: self.merge_tolerance },
+            state: State::new(rod),
+        })
+    }
+}

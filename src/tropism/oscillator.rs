@@ -1,0 +1,58 @@
+//! The endogenous oscillator.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector3;
+
+use super::{Growing, TropismLaw};
+use crate::ParameterError;
+
+/// The sense in which the oscillator's gradient turns, seen from the apex towards the base (d1 towards d2 is positive).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Sense {
+    /// From d1 towards d2, as equation (5) is printed.
+    #[default]
+    Positive,
+    /// From d1 towards −d2.
+    Negative,
+}
+
+/// Equation (5): r u̇1* = α REGR cos(2πt/τe + φ), r u̇2* = ±α REGR sin(2πt/τe + φ).
+///
+/// It depends on time alone: no variables, no memory, no delay.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Oscillator {
+    /// Sensitivity α.
+    pub amplitude: f64,
+    /// Period τe, s.
+    pub period: f64,
+    /// Phase φ at t = 0, rad.
+    pub phase: f64,
+    /// Sense of turning.
+    pub sense: Sense,
+}
+
+impl Oscillator {
+    /// An oscillator in the positive sense that starts at phase zero.
+    #[must_use]
+    pub fn new(amplitude: f64, period: f64) -> Self {
+        Self { amplitude, period, phase: 0.0, sense: Sense::Positive }
+    }
+}
+
+impl TropismLaw for Oscillator {
+    fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
+        let size = self.amplitude / at.radius;
+        let sin = if self.sense == Sense::Positive { sin } else { -sin };
+        Vector3::new(size * cos, size * sin, 0.0)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("amplitude of the oscillator", self.amplitude)?;
+        ParameterError::positive("period of the oscillator", self.period)?;
+        ParameterError::finite("phase of the oscillator", self.phase)
+    }
+}

@@ -1,0 +1,58 @@
+//! The response of a shoot to its own bending.
+
+use nalgebra::Vector3;
+
+use super::{Growing, Memory, Site, TropismLaw};
+use crate::ParameterError;
+
+/// Equation (8): u̇j* = −η REGR M̄[uj], j = 1, 2: the shoot straightens. It senses the visible strain u, elastic and
+/// intrinsic together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Proprioception {
+    /// Sensitivity η.
+    pub sensitivity: f64,
+    /// Memory and reaction time, τ̄m and τ̄r.
+    pub memory: Memory,
+}
+
+impl TropismLaw for Proprioception {
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::new(-self.sensitivity * past[0], -self.sensitivity * past[1], 0.0)
+    }
+
+    fn variables(&self) -> usize {
+        2
+    }
+
+    fn stimuli(&self) -> usize {
+        2
+    }
+
+    fn delays(&self, delays: &mut [f64]) {
+        delays.fill(self.memory.delay);
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
+    }
+
+    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
+        variables.copy_from_slice(stimuli);
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        for ((rate, y), x) in rates.iter_mut().zip(variables).zip(stimuli) {
+            *rate = self.memory.rate(*y, *x);
+        }
+    }
+
+    fn time_constants(&self, constants: &mut [f64]) {
+        constants.fill(self.memory.time);
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("proprioceptive sensitivity", self.sensitivity)?;
+        self.memory.check()
+    }
+}
