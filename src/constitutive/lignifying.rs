@@ -33,6 +33,7 @@ impl Lignifying {
 }
 
 impl Constitutive for Lignifying {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
         self.young.scaled(self.ratio(tissue.age), tissue.radius, strain)
     }

@@ -34,6 +34,7 @@ impl LinearElastic {
 }
 
 impl Constitutive for LinearElastic {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
         self.scaled(1.0, tissue.radius, strain)
     }

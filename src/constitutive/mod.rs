@@ -48,6 +48,7 @@ pub trait Constitutive {
 }
 
 impl<C: Constitutive + ?Sized> Constitutive for Box<C> {
+    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
         (**self).respond(tissue, strain)
     }

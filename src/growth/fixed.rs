@@ -9,22 +9,27 @@ use crate::ParameterError;
 pub struct NoGrowth;
 
 impl GrowthLaw for NoGrowth {
+    #[inline]
     fn regr(&self, _sigma: f64, _t: f64) -> f64 {
         0.0
     }
 
+    #[inline]
     fn zone_length(&self) -> f64 {
         f64::INFINITY
     }
 
+    #[inline]
     fn elongates(&self) -> bool {
         false
     }
 
+    #[inline]
     fn flow(&self, sigma: f64, _from: f64, _to: f64) -> (f64, f64) {
         (sigma, 1.0)
     }
 
+    #[inline]
     fn exit_time(&self, _sigma: f64, _from: f64, _until: f64) -> Option<f64> {
         None
     }
@@ -42,22 +47,27 @@ pub struct Ongoing<G>(
 );
 
 impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
+    #[inline]
     fn regr(&self, sigma: f64, t: f64) -> f64 {
         self.0.regr(sigma, t)
     }
 
+    #[inline]
     fn zone_length(&self) -> f64 {
         self.0.zone_length()
     }
 
+    #[inline]
     fn elongates(&self) -> bool {
         false
     }
 
+    #[inline]
     fn flow(&self, sigma: f64, _from: f64, _to: f64) -> (f64, f64) {
         (sigma, 1.0)
     }
 
+    #[inline]
     fn exit_time(&self, _sigma: f64, _from: f64, _until: f64) -> Option<f64> {
         None
     }

@@ -30,11 +30,13 @@ pub trait GrowthLaw {
 
     /// Whether the shoot elongates. If not, points keep their places though [`regr`](Self::regr) may drive
     /// differential growth.
+    #[inline]
     fn elongates(&self) -> bool {
         true
     }
 
     /// The speed at which the apex moves away from the point at `sigma`: ∫ REGR from 0 to `sigma`, m/s.
+    #[inline]
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         // Eight Gauss points: rounding for the profiles that are smooth over the zone.
         let (x, w) = gauss(8);
@@ -43,11 +45,13 @@ pub trait GrowthLaw {
 
     /// Moves a point that is at `sigma` at time `from` to time `to` (earlier or later), as if it did not leave the zone:
     /// its new distance from the apex, and the factor by which tissue there was stretched meanwhile.
+    #[inline]
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
         integrate(self, sigma, from, to, steps_for(self, sigma, from, to))
     }
 
     /// When the point that is at `sigma` at time `from` leaves the zone, if it does so by time `until`.
+    #[inline]
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         search_exit(self, sigma, from, until)
     }
@@ -105,7 +109,11 @@ fn search_exit<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, until: f64
     let mut t = until;
     for _ in 0..200 {
         let distance = law.flow(sigma, from, t).0;
-        if distance >= end { high = t } else { low = t }
+        if distance >= end {
+            high = t
+        } else {
+            low = t
+        }
         let next = t - (distance - end) / law.apical_speed(distance, t);
         let next = if next > low && next < high { next } else { 0.5 * (low + high) };
         if (next - t).abs() <= 4.0 * f64::EPSILON * t.abs().max(until - from) {
@@ -117,21 +125,27 @@ fn search_exit<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, until: f64
 }
 
 impl<G: GrowthLaw + ?Sized> GrowthLaw for Box<G> {
+    #[inline]
     fn regr(&self, sigma: f64, t: f64) -> f64 {
         (**self).regr(sigma, t)
     }
+    #[inline]
     fn zone_length(&self) -> f64 {
         (**self).zone_length()
     }
+    #[inline]
     fn elongates(&self) -> bool {
         (**self).elongates()
     }
+    #[inline]
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         (**self).apical_speed(sigma, t)
     }
+    #[inline]
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
         (**self).flow(sigma, from, to)
     }
+    #[inline]
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         (**self).exit_time(sigma, from, until)
     }

@@ -1,7 +1,7 @@
 //! Steps that are repeated with what they led to: for laws that respond without delay.
 
-use super::steps::check_times;
 use super::stepper::{Correction, Stepper};
+use super::steps::check_times;
 use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -55,11 +55,7 @@ impl<E: Clone> Clone for Iterated<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for Iterated<E> {
-    fn start<G, T, C, L, S, P>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        past: &P,
-    ) -> Result<Tally, IntegrationError>
+    fn start<G, T, C, L, S, P>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, past: &P) -> Result<Tally, IntegrationError>
     where
         G: GrowthLaw,
         T: TropismLaw,

@@ -75,8 +75,10 @@ pub enum IntegrationError {
         source: EquilibriumError,
     },
     /// The step is longer than what the laws look back, and this integrator reads only the past.
-    #[error("a step of {step} s is longer than the delay of {delay} s that the laws look back; \
-             take a shorter step, or an integrator that iterates")]
+    #[error(
+        "a step of {step} s is longer than the delay of {delay} s that the laws look back; \
+             take a shorter step, or an integrator that iterates"
+    )]
     StepTooLong {
         /// The step, s.
         step: f64,
@@ -84,7 +86,9 @@ pub enum IntegrationError {
         delay: f64,
     },
     /// The corrections of a step did not come to rest.
-    #[error("the step to {time} s was not settled after {corrections} corrections: the last changed an angle by {change:.3e} rad")]
+    #[error(
+        "the step to {time} s was not settled after {corrections} corrections: the last changed an angle by {change:.3e} rad"
+    )]
     NotSettled {
         /// The end of the step, s.
         time: f64,

@@ -2,13 +2,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::Moment;
 use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::tissue;
 use crate::load::{Cut, Load};
 use crate::rod::Rod;
 use crate::tropism::Site;
-use crate::Moment;
 
 /// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can
 /// be seen there; from the apex towards the base.
@@ -44,8 +44,7 @@ pub(super) fn visit_sites<C: Constitutive, L: Load>(
                 lengths[g] += beyond(g, j);
                 cut_volume += beyond(g, j) * area(j);
             }
-            let cut =
-                Cut { arc_length: total - lengths[g], length_beyond: lengths[g], volume_beyond: cut_volume };
+            let cut = Cut { arc_length: total - lengths[g], length_beyond: lengths[g], volume_beyond: cut_volume };
             moments[g] = (frames[g] * Vector3::z()).cross(&load.force(&cut, moment));
         }
         for g in (0..p).rev() {

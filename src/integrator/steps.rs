@@ -47,11 +47,7 @@ impl<E: Clone> Clone for MethodOfSteps<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
-    fn start<G, T, C, L, S, P>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        past: &P,
-    ) -> Result<Tally, IntegrationError>
+    fn start<G, T, C, L, S, P>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, past: &P) -> Result<Tally, IntegrationError>
     where
         G: GrowthLaw,
         T: TropismLaw,
@@ -95,7 +91,12 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
 /// Refuses a step or an end that makes no sense.
 pub(super) fn check_times(step: f64, now: f64, until: f64) -> Result<(), ParameterError> {
     ParameterError::positive("time step", step)?;
-    ParameterError::unless(until >= now && until.is_finite(), "time to advance to", until, "finite and not in the past (s)")
+    ParameterError::unless(
+        until >= now && until.is_finite(),
+        "time to advance to",
+        until,
+        "finite and not in the past (s)",
+    )
 }
 
 /// How far back the laws look at least; zero if they read what is present.

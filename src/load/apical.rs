@@ -22,6 +22,7 @@ pub struct ApicalForce<F>(
 );
 
 impl<F: Fn(f64) -> Vector3<f64>> Load for ApicalForce<F> {
+    #[inline]
     fn force(&self, _cut: &Cut, moment: &Moment) -> Vector3<f64> {
         (self.0)(moment.time)
     }
@@ -46,6 +47,7 @@ pub struct Pulse {
 }
 
 impl Load for Pulse {
+    #[inline]
     fn force(&self, _cut: &Cut, moment: &Moment) -> Vector3<f64> {
         let phase = (moment.time - self.start) / self.duration;
         if (0.0..=1.0).contains(&phase) { self.peak * (PI * phase).sin() } else { Vector3::zeros() }

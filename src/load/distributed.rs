@@ -14,6 +14,7 @@ pub struct Distributed(
 );
 
 impl Load for Distributed {
+    #[inline]
     fn force(&self, cut: &Cut, _moment: &Moment) -> Vector3<f64> {
         self.0 * cut.length_beyond
     }

@@ -48,6 +48,7 @@ pub trait Load {
 }
 
 impl<L: Load + ?Sized> Load for Box<L> {
+    #[inline]
     fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
         (**self).force(cut, moment)
     }
@@ -62,6 +63,7 @@ impl<L: Load + ?Sized> Load for Box<L> {
 }
 
 impl<L: Load> Load for Option<L> {
+    #[inline]
     fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
         self.as_ref().map_or_else(Vector3::zeros, |l| l.force(cut, moment))
     }
@@ -78,6 +80,7 @@ impl<L: Load> Load for Option<L> {
 macro_rules! tuple_of_loads {
     ($($name:ident $index:tt),*) => {
         impl<$($name: Load),*> Load for ($($name,)*) {
+            #[inline]
             fn force(&self, _cut: &Cut, _moment: &Moment) -> Vector3<f64> {
                 Vector3::zeros() $(+ self.$index.force(_cut, _moment))*
             }

@@ -14,6 +14,7 @@ pub struct Weight {
 }
 
 impl Load for Weight {
+    #[inline]
     fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
         moment.gravity * (self.density * cut.volume_beyond)
     }

@@ -21,6 +21,7 @@ pub struct Whirl {
 }
 
 impl Load for Whirl {
+    #[inline]
     fn force(&self, _cut: &Cut, moment: &Moment) -> Vector3<f64> {
         if !(0.0..=self.period * self.turns).contains(&moment.time) {
             return Vector3::zeros();

@@ -7,36 +7,46 @@ use crate::ParameterError;
 
 macro_rules! forward {
     ($self:ident => $law:expr) => {
+        #[inline]
         fn gradient(&$self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
             $law.gradient(at, past, now)
         }
+        #[inline]
         fn variables(&$self) -> usize {
             $law.variables()
         }
+        #[inline]
         fn stimuli(&$self) -> usize {
             $law.stimuli()
         }
+        #[inline]
         fn delays(&$self, delays: &mut [f64]) {
             $law.delays(delays);
         }
+        #[inline]
         fn sense(&$self, site: &Site, stimuli: &mut [f64]) {
             $law.sense(site, stimuli);
         }
         fn at_rest(&$self, stimuli: &[f64], variables: &mut [f64]) {
             $law.at_rest(stimuli, variables);
         }
+        #[inline]
         fn settled(&$self, stimuli: &[f64], variables: &mut [f64]) {
             $law.settled(stimuli, variables);
         }
+        #[inline]
         fn rates(&$self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
             $law.rates(variables, stimuli, rates);
         }
+        #[inline]
         fn time_constants(&$self, constants: &mut [f64]) {
             $law.time_constants(constants);
         }
+        #[inline]
         fn senses_now(&$self) -> bool {
             $law.senses_now()
         }
+        #[inline]
         fn needs_position(&$self) -> bool {
             $law.needs_position()
         }
@@ -56,20 +66,25 @@ impl<T: TropismLaw + ?Sized> TropismLaw for &T {
 
 /// A law that is absent keeps nothing and steers nowhere.
 impl<T: TropismLaw> TropismLaw for Option<T> {
+    #[inline]
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
         self.as_ref().map_or_else(Vector3::zeros, |law| law.gradient(at, past, now))
     }
+    #[inline]
     fn variables(&self) -> usize {
         self.as_ref().map_or(0, T::variables)
     }
+    #[inline]
     fn stimuli(&self) -> usize {
         self.as_ref().map_or(0, T::stimuli)
     }
+    #[inline]
     fn delays(&self, delays: &mut [f64]) {
         if let Some(law) = self {
             law.delays(delays);
         }
     }
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         if let Some(law) = self {
             law.sense(site, stimuli);
@@ -80,24 +95,29 @@ impl<T: TropismLaw> TropismLaw for Option<T> {
             law.at_rest(stimuli, variables);
         }
     }
+    #[inline]
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
         if let Some(law) = self {
             law.settled(stimuli, variables);
         }
     }
+    #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         if let Some(law) = self {
             law.rates(variables, stimuli, rates);
         }
     }
+    #[inline]
     fn time_constants(&self, constants: &mut [f64]) {
         if let Some(law) = self {
             law.time_constants(constants);
         }
     }
+    #[inline]
     fn senses_now(&self) -> bool {
         self.as_ref().is_some_and(T::senses_now)
     }
+    #[inline]
     fn needs_position(&self) -> bool {
         self.as_ref().is_some_and(T::needs_position)
     }
@@ -111,6 +131,7 @@ macro_rules! tuple_of_laws {
     ($($name:ident $index:tt),*) => {
         #[allow(unused_variables, unused_mut, unused_assignments)]
         impl<$($name: TropismLaw),*> TropismLaw for ($($name,)*) {
+            #[inline]
             fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
                 let mut sum = Vector3::zeros();
                 let (mut v, mut m) = (0, 0);
@@ -124,12 +145,15 @@ macro_rules! tuple_of_laws {
                 )*
                 sum
             }
+            #[inline]
             fn variables(&self) -> usize {
                 0 $(+ self.$index.variables())*
             }
+            #[inline]
             fn stimuli(&self) -> usize {
                 0 $(+ self.$index.stimuli())*
             }
+            #[inline]
             fn delays(&self, delays: &mut [f64]) {
                 let mut v = 0;
                 $(
@@ -138,6 +162,7 @@ macro_rules! tuple_of_laws {
                     v += nv;
                 )*
             }
+            #[inline]
             fn sense(&self, site: &Site, stimuli: &mut [f64]) {
                 let mut m = 0;
                 $(
@@ -155,6 +180,7 @@ macro_rules! tuple_of_laws {
                     m += nm;
                 )*
             }
+            #[inline]
             fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
                 let (mut v, mut m) = (0, 0);
                 $(
@@ -164,6 +190,7 @@ macro_rules! tuple_of_laws {
                     m += nm;
                 )*
             }
+            #[inline]
             fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
                 let (mut v, mut m) = (0, 0);
                 $(
@@ -173,6 +200,7 @@ macro_rules! tuple_of_laws {
                     m += nm;
                 )*
             }
+            #[inline]
             fn time_constants(&self, constants: &mut [f64]) {
                 let mut v = 0;
                 $(
@@ -181,9 +209,11 @@ macro_rules! tuple_of_laws {
                     v += nv;
                 )*
             }
+            #[inline]
             fn senses_now(&self) -> bool {
                 false $(|| self.$index.senses_now())*
             }
+            #[inline]
             fn needs_position(&self) -> bool {
                 false $(|| self.$index.needs_position())*
             }

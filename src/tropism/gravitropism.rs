@@ -18,20 +18,24 @@ pub struct Gravitropism<S = SettledStatoliths> {
 }
 
 impl<S: Graviception> TropismLaw for Gravitropism<S> {
+    #[inline]
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let size = self.sensitivity / at.radius;
         let v = self.statoliths.variables();
         Vector3::new(-size * past[v + 1], size * past[v], 0.0)
     }
 
+    #[inline]
     fn variables(&self) -> usize {
         self.statoliths.variables() + 2
     }
 
+    #[inline]
     fn stimuli(&self) -> usize {
         self.statoliths.stimuli()
     }
 
+    #[inline]
     fn delays(&self, delays: &mut [f64]) {
         // Only the memories of h1 and h2 are read; the statoliths act through them.
         let (statoliths, memories) = delays.split_at_mut(self.statoliths.variables());
@@ -39,6 +43,7 @@ impl<S: Graviception> TropismLaw for Gravitropism<S> {
         memories.fill(self.memory.delay);
     }
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         self.statoliths.sense(site, stimuli);
     }
@@ -49,12 +54,14 @@ impl<S: Graviception> TropismLaw for Gravitropism<S> {
         memories.fill(0.0);
     }
 
+    #[inline]
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
         let (statoliths, memories) = variables.split_at_mut(self.statoliths.variables());
         self.statoliths.settled(stimuli, statoliths);
         (memories[0], memories[1]) = self.statoliths.normal(statoliths, stimuli);
     }
 
+    #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let v = self.statoliths.variables();
         let (h1, h2) = self.statoliths.normal(&variables[..v], stimuli);
@@ -63,6 +70,7 @@ impl<S: Graviception> TropismLaw for Gravitropism<S> {
         rates[v + 1] = self.memory.rate(variables[v + 1], h2);
     }
 
+    #[inline]
     fn time_constants(&self, constants: &mut [f64]) {
         let (statoliths, memories) = constants.split_at_mut(self.statoliths.variables());
         self.statoliths.time_constants(statoliths);

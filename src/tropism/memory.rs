@@ -17,6 +17,7 @@ pub struct Memory {
 impl Memory {
     /// The rate ẏ = (x − y)/τm.
     #[must_use]
+    #[inline]
     pub fn rate(&self, y: f64, x: f64) -> f64 {
         (x - y) / self.time
     }

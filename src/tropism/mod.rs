@@ -79,21 +79,25 @@ pub trait TropismLaw {
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
 
     /// How many variables the law keeps at a material point.
+    #[inline]
     fn variables(&self) -> usize {
         0
     }
 
     /// How many stimuli it senses there.
+    #[inline]
     fn stimuli(&self) -> usize {
         0
     }
 
     /// How long ago [`gradient`](Self::gradient) reads each variable, s; infinite for a variable that it does not read.
+    #[inline]
     fn delays(&self, delays: &mut [f64]) {
         delays.fill(0.0);
     }
 
     /// The stimuli x at a place.
+    #[inline]
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
     /// The variables at t = 0 of a shoot without a past: the default past.
@@ -102,27 +106,32 @@ pub trait TropismLaw {
     }
 
     /// The variables after these stimuli have lasted for ever: the settled past.
+    #[inline]
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.at_rest(stimuli, variables);
     }
 
     /// The rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit.
+    #[inline]
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(0.0);
     }
 
     /// For each variable the time in which it relaxes, τ in ẏ = (… − y)/τ, s; infinite if it does not. The integrator
     /// then treats −y/τ exactly, at any ratio of step to τ.
+    #[inline]
     fn time_constants(&self, constants: &mut [f64]) {
         constants.fill(f64::INFINITY);
     }
 
     /// Whether [`gradient`](Self::gradient) reads the present stimuli, without delay.
+    #[inline]
     fn senses_now(&self) -> bool {
         false
     }
 
     /// Whether [`sense`](Self::sense) reads the position of the site.
+    #[inline]
     fn needs_position(&self) -> bool {
         false
     }

@@ -17,36 +17,44 @@ pub struct Proprioception {
 }
 
 impl TropismLaw for Proprioception {
+    #[inline]
     fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
         Vector3::new(-self.sensitivity * past[0], -self.sensitivity * past[1], 0.0)
     }
 
+    #[inline]
     fn variables(&self) -> usize {
         2
     }
 
+    #[inline]
     fn stimuli(&self) -> usize {
         2
     }
 
+    #[inline]
     fn delays(&self, delays: &mut [f64]) {
         delays.fill(self.memory.delay);
     }
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
     }
 
+    #[inline]
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
         variables.copy_from_slice(stimuli);
     }
 
+    #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         for ((rate, y), x) in rates.iter_mut().zip(variables).zip(stimuli) {
             *rate = self.memory.rate(*y, *x);
         }
     }
 
+    #[inline]
     fn time_constants(&self, constants: &mut [f64]) {
         constants.fill(self.memory.time);
     }

@@ -43,25 +43,32 @@ pub trait Graviception {
 pub struct SettledStatoliths;
 
 impl Graviception for SettledStatoliths {
+    #[inline]
     fn variables(&self) -> usize {
         0
     }
 
+    #[inline]
     fn stimuli(&self) -> usize {
         2
     }
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let up = site.along_directors(&site.moment.up());
         stimuli.copy_from_slice(&[up.x, up.y]);
     }
 
+    #[inline]
     fn settled(&self, _stimuli: &[f64], _variables: &mut [f64]) {}
 
+    #[inline]
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], _rates: &mut [f64]) {}
 
+    #[inline]
     fn time_constants(&self, _constants: &mut [f64]) {}
 
+    #[inline]
     fn normal(&self, _variables: &[f64], stimuli: &[f64]) -> (f64, f64) {
         (stimuli[0], stimuli[1])
     }
@@ -82,35 +89,44 @@ pub struct Statoliths {
 }
 
 impl Graviception for Statoliths {
+    #[inline]
     fn variables(&self) -> usize {
         3
     }
 
+    #[inline]
     fn stimuli(&self) -> usize {
         3
     }
 
+    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         let up = site.along_directors(&site.moment.up());
         stimuli.copy_from_slice(up.as_slice());
     }
 
+    #[inline]
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
         variables.copy_from_slice(stimuli);
     }
 
+    #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let h = Vector3::from_column_slice(variables);
         let up = Vector3::from_column_slice(stimuli);
-        let rate = (up - h * up.dot(&h)) / self.avalanche_time;
+        // On the unit sphere this is equation (6). Off it, where only rounding leads, it pulls |h| back to 1 as fast as
+        // h relaxes, so that what is left beside −h/τa is small near the settled state in every direction.
+        let rate = (up * (0.5 * (1.0 + h.norm_squared())) - h * up.dot(&h)) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
     }
 
+    #[inline]
     fn time_constants(&self, constants: &mut [f64]) {
         // Near the settled state h relaxes as ḣ = (up − h)/τa.
         constants.fill(self.avalanche_time);
     }
 
+    #[inline]
     fn normal(&self, variables: &[f64], _stimuli: &[f64]) -> (f64, f64) {
         (variables[0], variables[1])
     }
