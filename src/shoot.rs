@@ -46,7 +46,7 @@ impl<C: Constitutive> Shoot<NoGrowth, (), C, (), Still> {
             radius: |_| f64::NAN,
             elements: 8,
             order: Order::default(),
-            merge_tolerance: 1e-4,
+            merge_tolerance: 1e-3,
         }
     }
 }
@@ -172,7 +172,8 @@ impl<G, T, C, L, S, R> ShootBuilder<G, T, C, L, S, R> {
         self
     }
 
-    /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-4 by default.
+    /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-3 by default: what is
+    /// lost has no moments, so the tip feels far less.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.merge_tolerance = tolerance;
         self

@@ -84,6 +84,14 @@ impl Default for NewtonSolver {
     }
 }
 
+impl NewtonSolver {
+    /// A solver with the given largest error of a frame, rad, and the other defaults.
+    #[must_use]
+    pub fn with_tolerance(tolerance: f64) -> Self {
+        Self { tolerance, ..Self::default() }
+    }
+}
+
 impl Clone for NewtonSolver {
     /// Clones the settings; the memory is made anew when it is needed.
     fn clone(&self) -> Self {
@@ -227,11 +235,13 @@ impl NewtonSolver {
                     work.start.keep(rod);
                     work.advance::<P>(rod, 1.0);
                 }
-                if error <= self.tolerance {
+                // The tangent was that of the last step's start, and its signs are those at the answer where its smallest
+                // pivot is safe from a change of that size. Where not, a long step is followed by another iteration, and
+                // a short one by a tangent at the answer.
+                let safe = stable && inertia.margin >= 10.0 * turn;
+                if error <= self.tolerance && (safe || turn < SMALL_TURN) {
                     outcome.error = error;
-                    // The tangent was that of the last step's start. It serves for the answer where its smallest
-                    // pivot is safe from a change of that size.
-                    if inertia.margin < 10.0 * turn || !stable {
+                    if !safe {
                         inertia = work.assemble::<P>(rod, material, time, 0.0)?.1;
                         outcome.factorisations += 1;
                     }

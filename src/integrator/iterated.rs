@@ -28,10 +28,10 @@ pub struct Iterated<E = NewtonSolver> {
 }
 
 impl Iterated<NewtonSolver> {
-    /// Steps of `step` seconds, repeated to 1e-9 rad, and Newton's method with its defaults.
+    /// Steps of `step` seconds, repeated to 1e-8 rad, and Newton's method to 1e-9 rad.
     #[must_use]
     pub fn new(step: f64) -> Self {
-        Self::with_solver(step, NewtonSolver::default())
+        Self::with_solver(step, NewtonSolver::with_tolerance(1e-9))
     }
 }
 
@@ -39,7 +39,7 @@ impl<E> Iterated<E> {
     /// Steps of `step` seconds with the given solver.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        Self { step, tolerance: 1e-9, max_corrections: 30, solver, stepper: Stepper::default() }
+        Self { step, tolerance: 1e-8, max_corrections: 30, solver, stepper: Stepper::default() }
     }
 }
 

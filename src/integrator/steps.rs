@@ -24,10 +24,10 @@ pub struct MethodOfSteps<E = NewtonSolver> {
 }
 
 impl MethodOfSteps<NewtonSolver> {
-    /// Steps of `step` seconds and Newton's method with its defaults.
+    /// Steps of `step` seconds and Newton's method to 1e-8 rad, well below the error in time of any usual step.
     #[must_use]
     pub fn new(step: f64) -> Self {
-        Self::with_solver(step, NewtonSolver::default())
+        Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
     }
 }
 
