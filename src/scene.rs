@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// An instant as loads and laws see it.
 #[derive(Debug, Clone, Copy, PartialEq)]

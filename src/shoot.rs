@@ -1,11 +1,14 @@
 //! A shoot: a state together with the laws that it obeys, built and checked in one place.
 
+use crate::basis::Order;
 use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
 use crate::rod::Rod;
+use crate::scene::{Scene, Still};
+use crate::state::State;
 use crate::tropism::TropismLaw;
-use crate::{Order, ParameterError, Scene, State, Still};
 
 /// How fine the elements of a growing shoot are kept.
 #[derive(Debug, Clone, Copy, PartialEq)]

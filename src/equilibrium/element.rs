@@ -279,8 +279,9 @@ fn symmetric_from_lower(m: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::Order;
     use crate::constitutive::LinearElastic;
-    use crate::{Order, so3};
+    use crate::so3;
 
     /// An element with arbitrary data, in units in which everything is of order one.
     struct Sample {

@@ -6,9 +6,11 @@ use super::element::{ElementData, ElementSystem};
 use super::tangent::Tangent;
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia, forces_at_points};
 use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
 use crate::load::Load;
 use crate::rod::Rod;
-use crate::{Moment, ParameterError, so3};
+use crate::scene::Moment;
+use crate::so3;
 
 /// No step turns a frame further than this, rad: beyond it the quadratic model says nothing.
 const LARGEST_TURN: f64 = 1.0;

@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
-use crate::Moment;
 use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
 use crate::load::{Cut, Load};
 use crate::rod::{Rod, weighted};
+use crate::scene::Moment;
 use crate::so3::{self, Form};
 
 /// The solver of an unloaded scene: the frames follow from the intrinsic strain, element by element from the base.

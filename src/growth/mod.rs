@@ -11,8 +11,8 @@ pub(crate) use trace::exit_before_start;
 pub use trace::{Trace, length, trace};
 pub use uniform::UniformGrowth;
 
-use crate::ParameterError;
-use crate::quadrature::gauss;
+use crate::error::ParameterError;
+use crate::quadrature::rule;
 
 /// Growth of the part near the apex, equation (2): γ̇ = γ REGR.
 ///
@@ -39,8 +39,8 @@ pub trait GrowthLaw {
     #[inline]
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         // Eight Gauss points: rounding for the profiles that are smooth over the zone.
-        let (x, w) = gauss(8);
-        x.iter().zip(&w).map(|(x, w)| w * sigma * self.regr(sigma * x, t)).sum()
+        let (x, w) = rule::<8>();
+        x.iter().zip(w).map(|(x, w)| w * sigma * self.regr(sigma * x, t)).sum()
     }
 
     /// Moves a point that is at `sigma` at time `from` to time `to` (earlier or later), as if it did not leave the zone:

@@ -5,10 +5,12 @@ use super::steps::check_times;
 use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
-use crate::{ParameterError, Scene, Shoot};
 
 /// An implicit integrator for laws of any delay, none included: fourth order in time, a few equilibria in a step.
 ///

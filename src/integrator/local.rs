@@ -5,7 +5,7 @@
 //! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
 //! iteration, node after node; if that does not contract fast, the interval is halved.
 
-use crate::quadrature::{gauss, lagrange, lobatto};
+use crate::quadrature::{lagrange, lobatto, rule};
 use crate::tropism::TropismLaw;
 
 /// Collocation points.
@@ -32,7 +32,6 @@ struct Weights {
 #[derive(Debug, Default)]
 pub(super) struct LocalSolver {
     nodes: Vec<f64>,
-    rule: (Vec<f64>, Vec<f64>),
     constants: Vec<f64>,
     /// 1/τ.
     inverse: Vec<f64>,
@@ -67,7 +66,6 @@ impl LocalSolver {
     pub fn prepare(&mut self, law: &impl TropismLaw, size: f64) {
         if self.nodes.is_empty() {
             self.nodes = lobatto(NODES - 1);
-            self.rule = gauss(8);
             self.weights.resize_with(DEPTH + 1, Weights::default);
         }
         let v = law.variables();
@@ -100,7 +98,7 @@ impl LocalSolver {
             let mut integral = [[0.0; NODES]; NODES];
             for (j, c) in self.nodes.iter().enumerate() {
                 decay[j] = (-c * z).exp();
-                integral[j] = relaxed_integral(&self.nodes, &self.rule, z, *c).map(|w| w * size);
+                integral[j] = relaxed_integral(&self.nodes, z, *c).map(|w| w * size);
             }
             weights.decay.push(decay);
             weights.integral.push(integral);
@@ -177,13 +175,14 @@ impl LocalSolver {
 }
 
 /// ∫ from 0 to `c` of exp(−(c − t) z) times each Lagrange polynomial through `nodes`, dt.
-fn relaxed_integral(nodes: &[f64], rule: &(Vec<f64>, Vec<f64>), z: f64, c: f64) -> [f64; NODES] {
+fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
     let mut out = [0.0; NODES];
     if c == 0.0 {
         return out;
     }
     if c * z <= 3.0 {
-        for (x, w) in rule.0.iter().zip(&rule.1) {
+        let (points, weights) = rule::<8>();
+        for (x, w) in points.iter().zip(weights) {
             let mut values = [0.0; NODES];
             lagrange(nodes, c * x, &mut values);
             let kernel = w * c * (-(c - c * x) * z).exp();

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Moment;
 use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::tissue;
 use crate::load::{Cut, Load};
 use crate::rod::Rod;
+use crate::scene::Moment;
 use crate::tropism::Site;
 
 /// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can

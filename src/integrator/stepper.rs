@@ -11,9 +11,11 @@ use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::{Moment, Scene};
+use crate::shoot::Shoot;
 use crate::state::Level;
+use crate::state::State;
 use crate::tropism::TropismLaw;
-use crate::{Moment, Scene, Shoot, State};
 
 /// Stimuli are interpolated in time through so many levels: fourth order.
 const LEVELS: usize = 4;
@@ -88,6 +90,7 @@ impl Stepper {
     ) -> Result<(), IntegrationError> {
         self.delays.resize(shoot.tropism.variables(), 0.0);
         shoot.tropism.delays(&mut self.delays);
+        self.make_room(&mut shoot.state, size);
         while shoot.state.time < until {
             let t = shoot.state.time;
             let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t));
@@ -155,6 +158,20 @@ impl Stepper {
         self.forget(&mut shoot.state);
         self.tally.steps += 1;
         Ok(())
+    }
+
+    /// Sets memory aside for all levels that the history will hold, so that no later step asks for any.
+    fn make_room(&mut self, state: &mut State, size: f64) {
+        let longest = longest(&self.delays);
+        // Full steps over the longest delay, those of a start, and the ones around the ends.
+        let wanted = (longest / size).min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * LEVELS;
+        let history = &mut state.history;
+        let numbers = history.levels.back().map_or(0, |level| level.rows.len());
+        history.levels.reserve(wanted.saturating_sub(history.levels.len()));
+        self.spare.reserve(wanted.saturating_sub(self.spare.len()));
+        while self.spare.len() + history.levels.len() < wanted {
+            self.spare.push(Vec::with_capacity(numbers));
+        }
     }
 
     /// Appends a level at `time` whose variables go on at their present rates; the stimuli stay. A first guess: what
@@ -334,9 +351,9 @@ impl Stepper {
 
     /// Drops the levels that nothing will read again.
     fn forget(&mut self, state: &mut State) {
-        let longest = self.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let horizon = state.time - longest(&self.delays);
         let levels = &mut state.history.levels;
-        while levels.len() > LEVELS && levels[1].time <= state.time - longest {
+        while levels.len() > LEVELS && levels[1].time <= horizon {
             if let Some(level) = levels.pop_front() {
                 self.spare.push(level.rows);
             }
@@ -365,9 +382,14 @@ impl Stepper {
             }
         }
         shoot.state.smooth_since = time;
-        shoot.state.earlier.clear();
+        shoot.state.known = 0;
         Ok(())
     }
+}
+
+/// The longest delay with which a variable is read, s.
+pub(super) fn longest(delays: &[f64]) -> f64 {
+    delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max)
 }
 
 /// The levels through which stimuli are interpolated: the last few, none from before a jump.

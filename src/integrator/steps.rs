@@ -4,10 +4,12 @@ use super::stepper::Stepper;
 use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
-use crate::{ParameterError, Scene, Shoot};
 
 /// An explicit integrator for delayed laws: one equilibrium in a step, fourth order in time.
 ///

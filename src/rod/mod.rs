@@ -9,7 +9,9 @@ pub(crate) use shape::weighted;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::basis::Basis;
-use crate::{Order, ParameterError, so3};
+use crate::basis::Order;
+use crate::error::ParameterError;
+use crate::so3;
 
 /// A material point: one Gauss point of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]

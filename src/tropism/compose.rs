@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Growing, Site, TropismLaw};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 macro_rules! forward {
     ($self:ident => $law:expr) => {

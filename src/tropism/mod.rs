@@ -15,8 +15,9 @@ pub use statoliths::{Graviception, SettledStatoliths, Statoliths};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::{Moment, ParameterError};
+use crate::scene::Moment;
 
 /// What a law can see from a material point, at a moment when the shoot is in equilibrium.
 #[derive(Debug, Clone, Copy)]
