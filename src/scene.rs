@@ -50,6 +50,24 @@ pub trait Scene {
     }
 }
 
+impl<S: Scene + ?Sized> Scene for Box<S> {
+    fn gravity(&self, t: f64) -> Vector3<f64> {
+        (**self).gravity(t)
+    }
+
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        (**self).base(t)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        (**self).next_break(t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        (**self).check()
+    }
+}
+
 /// Gravity and base that do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -32,6 +32,9 @@ struct Weights {
 #[derive(Debug, Default)]
 pub(super) struct LocalSolver {
     nodes: Vec<f64>,
+    levels: Levels,
+    /// Interpolation weights of the stimuli at the nodes of the whole step.
+    at_nodes: [[f64; 4]; NODES],
     constants: Vec<f64>,
     /// 1/τ.
     inverse: Vec<f64>,
@@ -45,15 +48,15 @@ pub(super) struct LocalSolver {
     pub halvings: usize,
 }
 
-/// Stimuli at up to four times; time counts in steps, 0 the start of the present one and 1 its end.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Levels<'a> {
+/// The times of up to four levels of stimuli; time counts in steps, 0 the start of the present one and 1 its end.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Levels {
     pub count: usize,
     pub times: [f64; 4],
-    pub stimuli: [&'a [f64]; 4],
 }
 
-impl Levels<'_> {
+impl Levels {
+    /// Interpolation weights at a time.
     fn weights(&self, time: f64) -> [f64; 4] {
         let mut weights = [0.0; 4];
         lagrange(&self.times[..self.count], time, &mut weights[..self.count]);
@@ -62,11 +65,15 @@ impl Levels<'_> {
 }
 
 impl LocalSolver {
-    /// Prepares for steps of `size` seconds.
-    pub fn prepare(&mut self, law: &impl TropismLaw, size: f64) {
+    /// Prepares for a step of `size` seconds with stimuli at the given levels.
+    pub fn prepare(&mut self, law: &impl TropismLaw, size: f64, levels: Levels) {
         if self.nodes.is_empty() {
             self.nodes = lobatto(NODES - 1);
             self.weights.resize_with(DEPTH + 1, Weights::default);
+        }
+        self.levels = levels;
+        for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
+            *at = levels.weights(*c);
         }
         let v = law.variables();
         self.constants.resize(v, f64::INFINITY);
@@ -118,17 +125,26 @@ impl LocalSolver {
         }
     }
 
-    /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step. Returns whether it succeeded.
-    pub fn advance(&mut self, law: &impl TropismLaw, levels: &Levels, y: &mut [f64], start: f64, depth: usize) -> bool {
+    /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, under the stimuli of a point
+    /// at every level. Returns whether it succeeded.
+    pub fn advance(
+        &mut self,
+        law: &impl TropismLaw,
+        stimuli: &[&[f64]; 4],
+        y: &mut [f64],
+        start: f64,
+        depth: usize,
+    ) -> bool {
         let (v, m) = (self.constants.len(), law.stimuli());
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);
         }
         for (j, c) in self.nodes.iter().enumerate() {
-            let at = levels.weights(start + part * c);
+            // The whole step is the same for every point; parts of it are rare.
+            let at = if depth == 0 { self.at_nodes[j] } else { self.levels.weights(start + part * c) };
             for (i, x) in self.stimuli[j * m..(j + 1) * m].iter_mut().enumerate() {
-                *x = (0..levels.count).map(|k| at[k] * levels.stimuli[k][i]).sum();
+                *x = (0..self.levels.count).map(|k| at[k] * stimuli[k][i]).sum();
             }
         }
         // The first guess goes on at the first rates; the forcing at the first node stays for all sweeps.
@@ -170,7 +186,7 @@ impl LocalSolver {
             return false;
         }
         self.halvings += 1;
-        self.advance(law, levels, y, start, depth + 1) && self.advance(law, levels, y, start + 0.5 * part, depth + 1)
+        self.advance(law, stimuli, y, start, depth + 1) && self.advance(law, stimuli, y, start + 0.5 * part, depth + 1)
     }
 }
 

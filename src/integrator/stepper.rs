@@ -309,7 +309,6 @@ impl Stepper {
         }
         let smooth = smooth_levels(&shoot.state);
         let size = step.to - step.from;
-        self.local.prepare(tropism, size);
         self.variables.resize(v, 0.0);
         let levels = &mut shoot.state.history.levels;
         let Some(mut new) = levels.pop_back() else { return Ok(()) };
@@ -319,6 +318,7 @@ impl Stepper {
         }
         let count = smooth.len();
         times[count - 1] = 1.0;
+        self.local.prepare(tropism, size, Levels { count, times });
         let mut failed = None;
         for i in 0..new.rows.len() / width {
             let row = i * width..(i + 1) * width;
@@ -330,8 +330,7 @@ impl Stepper {
                 *to = &level.rows[row.clone()][2 * v..];
             }
             seen[count - 1] = stimuli;
-            let known = Levels { count, times, stimuli: seen };
-            if !self.local.advance(tropism, &known, &mut self.variables, 0.0, 0) {
+            if !self.local.advance(tropism, &seen, &mut self.variables, 0.0, 0) {
                 failed = Some(i);
                 break;
             }
