@@ -24,20 +24,13 @@ impl Table {
         })?;
         let mut out = BufWriter::new(created);
         writeln!(out, "{}", columns.join(","))?;
-        Ok(Self {
-            out,
-            columns: columns.len(),
-        })
+        Ok(Self { out, columns: columns.len() })
     }
 
     /// Writes one row; it must have as many values as there are columns.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         if values.len() != self.columns {
-            return Err(invalid(format!(
-                "a row of {} values in a table of {} columns",
-                values.len(),
-                self.columns
-            )));
+            return Err(invalid(format!("a row of {} values in a table of {} columns", values.len(), self.columns)));
         }
         for (i, &value) in values.iter().enumerate() {
             let comma = if i == 0 { "" } else { "," };
