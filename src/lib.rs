@@ -88,6 +88,7 @@ pub mod rod;
 mod scene;
 mod shoot;
 pub mod so3;
+pub mod stability;
 mod state;
 pub mod tropism;
 

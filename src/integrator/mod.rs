@@ -12,6 +12,8 @@ mod stepper;
 mod steps;
 
 pub use iterated::Iterated;
+pub(crate) use sensing::visit_sites;
+
 pub use past::{FreshPast, GivenPast, Past, SettledPast};
 pub use steps::MethodOfSteps;
 

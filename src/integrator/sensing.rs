@@ -15,7 +15,7 @@ use crate::tropism::Site;
 ///
 /// The couple is summed from the free apex, m(s) = ∫ d3 × n beyond s, and the strain recovered from it: of order p + 2
 /// where differentiation of the rotations gives p + 1, and free of their rounding in short elements.
-pub(super) fn visit_sites<C: Constitutive, L: Load>(
+pub(crate) fn visit_sites<C: Constitutive, L: Load>(
     rod: &Rod,
     material: &C,
     load: &L,
