@@ -68,23 +68,12 @@ pub struct Canvas<'a> {
 }
 
 /// Draws a figure of the given size and writes it to `file`.
-pub fn write_svg(
-    file: &Path,
-    width: f64,
-    height: f64,
-    draw: impl FnOnce(&mut Canvas),
-) -> io::Result<()> {
+pub fn write_svg(file: &Path, width: f64, height: f64, draw: impl FnOnce(&mut Canvas)) -> io::Result<()> {
     let size = (units(width) as u32, units(height) as u32);
     let mut svg = String::new();
     {
-        let mut canvas = Canvas {
-            backend: SVGBackend::with_string(&mut svg, size),
-            error: None,
-        };
-        canvas.area(
-            &[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)],
-            RGBColor(255, 255, 255),
-        );
+        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut svg, size), error: None };
+        canvas.area(&[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)], RGBColor(255, 255, 255));
         draw(&mut canvas);
         let presented = canvas.backend.present();
         canvas.keep(presented);
@@ -172,17 +161,13 @@ impl Canvas<'_> {
         if label.upwards {
             font = font.transform(FontTransform::Rotate270);
         }
-        let style = TextStyle::from(font)
-            .color(&label.colour)
-            .pos(Pos::new(label.h, label.v));
+        let style = TextStyle::from(font).color(&label.colour).pos(Pos::new(label.h, label.v));
         let result = self.backend.draw_text(text, &style, fine(label.at));
         self.keep(result);
     }
 
     fn circle(&mut self, centre: Point, radius: f64, style: ShapeStyle, fill: bool) {
-        let result =
-            self.backend
-                .draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
+        let result = self.backend.draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
         self.keep(result);
     }
 
@@ -194,11 +179,7 @@ impl Canvas<'_> {
 }
 
 fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
-    ShapeStyle {
-        color: colour.to_rgba(),
-        filled: false,
-        stroke_width: units(width) as u32,
-    }
+    ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: units(width) as u32 }
 }
 
 fn fine(point: Point) -> (i32, i32) {
