@@ -171,29 +171,25 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m", "off_lamp_rad"])?;
     let (mut shapes, mut path) = (Vec::new(), Vec::new());
     let progress = Progress::new("own law");
-    for row in 0..=240 {
-        let t = end * f64::from(row) / 240.0;
+    for row in 0..=480 {
+        let t = end * f64::from(row) / 480.0;
         let _ = integrator.advance(&mut shoot, t)?;
         let (rod, tip) = (shoot.rod(), shoot.tip());
         let off = (rod.apex_frame() * Vector3::z()).angle(&(lamp - tip));
         table.row(&[t, rod.length(), tip.x, tip.y, tip.z, off])?;
         path.push((100.0 * tip.x, 100.0 * tip.z));
-        if [0, 6, 12, 24, 240].contains(&row) {
+        if [0, 12, 24, 48, 480].contains(&row) {
             let line = (0..=100).map(|i| rod.at(rod.length() * f64::from(i) / 100.0).0);
             let points = line.map(|p| (100.0 * p.x, 100.0 * p.z)).collect();
-            shapes.push(Series::new(format!("{} h", t / HOUR), points, Style::Line, shapes.len()));
-            println!(
-                "{:5.1} h: {:5.2} cm long, the tip points {:5.1}° past the lamp",
-                t / HOUR,
-                100.0 * rod.length(),
-                off.to_degrees()
-            );
+            shapes.push(Series::new(format!("{} h", t / HOUR), points, Style::Line, [0, 1, 2, 3, 6][shapes.len()]));
+            let (hours, centimetres, degrees) = (t / HOUR, 100.0 * rod.length(), off.to_degrees());
+            progress.suspend(|| println!("{hours:5.1} h: {centimetres:5.2} cm long, tip {degrees:5.1}° off the lamp"));
         }
         progress.set(t / end);
     }
     progress.finish();
     table.finish()?;
-    shapes.push(Series::new("path of the tip", path, Style::Dashed, 6));
+    shapes.push(Series::new("path of the tip", path, Style::Dashed, 5));
     shapes.push(Series::new("lamp", vec![(100.0 * lamp.x, 100.0 * lamp.z)], Style::Points, 4));
     lines_figure(out.join("shapes.svg"), "A shoot and a lamp", "x (cm)", "z (cm)", &shapes, Axes::Equal)?;
     println!("tip.csv and shapes.svg are in {}", out.display());
