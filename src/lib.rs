@@ -98,3 +98,13 @@ pub use nalgebra;
 pub use scene::{Moment, Scene, Still};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::State;
+
+/// The programs of the README, compiled and run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+/// The programs of the guide, likewise.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/own-laws.md")]
+struct Guide;

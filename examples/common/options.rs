@@ -147,6 +147,11 @@ impl Options {
         }
     }
 
+    /// A number that must be larger than 0.
+    pub fn positive(&self, name: &str) -> f64 {
+        self.get_if(name, "larger than 0", |value: &f64| *value > 0.0)
+    }
+
     /// The value of an option as text, given or default.
     pub fn text(&self, name: &str) -> &str {
         let option = self.declaration(name);

@@ -178,7 +178,7 @@ impl ElementSystem {
         }
         for k in 0..m {
             let pivot = self.hessian[k][k];
-            inertia.count(pivot, diagonal[k]);
+            inertia.count(pivot, diagonal[k], super::tangent::NEUTRAL * diagonal[k]);
             let inverse = if pivot == 0.0 { 0.0 } else { 1.0 / pivot };
             let mut column = [0.0; MAX];
             for i in k + 1..n {

@@ -171,6 +171,8 @@ impl NewtonSolver {
         let mut shift = 0.0;
         let mut kicks = 0;
         let mut last_turn = f64::INFINITY;
+        let length = rod.length();
+        let mut unit = largest_force;
         for iteration in 1..=self.max_iterations {
             outcome.iterations = iteration;
             let mut inertia;
@@ -182,8 +184,9 @@ impl NewtonSolver {
                 }
                 // A shift of the size of the force in the rod makes any rod in tension or near it convex; ten times
                 // more each time reaches whatever the strain energy of a wild guess needs.
-                shift =
-                    if shift < 0.1 * largest_force { 0.1 * largest_force.max(f64::MIN_POSITIVE) } else { 4.0 * shift };
+                // Without load it is the strain energy per length that bends the rod, a force too.
+                unit = largest_force.max(outcome.energy.abs() / length).max(f64::MIN_POSITIVE);
+                shift = if shift < 0.1 * unit { 0.1 * unit } else { 4.0 * shift };
                 if !shift.is_finite() {
                     return Err(EquilibriumError::NotFinite { what: "tangent" });
                 }
@@ -196,7 +199,11 @@ impl NewtonSolver {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
             }
 
-            if stable && !plain && turn < 1e-3 * SMALL_TURN && kicks < 3 {
+            if stable && !plain && turn < 1e-3 * SMALL_TURN {
+                if kicks == 3 {
+                    let negative = work.assemble::<P>(rod, material, time, 0.0)?.1.negative;
+                    return Err(EquilibriumError::Unstable { negative });
+                }
                 // Next to no gradient, yet not a minimum: a saddle. Leave it in a direction that breaks the symmetry.
                 Work::kick(rod, kicks);
                 kicks += 1;
@@ -230,9 +237,12 @@ impl NewtonSolver {
                 // the error that was left.
                 work.solve_again::<P>();
                 let rest = work.largest_turn();
-                // What the chord leaves shrinks by the same ratio again; at rounding level it does not shrink.
+                // What the chord leaves shrinks by the same ratio again, or by what the turn has changed of the tangent;
+                // at rounding level it does not shrink, and where the shape is all but free to move that level is high.
                 let shrinks = rest < 0.5 * turn;
-                let error = if shrinks { rest * (rest / turn) } else { rest };
+                let error = if shrinks { 2.0 * rest * (rest / turn).max(turn) } else { turn.max(rest) };
+                let rounding = 4.0 * f64::EPSILON / inertia.margin.max(f64::EPSILON);
+                let stagnates = !shrinks && error <= rounding.min(1e-3 * SMALL_TURN);
                 if shrinks {
                     work.start.keep(rod);
                     work.advance::<P>(rod, 1.0);
@@ -241,7 +251,7 @@ impl NewtonSolver {
                 // pivot is safe from a change of that size. Where not, a long step is followed by another iteration, and
                 // a short one by a tangent at the answer.
                 let safe = stable && inertia.margin >= 10.0 * turn;
-                if error <= self.tolerance && (safe || turn < SMALL_TURN) {
+                if (error <= self.tolerance || stagnates) && (safe || turn < SMALL_TURN) {
                     outcome.error = error;
                     if !safe {
                         inertia = work.assemble::<P>(rod, material, time, 0.0)?.1;
@@ -251,12 +261,9 @@ impl NewtonSolver {
                     if !stable || inertia.negative == 0 {
                         return Ok(outcome);
                     }
-                    if kicks >= 3 {
-                        return Err(EquilibriumError::Unstable { negative: inertia.negative });
-                    }
                 }
             }
-            shift = if shift < 1e-3 * largest_force { 0.0 } else { 0.25 * shift };
+            shift = if shift < 1e-3 * unit { 0.0 } else { 0.25 * shift };
         }
         Err(EquilibriumError::NoConvergence {
             iterations: self.max_iterations,
