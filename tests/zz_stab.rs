@@ -6,20 +6,39 @@ use morphorod::tropism::*;
 use morphorod::*;
 use std::time::Instant;
 
-fn upright(l: f64, tg_h: f64, beta: f64, eta: f64, n: usize, tau_a: Option<f64>) -> Result<Linearisation, StabilityError> {
+fn upright(
+    l: f64,
+    tg_h: f64,
+    beta: f64,
+    eta: f64,
+    n: usize,
+    tau_a: Option<f64>,
+) -> Result<Linearisation, StabilityError> {
     let m = Memory { time: 720.0, delay: 720.0 };
     let b = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
-        .length(l).radius(5e-4).elements(n)
+        .length(l)
+        .radius(5e-4)
+        .elements(n)
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: tg_h * 3600.0 }))
         .load(Weight { density: 1000.0 });
     match tau_a {
         None => {
-            let mut s = b.tropism((Gravitropism { sensitivity: beta, memory: m, statoliths: SettledStatoliths }, Proprioception { sensitivity: eta, memory: m })).build()?;
+            let mut s = b
+                .tropism((
+                    Gravitropism { sensitivity: beta, memory: m, statoliths: SettledStatoliths },
+                    Proprioception { sensitivity: eta, memory: m },
+                ))
+                .build()?;
             let _ = StationarySolver::default().solve(&mut s)?;
             Linearisation::about(&s)
         }
         Some(t) => {
-            let mut s = b.tropism((Gravitropism { sensitivity: beta, memory: m, statoliths: Statoliths { avalanche_time: t } }, Proprioception { sensitivity: eta, memory: m })).build()?;
+            let mut s = b
+                .tropism((
+                    Gravitropism { sensitivity: beta, memory: m, statoliths: Statoliths { avalanche_time: t } },
+                    Proprioception { sensitivity: eta, memory: m },
+                ))
+                .build()?;
             let _ = StationarySolver::default().solve(&mut s)?;
             Linearisation::about(&s)
         }
@@ -40,7 +59,12 @@ fn table() {
             let o = onset(|p| upright(p, tg, beta, eta, n, ta), lo, hi);
             let dt = t0.elapsed();
             match o {
-                Ok(o) => println!("{n} {eta} {tg} {:.2e} {:.2e} {} {dt:?} {o:?}", o.parameter * 100.0 / l - 1.0, o.period() / 60.0 / period - 1.0, o.linearisations),
+                Ok(o) => println!(
+                    "{n} {eta} {tg} {:.2e} {:.2e} {} {dt:?} {o:?}",
+                    o.parameter * 100.0 / l - 1.0,
+                    o.period() / 60.0 / period - 1.0,
+                    o.linearisations
+                ),
                 Err(e) => println!("{n} {eta} {tg} ERR {e} {dt:?}"),
             }
         }

@@ -22,12 +22,10 @@ pub enum Unstable {
 pub(super) enum Part {
     /// The isolated roots of a block of unknowns.
     Block(usize),
-    /// The essential spectrum at the points of a kind.
+    /// The essential spectrum of a block of the local problem at the points of a kind.
     Essential(usize),
 }
 
-/// Panels on the line to begin with.
-const PANELS: usize = 32;
 /// Halvings of a panel after which a root is taken to lie on the line.
 const DEPTH: usize = 30;
 
@@ -35,14 +33,48 @@ impl Linearisation {
     pub(super) fn part(&self, z: Complex<f64>, part: Part) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
         match part {
             Part::Block(block) => self.matrix(z, &self.blocks[block]),
-            Part::Essential(kind) => self.local_matrix(z, kind),
+            Part::Essential(block) => {
+                let (kind, components) = &self.local_blocks[block];
+                self.local_matrix(z, *kind, components)
+            }
         }
     }
 
-    /// det M(λ)/(λ + c)ⁿ up to a positive factor, with c > 0 so that it tends to one far right and has no pole there.
-    fn characteristic(&self, z: Complex<f64>, part: Part, c: f64) -> Complex<f64> {
-        let (matrix, _) = self.part(z, part);
-        (matrix / (z + Complex::from(c))).lu().determinant()
+    /// A function whose zeros are the roots of a part, that tends to one far right and has no pole right of the essential
+    /// spectrum; and its logarithmic derivative.
+    ///
+    /// For a block it is det(M D⁻¹), D the local problems at its points: M is D and something compact, so this
+    /// determinant has a limit as the mesh is refined, and only the isolated roots. For a local problem it is
+    /// det D/(λ + c)ⁿ, c > 0.
+    pub(super) fn characteristic(&self, z: Complex<f64>, part: Part) -> (Complex<f64>, Complex<f64>) {
+        let (matrix, slope) = self.part(z, part);
+        let n = matrix.nrows();
+        match part {
+            Part::Essential(_) => {
+                let c = z + Complex::from(self.slowest_rate());
+                let (value, log_slope) = determinant(matrix / c, slope / c);
+                (value, log_slope - Complex::from(n as f64) / c)
+            }
+            Part::Block(block) => {
+                let (mut value, mut log_slope) = (Complex::<f64>::ONE, Complex::<f64>::ZERO);
+                let mut divisors = Vec::with_capacity(n);
+                let lu = matrix.lu();
+                for (kind, components, places) in &self.local_parts[block] {
+                    let (local, local_slope) = self.local_matrix(z, *kind, components);
+                    let (d, d_slope) = determinant(local, local_slope);
+                    divisors.extend(std::iter::repeat_n(d.powf(1.0 / components.len() as f64), places.len()));
+                    let points = (places.len() / components.len()) as f64;
+                    log_slope -= d_slope * points;
+                }
+                // Pivot by pivot, or the determinants of many points over- or underflow.
+                for (pivot, divisor) in lu.u().diagonal().iter().zip(&divisors) {
+                    value *= pivot / divisor;
+                }
+                value *= lu.p().determinant::<Complex<f64>>();
+                let quotient = lu.solve(&slope).map_or(Complex::from(f64::INFINITY), |q| q.trace());
+                (value, log_slope + quotient)
+            }
+        }
     }
 
     /// The number of roots with Re λ > `abscissa`.
@@ -51,15 +83,17 @@ impl Linearisation {
     /// A root on the line, which cannot be counted.
     pub(super) fn count(&self, part: Part, abscissa: f64) -> Result<usize, StabilityError> {
         let radius = self.bound(abscissa);
-        let c = 2.0 * abscissa.abs() + self.slowest_rate();
-        let f = |w: f64| self.characteristic(Complex::new(abscissa, w), part, c);
+        let f = |w: f64| self.characteristic(Complex::new(abscissa, w), part).0;
         // From the real axis up to where no root is: the other half mirrors it, the arc far right contributes nothing
-        // because f is real at its right end and within 1 of 1 beyond the bound. Denser towards zero, where slow roots are.
+        // because f is real at its right end and within 1 of 1 beyond the bound. Octave by octave from what the line's
+        // distance from zero resolves, since without proprioception everything piles up there.
         let top = 8.0 * radius;
+        let slow = self.slowest_rate();
+        let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
         let mut turn = 0.0;
         let (mut w, mut value) = (0.0, f(0.0));
-        for i in 1..=PANELS {
-            let next = top * (i as f64 / PANELS as f64).powi(2);
+        for octave in (0..=octaves).rev() {
+            let next = top * 0.5_f64.powi(octave);
             let next_value = f(next);
             turn += argument(&f, (w, value), (next, next_value), 0).ok_or(StabilityError::NoConvergence {
                 what: "count of roots (one lies on the line)",
@@ -86,8 +120,8 @@ impl Linearisation {
     /// A root on the line.
     pub fn unstable(&self) -> Result<Unstable, StabilityError> {
         let line = 1e-6 * self.slowest_rate();
-        for kind in 0..self.transfers.len() {
-            if self.count(Part::Essential(kind), line)? > 0 {
+        for block in 0..self.local_blocks.len() {
+            if self.count(Part::Essential(block), line)? > 0 {
                 let abscissa = self.essential()?.first().map_or(0.0, |z| z.re);
                 return Ok(Unstable::Infinite { abscissa });
             }
@@ -98,6 +132,13 @@ impl Linearisation {
         }
         Ok(Unstable::Finite(sum))
     }
+}
+
+/// det A and tr(A⁻¹ A').
+fn determinant(matrix: DMatrix<Complex<f64>>, slope: DMatrix<Complex<f64>>) -> (Complex<f64>, Complex<f64>) {
+    let lu = matrix.lu();
+    let quotient = lu.solve(&slope).map_or(Complex::from(f64::INFINITY), |q| q.trace());
+    (lu.determinant(), quotient)
 }
 
 /// The change of the argument of `f` between two points, by halving until it is small and sure.

@@ -50,6 +50,10 @@ pub struct Linearisation {
     pub(super) unknowns: Vec<(usize, usize)>,
     /// Sets of unknowns that do not couple: planes of an upright shoot, say.
     pub(super) blocks: Vec<Vec<usize>>,
+    /// The same for the local problem of every kind of point that senses its strain: kind and components.
+    pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
+    /// For every block the local problems of its points: kind, components, and rows of the block.
+    pub(super) local_parts: Vec<Vec<(usize, Vec<usize>, Vec<usize>)>>,
     /// X: rows (point, stimulus), columns unknowns.
     pub(super) response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
@@ -235,10 +239,13 @@ impl Linearisation {
             displacement: DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len()),
             unknowns,
             blocks: Vec::new(),
+            local_blocks: Vec::new(),
+            local_parts: Vec::new(),
             stimuli: m,
         };
         out.respond(shoot, rod, moment, solver)?;
         out.find_blocks();
+        out.find_local_parts();
         Ok(out)
     }
 
@@ -281,40 +288,49 @@ impl Linearisation {
         }
     }
 
-    /// Sets of unknowns that are coupled, directly or through others.
+    /// Finds what does not couple, in the whole and in the local problems.
     fn find_blocks(&mut self) {
-        let n = self.unknowns.len();
         // Two frequencies: no coupling vanishes at both.
-        let scale =
-            1.0 / self.transfers.iter().flat_map(|t| &t.delays).copied().filter(|d| d.is_finite()).fold(1.0, f64::max);
-        let all: Vec<usize> = (0..n).collect();
-        let (a, b) = (Complex::new(0.31 * scale, 0.77 * scale), Complex::new(0.11 * scale, 0.0));
-        let (ma, mb) = (self.matrix(a, &all).0, self.matrix(b, &all).0);
-        let strength = DMatrix::from_fn(n, n, |i, j| ma[(i, j)].norm() + mb[(i, j)].norm());
-        let off_diagonal = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|(i, j)| i != j);
-        let threshold = UNCOUPLED * off_diagonal.map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
-        let mut label: Vec<usize> = (0..n).collect();
-        // Labels spread along couplings until nothing changes.
-        loop {
-            let mut changed = false;
-            for i in 0..n {
-                for j in 0..n {
-                    if strength[(i, j)] > threshold && label[i] != label[j] {
-                        let least = label[i].min(label[j]);
-                        label[i] = least;
-                        label[j] = least;
-                        changed = true;
-                    }
-                }
+        let rate = self.slowest_rate();
+        let places = [Complex::new(0.31 * rate, 0.77 * rate), Complex::new(0.11 * rate, 0.0)];
+        let strength = |matrix: &dyn Fn(Complex<f64>) -> DMatrix<Complex<f64>>| {
+            places.iter().map(|z| matrix(*z).map(|entry| entry.norm())).reduce(|a, b| a + b)
+        };
+        let all: Vec<usize> = (0..self.unknowns.len()).collect();
+        self.blocks = strength(&|z| self.matrix(z, &all).0).map_or_else(Vec::new, |s| components(&s));
+        self.local_blocks.clear();
+        for kind in 0..self.transfers.len() {
+            let transfer = &self.transfers[kind];
+            let driven: Vec<usize> = (0..3).filter(|&c| transfer.drives(c)).collect();
+            if driven.is_empty() || transfer.local.norm() == 0.0 {
+                continue;
             }
-            if !changed {
-                break;
+            let strength = strength(&|z| self.local_matrix(z, kind, &driven).0);
+            for block in strength.map_or_else(Vec::new, |s| components(&s)) {
+                let components: Vec<usize> = block.iter().map(|&i| driven[i]).collect();
+                self.local_blocks.push((kind, components));
             }
         }
-        let mut names = label.clone();
-        names.sort_unstable();
-        names.dedup();
-        self.blocks = names.iter().map(|name| (0..n).filter(|&i| label[i] == *name).collect()).collect();
+    }
+
+    /// Sorts the points of every block by the local problem that they have in it.
+    fn find_local_parts(&mut self) {
+        self.local_parts = Vec::new();
+        for block in &self.blocks {
+            let mut parts: Vec<(usize, Vec<usize>, Vec<usize>)> = Vec::new();
+            let mut row = 0;
+            while row < block.len() {
+                let (point, _) = self.unknowns[block[row]];
+                let rows: Vec<usize> = (row..block.len()).take_while(|&r| self.unknowns[block[r]].0 == point).collect();
+                let components: Vec<usize> = rows.iter().map(|&r| self.unknowns[block[r]].1).collect();
+                row += rows.len();
+                match parts.iter_mut().find(|part| part.0 == self.kind[point] && part.1 == components) {
+                    Some(part) => part.2.extend(rows),
+                    None => parts.push((self.kind[point], components, rows)),
+                }
+            }
+            self.local_parts.push(parts);
+        }
     }
 
     /// The number of unknowns.
@@ -350,9 +366,13 @@ impl Linearisation {
 
     /// The local problem at the points of one kind: what infinitely short waves feel. Their elastic strain and their
     /// turn of the shoot vanish, so a point sees its own intrinsic strain alone.
-    pub(super) fn local_matrix(&self, z: Complex<f64>, kind: usize) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+    pub(super) fn local_matrix(
+        &self,
+        z: Complex<f64>,
+        kind: usize,
+        driven: &[usize],
+    ) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
         let transfer = &self.transfers[kind];
-        let driven: Vec<usize> = (0..3).filter(|&c| transfer.drives(c)).collect();
         let (t, dt) = transfer.at(z);
         let n = driven.len();
         let local = transfer.local.map(Complex::from);
@@ -395,6 +415,33 @@ impl Linearisation {
         let slowest = delays.map(|d| 1.0 / d).chain(rates).fold(f64::INFINITY, f64::min);
         if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
     }
+}
+
+/// Sets of indices that are coupled, directly or through others, by entries that are more than rounding.
+fn components(strength: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let n = strength.nrows();
+    let pairs = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|(i, j)| i != j);
+    let threshold = UNCOUPLED * pairs().map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
+    // Couplings below rounding of the diagonal do not count either.
+    let threshold = threshold.max(1e-9 * strength.diagonal().max());
+    let mut label: Vec<usize> = (0..n).collect();
+    loop {
+        let mut changed = false;
+        for (i, j) in pairs() {
+            if strength[(i, j)] > threshold && label[i] != label[j] {
+                let least = label[i].min(label[j]);
+                (label[i], label[j]) = (least, least);
+                changed = true;
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    let mut names = label.clone();
+    names.sort_unstable();
+    names.dedup();
+    names.iter().map(|name| (0..n).filter(|&i| label[i] == *name).collect()).collect()
 }
 
 impl Transfer {

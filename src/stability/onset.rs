@@ -128,13 +128,8 @@ pub fn onset(
 /// The rightmost root and the part of the spectrum that it belongs to.
 pub(super) fn leading(linear: &Linearisation) -> Result<(Part, Complex<f64>), StabilityError> {
     let mut best: Option<(Part, Complex<f64>)> = None;
-    let essential = (0..linear.transfers.len()).map(Part::Essential);
+    let essential = (0..linear.local_blocks.len()).map(Part::Essential);
     for part in essential.chain((0..linear.blocks.len()).map(Part::Block)) {
-        if let Part::Essential(kind) = part
-            && linear.transfers[kind].local.norm() == 0.0
-        {
-            continue;
-        }
         if let Some(z) = linear.rightmost_of(part)?
             && best.is_none_or(|(_, other)| z.re > other.re + 1e-9 * z.norm())
         {

@@ -1,11 +1,10 @@
 //! The rightmost roots and their modes.
 
-use nalgebra::{Complex, DMatrix, DVector, Vector3};
+use nalgebra::{Complex, DVector, Vector3};
 
 use super::count::Part;
 use super::{Linearisation, StabilityError};
 use crate::error::ParameterError;
-use crate::quadrature::rule;
 
 /// How a mode moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,18 +48,14 @@ impl Root {
     }
 }
 
-/// More roots than this in a region are not told apart by their power sums.
-const MOST: usize = 6;
+/// Points on a line from which Newton's method may start.
+const GRID: usize = 48;
 
 impl Linearisation {
-    /// −f/f', the step of Newton's method for the determinant.
+    /// −f/f', the step of Newton's method for the characteristic function of a part.
     pub(super) fn newton_step(&self, z: Complex<f64>, part: Part) -> Complex<f64> {
-        let (matrix, slope) = self.part(z, part);
-        match matrix.lu().solve(&slope) {
-            Some(quotient) => -Complex::<f64>::ONE / quotient.trace(),
-            // Exactly singular: z is a root.
-            None => Complex::ZERO,
-        }
+        let (_, log_slope) = self.characteristic(z, part);
+        -Complex::<f64>::ONE / log_slope
     }
 
     /// Newton's method for a root near `start`.
@@ -84,98 +79,53 @@ impl Linearisation {
         Err(StabilityError::NoConvergence { what: "characteristic root", residual: last })
     }
 
-    /// All roots of a part with Re λ > `abscissa` and Im λ ≥ 0, rightmost first; at most a few.
+    /// All roots of a part with Re λ > `abscissa` and Im λ ≥ 0, rightmost first.
     ///
-    /// Their number and power sums are contour integrals of f'/f (Delves and Lyness, Math. Comp. 21, 543 (1967)); Newton's
-    /// method then makes each exact.
+    /// Newton's method is started where its step is shortest along lines in the region; whether that has found them all is
+    /// told by counting. If not, the lines are drawn more densely.
     pub(super) fn roots_right_of(&self, part: Part, abscissa: f64) -> Result<Vec<Complex<f64>>, StabilityError> {
         let count = self.count(part, abscissa)?;
-        if count == 0 {
-            return Ok(Vec::new());
-        }
-        if count > MOST {
-            return self.split_region(part, abscissa, count);
-        }
-        let radius = self.bound(abscissa).max(abscissa * 1.1);
-        let centre = 0.5 * (abscissa + radius);
-        let size = 0.5 * (radius - abscissa).max(radius);
-        let (x, w) = rule::<8>();
-        let corners = [
-            Complex::new(radius, 0.0),
-            Complex::new(radius, radius),
-            Complex::new(abscissa, radius),
-            Complex::new(abscissa, 0.0),
-        ];
-        let mut panels = 8;
-        let mut sums = vec![0.0; MOST + 1];
-        loop {
-            sums.fill(0.0);
-            for side in corners.windows(2) {
-                for i in 0..panels {
-                    // Panels shrink towards the end of the last side, the real axis near the line.
-                    let at = |i: usize| {
-                        let t = i as f64 / panels as f64;
-                        if side[1].im == 0.0 { 1.0 - (1.0 - t) * (1.0 - t) } else { t }
-                    };
-                    let (a, b) = (at(i), at(i + 1));
-                    for (x, w) in x.iter().zip(w) {
-                        let z = side[0] + (side[1] - side[0]) * (a + (b - a) * x);
-                        let term =
-                            -Complex::<f64>::ONE / self.newton_step(z, part) * (side[1] - side[0]) * ((b - a) * w);
-                        let place = (z - centre) / size;
-                        let mut power = Complex::<f64>::ONE;
-                        for sum in &mut sums[..=count] {
-                            // The lower half of the contour is the mirror image.
-                            *sum += (power * term).im / std::f64::consts::PI;
-                            power *= place;
-                        }
+        let mut found: Vec<Complex<f64>> = Vec::new();
+        let mut pairs = 0;
+        let top = self.bound(abscissa);
+        for refinement in 0..5 {
+            if pairs >= count {
+                break;
+            }
+            let lines = 1 + 2 * refinement;
+            for line in 0..lines {
+                let re = abscissa + (top - abscissa) * (line as f64 / lines as f64).powi(2);
+                for z in self.near_line(part, re, GRID << refinement) {
+                    if z.re > abscissa && !found.iter().any(|other| (other - z).norm() < 1e-8 * z.norm()) {
+                        found.push(z);
                     }
                 }
             }
-            if (sums[0] - count as f64).abs() < 1e-3 {
-                break;
-            }
-            panels *= 2;
-            if panels > 1024 {
-                return Err(StabilityError::NoConvergence {
-                    what: "contour integral of roots",
-                    residual: sums[0] - count as f64,
-                });
-            }
+            pairs = found.iter().map(|z| if z.im > 1e-9 * z.norm() { 2 } else { 1 }).sum();
         }
-        let mut found: Vec<Complex<f64>> = Vec::new();
-        for guess in roots_of_sums(&sums[1..=count]) {
-            let z = self.polish(Complex::from(centre) + guess * size, part)?;
-            let z = Complex::new(z.re, z.im.abs());
-            if z.re > abscissa && !found.iter().any(|other| (other - z).norm() < 1e-9 * z.norm()) {
-                found.push(z);
-            }
-        }
-        let pairs: usize = found.iter().map(|z| if z.im > 1e-12 * z.norm() { 2 } else { 1 }).sum();
         if pairs != count {
-            return self.split_region(part, abscissa, count);
+            let residual = count as f64 - pairs as f64;
+            return Err(StabilityError::NoConvergence {
+                what: "search for all roots (some are multiple or too close)",
+                residual,
+            });
         }
         found.sort_by(|a, b| b.re.total_cmp(&a.re));
         Ok(found)
     }
 
-    /// Finds a line further right that leaves fewer roots, and takes those: enough for the rightmost.
-    fn split_region(&self, part: Part, abscissa: f64, count: usize) -> Result<Vec<Complex<f64>>, StabilityError> {
-        let (mut low, mut high) = (abscissa, self.bound(abscissa));
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            match self.count(part, middle) {
-                Ok(0) => high = middle,
-                Ok(n) if n < count => return self.roots_right_of(part, middle),
-                Ok(_) => low = middle,
-                // A root on the line: any other line will do.
-                Err(_) => high = 0.5 * (middle + high),
-            }
-        }
-        // Not to be parted: a root that occurs several times, or roots closer than rounding.
-        let z =
-            self.polish(Complex::new(low, 0.0), part).or_else(|_| self.polish(Complex::new(low, low.abs()), part))?;
-        Ok(vec![Complex::new(z.re, z.im.abs())])
+    /// Roots that Newton's method finds from a line, with Im λ ≥ 0; each may occur more than once.
+    fn near_line(&self, part: Part, re: f64, points: usize) -> Vec<Complex<f64>> {
+        let top = self.bound(re);
+        let at = |i: usize| Complex::new(re, top * (i as f64 / points as f64).powi(2));
+        let steps: Vec<f64> = (0..=points).map(|i| self.newton_step(at(i), part).norm()).collect();
+        let shortest = |i: usize| {
+            let left = i == 0 || steps[i] <= steps[i - 1];
+            left && (i == points || steps[i] <= steps[i + 1])
+        };
+        let starts = (0..=points).filter(|&i| steps[i].is_finite() && shortest(i));
+        let roots = starts.filter_map(|i| self.polish(at(i), part).ok());
+        roots.map(|z| Complex::new(z.re, z.im.abs())).collect()
     }
 
     /// The essential spectrum: for every kind of material point the root of its local problem that lies furthest to the
@@ -186,12 +136,10 @@ impl Linearisation {
     /// A root that is not found.
     pub fn essential(&self) -> Result<Vec<Complex<f64>>, StabilityError> {
         let mut out: Vec<Complex<f64>> = Vec::new();
-        for kind in 0..self.transfers.len() {
-            let part = Part::Essential(kind);
-            if self.transfers[kind].local.norm() == 0.0 {
-                continue;
-            }
-            if let Some(root) = self.rightmost_of(part)? {
+        for block in 0..self.local_blocks.len() {
+            if let Some(root) = self.rightmost_of(Part::Essential(block))?
+                && !out.iter().any(|other| (other - root).norm() < 1e-9 * root.norm())
+            {
                 out.push(root);
             }
         }
@@ -206,24 +154,35 @@ impl Linearisation {
     }
 
     /// The rightmost root of a part, if there is one right of the memories' own rates.
+    ///
+    /// For a block also right of the essential spectrum, left of which its characteristic function has poles.
     pub(super) fn rightmost_of(&self, part: Part) -> Result<Option<Complex<f64>>, StabilityError> {
-        let left = self.leftmost();
-        // Lines ever further left, until one has roots right of it.
-        let mut line = 1e-6 * self.slowest_rate();
-        loop {
-            let roots = self.roots_right_of(part, line);
-            match roots {
-                Ok(roots) if !roots.is_empty() => return Ok(roots.into_iter().next()),
-                Ok(_) | Err(StabilityError::NoConvergence { .. }) if line > left => {}
-                Ok(_) => return Ok(None),
-                Err(error) => return Err(error),
-            }
-            line = if line > 0.0 { 0.02 * left } else { (1.7 * line).max(left * (1.0 + 1e-12)) };
-            if line <= left {
-                let roots = self.roots_right_of(part, left)?;
-                return Ok(roots.into_iter().next());
+        let slow = self.slowest_rate();
+        let mut left = self.leftmost();
+        if matches!(part, Part::Block(_)) {
+            // Without proprioception everything piles up at zero.
+            let essential = self.essential()?.first().map_or(0.0, |z| z.re);
+            left = left.max(essential + 1e-4 * slow);
+        }
+        let mut line = 1e-6 * slow;
+        for refinement in 0..6 {
+            let near = self.near_line(part, line, GRID << refinement.min(3));
+            let best = near.into_iter().filter(|z| z.re > left).max_by(|a, b| a.re.total_cmp(&b.re));
+            match best {
+                // A whisker right of it nothing may be left.
+                Some(z) => {
+                    let clear = z.re + 1e-7 * z.norm().max(slow);
+                    if self.count(part, clear)? == 0 {
+                        return Ok(Some(z));
+                    }
+                    // Something is further right: look from there.
+                    line = clear + 0.05 * (self.bound(clear) - clear).max(0.0) * f64::from(refinement);
+                }
+                None if self.count(part, left + 1e-3 * slow)? == 0 => return Ok(None),
+                None => line = left + (line - left) * 0.5,
             }
         }
+        Err(StabilityError::NoConvergence { what: "rightmost root", residual: line })
     }
 
     /// The isolated roots with Re λ > `abscissa` (1/s), rightmost first, with their modes. The line must lie right of the
@@ -330,26 +289,4 @@ fn polarisation(tip: &Vector3<Complex<f64>>) -> Polarisation {
     let (re, im) = (tip.map(|z| z.re), tip.map(|z| z.im));
     let area = re.cross(&im).norm();
     if area < 1e-6 * tip.norm_squared() { Polarisation::Planar } else { Polarisation::Turning }
-}
-
-/// The numbers whose power sums are given: Newton's identities, then the eigenvalues of the companion matrix.
-fn roots_of_sums(sums: &[f64]) -> Vec<Complex<f64>> {
-    let n = sums.len();
-    let mut e = vec![1.0; n + 1];
-    for k in 1..=n {
-        let total: f64 =
-            (1..=k).map(|i| if i % 2 == 1 { e[k - i] * sums[i - 1] } else { -e[k - i] * sums[i - 1] }).sum();
-        e[k] = total / k as f64;
-    }
-    // z^n − e1 z^(n−1) + e2 z^(n−2) − …
-    let companion = DMatrix::from_fn(n, n, |i, j| {
-        if i == 0 {
-            if j % 2 == 0 { e[j + 1] } else { -e[j + 1] }
-        } else if i == j + 1 {
-            1.0
-        } else {
-            0.0
-        }
-    });
-    companion.complex_eigenvalues().iter().copied().collect()
 }
