@@ -4,7 +4,7 @@
 mod shoots;
 
 use morphorod::constitutive::Constitutive;
-use morphorod::equilibrium::{EquilibriumError, NewtonSolver, Unloaded};
+use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SettledPast};
 use morphorod::load::{ApicalForce, Load, Whirl};
@@ -176,7 +176,7 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     let mut steady = shoot();
     let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
     let mut retried = shoot();
-    let mut run = MethodOfSteps::with_solver(90.0, NewtonSolver::default());
+    let mut run = MethodOfSteps::new(90.0);
     run.solver.max_iterations = 1;
     let before = retried.state().clone();
     let error = run.advance(&mut retried, HOUR).unwrap_err();
