@@ -45,7 +45,7 @@ impl<C: Constitutive> Shoot<NoGrowth, (), C, (), Still> {
             load: (),
             scene: Still::upright(),
             radius: |_| f64::NAN,
-            plan: Plan { length: f64::NAN, elements: 8, order: Order::default(), merge_tolerance: 1e-3 },
+            plan: Plan { length: f64::NAN, elements: 8, order: Order::default(), merge_tolerance: 1e-4 },
         }
     }
 }
@@ -165,7 +165,7 @@ impl<C, G, T, L, S, R> ShootBuilder<C, G, T, L, S, R> {
         self
     }
 
-    /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-3 by default: what
+    /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-4 by default: what
     /// is lost has no moments, so the tip feels far less.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.plan.merge_tolerance = tolerance;

@@ -30,10 +30,10 @@ pub struct Iterated<E = NewtonSolver> {
 }
 
 impl Iterated<NewtonSolver> {
-    /// Steps of `step` seconds, repeated to 1e-8 rad, and Newton's method to 1e-9 rad.
+    /// Steps of `step` seconds, repeated to 1e-8 rad, and Newton's method to the same.
     #[must_use]
     pub fn new(step: f64) -> Self {
-        Self::with_solver(step, NewtonSolver::with_tolerance(1e-9))
+        Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
     }
 }
 

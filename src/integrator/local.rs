@@ -76,19 +76,24 @@ impl LocalSolver {
             *at = levels.weights(*c);
         }
         let v = law.variables();
-        self.constants.resize(v, f64::INFINITY);
-        self.constants.fill(f64::INFINITY);
-        law.time_constants(&mut self.constants);
+        self.rates.resize(v, f64::INFINITY);
+        self.rates.fill(f64::INFINITY);
+        law.time_constants(&mut self.rates);
+        // Weights belong to a size of step and to the laws' time constants.
+        let known = self.weights[0].size == size && self.constants == self.rates;
+        self.constants.clone_from(&self.rates);
+        self.inverse.clear();
+        self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
         self.stimuli.resize(NODES * law.stimuli(), 0.0);
         self.forcing.resize(NODES * v, 0.0);
         self.values.resize(NODES * v, 0.0);
-        self.rates.resize(v, 0.0);
         self.first_rates.resize(v, 0.0);
-        self.inverse.clear();
-        self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
-        if self.weights[0].size != size || self.weights[0].decay.len() != v {
-            for (depth, weights) in self.weights.iter_mut().enumerate() {
-                weights.size = if depth == 0 { size } else { 0.0 };
+        if !known {
+            for weights in &mut self.weights {
+                weights.size = 0.0;
+                // Room now, so that no later step asks for memory when it first halves its interval.
+                weights.decay.reserve(v.saturating_sub(weights.decay.len()));
+                weights.integral.reserve(v.saturating_sub(weights.integral.len()));
             }
             self.fill(0, size);
         }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::IntegrationError;
 use super::past::Past;
 use super::sensing::visit_sites;
-use super::stepper::{Stepper, longest};
+use super::stepper::{Stepper, longest, place};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
 use crate::load::Load;
@@ -27,8 +27,7 @@ impl Stepper {
         past: &impl Past,
     ) -> Result<(), IntegrationError> {
         let now = shoot.state.time;
-        shoot.state.rod.set_base(shoot.scene.base(now));
-        let moment = shoot.scene.moment(now);
+        let moment = place(shoot, now)?;
         self.settle(shoot, solver, &moment)?;
         shoot.state.make_room_for_guesses();
         shoot.state.smooth_since = now;

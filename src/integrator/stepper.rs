@@ -79,6 +79,14 @@ impl Stepper {
         Ok(self.tally)
     }
 
+    /// How far back the laws look at least, s; zero if they read what is present.
+    pub fn shortest_delay(&mut self, tropism: &impl TropismLaw) -> f64 {
+        self.delays.resize(tropism.variables(), 0.0);
+        tropism.delays(&mut self.delays);
+        let shortest = self.delays.iter().copied().fold(f64::INFINITY, f64::min);
+        if tropism.senses_now() { 0.0 } else { shortest }
+    }
+
     /// Carries the shoot to `until` in steps of at most `size`.
     pub fn run<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
         &mut self,
@@ -135,8 +143,7 @@ impl Stepper {
         self.grow(shoot, step);
         extrapolate(&mut shoot.state, to);
         shoot.state.time = to;
-        shoot.state.rod.set_base(shoot.scene.base(to));
-        let moment = shoot.scene.moment(to);
+        let moment = place(shoot, to)?;
         self.settle(shoot, solver, &moment)?;
         self.sense(shoot, &moment)?;
         self.carry(shoot, step)?;
@@ -366,8 +373,7 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
     ) -> Result<(), IntegrationError> {
         let after = shoot.state.time.next_up();
-        shoot.state.rod.set_base(shoot.scene.base(after));
-        let moment = shoot.scene.moment(after);
+        let moment = place(shoot, after)?;
         self.settle(shoot, solver, &moment)?;
         let time = shoot.state.time;
         self.push_level(&mut shoot.state, time);
@@ -384,6 +390,24 @@ impl Stepper {
         shoot.state.known = 0;
         Ok(())
     }
+}
+
+/// Moves the base to where it is at `time`, and says what gravity is then.
+pub(super) fn place<G, T, C, L, S: Scene>(
+    shoot: &mut Shoot<G, T, C, L, S>,
+    time: f64,
+) -> Result<Moment, IntegrationError> {
+    let base = shoot.scene.base(time);
+    let moment = shoot.scene.moment(time);
+    // A quaternion that is no rotation would be normalised into one that nobody meant.
+    if !((base.norm() - 1.0).abs() < 1e-9) {
+        return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
+    }
+    if !moment.gravity.norm().is_finite() {
+        return Err(IntegrationError::NotFinite { what: "gravity", time });
+    }
+    shoot.state.rod.set_base(base);
+    Ok(moment)
 }
 
 /// The longest delay with which a variable is read, s.

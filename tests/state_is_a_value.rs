@@ -1,0 +1,237 @@
+//! The state of a shoot is a plain value: kept, given back, compared, written and read, it has the same future bit by bit;
+//! an error leaves it as it was.
+
+mod shoots;
+
+use morphorod::constitutive::Constitutive;
+use morphorod::equilibrium::{EquilibriumError, Unloaded};
+use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
+use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SettledPast};
+use morphorod::load::{ApicalForce, Load, Whirl};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, TropismLaw};
+use morphorod::{Scene, Shoot, State, Still};
+use nalgebra::{UnitQuaternion, Vector3};
+use shoots::{
+    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
+};
+
+/// Runs on from a kept state in several ways, to `t2`; all must end in the same bits.
+fn assert_repeats<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene, I: Integrator>(
+    mut shoot: Shoot<G, T, C, L, S>,
+    integrator: impl Fn() -> I,
+    t1: f64,
+    t2: f64,
+) where
+    Shoot<G, T, C, L, S>: Clone,
+{
+    let mut run = integrator();
+    let _ = run.advance(&mut shoot, t1).unwrap();
+    let kept: State = shoot.state().clone();
+    assert_eq!(&kept, shoot.state());
+    let copy = shoot.clone();
+    let _ = run.advance(&mut shoot, t2).unwrap();
+    let end = shoot.state().clone();
+    assert_ne!(kept, end, "two times have one state");
+    // The same integrator, which has been further on meanwhile.
+    shoot.restore(&kept);
+    assert_eq!(&kept, shoot.state());
+    let _ = run.advance(&mut shoot, t2).unwrap();
+    assert_eq!(&end, shoot.state(), "restored");
+    // An integrator that has never seen the shoot.
+    shoot.restore(&kept);
+    let _ = integrator().advance(&mut shoot, t2).unwrap();
+    assert_eq!(&end, shoot.state(), "with a fresh integrator");
+    // A copy of the whole shoot.
+    let mut copy = copy;
+    let _ = integrator().advance(&mut copy, t2).unwrap();
+    assert_eq!(&end, copy.state(), "copied");
+    // A shoot of the same laws that has been somewhere else.
+    let _ = integrator().advance(&mut copy, t2 + 0.5 * HOUR).unwrap();
+    copy.restore(&kept);
+    let _ = integrator().advance(&mut copy, t2).unwrap();
+    assert_eq!(&end, copy.state(), "restored into another shoot");
+}
+
+#[test]
+fn a_growing_shoot_goes_on_from_a_kept_state_bit_by_bit() {
+    let shoot = || growing().elements(4).build().unwrap();
+    // Before and after the first point has left the zone (1.16 h), in the middle of the doubling steps of the start, at
+    // no multiple of the step.
+    for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
+        assert_repeats(shoot(), || MethodOfSteps::new(90.0), t1, t2);
+    }
+}
+
+#[test]
+fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
+    let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 0.5 };
+    let shoot = || reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).build();
+    // At 43.8 min the load drops: before the jump, just on it, and a little after it.
+    for t1 in [43.0 * MINUTE, 43.8 * MINUTE, 44.0 * MINUTE] {
+        assert_repeats(shoot().unwrap(), || MethodOfSteps::new(100.0), t1, 2.0 * HOUR);
+    }
+    let present = Memory { time: 12.0 * MINUTE, delay: 0.0 };
+    let laws = || {
+        let gravitropism = Gravitropism { sensitivity: BETA, memory: present, statoliths: SettledStatoliths };
+        (gravitropism, Proprioception { sensitivity: ETA, memory: MEMORY })
+    };
+    let shoot = righting().elements(4).tropism(laws()).build().unwrap();
+    assert_repeats(shoot, || Iterated::new(100.0), 0.5 * HOUR, HOUR);
+}
+
+#[test]
+fn an_integrator_remembers_nothing_of_another_shoot() {
+    let with_memory = |minutes: f64| {
+        let memory = Memory { time: minutes * MINUTE, delay: 12.0 * MINUTE };
+        righting()
+            .elements(4)
+            .tropism((
+                Gravitropism { sensitivity: BETA, memory, statoliths: SettledStatoliths },
+                Proprioception { sensitivity: ETA, memory },
+            ))
+            .build()
+            .unwrap()
+    };
+    let mut alone = with_memory(30.0);
+    let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
+    let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
+    // The same integrator carries two shoots in turn, in equal steps, and in between one with other elements.
+    let mut run = MethodOfSteps::new(90.0);
+    let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
+    for t in [0.5 * HOUR, HOUR] {
+        let _ = run.advance(&mut growing().build().unwrap(), t).unwrap();
+        let _ = run.advance(&mut first, t).unwrap();
+        let _ = run.advance(&mut second, t).unwrap();
+    }
+    assert_ne!(first.state(), second.state());
+    assert_eq!(alone.state(), second.state());
+}
+
+#[test]
+fn states_that_differ_anywhere_are_not_equal() {
+    let mut shoot = righting().elements(4).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    let _ = run.advance(&mut shoot, HOUR).unwrap();
+    let kept = shoot.state().clone();
+    shoot.rod_mut().points_mut()[5].intrinsic.x += 1e-9;
+    assert_ne!(&kept, shoot.state());
+    shoot.restore(&kept);
+    assert_eq!(&kept, shoot.state());
+    // Only the past differs.
+    let start = |settled: bool| {
+        let mut shoot = righting().elements(4).build().unwrap();
+        let mut run = MethodOfSteps::new(90.0);
+        let _ = if settled { run.start(&mut shoot, &SettledPast) } else { run.advance(&mut shoot, 0.0) }.unwrap();
+        shoot
+    };
+    assert_eq!(start(false).rod(), start(true).rod());
+    assert_ne!(start(false).state(), start(true).state());
+}
+
+#[test]
+fn advancing_to_the_present_changes_nothing() {
+    let mut shoot = growing().elements(4).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    let _ = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
+    let kept = shoot.state().clone();
+    let tally = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
+    assert_eq!(tally.steps, 0);
+    assert_eq!(&kept, shoot.state());
+}
+
+/// A base that ceases to be a rotation after half an hour.
+#[derive(Debug, Clone, Copy)]
+struct BrokenPot;
+
+impl Scene for BrokenPot {
+    fn gravity(&self, _t: f64) -> Vector3<f64> {
+        Vector3::new(0.0, 0.0, -9.81)
+    }
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        let w = if t <= 1800.0 { 1.0 } else { f64::NAN };
+        UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, 0.0, 0.0, 0.0))
+    }
+}
+
+#[test]
+fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
+    // A load that becomes senseless half an hour after the start, on a shoot whose elements are cut before.
+    let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
+    let mut shoot = growing().load(load).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    for until in [0.0, 1000.0] {
+        let _ = run.advance(&mut shoot, until).unwrap();
+        let kept = shoot.state().clone();
+        let error = run.advance(&mut shoot, HOUR).unwrap_err();
+        let expected = EquilibriumError::NotFinite { what: "force in the rod" };
+        assert!(
+            matches!(&error, IntegrationError::Equilibrium { time, source } if *source == expected && *time >= 1800.0)
+        );
+        assert!(!error.is_recoverable());
+        assert_eq!(&kept, shoot.state());
+    }
+
+    // A solver that is not given the iterations that it needs; given them, the run goes on as if nothing had been.
+    let shoot = || righting().build().unwrap();
+    let mut steady = shoot();
+    let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
+    let mut retried = shoot();
+    let mut run = MethodOfSteps::new(90.0);
+    run.solver.max_iterations = 1;
+    let before = retried.state().clone();
+    let error = run.advance(&mut retried, HOUR).unwrap_err();
+    assert!(error.is_recoverable(), "{error}");
+    assert_eq!(&before, retried.state());
+    run.solver.max_iterations = 200;
+    let _ = run.advance(&mut retried, HOUR).unwrap();
+    assert_eq!(steady.state(), retried.state());
+
+    // A base that is no rotation, with and without a solver that would notice.
+    let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).build().unwrap();
+    let before = pot.state().clone();
+    assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
+    assert_eq!(&before, pot.state());
+    let mut pot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).scene(BrokenPot).build().unwrap();
+    let before = pot.state().clone();
+    assert!(MethodOfSteps::with_solver(90.0, Unloaded).advance(&mut pot, HOUR).is_err(), "{:?}", pot.tip());
+    assert_eq!(&before, pot.state());
+}
+
+#[test]
+fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
+    let push = ApicalForce(|t: f64| Vector3::new(if t < 1800.0 { 0.0 } else { 1e-9 }, 0.0, 0.0));
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(RADIUS)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+        .tropism(steering(SettledStatoliths))
+        .load(push)
+        .scene(Still::tilted(1.0))
+        .build()
+        .unwrap();
+    let mut run = MethodOfSteps::with_solver(90.0, Unloaded);
+    let _ = run.advance(&mut shoot, 1200.0).unwrap();
+    let kept = shoot.state().clone();
+    let error = run.advance(&mut shoot, HOUR).unwrap_err();
+    assert!(matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Loaded { .. }, .. }), "{error}");
+    assert_eq!(&kept, shoot.state());
+}
+
+#[cfg(feature = "serde")]
+#[test]
+fn a_state_written_as_text_and_read_again_is_the_same() {
+    let mut shoot = growing().elements(4).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    for t in [0.0, 0.5 * HOUR, 1.7 * HOUR] {
+        let _ = run.advance(&mut shoot, t).unwrap();
+        let text = serde_json::to_string(shoot.state()).unwrap();
+        let read: State = serde_json::from_str(&text).unwrap();
+        assert_eq!(&read, shoot.state());
+        let mut other = growing().elements(4).build().unwrap();
+        other.restore(&read);
+        let (mut a, mut b) = (shoot.clone(), other);
+        let _ = MethodOfSteps::new(90.0).advance(&mut a, t + HOUR).unwrap();
+        let _ = MethodOfSteps::new(90.0).advance(&mut b, t + HOUR).unwrap();
+        assert_eq!(a.state(), b.state());
+    }
+}
