@@ -127,8 +127,8 @@ impl Linearisation {
             }
         }
         let mut sum = 0;
-        for block in 0..self.blocks.len() {
-            sum += self.count(Part::Block(block), line)?;
+        for (block, twins) in self.distinct_blocks() {
+            sum += twins * self.count(Part::Block(block), line)?;
         }
         Ok(Unstable::Finite(sum))
     }

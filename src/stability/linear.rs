@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::StabilityError;
+use super::count::Part;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -50,6 +51,8 @@ pub struct Linearisation {
     pub(super) unknowns: Vec<(usize, usize)>,
     /// Sets of unknowns that do not couple: planes of an upright shoot, say.
     pub(super) blocks: Vec<Vec<usize>>,
+    /// For every block the first one with the same characteristic function: the planes of an upright shoot are twins.
+    pub(super) twins: Vec<usize>,
     /// The same for the local problem of every kind of point that senses its strain: kind and components.
     pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
     /// For every block the local problems of its points: kind, components, and rows of the block.
@@ -241,11 +244,13 @@ impl Linearisation {
             blocks: Vec::new(),
             local_blocks: Vec::new(),
             local_parts: Vec::new(),
+            twins: Vec::new(),
             stimuli: m,
         };
         out.respond(shoot, rod, moment, solver)?;
         out.find_blocks();
         out.find_local_parts();
+        out.find_twins();
         Ok(out)
     }
 
@@ -331,6 +336,24 @@ impl Linearisation {
             }
             self.local_parts.push(parts);
         }
+    }
+
+    /// Finds blocks with equal characteristic functions, up to the accuracy of the differences.
+    fn find_twins(&mut self) {
+        let rate = self.slowest_rate();
+        let places = [Complex::new(0.2 * rate, 0.9 * rate), Complex::new(0.05 * rate, 0.4 * rate)];
+        let values = |block: usize| places.map(|z| self.characteristic(z, Part::Block(block)).0);
+        let all: Vec<_> = (0..self.blocks.len()).map(values).collect();
+        let alike = |a: usize, b: usize| all[a].iter().zip(&all[b]).all(|(x, y)| (x - y).norm() <= 1e-6 * x.norm());
+        let first = |block: usize| (0..block).find(|&other| alike(other, block)).unwrap_or(block);
+        self.twins = (0..self.blocks.len()).map(first).collect();
+    }
+
+    /// Blocks with different characteristic functions, and how many there are of each.
+    pub(super) fn distinct_blocks(&self) -> Vec<(usize, usize)> {
+        let own = |&block: &usize| self.twins[block] == block;
+        let size = |block: usize| self.twins.iter().filter(|&&twin| twin == block).count();
+        (0..self.blocks.len()).filter(own).map(|block| (block, size(block))).collect()
     }
 
     /// The number of unknowns.

@@ -65,7 +65,7 @@ pub fn onset(
     let mut current = (unstable, root);
     for _ in 0..60 {
         let width = unstable - stable;
-        if root.re.abs() <= 1e-13 * root.norm().max(linear.slowest_rate()) || width.abs() <= 1e-15 * unstable.abs() {
+        if root.re.abs() <= 1e-11 * root.norm().max(linear.slowest_rate()) || width.abs() <= 1e-15 * unstable.abs() {
             break;
         }
         let slope = previous.map(|(p, z)| (current.1 - z) / (current.0 - p));
@@ -129,7 +129,8 @@ pub fn onset(
 pub(super) fn leading(linear: &Linearisation) -> Result<(Part, Complex<f64>), StabilityError> {
     let mut best: Option<(Part, Complex<f64>)> = None;
     let essential = (0..linear.local_blocks.len()).map(Part::Essential);
-    for part in essential.chain((0..linear.blocks.len()).map(Part::Block)) {
+    let blocks = linear.distinct_blocks().into_iter().map(|(block, _)| Part::Block(block));
+    for part in essential.chain(blocks) {
         if let Some(z) = linear.rightmost_of(part)?
             && best.is_none_or(|(_, other)| z.re > other.re + 1e-9 * z.norm())
         {

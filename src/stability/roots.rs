@@ -206,15 +206,9 @@ impl Linearisation {
             "right of the essential spectrum (1/s)",
         )?;
         let mut found: Vec<Root> = Vec::new();
-        for block in 0..self.blocks.len() {
+        for (block, twins) in self.distinct_blocks() {
             for value in self.roots_right_of(Part::Block(block), abscissa)? {
-                let same = |root: &&mut Root| (root.value - value).norm() < 1e-6 * value.norm();
-                if let Some(known) = found.iter_mut().find(same) {
-                    known.multiplicity += 1;
-                    known.polarisation = Polarisation::Isotropic;
-                } else {
-                    found.push(self.mode(value, block));
-                }
+                found.push(self.mode(value, block, twins));
             }
         }
         found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
@@ -226,30 +220,22 @@ impl Linearisation {
     /// # Errors
     /// Infinitely many unstable roots, or none found right of the rates of the memories.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
-        let mut best: Option<(Complex<f64>, usize)> = None;
-        for block in 0..self.blocks.len() {
+        let mut best: Option<(Complex<f64>, usize, usize)> = None;
+        for (block, twins) in self.distinct_blocks() {
             if let Some(z) = self.rightmost_of(Part::Block(block))?
-                && best.is_none_or(|(other, _)| z.re > other.re + 1e-9 * z.norm())
+                && best.is_none_or(|(other, ..)| z.re > other.re)
             {
-                best = Some((z, block));
+                best = Some((z, block, twins));
             }
         }
-        let Some((value, block)) = best else {
+        let Some((value, block, twins)) = best else {
             return Err(StabilityError::NoConvergence { what: "rightmost root", residual: f64::NAN });
         };
-        let mut root = self.mode(value, block);
-        for other in (0..self.blocks.len()).filter(|&other| other != block) {
-            let step = self.newton_step(value, Part::Block(other)).norm();
-            if step < 1e-6 * value.norm() {
-                root.multiplicity += 1;
-                root.polarisation = Polarisation::Isotropic;
-            }
-        }
-        Ok(root)
+        Ok(self.mode(value, block, twins))
     }
 
     /// The mode of a root of a block, by inverse iteration.
-    fn mode(&self, value: Complex<f64>, block: usize) -> Root {
+    fn mode(&self, value: Complex<f64>, block: usize, multiplicity: usize) -> Root {
         let indices = &self.blocks[block];
         let (matrix, _) = self.matrix(value, indices);
         let lu = matrix.clone().lu();
@@ -279,8 +265,11 @@ impl Linearisation {
         for (&(i, c), z) in self.unknowns.iter().zip(all.iter()) {
             strain[i][c] = *z * scale;
         }
-        let polarisation = displacement.last().map_or(Polarisation::Planar, polarisation);
-        Root { value, residual, multiplicity: 1, polarisation, strain, displacement }
+        let polarisation = match displacement.last() {
+            Some(tip) if multiplicity == 1 => polarisation(tip),
+            _ => Polarisation::Isotropic,
+        };
+        Root { value, residual, multiplicity, polarisation, strain, displacement }
     }
 }
 
