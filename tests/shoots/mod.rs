@@ -65,6 +65,7 @@ pub type Imperfection = (Weight, Distributed, ApicalForce<fn(f64) -> Vector3<f64
 
 /// The growing shoot ("video 2"): ℓ0 = 6.8 cm, ℓg = 7 cm, α = 0.2, τe = 24 min, τg = 40 h, lignification over 6 days from
 /// 10 MPa to 2 GPa, statoliths; with a lateral load of 1e-6 N/m along −e2 and an apical load of 1e-7 N along −e1 and −e2.
+#[allow(clippy::type_complexity, reason = "the type is the list of its laws")]
 pub fn growing() -> ShootBuilder<
     Lignifying,
     UniformGrowth,
