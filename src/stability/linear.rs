@@ -307,7 +307,15 @@ impl Linearisation {
         for kind in 0..self.transfers.len() {
             let transfer = &self.transfers[kind];
             let driven: Vec<usize> = (0..3).filter(|&c| transfer.drives(c)).collect();
-            if driven.is_empty() || transfer.local.norm() == 0.0 {
+            // A law that does not answer to the strain at its own place has no short waves of its own.
+            let answers = |z: &Complex<f64>| {
+                let (mut matrix, _) = self.local_matrix(*z, kind, &driven);
+                for i in 0..driven.len() {
+                    matrix[(i, i)] -= z;
+                }
+                matrix.norm() > 1e-12 * rate
+            };
+            if !places.iter().any(answers) {
                 continue;
             }
             let strength = strength(&|z| self.local_matrix(z, kind, &driven).0);
