@@ -21,7 +21,7 @@ pub struct Stationary {
     pub iterations: usize,
     /// The largest gradient that the laws still ask for, 1/m.
     pub gradient: f64,
-    /// Negative eigenvalues of the energy: zero if the equilibrium is mechanically stable.
+    /// Negative eigenvalues of the energy. If there are any, the shape is an equilibrium that no shoot keeps.
     pub negative: usize,
 }
 
@@ -50,8 +50,7 @@ impl StationarySolver {
     /// [`SettledPast`](crate::integrator::SettledPast) to keep it there.
     ///
     /// # Errors
-    /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was. An
-    /// equilibrium that is mechanically unstable is none that lasts, and an error too.
+    /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was.
     pub fn solve<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
     where
         G: GrowthLaw,
@@ -94,11 +93,7 @@ impl StationarySolver {
             let gradient = settled.largest();
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
             if gradient * radius <= self.tolerance {
-                let negative = found.inertia.negative;
-                if negative > 0 {
-                    return Err(StabilityError::MechanicallyUnstable { negative });
-                }
-                return Ok(Stationary { iterations, gradient, negative });
+                return Ok(Stationary { iterations, gradient, negative: found.inertia.negative });
             }
             if polish == self.max_iterations || !gradient.is_finite() || gradient > 10.0 * last {
                 return Err(StabilityError::NoStationaryState { iterations, gradient });
