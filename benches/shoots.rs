@@ -38,7 +38,7 @@ fn growing_shoot(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
         .load(Weight { density: 1000.0 })
         .build()
         .expect("the parameters of the paper");
-    let _ = MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR).expect("a stable shoot");
+    MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR).expect("a stable shoot");
     shoot.tip()
 }
 
@@ -54,7 +54,7 @@ fn righting(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
         .scene(Still::tilted(FRAC_PI_2))
         .build()
         .expect("the parameters of the paper");
-    let _ = MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR).expect("a stable shoot");
+    MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR).expect("a stable shoot");
     shoot.tip()
 }
 

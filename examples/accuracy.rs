@@ -8,6 +8,7 @@ mod common;
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
+use std::process::ExitCode;
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
@@ -24,7 +25,7 @@ use nalgebra::Vector3;
 const HOUR: f64 = 3600.0;
 const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "accuracy",
         "error against run time, at rest and in growth",
@@ -72,6 +73,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+fn main() -> ExitCode {
+    common::finish(run())
+}
+
 /// Time (s) and error of the default rod, 6.59 cm long, laid on its side.
 fn horizontal_base(order: Order, elements: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let exact = Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89);
@@ -109,6 +114,6 @@ fn growing_shoot(hours: f64, elements: usize, step: f64) -> Result<(f64, Vector3
         ))
         .build()?;
     let clock = Instant::now();
-    let _ = MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR)?;
+    MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR)?;
     Ok((clock.elapsed().as_secs_f64(), shoot.tip(), shoot.rod().length()))
 }

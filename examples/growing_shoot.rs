@@ -98,8 +98,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         times.push(time / HOUR);
         tips.push(tip.into());
         if row % rows.div_ceil(20) == 0 {
-            let line = (0..=100).map(|i| shoot.rod().at(length * f64::from(i) / 100.0).0.into());
-            shapes.push((time / HOUR, line.collect()));
+            let line = shoot.rod().centre_line_at(101);
+            shapes.push((time / HOUR, line.into_iter().map(Into::into).collect()));
         }
         progress.set(time / end);
     }

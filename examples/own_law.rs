@@ -173,14 +173,13 @@ fn run() -> Result<(), Box<dyn Error>> {
     let progress = Progress::new("own law");
     for row in 0..=480 {
         let t = end * f64::from(row) / 480.0;
-        let _ = integrator.advance(&mut shoot, t)?;
+        integrator.advance(&mut shoot, t)?;
         let (rod, tip) = (shoot.rod(), shoot.tip());
         let off = (rod.apex_frame() * Vector3::z()).angle(&(lamp - tip));
         table.row(&[t, rod.length(), tip.x, tip.y, tip.z, off])?;
         path.push((100.0 * tip.x, 100.0 * tip.z));
         if [0, 12, 24, 48, 480].contains(&row) {
-            let line = (0..=100).map(|i| rod.at(rod.length() * f64::from(i) / 100.0).0);
-            let points = line.map(|p| (100.0 * p.x, 100.0 * p.z)).collect();
+            let points = rod.centre_line_at(101).into_iter().map(|p| (100.0 * p.x, 100.0 * p.z)).collect();
             shapes.push(Series::new(format!("{} h", t / HOUR), points, Style::Line, [0, 1, 2, 3, 6][shapes.len()]));
             let (hours, centimetres, degrees) = (t / HOUR, 100.0 * rod.length(), off.to_degrees());
             progress.suspend(|| println!("{hours:5.1} h: {centimetres:5.2} cm long, tip {degrees:5.1}° off the lamp"));

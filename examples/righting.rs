@@ -78,7 +78,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let progress = Progress::new("righting");
     for row in 0..=480 {
         let t = end * f64::from(row) / 480.0;
-        let _ = integrator.advance(&mut shoot, t)?;
+        integrator.advance(&mut shoot, t)?;
         let tip = shoot.tip();
         table.row(&[t, shoot.rod().length(), tip.x, tip.y, tip.z])?;
         if row <= 160 {

@@ -28,7 +28,6 @@ use crate::tropism::TropismLaw;
 
 /// What a run has cost, and how accurate its parts say they were.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[must_use]
 pub struct Tally {
     /// Steps in time.
     pub steps: usize,

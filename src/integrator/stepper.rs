@@ -101,7 +101,7 @@ impl Stepper {
         self.make_room(&mut shoot.state, size);
         while shoot.state.time < until {
             let t = shoot.state.time;
-            let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t));
+            let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t)).min(shoot.tropism.next_break(t));
             let target = until.min(jump);
             let since = t - shoot.state.smooth_since;
             // Rounding must not turn a full step into two.

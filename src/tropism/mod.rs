@@ -137,6 +137,12 @@ pub trait TropismLaw {
         false
     }
 
+    /// The first time after `t` (s) at which what the law senses or asks for jumps, or has a jump of slope, of its own:
+    /// a lamp that is switched on. Infinite if there is none. An integrator steps onto it.
+    fn next_break(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// Refuses parameters that make no sense.
     ///
     /// # Errors
