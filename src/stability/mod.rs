@@ -70,6 +70,16 @@ pub enum StabilityError {
         /// The largest gradient still asked for, 1/m.
         gradient: f64,
     },
+    /// The laws are content at every material point, but the shape between them is not resolved: there is no such state, as
+    /// with a tilted shoot without proprioception, or the elements are too long for it.
+    #[error(
+        "the shape with which the laws are content is not resolved: within one element its strain departs from a \
+             polynomial of lower degree by {turn:.3e} rad"
+    )]
+    Unresolved {
+        /// The largest turn within an element by the highest polynomial of the strain, rad.
+        turn: f64,
+    },
     /// No law acts on any point of the growth zone.
     #[error("no law steers this shoot: there is nothing to oscillate")]
     NothingDriven,

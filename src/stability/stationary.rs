@@ -9,6 +9,7 @@ use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver, Unloaded};
 use crate::growth::GrowthLaw;
 use crate::integrator::visit_sites;
 use crate::load::Load;
+use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
@@ -140,6 +141,10 @@ impl StationarySolver {
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
             let gradient = settled.largest();
             if gradient * radius <= 0.1 * self.tolerance {
+                let turn = unresolved(&trial);
+                if turn > RESOLVED {
+                    return Err(StabilityError::Unresolved { turn });
+                }
                 shoot.state.rod = trial;
                 return Ok(iteration);
             }
@@ -205,6 +210,31 @@ impl StationarySolver {
             point.intrinsic -= elastic;
         }
     }
+}
+
+/// A shape whose strains end in polynomials that turn a frame by more than this within an element is none, rad.
+const RESOLVED: f64 = 0.1;
+
+/// The largest turn that the highest polynomial of the intrinsic strain makes in an element, rad; zero with one point.
+fn unresolved(rod: &Rod) -> f64 {
+    let basis = rod.basis();
+    let p = basis.p;
+    if p == 1 {
+        return 0.0;
+    }
+    // The Legendre coefficient of degree p − 1, from the highest divided difference at the Gauss points.
+    let mut largest = 0.0_f64;
+    for e in 0..rod.elements() {
+        let points = rod.element_points(e);
+        let mut sum = nalgebra::Vector3::zeros();
+        for g in 0..p {
+            let others = (0..p).filter(|&k| k != g).map(|k| basis.points[g] - basis.points[k]);
+            sum += points[g].intrinsic / others.product::<f64>();
+        }
+        // A polynomial with leading coefficient c in [0, 1] is at most 2 c/4^(p−1) off one of lower degree (Chebyshev).
+        largest = largest.max(2.0 * sum.norm() / 4.0_f64.powi(p as i32 - 1) * rod.element_length(e));
+    }
+    largest
 }
 
 impl Linearisation {
