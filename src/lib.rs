@@ -70,6 +70,7 @@
 //! | [`load`] | what acts on the shoot: [`Load`](load::Load) |
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
+//! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
 //!
 //! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
 //! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
+use super::linear::LocalPart;
 use super::{Linearisation, StabilityError};
 
 /// The number of unstable roots.
@@ -59,11 +60,11 @@ impl Linearisation {
                 let (mut value, mut log_slope) = (Complex::<f64>::ONE, Complex::<f64>::ZERO);
                 let mut divisors = Vec::with_capacity(n);
                 let lu = matrix.lu();
-                for (kind, components, places) in &self.local_parts[block] {
+                for LocalPart { kind, components, rows } in &self.local_parts[block] {
                     let (local, local_slope) = self.local_matrix(z, *kind, components);
                     let (d, d_slope) = determinant(local, local_slope);
-                    divisors.extend(std::iter::repeat_n(d.powf(1.0 / components.len() as f64), places.len()));
-                    let points = (places.len() / components.len()) as f64;
+                    divisors.extend(std::iter::repeat_n(d.powf(1.0 / components.len() as f64), rows.len()));
+                    let points = (rows.len() / components.len()) as f64;
                     log_slope -= d_slope * points;
                 }
                 // Pivot by pivot, or the determinants of many points over- or underflow.

@@ -55,13 +55,22 @@ pub struct Linearisation {
     pub(super) twins: Vec<usize>,
     /// The same for the local problem of every kind of point that senses its strain: kind and components.
     pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
-    /// For every block the local problems of its points: kind, components, and rows of the block.
-    pub(super) local_parts: Vec<Vec<(usize, Vec<usize>, Vec<usize>)>>,
+    /// For every block the local problems of its points.
+    pub(super) local_parts: Vec<Vec<LocalPart>>,
     /// X: rows (point, stimulus), columns unknowns.
     pub(super) response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
     pub(super) displacement: DMatrix<f64>,
     stimuli: usize,
+}
+
+/// The points of a block that have one local problem.
+#[derive(Debug, Clone)]
+pub(super) struct LocalPart {
+    pub kind: usize,
+    pub components: Vec<usize>,
+    /// Rows of the block.
+    pub rows: Vec<usize>,
 }
 
 /// Variables, stimuli and gradients of a shoot that has been as it is for ever.
@@ -330,16 +339,17 @@ impl Linearisation {
     fn find_local_parts(&mut self) {
         self.local_parts = Vec::new();
         for block in &self.blocks {
-            let mut parts: Vec<(usize, Vec<usize>, Vec<usize>)> = Vec::new();
+            let mut parts: Vec<LocalPart> = Vec::new();
             let mut row = 0;
             while row < block.len() {
                 let (point, _) = self.unknowns[block[row]];
                 let rows: Vec<usize> = (row..block.len()).take_while(|&r| self.unknowns[block[r]].0 == point).collect();
                 let components: Vec<usize> = rows.iter().map(|&r| self.unknowns[block[r]].1).collect();
                 row += rows.len();
-                match parts.iter_mut().find(|part| part.0 == self.kind[point] && part.1 == components) {
-                    Some(part) => part.2.extend(rows),
-                    None => parts.push((self.kind[point], components, rows)),
+                let kind = self.kind[point];
+                match parts.iter_mut().find(|part| part.kind == kind && part.components == components) {
+                    Some(part) => part.rows.extend(rows),
+                    None => parts.push(LocalPart { kind, components, rows }),
                 }
             }
             self.local_parts.push(parts);
