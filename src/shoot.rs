@@ -190,7 +190,8 @@ impl<C, G, T, L, S, R> ShootBuilder<C, G, T, L, S, R> {
         ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
     }
 
-    /// How the shoot steers: a law, or a tuple of laws.
+    /// How the shoot steers: a law, or a tuple of laws. Steering is differential growth: without
+    /// [`growth`](Self::growth) nothing comes of it.
     pub fn tropism<N>(self, tropism: N) -> ShootBuilder<C, G, N, L, S, R> {
         let Self { constitutive, growth, load, scene, radius, plan, .. } = self;
         ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
@@ -225,7 +226,20 @@ where
     /// The first parameter that makes no sense.
     pub fn build(self) -> Result<Shoot<G, T, C, L, S>, ParameterError> {
         let Plan { length, elements, order, merge_tolerance } = self.plan;
-        ParameterError::positive("length", length)?;
+        ParameterError::unless(
+            length > 0.0 && length.is_finite(),
+            "length",
+            length,
+            "positive and finite (m), given by `length`",
+        )?;
+        let radius = (self.radius)(0.0);
+        let slender = radius > 0.0 && radius < length;
+        ParameterError::unless(
+            slender,
+            "radius",
+            radius,
+            "positive and smaller than the length (m), given by `radius` or `taper`",
+        )?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::not_negative("merge tolerance", merge_tolerance)?;
         self.growth.check(length)?;

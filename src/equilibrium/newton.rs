@@ -18,8 +18,13 @@ const LARGEST_TURN: f64 = 1.0;
 const SMALL_TURN: f64 = 1e-4;
 /// Steps shorter than this are followed by one with the same factors, whose size tells the error.
 const CHORD_TURN: f64 = 0.05;
+/// Steps shorter than this leave nothing but rounding behind, rad: Newton's method squares them.
+const NEAR_TURN: f64 = 1e-8;
 /// Fraction of the predicted decrease that a step must achieve (Armijo).
 const DECREASE: f64 = 1e-4;
+
+/// Couples are balanced to rounding when what is left of them is below this fraction of force times length.
+const BALANCED: f64 = 1e-14;
 
 /// Which equilibria are acceptable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -50,6 +55,8 @@ struct Work {
     systems: Vec<ElementSystem>,
     tangent: Tangent,
     forces: Vec<Vector3<f64>>,
+    /// The largest unbalanced couple on a frame at the last assembly, N m.
+    unbalanced: f64,
     /// Turn of every frame in the present step, the base's (zero) first.
     turns: Vec<Vector3<f64>>,
     /// Steps of the rotation vectors of every element.
@@ -80,9 +87,9 @@ impl Shape {
 }
 
 impl Default for NewtonSolver {
-    /// Error 1e-11 rad, at most 200 iterations, stable equilibria only.
+    /// Error 1e-11 rad, at most 1000 iterations, stable equilibria only.
     fn default() -> Self {
-        Self { tolerance: 1e-11, max_iterations: 200, branch: Branch::Stable, work: Work::default() }
+        Self { tolerance: 1e-11, max_iterations: 1000, branch: Branch::Stable, work: Work::default() }
     }
 }
 
@@ -168,46 +175,65 @@ impl NewtonSolver {
         let time = moment.time;
         let stable = self.branch == Branch::Stable;
         let mut outcome = Equilibrium::default();
-        let mut shift = 0.0;
+        // The last shift that served, from which the next search for one starts.
+        let mut held = 0.0;
         let mut kicks = 0;
         let mut last_turn = f64::INFINITY;
         let length = rod.length();
-        let mut unit = largest_force;
         for iteration in 1..=self.max_iterations {
             outcome.iterations = iteration;
+            let mut shift = 0.0;
             let mut inertia;
+            let mut unit;
             loop {
                 (outcome.energy, inertia) = work.assemble::<P>(rod, material, time, shift)?;
                 outcome.factorisations += 1;
+                // A shift of the size of the force in the rod makes any rod in tension or near it convex. Without load it
+                // is the strain energy per length that bends the rod, a force too.
+                unit = largest_force.max(outcome.energy.abs() / length).max(f64::MIN_POSITIVE);
                 if !stable || inertia.negative == 0 {
                     break;
                 }
-                // A shift of the size of the force in the rod makes any rod in tension or near it convex; ten times
-                // more each time reaches whatever the strain energy of a wild guess needs.
-                // Without load it is the strain energy per length that bends the rod, a force too.
-                unit = largest_force.max(outcome.energy.abs() / length).max(f64::MIN_POSITIVE);
-                shift = if shift < 0.1 * unit { 0.1 * unit } else { 4.0 * shift };
+                shift = if shift > 0.0 {
+                    4.0 * shift
+                } else if held > 0.0 {
+                    held / 16.0
+                } else {
+                    0.1 * unit
+                };
                 if !shift.is_finite() {
                     return Err(EquilibriumError::NotFinite { what: "tangent" });
                 }
             }
+            if shift > 0.0 {
+                held = shift;
+            }
             let plain = shift == 0.0;
             work.solve::<P>();
             let turn = work.largest_turn();
+            let stagnates = turn > 0.5 * last_turn;
             last_turn = turn;
             if !turn.is_finite() {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
             }
 
             if stable && !plain && turn < 1e-3 * SMALL_TURN {
+                // Next to no gradient, yet not a minimum: a saddle. Leave it in a direction that breaks the symmetry.
                 if kicks == 3 {
                     let negative = work.assemble::<P>(rod, material, time, 0.0)?.1.negative;
                     return Err(EquilibriumError::Unstable { negative });
                 }
-                // Next to no gradient, yet not a minimum: a saddle. Leave it in a direction that breaks the symmetry.
                 Work::kick(rod, kicks);
                 kicks += 1;
                 continue;
+            }
+
+            // Couples that balance to rounding of the largest cannot be balanced better. Where the shape is all but free
+            // to move, rounding still turns the frames, by the step that is reported as the error then.
+            if plain && stagnates && turn < CHORD_TURN && work.unbalanced <= BALANCED * unit * length {
+                outcome.error = turn;
+                outcome.inertia = inertia;
+                return Ok(outcome);
             }
 
             let mut fraction = (LARGEST_TURN / turn).min(1.0);
@@ -238,20 +264,18 @@ impl NewtonSolver {
                 work.solve_again::<P>();
                 let rest = work.largest_turn();
                 // What the chord leaves shrinks by the same ratio again, or by what the turn has changed of the tangent;
-                // at rounding level it does not shrink, and where the shape is all but free to move that level is high.
+                // at rounding level it does not shrink.
                 let shrinks = rest < 0.5 * turn;
-                let error = if shrinks { 2.0 * rest * (rest / turn).max(turn) } else { turn.max(rest) };
-                let rounding = 4.0 * f64::EPSILON / inertia.margin.max(f64::EPSILON);
-                let stagnates = !shrinks && error <= rounding.min(1e-3 * SMALL_TURN);
+                let error = if shrinks { 4.0 * rest * (rest / turn).max(turn) } else { turn.max(rest) };
                 if shrinks {
                     work.start.keep(rod);
                     work.advance::<P>(rod, 1.0);
                 }
                 // The tangent was that of the last step's start, and its signs are those at the answer where its smallest
-                // pivot is safe from a change of that size. Where not, a long step is followed by another iteration, and
-                // a short one by a tangent at the answer.
+                // pivot is safe from a change of that size. Where not, the answer is made as good as rounding allows, and a
+                // tangent is made there.
                 let safe = stable && inertia.margin >= 10.0 * turn;
-                if (error <= self.tolerance || stagnates) && (safe || turn < SMALL_TURN) {
+                if error <= self.tolerance && (safe || !shrinks || turn < NEAR_TURN) {
                     outcome.error = error;
                     if !safe {
                         inertia = work.assemble::<P>(rod, material, time, 0.0)?.1;
@@ -263,7 +287,6 @@ impl NewtonSolver {
                     }
                 }
             }
-            shift = if shift < 1e-3 * unit { 0.0 } else { 0.25 * shift };
         }
         Err(EquilibriumError::NoConvergence {
             iterations: self.max_iterations,
@@ -316,6 +339,7 @@ impl Work {
                 self.turns[e] -= blocks.g0;
             }
         }
+        self.unbalanced = self.turns[1..].iter().map(Vector3::norm).fold(0.0, f64::max);
         let frames = self.tangent.factorise()?;
         inertia.negative += frames.negative;
         inertia.neutral += frames.neutral;

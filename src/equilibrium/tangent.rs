@@ -14,9 +14,9 @@ use nalgebra::{Matrix3, Vector3};
 use super::Inertia;
 
 /// Pivots smaller than this fraction of the diagonal entry that they came from count as neutral. Rounding leaves a
-/// few units of 1e-16 times the growth of the elimination, about n² for n blocks in a row, so 1e-11 clears it for
-/// some hundreds of elements, while a length 1e-8 off the critical one gives a pivot of about 1e-9.
-pub(super) const NEUTRAL: f64 = 1e-11;
+/// few units of 1e-16 times the growth of the elimination, and what an equilibrium is off by adds its own: just past the
+/// critical length a neutral direction is known to 3e-11. A length 1e-8 off the critical one gives a pivot of about 1e-9.
+pub(super) const NEUTRAL: f64 = 1e-10;
 
 /// Entries of a block column of the upper triangle: a full block above the diagonal and half of the diagonal one.
 const ENTRIES: usize = 15;

@@ -80,7 +80,7 @@ pub enum IntegrationError {
     /// The step is longer than what the laws look back, and this integrator reads only the past.
     #[error(
         "a step of {step} s is longer than the delay of {delay} s that the laws look back; \
-             take a shorter step, or an integrator that iterates"
+             take a shorter step, or `Iterated`"
     )]
     StepTooLong {
         /// The step, s.

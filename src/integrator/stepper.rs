@@ -9,6 +9,7 @@ use super::sensing::visit_sites;
 use super::{IntegrationError, Tally, mesh};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
 use crate::scene::{Moment, Scene};
@@ -96,8 +97,7 @@ impl Stepper {
         size: f64,
         correction: Option<Correction>,
     ) -> Result<(), IntegrationError> {
-        self.delays.resize(shoot.tropism.variables(), 0.0);
-        shoot.tropism.delays(&mut self.delays);
+        self.check_history(shoot)?;
         self.make_room(&mut shoot.state, size);
         while shoot.state.time < until {
             let t = shoot.state.time;
@@ -105,7 +105,14 @@ impl Stepper {
             let target = until.min(jump);
             let since = t - shoot.state.smooth_since;
             // Rounding must not turn a full step into two.
-            let step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
+            let mut step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
+            // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
+            let zone = shoot.growth.zone_length();
+            if shoot.growth.elongates() && zone.is_finite() {
+                while zone - shoot.growth.flow(zone, t + step, t).0 > shoot.mesh.growing {
+                    step *= 0.5;
+                }
+            }
             let rest = target - t;
             let end = if rest <= step * (1.0 + 1e-9) {
                 target
@@ -165,6 +172,28 @@ impl Stepper {
         self.forget(&mut shoot.state);
         self.tally.steps += 1;
         Ok(())
+    }
+
+    /// Reads the laws' delays, and refuses a state whose history belongs to other laws.
+    fn check_history<G, T: TropismLaw, C, L, S>(&mut self, shoot: &Shoot<G, T, C, L, S>) -> Result<(), ParameterError> {
+        let (law, history) = (&shoot.tropism, &shoot.state.history);
+        self.delays.resize(law.variables(), 0.0);
+        law.delays(&mut self.delays);
+        for delay in &self.delays {
+            ParameterError::unless(*delay >= 0.0, "delay of a tropism law", *delay, "zero or positive (s)")?;
+        }
+        let known = (history.variables, history.stimuli) == (law.variables(), law.stimuli());
+        let stands = history.variables as f64;
+        ParameterError::unless(known, "number of variables in the state", stands, "that of the shoot's laws")?;
+        let longest = longest(&self.delays);
+        let oldest = history.levels.front().map_or(f64::INFINITY, |level| level.time);
+        let reach = shoot.state.time - oldest;
+        ParameterError::unless(
+            reach >= longest * (1.0 - 1e-9),
+            "time that the state looks back",
+            reach,
+            "at least the longest delay of the shoot's laws (s)",
+        )
     }
 
     /// Sets memory aside for all levels that the history will hold, so that no later step asks for any.

@@ -25,9 +25,24 @@ pub struct MaterialPoint {
     /// the cancellation that an arc length from the base suffers.
     pub apex_distance: f64,
     /// Time t* at which the point left the growth zone, s; infinite while it is inside.
+    #[cfg_attr(feature = "serde", serde(with = "infinite_as_none"))]
     pub exit_time: f64,
     /// Radius of the cross section, m.
     pub radius: f64,
+}
+
+/// Formats without infinity, as JSON, would lose it.
+#[cfg(feature = "serde")]
+mod infinite_as_none {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
+        time.is_finite().then_some(*time).serialize(to)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
+        Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+    }
 }
 
 /// An inextensible, unshearable rod, clamped at its base and free at its apex, cut into elements.

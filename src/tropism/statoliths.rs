@@ -114,9 +114,10 @@ impl Graviception for Statoliths {
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let h = Vector3::from_column_slice(variables);
         let up = Vector3::from_column_slice(stimuli);
-        // On the unit sphere this is equation (6). Off it, where only rounding leads, it pulls |h| back to 1 as fast as
-        // h relaxes, so that what is left beside −h/τa is small near the settled state in every direction.
-        let rate = (up * (0.5 * (1.0 + h.norm_squared())) - h * up.dot(&h)) / self.avalanche_time;
+        // On the unit sphere this is equation (6). Off it, where only rounding leads, |h|² returns to 1 in τa whatever way
+        // the pile points, and what is left beside −h/τa is small near the settled state in every direction.
+        let n = h.norm_squared();
+        let rate = (up * n - h * (up.dot(&h) - 0.5 * (1.0 - n))) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
     }
 
