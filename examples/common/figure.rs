@@ -15,7 +15,7 @@ mod shapes;
 mod ticks;
 mod view;
 
-pub use lines::{Axes, Series, Style, lines_figure};
+pub use lines::{Axes, Series, Style, lines_figure, panels_figure};
 pub use path::path_figure;
 pub use shapes::shapes_figure;
 

@@ -28,7 +28,9 @@ pub(super) enum Part {
 }
 
 /// Halvings of a panel after which a root is taken to lie on the line.
-const DEPTH: usize = 30;
+const DEPTH: usize = 45;
+/// Longest panel against the distance of the nearest root, by its ends and middle.
+const CLEAR: f64 = 2.0;
 
 impl Linearisation {
     pub(super) fn part(&self, z: Complex<f64>, part: Part) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
@@ -84,7 +86,7 @@ impl Linearisation {
     /// A root on the line, which cannot be counted.
     pub(super) fn count(&self, part: Part, abscissa: f64) -> Result<usize, StabilityError> {
         let radius = self.bound(abscissa);
-        let f = |w: f64| self.characteristic(Complex::new(abscissa, w), part).0;
+        let f = |w: f64| self.characteristic(Complex::new(abscissa, w), part);
         // From the real axis up to where no root is: the other half mirrors it, the arc far right contributes nothing
         // because f is real at its right end and within 1 of 1 beyond the bound. Octave by octave from what the line's
         // distance from zero resolves, since without proprioception everything piles up there.
@@ -98,18 +100,35 @@ impl Linearisation {
             let next_value = f(next);
             turn += argument(&f, (w, value), (next, next_value), 0).ok_or(StabilityError::NoConvergence {
                 what: "count of roots (one lies on the line)",
-                residual: next_value.norm().min(value.norm()),
+                residual: next_value.0.norm().min(value.0.norm()),
             })?;
             (w, value) = (next, next_value);
         }
         // What is left of the argument from `top` to infinity, where f = 1.
-        turn -= value.arg();
+        turn -= value.0.arg();
         let count = -turn / std::f64::consts::PI;
         let nearest = count.round();
         if (count - nearest).abs() > 0.05 || nearest < 0.0 || !count.is_finite() {
             return Err(StabilityError::NoConvergence { what: "count of roots", residual: count - nearest });
         }
         Ok(nearest as usize)
+    }
+
+    /// The number of roots in a rectangle; none if one lies on its sides.
+    pub(super) fn count_within(&self, part: Part, low: Complex<f64>, high: Complex<f64>) -> Option<usize> {
+        let corners = [low, Complex::new(high.re, low.im), high, Complex::new(low.re, high.im)];
+        let mut turn = 0.0;
+        for (i, &corner) in corners.iter().enumerate() {
+            let side = corners[(i + 1) % 4] - corner;
+            let f = |t: f64| {
+                let (value, log_slope) = self.characteristic(corner + side * t, part);
+                (value, log_slope * side)
+            };
+            turn += argument(&f, (0.0, f(0.0)), (1.0, f(1.0)), 0)?;
+        }
+        let count = turn / std::f64::consts::TAU;
+        let nearest = count.round();
+        ((count - nearest).abs() < 0.05 && nearest >= 0.0).then_some(nearest as usize)
     }
 
     /// The number of roots with a positive real part, none missed, or that it is infinite.
@@ -142,21 +161,22 @@ fn determinant(matrix: DMatrix<Complex<f64>>, slope: DMatrix<Complex<f64>>) -> (
     (lu.determinant(), quotient)
 }
 
+/// A value and its logarithmic derivative.
+type Sample = (Complex<f64>, Complex<f64>);
+
 /// The change of the argument of `f` between two points, by halving until it is small and sure.
-fn argument(
-    f: &impl Fn(f64) -> Complex<f64>,
-    (a, fa): (f64, Complex<f64>),
-    (b, fb): (f64, Complex<f64>),
-    depth: usize,
-) -> Option<f64> {
+fn argument(f: &impl Fn(f64) -> Sample, (a, fa): (f64, Sample), (b, fb): (f64, Sample), depth: usize) -> Option<f64> {
     let middle = 0.5 * (a + b);
     let fm = f(middle);
-    let (left, right) = ((fm / fa).arg(), (fb / fm).arg());
+    let (left, right) = ((fm.0 / fa.0).arg(), (fb.0 / fm.0).arg());
     if !(left.is_finite() && right.is_finite()) {
         return None;
     }
-    // Both halves turn by less than half a radian, and about equally: no turn between the samples was missed.
-    if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 {
+    // |f'/f| is about the inverse distance of the nearest root. Two roots that are close to the line and to each other turn
+    // the argument by 2π between samples that differ by nothing, and the derivative of the argument does not show it: hence
+    // the panel must also be short against that distance.
+    let steepest = fa.1.norm().max(fm.1.norm()).max(fb.1.norm());
+    if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 && (b - a) * steepest < CLEAR {
         return Some(left + right);
     }
     if depth == DEPTH {

@@ -10,8 +10,8 @@
 //!
 //! X turns a disturbance of the intrinsic strain into that of the stimuli, by way of the equilibrium; F are the laws' rates
 //! and G their gradients. All derivatives are differences of the laws' own functions, so a law written downstream is
-//! covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter changes, and
-//! [`boundary`] follows the crossing in two parameters. Method, cost and limits: `docs/stability.md`.
+//! covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter changes, [`crossings`] where any root does, and
+//! [`boundary`] follows a crossing in two parameters. Method, cost and limits: `docs/stability.md`.
 
 mod boundary;
 mod count;
@@ -23,7 +23,7 @@ mod stationary;
 pub use boundary::{BoundaryPoint, boundary};
 pub use count::Unstable;
 pub use linear::Linearisation;
-pub use onset::{Onset, onset};
+pub use onset::{Onset, crossings, onset};
 pub use roots::{Polarisation, Root};
 pub use stationary::{Stationary, StationarySolver};
 

@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 
 use super::count::{Part, Unstable};
+use super::roots::pair;
 use super::{Linearisation, StabilityError};
 use crate::error::ParameterError;
 
@@ -55,6 +56,11 @@ pub fn onset(
         (0, n) if n > 0 => (from, to, last),
         (n, 0) if n > 0 => (to, from, first),
         (unstable_from, unstable_to) => {
+            for end in [a, b] {
+                if let Unstable::Infinite { abscissa } = end {
+                    return Err(StabilityError::InfinitelyMany { abscissa });
+                }
+            }
             return Err(StabilityError::NoCrossing { from, to, unstable_from, unstable_to });
         }
     };
@@ -123,6 +129,114 @@ pub fn onset(
         residual: root.re.abs(),
         linearisations: linearisations + 1,
     })
+}
+
+/// Finds every value of a parameter between `from` and `to` at which roots cross the axis for good: the number of unstable
+/// roots changes there. Roots that cross and come back between two counts are not seen.
+///
+/// # Errors
+/// What `family` reports, infinitely many unstable roots somewhere in the range, or a root that is lost.
+pub fn crossings(
+    mut family: impl FnMut(f64) -> Result<Linearisation, StabilityError>,
+    from: f64,
+    to: f64,
+) -> Result<Vec<Onset>, StabilityError> {
+    ParameterError::finite("start of the parameter's range", from)?;
+    ParameterError::finite("end of the parameter's range", to)?;
+    let mut linearisations = 0;
+    let mut at = |parameter: f64| -> Result<(f64, Linearisation, usize), StabilityError> {
+        let linear = family(parameter)?;
+        linearisations += 1;
+        match linear.unstable()? {
+            Unstable::Finite(number) => Ok((parameter, linear, number)),
+            Unstable::Infinite { abscissa } => Err(StabilityError::InfinitelyMany { abscissa }),
+        }
+    };
+    let mut found: Vec<Onset> = Vec::new();
+    let mut brackets = vec![(at(from)?, at(to)?)];
+    while let Some((a, b)) = brackets.pop() {
+        if a.2 == b.2 {
+            continue;
+        }
+        let ends = [a.0, b.0];
+        let (fewer, more) = if a.2 < b.2 { (&a, &b) } else { (&b, &a) };
+        let known = found.len();
+        let narrow = (ends[1] - ends[0]).abs() <= 1e-9 * (to - from).abs();
+        // A pair in each of two planes at most, or it is not worth the search.
+        if (more.2 - fewer.2 <= 4 || narrow)
+            && let Some((z, part, number)) = next_to_axis(&more.1)?
+            && (number == more.2 - fewer.2 || narrow)
+        {
+            // That root has crossed last. The secant of its real part from that end, if it stays between the ends.
+            if let Some(crossing) = crossing(&mut at, more.0, z, part, ends)? {
+                found.push(crossing);
+            }
+        }
+        if found.len() == known && narrow {
+            let residual = (more.2 - fewer.2) as f64;
+            return Err(StabilityError::NoConvergence { what: "search for a root that crosses the axis", residual });
+        }
+        if found.len() == known {
+            let middle = at(0.5 * (a.0 + b.0))?;
+            brackets.push((middle.clone(), b));
+            brackets.push((a, middle));
+        }
+    }
+    found.sort_by(|a, b| a.parameter.total_cmp(&b.parameter));
+    found.iter_mut().for_each(|crossing| crossing.linearisations = linearisations);
+    Ok(found)
+}
+
+/// The unstable root next to the axis, and how many roots it stands for.
+fn next_to_axis(linear: &Linearisation) -> Result<Option<(Complex<f64>, Part, usize)>, StabilityError> {
+    let mut best: Option<(Complex<f64>, Part, usize)> = None;
+    for (block, twins) in linear.distinct_blocks() {
+        let part = Part::Block(block);
+        if let Some(z) = linear.roots_right_of(part, 1e-6 * linear.slowest_rate())?.last()
+            && best.is_none_or(|(other, ..)| z.re < other.re)
+        {
+            best = Some((*z, part, pair(z) * twins));
+        }
+    }
+    Ok(best)
+}
+
+/// Newton's method for the parameter at which a root is on the axis; none if it leaves the ends.
+fn crossing(
+    at: &mut impl FnMut(f64) -> Result<(f64, Linearisation, usize), StabilityError>,
+    start: f64,
+    root: Complex<f64>,
+    part: Part,
+    ends: [f64; 2],
+) -> Result<Option<Onset>, StabilityError> {
+    let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    let (mut p, mut z) = (start, root);
+    // A first small step into the bracket to learn the slope.
+    let mut next = p + 1e-3 * (ends[0] + ends[1] - 2.0 * p);
+    for _ in 0..20 {
+        let (_, linear, _) = at(next)?;
+        let Ok(moved) = linear.polish(z, part) else { return Ok(None) };
+        if (moved - z).norm() > 0.3 * z.norm() {
+            return Ok(None);
+        }
+        let slope = (moved - z) / (next - p);
+        (p, z) = (next, moved);
+        if z.re.abs() <= 1e-11 * z.norm().max(linear.slowest_rate()) {
+            let frequency = if z.im.abs() < 1e-9 * linear.slowest_rate() { 0.0 } else { z.im.abs() };
+            return Ok(Some(Onset {
+                parameter: p,
+                frequency,
+                essential: false,
+                residual: z.re.abs(),
+                linearisations: 0,
+            }));
+        }
+        next = p - z.re / slope.re;
+        if !(next >= low && next <= high) || next == p {
+            return Ok(None);
+        }
+    }
+    Ok(None)
 }
 
 /// The rightmost root and the part of the spectrum that it belongs to.

@@ -48,6 +48,11 @@ impl Root {
     }
 }
 
+/// How many roots a root with Im λ ≥ 0 stands for: two with its conjugate.
+pub(super) fn pair(z: &Complex<f64>) -> usize {
+    if z.im > 1e-9 * z.norm() { 2 } else { 1 }
+}
+
 /// Points on a line from which Newton's method may start.
 const GRID: usize = 48;
 
@@ -88,7 +93,7 @@ impl Linearisation {
         let mut found: Vec<Complex<f64>> = Vec::new();
         let mut pairs = 0;
         let top = self.bound(abscissa);
-        for refinement in 0..5 {
+        for refinement in 0..2 {
             if pairs >= count {
                 break;
             }
@@ -101,7 +106,21 @@ impl Linearisation {
                     }
                 }
             }
-            pairs = found.iter().map(|z| if z.im > 1e-9 * z.norm() { 2 } else { 1 }).sum();
+            pairs = found.iter().map(pair).sum();
+        }
+        if pairs != count {
+            // By halving the region, which misses none.
+            let corner = Complex::new(abscissa, -0.01 * top);
+            let mut all = Vec::new();
+            self.isolate(part, corner, Complex::new(top, top), None, 0, &mut all)?;
+            found.clear();
+            for z in all {
+                let z = Complex::new(z.re, z.im.abs());
+                if !found.iter().any(|other| (other - z).norm() < 1e-8 * z.norm()) {
+                    found.push(z);
+                }
+            }
+            pairs = found.iter().map(pair).sum();
         }
         if pairs != count {
             let residual = count as f64 - pairs as f64;
@@ -112,6 +131,53 @@ impl Linearisation {
         }
         found.sort_by(|a, b| b.re.total_cmp(&a.re));
         Ok(found)
+    }
+
+    /// Finds the roots in a rectangle: halves it until each part holds one, from where Newton's method finds it.
+    fn isolate(
+        &self,
+        part: Part,
+        low: Complex<f64>,
+        high: Complex<f64>,
+        known: Option<usize>,
+        depth: usize,
+        out: &mut Vec<Complex<f64>>,
+    ) -> Result<(), StabilityError> {
+        let error =
+            StabilityError::NoConvergence { what: "search for all roots (some are multiple)", residual: low.re };
+        let Some(number) = known.or_else(|| self.count_within(part, low, high)) else { return Err(error) };
+        if number == 0 {
+            return Ok(());
+        }
+        let inside = |z: Complex<f64>| z.re > low.re && z.re < high.re && z.im > low.im && z.im < high.im;
+        if number == 1
+            && let Ok(z) = self.polish(0.5 * (low + high), part)
+            && inside(z)
+        {
+            out.push(z);
+            return Ok(());
+        }
+        if depth == 60 {
+            return Err(error);
+        }
+        let size = high - low;
+        // Off the middle, and elsewhere if a root lies on the cut.
+        for share in [0.47, 0.61, 0.35] {
+            let (first_high, second_low) = if size.re > size.im {
+                let cut = low.re + share * size.re;
+                (Complex::new(cut, high.im), Complex::new(cut, low.im))
+            } else {
+                let cut = low.im + share * size.im;
+                (Complex::new(high.re, cut), Complex::new(low.re, cut))
+            };
+            let Some(first) = self.count_within(part, low, first_high) else { continue };
+            if first > number {
+                continue;
+            }
+            self.isolate(part, low, first_high, Some(first), depth + 1, out)?;
+            return self.isolate(part, second_low, high, Some(number - first), depth + 1, out);
+        }
+        Err(error)
     }
 
     /// Roots that Newton's method finds from a line, with Im λ ≥ 0; each may occur more than once.
@@ -165,8 +231,8 @@ impl Linearisation {
             left = left.max(essential + 1e-4 * slow);
         }
         let mut line = 1e-6 * slow;
-        for refinement in 0..6 {
-            let near = self.near_line(part, line, GRID << refinement.min(3));
+        for refinement in 0..12 {
+            let near = self.near_line(part, line, GRID << i32::min(refinement, 2));
             let best = near.into_iter().filter(|z| z.re > left).max_by(|a, b| a.re.total_cmp(&b.re));
             match best {
                 // A whisker right of it nothing may be left.
@@ -175,10 +241,12 @@ impl Linearisation {
                     if self.count(part, clear)? == 0 {
                         return Ok(Some(z));
                     }
-                    // Something is further right: look from there.
-                    line = clear + 0.05 * (self.bound(clear) - clear).max(0.0) * f64::from(refinement);
+                    // Something is further right.
+                    return Ok(self.roots_right_of(part, clear)?.first().copied());
                 }
                 None if self.count(part, left + 1e-3 * slow)? == 0 => return Ok(None),
+                // Newton's method led elsewhere from everywhere.
+                None if self.count(part, line)? > 0 => return Ok(self.roots_right_of(part, line)?.first().copied()),
                 None => line = left + (line - left) * 0.5,
             }
         }

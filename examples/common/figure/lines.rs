@@ -32,6 +32,8 @@ pub enum Axes {
     Equal,
     /// x linear, y logarithmic.
     LogY,
+    /// x logarithmic, y linear.
+    LogX,
     /// Both logarithmic, for errors over step sizes or run times.
     LogLog,
 }
@@ -66,34 +68,50 @@ pub fn lines_figure(
     series: &[Series],
     axes: Axes,
 ) -> io::Result<()> {
+    panels_figure(file, title, x_label, y_label, &[("", series)], axes)
+}
+
+/// Draws several panels side by side, with equal axes and one legend at the right of all.
+pub fn panels_figure(
+    file: impl AsRef<Path>,
+    title: &str,
+    x_label: &str,
+    y_label: &str,
+    panels: &[(&str, &[Series])],
+    axes: Axes,
+) -> io::Result<()> {
     let (log_x, log_y) = match axes {
         Axes::Linear | Axes::Equal => (false, false),
+        Axes::LogX => (true, false),
         Axes::LogY => (false, true),
         Axes::LogLog => (true, true),
     };
+    let series: Vec<Series> = panels.iter().flat_map(|(_, series)| series.iter().cloned()).collect();
     let shown = || {
         let points = series.iter().flat_map(|s| s.points.iter().copied());
         points.filter(move |(x, y)| usable(*x, log_x) && usable(*y, log_y))
     };
     let x = fitted_axis(x_label, shown().map(|p| p.0), log_x);
     let y = fitted_axis(y_label, shown().map(|p| p.1), log_y);
-    let legend = legend_width(series);
+    let legend = legend_width(&series);
     let height = 760.0;
-    let cell = Rect {
-        left: 0.0,
-        // The title of the figure is the title of the panel.
-        top: TITLE_BAND - 34.0,
-        right: WIDTH - legend,
-        bottom: height - 10.0,
-    };
-    let panel = Panel::new(cell, x, y, axes == Axes::Equal);
+    let column = (WIDTH - legend) / panels.len() as f64;
+    // The title of the figure is the title of a single panel.
+    let top = if panels.len() == 1 { TITLE_BAND - 34.0 } else { TITLE_BAND };
     write_svg(file.as_ref(), WIDTH, height, |canvas| {
         draw_title(canvas, title);
-        panel.draw(canvas, "");
-        for one in series {
-            draw_series(canvas, &panel, one);
+        let mut frame_top = top;
+        for (i, (name, series)) in panels.iter().enumerate() {
+            let left = column * i as f64;
+            let cell = Rect { left, top, right: left + column, bottom: height - 10.0 };
+            let panel = Panel::new(cell, x.clone(), y.clone(), axes == Axes::Equal);
+            panel.draw(canvas, name);
+            for one in *series {
+                draw_series(canvas, &panel, one);
+            }
+            frame_top = panel.frame().top;
         }
-        draw_legend(canvas, series, WIDTH - legend, panel.frame().top);
+        draw_legend(canvas, &series, WIDTH - legend, frame_top);
     })
 }
 

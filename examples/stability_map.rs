@@ -1,0 +1,246 @@
+//! When does an upright shoot begin to oscillate? The map of growth time against length, for three kinds of shoot.
+//!
+//! This is figure 4 of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front. Plant Sci. 12:608005.
+//! The upright shoot of the reduced model (all of it differentiates, none of it elongates) is always in equilibrium. It
+//! stays upright if every small tilt dies out. If not, the delay between sensing and growing makes it swing: a root of
+//! its linear problem has crossed the imaginary axis. Each curve is where one root does.
+//!
+//! - *A, gravity alone*: the shoot senses gravity but not its own bending.
+//! - *B, microgravity*: it senses its bending but not gravity, and has no weight.
+//! - *C, both*.
+//!
+//! # What to see
+//! Right of the solid curves the shoot is stable. Lengths are in units of Greenhill's ℓc, where an upright shoot buckles
+//! under its weight whatever it senses; in A and C oscillations begin before that, sooner the faster the shoot grows.
+//! The steep curve up to ℓc is a swing of the whole shoot, with the same period of 87.6 min at every point of it. The
+//! others are shorter waves, and a fast one (11.7 min) close to ℓc that answers one turn too late. They are dashed where
+//! something else is unstable already; in A one of them is the boundary for short shoots. There are infinitely many more.
+//! In B waves of every length become unstable at once, at the same growth time whatever the shoot's length: not a root
+//! crosses but the *essential spectrum*. It does so in C, too: the branches pile up at this line, and left of it
+//! infinitely many roots are unstable.
+//!
+//! The markers are the three numbers that the paper prints.
+//!
+//! # What to try
+//! `--elements 6`: which curves change? Without proprioception (A) the short waves are hard to resolve, since nothing
+//! smooths what a part of the shoot hands on to the next. The example `onset` looks at one growth time more closely.
+
+mod common;
+
+use std::error::Error;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
+use morphorod::constitutive::LinearElastic;
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::load::Weight;
+use morphorod::stability::{BoundaryPoint, Linearisation, StabilityError, Unstable, boundary, crossings, onset};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+use morphorod::{Scene, Shoot, Still};
+
+const MINUTE: f64 = 60.0;
+const HOUR: f64 = 3600.0;
+/// Greenhill's constant α0.
+const GREENHILL: f64 = 7.837347438943883;
+/// The window of the map: growth time, h, and length over Greenhill's.
+const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 1.0]];
+
+/// Colours of the essential spectrum and of the fast branch.
+const ESSENTIAL: usize = 6;
+const FAST: usize = 5;
+
+/// The shoots of one panel: everything but growth time and length.
+#[derive(Clone, Copy)]
+struct Kind {
+    gravitropism: f64,
+    proprioception: f64,
+    weightless: bool,
+    memory: Memory,
+    elements: usize,
+}
+
+impl Kind {
+    /// The linear problem of a shoot: growth time in hours and length over Greenhill's.
+    fn at(self, hours: f64, ratio: f64) -> Result<Linearisation, StabilityError> {
+        let length = ratio * greenhill();
+        let gravitropism =
+            Gravitropism { sensitivity: self.gravitropism, memory: self.memory, statoliths: SettledStatoliths };
+        let proprioception = Proprioception { sensitivity: self.proprioception, memory: self.memory };
+        let shoot = Shoot::builder(TISSUE)
+            .length(length)
+            .radius(RADIUS)
+            .elements(self.elements)
+            // The whole shoot is growth zone.
+            .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
+            .tropism((gravitropism, proprioception))
+            .load(WEIGHT);
+        // The upright shoot is stationary as it is built; StationarySolver finds other stationary shapes.
+        if self.weightless {
+            Linearisation::about(&shoot.scene(Still::weightless()).build()?)
+        } else {
+            Linearisation::about(&shoot.build()?)
+        }
+    }
+
+    /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
+    fn curve(self, start: BoundaryPoint, cost: &mut Cost) -> Result<Vec<(BoundaryPoint, Unstable)>, StabilityError> {
+        // A little more than the window, except where the shoot would buckle.
+        let rectangle = [[0.95, 0.18], [63.0, 0.9995]];
+        let mut family = |hours: f64, ratio: f64| {
+            cost.linearisations += 1;
+            self.at(hours, ratio)
+        };
+        let mut points = boundary(&mut family, start, [0.0, -1.0], rectangle, 0.015, 400)?;
+        points.reverse();
+        points.extend(boundary(&mut family, start, [0.0, 1.0], rectangle, 0.015, 400)?.into_iter().skip(1));
+        let [low, high] = WINDOW;
+        points.retain(|point| (0..2).all(|k| (low[k]..=high[k]).contains(&point.parameters[k])));
+        cost.points += points.len();
+        let beyond = |point: BoundaryPoint| {
+            let unstable = family(1.002 * point.parameters[0], point.parameters[1])?.unstable()?;
+            Ok((point, unstable))
+        };
+        points.into_iter().map(beyond).collect()
+    }
+}
+
+const RADIUS: f64 = 0.5e-3;
+const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
+const WEIGHT: Weight = Weight { density: 1000.0 };
+
+/// Greenhill's self-buckling length, m.
+fn greenhill() -> f64 {
+    let gravity = Still::upright().moment(0.0).gravity.norm();
+    let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
+    (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
+}
+
+#[derive(Default)]
+struct Cost {
+    points: usize,
+    linearisations: usize,
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "stability_map",
+        "boundaries of stability of an upright shoot, growth time against length",
+        &[Opt::value("elements", "N", "4", "elements of a shoot")],
+    );
+    let elements = options.get_if("elements", "larger than 0", |n: &usize| *n > 0);
+    let out = options.out_dir();
+    let kind = |gravitropism, proprioception, weightless| Kind {
+        gravitropism,
+        proprioception,
+        weightless,
+        memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
+        elements,
+    };
+    let kinds = [
+        ("A: gravity alone", kind(0.8, 0.0, false)),
+        ("B: microgravity", kind(0.0, 20.0, true)),
+        ("C: both", kind(0.8, 20.0, false)),
+    ];
+    let [_, weightless, both] = kinds.map(|(_, kind)| kind);
+    let clock = Instant::now();
+    let mut cost = Cost::default();
+
+    // The three numbers of the paper.
+    let micro = onset(|hours| weightless.at(hours, 0.6), 2.0, 6.0)?;
+    println!("microgravity: growth time    {:.8} h, paper 3.5 h", micro.parameter);
+    let mut printed = vec![(micro.parameter, 0.6)];
+    for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
+        let at = onset(|ratio| both.at(hours, ratio), 0.3, 0.99)?;
+        let length = 100.0 * at.parameter * greenhill();
+        println!(
+            "both, {hours} h: critical length {length:.8} cm, paper {paper} cm, period {:.4} min",
+            at.period() / MINUTE
+        );
+        printed.push((hours, at.parameter));
+    }
+
+    let columns = ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable"];
+    let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
+    let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
+    for (panel, (name, kind)) in kinds.into_iter().enumerate() {
+        let mut starts: Vec<BoundaryPoint> = Vec::new();
+        if kind.weightless {
+            starts.push(BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency });
+        } else {
+            // The lowest branch, then all others that cross one line.
+            let main = onset(|ratio| kind.at(20.0, ratio), 0.3, 0.99)?;
+            starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
+            let fastest = if kind.proprioception > 0.0 { 4.65 } else { 6.2 };
+            let others = crossings(|hours| kind.at(hours, 0.99), fastest, 60.0)?;
+            cost.linearisations += main.linearisations + others.first().map_or(0, |other| other.linearisations);
+            starts.extend(
+                others
+                    .iter()
+                    .rev()
+                    .map(|other| BoundaryPoint { parameters: [other.parameter, 0.99], frequency: other.frequency }),
+            );
+        }
+        let mut series = Vec::new();
+        let mut slow = 0;
+        for (branch, start) in starts.into_iter().enumerate() {
+            let points = kind.curve(start, &mut cost)?;
+            let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
+            for (point, unstable) in &points {
+                let [hours, ratio] = point.parameters;
+                let (others, first) = match unstable {
+                    Unstable::Finite(number) => (*number as f64, *number == 0),
+                    Unstable::Infinite { .. } => (f64::INFINITY, false),
+                };
+                let period = std::f64::consts::TAU / point.frequency;
+                table.row(&[panel as f64, branch as f64, HOUR * hours, ratio * greenhill(), period, others])?;
+                // Each point is drawn once; the other style has a gap there.
+                pieces[usize::from(first)].push((hours, ratio));
+                pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
+            }
+            let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.0.frequency / MINUTE).collect();
+            let (least, most) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
+            println!("{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min", points.len());
+            let fast = most < 20.0;
+            let [dashed, solid] = pieces;
+            for (line, style) in [(solid, Style::Line), (dashed, Style::Dashed)] {
+                let colour = if fast { FAST } else { slow };
+                series.push(Series::new("", line, style, colour));
+            }
+            slow += usize::from(!fast);
+        }
+        panels.push((name, series));
+    }
+    table.finish()?;
+    println!(
+        "{} points of curves, {} linearisations, {:.2} s",
+        cost.points,
+        cost.linearisations,
+        clock.elapsed().as_secs_f64()
+    );
+
+    // In C the essential spectrum is that of B.
+    let essential = panels[1].1[0].points.clone();
+    panels[2].1.push(Series::new("", essential, Style::Line, ESSENTIAL));
+    for series in &mut panels[1].1 {
+        series.colour = ESSENTIAL;
+    }
+    panels[1].1[0].label = "all waves at once".into();
+    panels[1].1.push(Series::new("", printed[..1].to_vec(), Style::Points, 3));
+    panels[2].1.push(Series::new("in the paper", printed[1..].to_vec(), Style::Points, 3));
+    let panels: Vec<(&str, &[Series])> = panels.iter().map(|(name, series)| (*name, series.as_slice())).collect();
+    panels_figure(
+        out.join("stability_map.svg"),
+        "Where an upright shoot begins to oscillate",
+        "growth time (h)",
+        "length over Greenhill's",
+        &panels,
+        Axes::LogX,
+    )?;
+    println!("stability_map.csv and stability_map.svg are in {}", out.display());
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    common::finish(run())
+}
