@@ -82,10 +82,8 @@ impl Basis {
             let mut values = [0.0; MAX_POINTS + 1];
             lagrange(&basis.nodes, x, &mut values[..=p]);
             let slopes = lagrange_derivatives(&basis.nodes, x);
-            for k in 0..p {
-                basis.shape[g][k] = values[k + 1];
-                basis.slope[g][k] = slopes[k + 1];
-            }
+            basis.shape[g][..p].copy_from_slice(&values[1..=p]);
+            basis.slope[g][..p].copy_from_slice(&slopes[1..=p]);
             basis.upto[g] = basis.integral_upto(x);
         }
         basis

@@ -1,5 +1,82 @@
+//! Growing (morphoelastic) rods in three dimensions: plant shoots that elongate, steer by delayed responses to gravity
+//! and to their own bending, stiffen, sag under their weight and nutate.
+//!
+//! The model is that of Agostinelli, DeSimone and Noselli, *Nutations in Plant Shoots: Endogenous and Exogenous Factors
+//! in the Presence of Mechanical Deformations*, Front. Plant Sci. 12:608005 (2021), doi 10.3389/fpls.2021.608005;
+//! equation numbers in these pages are that paper's. Every part of it is a law behind a small trait, and a shoot is put
+//! together from laws that come from here or that you write yourself: nothing here knows which laws exist.
+//!
+//! # A shoot on its side
+//!
+//! A shoot of constant length whose base is horizontal turns its tip upwards, by gravitropism against proprioception.
+//!
+//! ```
+//! use morphorod::constitutive::LinearElastic;
+//! use morphorod::growth::{Ongoing, UniformGrowth};
+//! use morphorod::integrator::{Integrator, MethodOfSteps};
+//! use morphorod::load::Weight;
+//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+//! use morphorod::{Shoot, Still};
+//!
+//! let memory = Memory { time: 720.0, delay: 720.0 };
+//! let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+//!     .length(0.05)
+//!     .radius(0.5e-3)
+//!     .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
+//!     .tropism((
+//!         Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
+//!         Proprioception { sensitivity: 20.0, memory },
+//!     ))
+//!     .load(Weight { density: 1000.0 })
+//!     .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
+//!     .build()?;
+//!
+//! let tally = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
+//! // The stationary end is known in closed form: 19.177114 mm along the base, 41.339853 mm up.
+//! assert!((shoot.tip().z - 0.041339853).abs() < 2e-8);
+//! assert_eq!(tally.steps, 486);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # A shape at rest
+//!
+//! Equilibria are of use without growth, too: a rod, an elastic law, a load and a solver.
+//!
+//! ```
+//! use morphorod::constitutive::LinearElastic;
+//! use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+//! use morphorod::load::Weight;
+//! use morphorod::rod::Rod;
+//! use morphorod::{Order, Scene, Still};
+//!
+//! let scene = Still::tilted(std::f64::consts::FRAC_PI_2);
+//! let mut rod = Rod::uniform(0.0659, 0.5e-3, scene.base, 8, Order::Eight)?;
+//! let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+//! let found = NewtonSolver::default().solve(&mut rod, &tissue, &Weight { density: 1000.0 }, &scene.moment(0.0))?;
+//! assert!((rod.tip().z + 0.030426176325).abs() < 1e-11);
+//! assert_eq!(found.inertia.negative, 0, "stable");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What is inside
+//!
+//! | module | what it is about |
+//! |---|---|
+//! | [`so3`] | rotation vectors, and the derivatives that an energy of rotations needs |
+//! | [`rod`] | the discretised rod: material points, frames, shape |
+//! | [`growth`] | how tissue elongates: [`GrowthLaw`](growth::GrowthLaw) |
+//! | [`tropism`] | how the shoot steers: [`TropismLaw`](tropism::TropismLaw) |
+//! | [`constitutive`] | how tissue resists: [`Constitutive`](constitutive::Constitutive) |
+//! | [`load`] | what acts on the shoot: [`Load`](load::Load) |
+//! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
+//! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
+//! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
+//!
+//! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
+//! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.
+
 #![forbid(unsafe_code)]
-//! morphorod
+
 mod basis;
 pub mod constitutive;
 pub mod equilibrium;
@@ -12,10 +89,23 @@ pub mod rod;
 mod scene;
 mod shoot;
 pub mod so3;
+pub mod stability;
 mod state;
 pub mod tropism;
+
 pub use basis::Order;
 pub use error::ParameterError;
+pub use nalgebra;
 pub use scene::{Moment, Scene, Still};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::State;
+
+/// The programs of the README, compiled and run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+/// The programs of the guide, likewise.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/own-laws.md")]
+struct Guide;

@@ -1,6 +1,7 @@
 //! Gauss–Legendre and Gauss–Lobatto nodes on [0, 1], and polynomials through them.
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 /// The Legendre polynomial of degree `n` and its derivative at `x` in [−1, 1].
 fn legendre(n: usize, x: f64) -> (f64, f64) {
@@ -38,6 +39,12 @@ pub fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
             (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * d * d))
         })
         .unzip()
+}
+
+/// The rule of [`gauss`] for `N` ≤ 8 points, computed once.
+pub(crate) fn rule<const N: usize>() -> &'static (Vec<f64>, Vec<f64>) {
+    static RULES: [OnceLock<(Vec<f64>, Vec<f64>)>; 9] = [const { OnceLock::new() }; 9];
+    RULES[N].get_or_init(|| gauss(N))
 }
 
 /// The `n` + 1 Gauss–Lobatto nodes on [0, 1], both ends among them, `n` ≥ 1.

@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// An instant as loads and laws see it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,6 +47,24 @@ pub trait Scene {
     /// The instant at time `t`.
     fn moment(&self, t: f64) -> Moment {
         Moment { time: t, gravity: self.gravity(t) }
+    }
+}
+
+impl<S: Scene + ?Sized> Scene for Box<S> {
+    fn gravity(&self, t: f64) -> Vector3<f64> {
+        (**self).gravity(t)
+    }
+
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        (**self).base(t)
+    }
+
+    fn next_break(&self, t: f64) -> f64 {
+        (**self).next_break(t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        (**self).check()
     }
 }
 

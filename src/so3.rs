@@ -25,32 +25,38 @@ pub fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
     a.cross_matrix()
 }
 
+/// 1/n! for n = 0 … 33.
+const INVERSE_FACTORIAL: [f64; 34] = {
+    let mut table = [1.0; 34];
+    let mut n = 1;
+    while n < 34 {
+        table[n] = table[n - 1] / n as f64;
+        n += 1;
+    }
+    table
+};
+
 /// Sn(x) = Σk (−x)^k / (2k + n)! for n = 0 … 7, at x = |θ|² ≥ 0.
 ///
 /// Accurate to a few units of rounding for |θ| up to π, inside which the rotation vectors of an element lie.
 #[must_use]
+#[inline]
 pub fn s_functions(x: f64) -> [f64; 8] {
     // Two series at the top, then Sn = 1/n! − x Sn+2 downwards. For large n the series converges in a few terms and
     // the recurrence multiplies rounding by x/((n + 1)(n + 2)), which stays small up to |θ| = π.
-    const FACTORIAL: [f64; 8] = [1.0, 1.0, 2.0, 6.0, 24.0, 120.0, 720.0, 5040.0];
-    let series = |n: usize, first: f64| {
-        let (mut term, mut sum, mut m) = (first, first, n as f64);
-        // 40 terms reach rounding for every x ≤ 100; larger angles never occur in an element.
-        for _ in 0..40 {
-            term *= -x / ((m + 1.0) * (m + 2.0));
-            m += 2.0;
-            sum += term;
-            if term.abs() <= f64::EPSILON * 0.25 * sum.abs() {
-                break;
-            }
-        }
-        sum
+    // The first term left out is below 2e-17 of the first at the upper end of each range.
+    let terms = match x {
+        x if x < 0.02 => 4,
+        x if x < 1.0 => 7,
+        _ => 13,
     };
     let mut s = [0.0; 8];
-    s[7] = series(7, 1.0 / 5040.0);
-    s[6] = series(6, 1.0 / 720.0);
+    for k in (0..=terms).rev() {
+        s[7] = INVERSE_FACTORIAL[7 + 2 * k] - x * s[7];
+        s[6] = INVERSE_FACTORIAL[6 + 2 * k] - x * s[6];
+    }
     for n in (0..6).rev() {
-        s[n] = 1.0 / FACTORIAL[n] - x * s[n + 2];
+        s[n] = INVERSE_FACTORIAL[n] - x * s[n + 2];
     }
     s
 }

@@ -16,12 +16,17 @@ use crate::rod::{Rod, merge_rotations, part_weights, split_rotations};
 pub struct State {
     pub(crate) time: f64,
     pub(crate) rod: Rod,
-    /// Rotation vectors of up to two earlier equilibria, latest first, from which the next first guess is extrapolated.
+    /// Rotation vectors of earlier equilibria, latest first, from which the next first guess is extrapolated.
     pub(crate) earlier: Vec<Earlier>,
+    /// How many of them there are; the rest are room.
+    pub(crate) known: usize,
     pub(crate) history: History,
     /// When the run began or passed a jump: no interpolation in time reaches back across it.
     pub(crate) smooth_since: f64,
 }
+
+/// How many equilibria before the last are kept: a first guess is quadratic in time.
+pub(crate) const EARLIER: usize = 2;
 
 /// The rotation vectors of an earlier equilibrium, on the present elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,6 +91,7 @@ impl Clone for State {
             time: self.time,
             rod: self.rod.clone(),
             earlier: self.earlier.clone(),
+            known: self.known,
             history: self.history.clone(),
             smooth_since: self.smooth_since,
         }
@@ -95,6 +101,7 @@ impl Clone for State {
     fn clone_from(&mut self, source: &Self) {
         self.time = source.time;
         self.smooth_since = source.smooth_since;
+        self.known = source.known;
         self.rod.clone_from(&source.rod);
         self.history.clone_from(&source.history);
         self.earlier.truncate(source.earlier.len());
@@ -117,7 +124,7 @@ impl History {
 impl State {
     /// A shoot at rest at t = 0 that no integrator has started yet.
     pub(crate) fn new(rod: Rod) -> Self {
-        Self { time: 0.0, rod, earlier: Vec::new(), history: History::default(), smooth_since: 0.0 }
+        Self { time: 0.0, rod, earlier: Vec::new(), known: 0, history: History::default(), smooth_since: 0.0 }
     }
 
     /// Time, s.
@@ -140,6 +147,14 @@ impl State {
         let first = self.rod.first_growing() * self.rod.order().points();
         let at = point.checked_sub(first)? * self.history.width();
         level.rows.get(at..at + self.history.variables)
+    }
+
+    /// Forgets earlier equilibria and makes room for as many as a guess is extrapolated from.
+    pub(crate) fn make_room_for_guesses(&mut self) {
+        self.known = 0;
+        self.earlier.clear();
+        let room = || Earlier { time: self.time, rotations: self.rod.rotations.clone() };
+        self.earlier.extend((0..EARLIER).map(|_| room()));
     }
 
     /// Cuts an element, with everything that lives on it now and in the past.

@@ -70,10 +70,10 @@ fn in_calls<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
 ) -> Vec<usize> {
     // The first steps double from a sixty-fourth on; then the history fills for one delay.
     let mut until = 2.0 * MEMORY.delay + 4.0 * step;
-    let _ = run.advance(&mut shoot, until).unwrap();
+    run.advance(&mut shoot, until).unwrap();
     for _ in 0..4 {
         until += step;
-        let _ = run.advance(&mut shoot, until).unwrap();
+        run.advance(&mut shoot, until).unwrap();
     }
     let call = |steps: &u32| {
         until += f64::from(*steps) * step;

@@ -125,7 +125,7 @@ fn a_kick_in_one_direction_stays_in_its_plane() {
     let mut run = MethodOfSteps::new(90.0);
     let mut reach = 0.0_f64;
     for hour in 1..=40 {
-        let _ = run.advance(&mut shoot, f64::from(hour) * HOUR).unwrap();
+        run.advance(&mut shoot, f64::from(hour) * HOUR).unwrap();
         reach = reach.max(shoot.tip().x.abs());
         // Rounding of the length; the instability magnifies it by less than e in 40 h.
         assert!(shoot.tip().y.abs() < 1e-14, "out of the plane by {:e} m", shoot.tip().y);

@@ -69,7 +69,7 @@ fn a_shoot_simulated_with_the_linear_profile_follows_its_closed_form() {
     let mut run = MethodOfSteps::with_solver(0.05 * HOUR, Unloaded);
     let mut worst = [0.0_f64; 2];
     for t in [5.0, 10.0, 20.0, 40.0].map(|h| h * HOUR) {
-        let _ = run.advance(&mut shoot, t).unwrap();
+        run.advance(&mut shoot, t).unwrap();
         let now = initial + LINEAR.zone_length * t / LINEAR.time;
         worst[0] = worst[0].max((shoot.rod().length() / now - 1.0).abs());
         let line = shoot.rod().centre_line();
@@ -129,7 +129,7 @@ fn growth_that_follows_the_time_of_day_is_integrated() {
             let traced = length(&law, initial, t);
             // 64 pieces of eight Gauss points over three days: rounding.
             assert!((traced / exact - 1.0).abs() < 1e-12, "swing {swing}, {t}: {:e}", traced / exact - 1.0);
-            let _ = run.advance(&mut shoot, t).unwrap();
+            run.advance(&mut shoot, t).unwrap();
             // As for a steady rate: 3e-11 in every growth time; the fastest is τg/2, twice a day.
             let error = shoot.rod().length() / exact - 1.0;
             assert!(error.abs() < 1e-10, "swing {swing}, {t}: {error:e}");

@@ -29,7 +29,7 @@ fn errors<I: Integrator, G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, 
     let run = |step: f64| -> Vec<Vector3<f64>> {
         let (mut shoot, mut run) = (shoot(), integrator(step));
         let tip = |t: &f64| {
-            let _ = run.advance(&mut shoot, *t).unwrap();
+            run.advance(&mut shoot, *t).unwrap();
             shoot.tip()
         };
         times.iter().map(tip).collect()
@@ -192,7 +192,7 @@ impl Circling {
             y.copy_from_slice(&[(a * u1 + b * u2) / (a * a + b * b), (a * u2 - b * u1) / (a * a + b * b)]);
         });
         let _ = run.start(&mut shoot, &past).unwrap();
-        let _ = run.advance(&mut shoot, t).unwrap();
+        run.advance(&mut shoot, t).unwrap();
         let exact = Vector3::new(strain(t).0, strain(t).1, 0.0);
         shoot.rod().points().iter().map(|p| (p.intrinsic - exact).norm() / STRAIN).fold(0.0, f64::max)
     }

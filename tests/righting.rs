@@ -82,7 +82,7 @@ fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
         }
         .unwrap();
         times.map(|t| {
-            let _ = run.advance(&mut shoot, t).unwrap();
+            run.advance(&mut shoot, t).unwrap();
             shoot.tip()
         })
     };
@@ -101,10 +101,10 @@ fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
 fn the_response_begins_when_the_delay_is_over() {
     let mut shoot = righting().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
-    let _ = run.advance(&mut shoot, MEMORY.delay).unwrap();
+    run.advance(&mut shoot, MEMORY.delay).unwrap();
     // Nothing was remembered before t = 0, and what is read now is older.
     assert!(shoot.rod().points().iter().all(|point| point.intrinsic.norm() == 0.0));
-    let _ = run.advance(&mut shoot, MEMORY.delay + 1.0).unwrap();
+    run.advance(&mut shoot, MEMORY.delay + 1.0).unwrap();
     assert!(shoot.rod().points().iter().all(|point| point.intrinsic.norm() > 0.0));
 }
 
@@ -114,7 +114,7 @@ fn a_settled_past_bends_the_shoot_at_a_constant_rate_for_one_delay() {
     let mut run = MethodOfSteps::new(100.0);
     let _ = run.start(&mut shoot, &SettledPast).unwrap();
     let past: Vec<Vec<f64>> = (0..32).map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
-    let _ = run.advance(&mut shoot, MEMORY.delay).unwrap();
+    run.advance(&mut shoot, MEMORY.delay).unwrap();
     for (point, y) in shoot.rod().points().iter().zip(past) {
         // Equations (7) and (8) with constant memories: u* = (t/τg) (−β h2/r − η u1, β h1/r − η u2).
         let gradient = [-BETA / RADIUS * y[1] - ETA * y[2], BETA / RADIUS * y[0] - ETA * y[3]];
@@ -134,7 +134,7 @@ fn a_past_that_varies_is_integrated_as_it_was() {
     let past = GivenPast(|t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]));
     let _ = run.start(&mut shoot, &past).unwrap();
     for t in [4.0 * MINUTE, 12.0 * MINUTE] {
-        let _ = run.advance(&mut shoot, t).unwrap();
+        run.advance(&mut shoot, t).unwrap();
         let memory = ((t - MEMORY.delay) / scale).exp() - (-MEMORY.delay / scale).exp();
         let exact = BETA * y0 / (RADIUS * 20.0 * HOUR) * scale * memory;
         // Sampled 64 times over τr = 2σ and interpolated by cubics: h⁴/384 of the fourth derivative, and slopes from

@@ -4,7 +4,7 @@
 mod shoots;
 
 use morphorod::constitutive::Constitutive;
-use morphorod::equilibrium::{EquilibriumError, NewtonSolver, Unloaded};
+use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SettledPast};
 use morphorod::load::{ApicalForce, Load, Whirl};
@@ -25,17 +25,17 @@ fn assert_repeats<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scen
     Shoot<G, T, C, L, S>: Clone,
 {
     let mut run = integrator();
-    let _ = run.advance(&mut shoot, t1).unwrap();
+    run.advance(&mut shoot, t1).unwrap();
     let kept: State = shoot.state().clone();
     assert_eq!(&kept, shoot.state());
     let copy = shoot.clone();
-    let _ = run.advance(&mut shoot, t2).unwrap();
+    run.advance(&mut shoot, t2).unwrap();
     let end = shoot.state().clone();
     assert_ne!(kept, end, "two times have one state");
     // The same integrator, which has been further on meanwhile.
     shoot.restore(&kept);
     assert_eq!(&kept, shoot.state());
-    let _ = run.advance(&mut shoot, t2).unwrap();
+    run.advance(&mut shoot, t2).unwrap();
     assert_eq!(&end, shoot.state(), "restored");
     // An integrator that has never seen the shoot.
     shoot.restore(&kept);
@@ -99,9 +99,9 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
     for t in [0.5 * HOUR, HOUR] {
-        let _ = run.advance(&mut growing().build().unwrap(), t).unwrap();
-        let _ = run.advance(&mut first, t).unwrap();
-        let _ = run.advance(&mut second, t).unwrap();
+        run.advance(&mut growing().build().unwrap(), t).unwrap();
+        run.advance(&mut first, t).unwrap();
+        run.advance(&mut second, t).unwrap();
     }
     assert_ne!(first.state(), second.state());
     assert_eq!(alone.state(), second.state());
@@ -111,7 +111,7 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
 fn states_that_differ_anywhere_are_not_equal() {
     let mut shoot = righting().elements(4).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
-    let _ = run.advance(&mut shoot, HOUR).unwrap();
+    run.advance(&mut shoot, HOUR).unwrap();
     let kept = shoot.state().clone();
     shoot.rod_mut().points_mut()[5].intrinsic.x += 1e-9;
     assert_ne!(&kept, shoot.state());
@@ -132,7 +132,7 @@ fn states_that_differ_anywhere_are_not_equal() {
 fn advancing_to_the_present_changes_nothing() {
     let mut shoot = growing().elements(4).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
-    let _ = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
+    run.advance(&mut shoot, 1.3 * HOUR).unwrap();
     let kept = shoot.state().clone();
     let tally = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
     assert_eq!(tally.steps, 0);
@@ -160,7 +160,7 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     let mut shoot = growing().load(load).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     for until in [0.0, 1000.0] {
-        let _ = run.advance(&mut shoot, until).unwrap();
+        run.advance(&mut shoot, until).unwrap();
         let kept = shoot.state().clone();
         let error = run.advance(&mut shoot, HOUR).unwrap_err();
         let expected = EquilibriumError::NotFinite { what: "force in the rod" };
@@ -176,14 +176,14 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     let mut steady = shoot();
     let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
     let mut retried = shoot();
-    let mut run = MethodOfSteps::with_solver(90.0, NewtonSolver::default());
+    let mut run = MethodOfSteps::new(90.0);
     run.solver.max_iterations = 1;
     let before = retried.state().clone();
     let error = run.advance(&mut retried, HOUR).unwrap_err();
     assert!(error.is_recoverable(), "{error}");
     assert_eq!(&before, retried.state());
     run.solver.max_iterations = 200;
-    let _ = run.advance(&mut retried, HOUR).unwrap();
+    run.advance(&mut retried, HOUR).unwrap();
     assert_eq!(steady.state(), retried.state());
 
     // A base that is no rotation, with and without a solver that would notice.
@@ -210,7 +210,7 @@ fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
         .build()
         .unwrap();
     let mut run = MethodOfSteps::with_solver(90.0, Unloaded);
-    let _ = run.advance(&mut shoot, 1200.0).unwrap();
+    run.advance(&mut shoot, 1200.0).unwrap();
     let kept = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Loaded { .. }, .. }), "{error}");
@@ -223,7 +223,7 @@ fn a_state_written_as_text_and_read_again_is_the_same() {
     let mut shoot = growing().elements(4).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     for t in [0.0, 0.5 * HOUR, 1.7 * HOUR] {
-        let _ = run.advance(&mut shoot, t).unwrap();
+        run.advance(&mut shoot, t).unwrap();
         let text = serde_json::to_string(shoot.state()).unwrap();
         let read: State = serde_json::from_str(&text).unwrap();
         assert_eq!(&read, shoot.state());

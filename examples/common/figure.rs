@@ -41,9 +41,6 @@ const MM_PER_M: f64 = 1e3;
 
 /// The figure's title, centred over the whole width.
 fn draw_title(canvas: &mut canvas::Canvas, title: &str) {
-    let label = canvas::Label {
-        size: TITLE_SIZE,
-        ..canvas::Label::new(WIDTH / 2.0, TITLE_BAND / 2.0)
-    };
+    let label = canvas::Label { size: TITLE_SIZE, ..canvas::Label::new(WIDTH / 2.0, TITLE_BAND / 2.0) };
     canvas.text(title, label.fitted(title, WIDTH - 40.0));
 }

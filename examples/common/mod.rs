@@ -15,3 +15,17 @@ pub use figure::{Axes, Series, Style, lines_figure, path_figure, shapes_figure};
 pub use options::{Opt, Options};
 pub use progress::Progress;
 pub use table::Table;
+
+use std::error::Error;
+use std::process::ExitCode;
+
+/// Ends a program: an error is printed as its message, not as the compiler would write the value.
+pub fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

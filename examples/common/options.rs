@@ -27,22 +27,12 @@ impl Opt {
         default: &'static str,
         help: &'static str,
     ) -> Self {
-        Self {
-            name,
-            placeholder: Some(placeholder),
-            default,
-            help,
-        }
+        Self { name, placeholder: Some(placeholder), default, help }
     }
 
     /// A flag `--name`, off unless given.
     pub const fn flag(name: &'static str, help: &'static str) -> Self {
-        Self {
-            name,
-            placeholder: None,
-            default: "",
-            help,
-        }
+        Self { name, placeholder: None, default: "", help }
     }
 }
 
@@ -96,20 +86,13 @@ impl Options {
     /// directory, `about` says in one line what it does. `--out` and `--help`
     /// need no declaration. Does not return after `--help` or on a mistake.
     pub fn parse(example: &str, about: &str, options: &[Opt]) -> Self {
-        let mut parsed = Self {
-            declared: options.to_vec(),
-            given: BTreeMap::new(),
-        };
+        let mut parsed = Self { declared: options.to_vec(), given: BTreeMap::new() };
         // Declared last so that it ends the list of options in the usage text.
-        parsed
-            .declared
-            .push(Opt::value("out", "DIR", "", "directory for the results"));
+        parsed.declared.push(Opt::value("out", "DIR", "", "directory for the results"));
         let out = format!("target/out/{example}/");
         let mut args = std::env::args_os().skip(1);
         while let Some(arg) = args.next() {
-            let arg = arg
-                .into_string()
-                .unwrap_or_else(|raw| fail(&format!("argument {raw:?} is not valid Unicode")));
+            let arg = arg.into_string().unwrap_or_else(|raw| fail(&format!("argument {raw:?} is not valid Unicode")));
             if arg == "--help" || arg == "-h" {
                 // A closed pipe (`--help | head`) is no reason to panic.
                 let usage = parsed.usage(example, about, &out);
@@ -120,27 +103,21 @@ impl Options {
                 Some((name, value)) => (name, Some(value.to_string())),
                 None => (arg.as_str(), None),
             };
-            let known = name
-                .strip_prefix("--")
-                .and_then(|name| parsed.declared.iter().find(|o| o.name == name).copied());
+            let known =
+                name.strip_prefix("--").and_then(|name| parsed.declared.iter().find(|o| o.name == name).copied());
             let Some(option) = known else {
                 fail(&format!("unknown option '{arg}'; --help lists the options"));
             };
             let value = match (option.placeholder, inline) {
                 (None, None) => String::new(),
-                (None, Some(value)) => {
-                    fail(&format!("option {name} takes no value, got '{value}'"))
-                }
+                (None, Some(value)) => fail(&format!("option {name} takes no value, got '{value}'")),
                 (Some(_), Some(value)) => value,
                 (Some(placeholder), None) => args
                     .next()
                     .and_then(|value| value.into_string().ok())
                     .filter(|value| !value.starts_with("--"))
                     .unwrap_or_else(|| {
-                        fail(&format!(
-                            "option {name} needs a value: {name} {placeholder} ({})",
-                            option.help
-                        ))
+                        fail(&format!("option {name} needs a value: {name} {placeholder} ({})", option.help))
                     }),
             };
             parsed.given.insert(option.name, value);
@@ -165,12 +142,14 @@ impl Options {
             Some(value) if check(&value) => value,
             other => {
                 let must_be = if other.is_some() { must_be } else { T::MUST_BE };
-                fail(&format!(
-                    "option --{name} has the value '{text}', but must be {must_be} ({})",
-                    option.help
-                ))
+                fail(&format!("option --{name} has the value '{text}', but must be {must_be} ({})", option.help))
             }
         }
+    }
+
+    /// A number that must be larger than 0.
+    pub fn positive(&self, name: &str) -> f64 {
+        self.get_if(name, "larger than 0", |value: &f64| *value > 0.0)
     }
 
     /// The value of an option as text, given or default.
@@ -189,10 +168,7 @@ impl Options {
     pub fn out_dir(&self) -> PathBuf {
         let dir = PathBuf::from(self.text("out"));
         if let Err(error) = std::fs::create_dir_all(&dir) {
-            eprintln!(
-                "error: cannot create the output directory '{}': {error}",
-                dir.display()
-            );
+            eprintln!("error: cannot create the output directory '{}': {error}", dir.display());
             exit(1);
         }
         dir

@@ -24,16 +24,13 @@ impl Progress {
         let style = ProgressStyle::with_template("{prefix} [{bar:40}] {percent:>3} %, {eta} left")
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("=> ");
-        let bar = ProgressBar::with_draw_target(Some(STEPS), target)
-            .with_style(style)
-            .with_prefix(label.to_string());
+        let bar = ProgressBar::with_draw_target(Some(STEPS), target).with_style(style).with_prefix(label.to_string());
         Self { bar }
     }
 
     /// Shows the fraction (0 to 1) of the simulated time that is done.
     pub fn set(&self, fraction: f64) {
-        self.bar
-            .set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        self.bar.set_position((fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 
     /// Runs `print` with the bar out of the way, for a line of text meanwhile.

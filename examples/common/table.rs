@@ -24,20 +24,13 @@ impl Table {
         })?;
         let mut out = BufWriter::new(created);
         writeln!(out, "{}", columns.join(","))?;
-        Ok(Self {
-            out,
-            columns: columns.len(),
-        })
+        Ok(Self { out, columns: columns.len() })
     }
 
     /// Writes one row; it must have as many values as there are columns.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         if values.len() != self.columns {
-            return Err(invalid(format!(
-                "a row of {} values in a table of {} columns",
-                values.len(),
-                self.columns
-            )));
+            return Err(invalid(format!("a row of {} values in a table of {} columns", values.len(), self.columns)));
         }
         for (i, &value) in values.iter().enumerate() {
             let comma = if i == 0 { "" } else { "," };
@@ -50,6 +43,25 @@ impl Table {
     pub fn finish(mut self) -> io::Result<()> {
         self.out.flush()
     }
+}
+
+/// Reads a table: rows of numbers after the header; lines that begin with `#` are remarks.
+pub fn read(file: impl AsRef<Path>) -> io::Result<Vec<Vec<f64>>> {
+    let file = file.as_ref();
+    let wrong = |what: String| invalid(format!("{}: {what}", file.display()));
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", file.display())))?;
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let columns = lines.next().unwrap_or_default().split(',').count();
+    lines
+        .map(|line| {
+            let row: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
+            match row {
+                Ok(row) if row.len() == columns => Ok(row),
+                _ => Err(wrong(format!("'{line}' is not a row of {columns} numbers"))),
+            }
+        })
+        .collect()
 }
 
 /// Shortest text that reads back as the same number.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Constitutive, LinearElastic, Response, Tissue};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// Equation (13): E = E0 in the growth zone, afterwards E1 − (E1 − E0) exp(−age/τℓ); the torsional stiffness in
 /// the same ratio.

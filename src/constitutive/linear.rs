@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Constitutive, Response, Tissue};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// Equation (10): mj = Kj (uj − uj*) with K1 = K2 = E I, K3 = μ J, I = π r⁴/4, J = 2 I, μ = E / (2 (1 + ν)).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,7 @@ pub use linear::LinearElastic;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// What an elastic law may know of a material point.
 #[derive(Debug, Clone, Copy, PartialEq)]

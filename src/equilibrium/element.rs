@@ -178,7 +178,7 @@ impl ElementSystem {
         }
         for k in 0..m {
             let pivot = self.hessian[k][k];
-            inertia.count(pivot, diagonal[k]);
+            inertia.count(pivot, diagonal[k], super::tangent::NEUTRAL * diagonal[k]);
             let inverse = if pivot == 0.0 { 0.0 } else { 1.0 / pivot };
             let mut column = [0.0; MAX];
             for i in k + 1..n {
@@ -279,8 +279,9 @@ fn symmetric_from_lower(m: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::Order;
     use crate::constitutive::LinearElastic;
-    use crate::{Order, so3};
+    use crate::so3;
 
     /// An element with arbitrary data, in units in which everything is of order one.
     struct Sample {

@@ -13,9 +13,10 @@ pub(crate) use element::tissue;
 use nalgebra::Vector3;
 
 use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
 use crate::load::{Cut, Load};
 use crate::rod::Rod;
-use crate::{Moment, ParameterError};
+use crate::scene::Moment;
 
 /// Signs of the eigenvalues of the energy's second derivative: how stable an equilibrium is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,9 +6,11 @@ use super::element::{ElementData, ElementSystem};
 use super::tangent::Tangent;
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia, forces_at_points};
 use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
 use crate::load::Load;
 use crate::rod::Rod;
-use crate::{Moment, ParameterError, so3};
+use crate::scene::Moment;
+use crate::so3;
 
 /// No step turns a frame further than this, rad: beyond it the quadratic model says nothing.
 const LARGEST_TURN: f64 = 1.0;
@@ -81,6 +83,14 @@ impl Default for NewtonSolver {
     /// Error 1e-11 rad, at most 200 iterations, stable equilibria only.
     fn default() -> Self {
         Self { tolerance: 1e-11, max_iterations: 200, branch: Branch::Stable, work: Work::default() }
+    }
+}
+
+impl NewtonSolver {
+    /// A solver with the given largest error of a frame, rad, and the other defaults.
+    #[must_use]
+    pub fn with_tolerance(tolerance: f64) -> Self {
+        Self { tolerance, ..Self::default() }
     }
 }
 
@@ -161,6 +171,8 @@ impl NewtonSolver {
         let mut shift = 0.0;
         let mut kicks = 0;
         let mut last_turn = f64::INFINITY;
+        let length = rod.length();
+        let mut unit = largest_force;
         for iteration in 1..=self.max_iterations {
             outcome.iterations = iteration;
             let mut inertia;
@@ -172,8 +184,9 @@ impl NewtonSolver {
                 }
                 // A shift of the size of the force in the rod makes any rod in tension or near it convex; ten times
                 // more each time reaches whatever the strain energy of a wild guess needs.
-                shift =
-                    if shift < 0.1 * largest_force { 0.1 * largest_force.max(f64::MIN_POSITIVE) } else { 4.0 * shift };
+                // Without load it is the strain energy per length that bends the rod, a force too.
+                unit = largest_force.max(outcome.energy.abs() / length).max(f64::MIN_POSITIVE);
+                shift = if shift < 0.1 * unit { 0.1 * unit } else { 4.0 * shift };
                 if !shift.is_finite() {
                     return Err(EquilibriumError::NotFinite { what: "tangent" });
                 }
@@ -186,7 +199,11 @@ impl NewtonSolver {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
             }
 
-            if stable && !plain && turn < 1e-3 * SMALL_TURN && kicks < 3 {
+            if stable && !plain && turn < 1e-3 * SMALL_TURN {
+                if kicks == 3 {
+                    let negative = work.assemble::<P>(rod, material, time, 0.0)?.1.negative;
+                    return Err(EquilibriumError::Unstable { negative });
+                }
                 // Next to no gradient, yet not a minimum: a saddle. Leave it in a direction that breaks the symmetry.
                 Work::kick(rod, kicks);
                 kicks += 1;
@@ -220,18 +237,23 @@ impl NewtonSolver {
                 // the error that was left.
                 work.solve_again::<P>();
                 let rest = work.largest_turn();
-                // What the chord leaves shrinks by the same ratio again; at rounding level it does not shrink.
+                // What the chord leaves shrinks by the same ratio again, or by what the turn has changed of the tangent;
+                // at rounding level it does not shrink, and where the shape is all but free to move that level is high.
                 let shrinks = rest < 0.5 * turn;
-                let error = if shrinks { rest * (rest / turn) } else { rest };
+                let error = if shrinks { 2.0 * rest * (rest / turn).max(turn) } else { turn.max(rest) };
+                let rounding = 4.0 * f64::EPSILON / inertia.margin.max(f64::EPSILON);
+                let stagnates = !shrinks && error <= rounding.min(1e-3 * SMALL_TURN);
                 if shrinks {
                     work.start.keep(rod);
                     work.advance::<P>(rod, 1.0);
                 }
-                if error <= self.tolerance {
+                // The tangent was that of the last step's start, and its signs are those at the answer where its smallest
+                // pivot is safe from a change of that size. Where not, a long step is followed by another iteration, and
+                // a short one by a tangent at the answer.
+                let safe = stable && inertia.margin >= 10.0 * turn;
+                if (error <= self.tolerance || stagnates) && (safe || turn < SMALL_TURN) {
                     outcome.error = error;
-                    // The tangent was that of the last step's start. It serves for the answer where its smallest
-                    // pivot is safe from a change of that size.
-                    if inertia.margin < 10.0 * turn || !stable {
+                    if !safe {
                         inertia = work.assemble::<P>(rod, material, time, 0.0)?.1;
                         outcome.factorisations += 1;
                     }
@@ -239,12 +261,9 @@ impl NewtonSolver {
                     if !stable || inertia.negative == 0 {
                         return Ok(outcome);
                     }
-                    if kicks >= 3 {
-                        return Err(EquilibriumError::Unstable { negative: inertia.negative });
-                    }
                 }
             }
-            shift = if shift < 1e-3 * largest_force { 0.0 } else { 0.25 * shift };
+            shift = if shift < 1e-3 * unit { 0.0 } else { 0.25 * shift };
         }
         Err(EquilibriumError::NoConvergence {
             iterations: self.max_iterations,

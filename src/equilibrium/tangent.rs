@@ -16,7 +16,7 @@ use super::Inertia;
 /// Pivots smaller than this fraction of the diagonal entry that they came from count as neutral. Rounding leaves a
 /// few units of 1e-16 times the growth of the elimination, about n² for n blocks in a row, so 1e-11 clears it for
 /// some hundreds of elements, while a length 1e-8 off the critical one gives a pivot of about 1e-9.
-const NEUTRAL: f64 = 1e-11;
+pub(super) const NEUTRAL: f64 = 1e-11;
 
 /// Entries of a block column of the upper triangle: a full block above the diagonal and half of the diagonal one.
 const ENTRIES: usize = 15;
@@ -149,12 +149,18 @@ impl Tangent {
             return Err(super::EquilibriumError::NotFinite { what: "tangent" });
         }
         let mut inertia = Inertia::default();
+        // Slivers have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
+        let largest =
+            |block: usize| (0..3).map(|b| self.values[self.col_ptr[3 * block + b + 1] - 1].abs()).fold(0.0, f64::max);
+        let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
         for block in 0..self.blocks {
             for b in 0..3 {
                 let at = symbolic.col_ptr()[3 * block + b];
                 let pivot = self.factors[at];
                 let scale = *self.values.get(self.col_ptr[3 * block + b + 1] - 1).unwrap_or(&0.0);
-                if inertia.count(pivot, scale.abs()) == Sign::Neutral {
+                let scale = scale.abs();
+                let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
+                if inertia.count(pivot, scale, neutral) == Sign::Neutral {
                     // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
                     // where a quotient of two rounding errors would send it anywhere.
                     self.factors[at] = f64::INFINITY;
@@ -194,10 +200,10 @@ pub(super) enum Sign {
 }
 
 impl Inertia {
-    /// Counts one pivot, given the diagonal entry that it came from.
-    pub(super) fn count(&mut self, pivot: f64, scale: f64) -> Sign {
+    /// Counts one pivot, given the diagonal entry that it came from and the size below which it is neutral.
+    pub(super) fn count(&mut self, pivot: f64, scale: f64, neutral: f64) -> Sign {
         self.margin = self.margin.min(pivot / scale);
-        if pivot.abs() <= NEUTRAL * scale {
+        if pivot.abs() <= neutral {
             self.neutral += 1;
             Sign::Neutral
         } else if pivot < 0.0 {

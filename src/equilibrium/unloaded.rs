@@ -1,13 +1,16 @@
 //! A rod without load takes its intrinsic shape, u = u*: nothing to solve for.
 
+use std::f64::consts::PI;
+
 use nalgebra::Vector3;
 
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
-use crate::Moment;
 use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
 use crate::load::{Cut, Load};
 use crate::rod::{Rod, weighted};
+use crate::scene::Moment;
 use crate::so3::{self, Form};
 
 /// The solver of an unloaded scene: the frames follow from the intrinsic strain, element by element from the base.
@@ -73,10 +76,13 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
             theta[k] = weighted(&rates[..basis.p], &basis.integral_upto(basis.nodes[k + 1]));
             change = f64::max(change, (theta[k] - before[k]).norm());
         }
-        let size = theta[basis.p - 1].norm();
+        let size = rates[..basis.p].iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
         if !size.is_finite() {
             return Err(EquilibriumError::NotFinite { what: "intrinsic strain" });
         }
+        // Beyond half a turn the rotation vector is not the one that the frames have.
+        let turn = theta[..basis.p].iter().map(Vector3::norm).fold(0.0, f64::max);
+        ParameterError::unless(turn < PI, "turn within one element", turn, "below π (rad): take more elements")?;
         if change <= 4.0 * f64::EPSILON * size {
             return Ok((theta, sweep, change));
         }

@@ -1,7 +1,7 @@
 //! Shoots whose length does not change.
 
 use super::GrowthLaw;
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// No growth at all: the shoot keeps its length and its intrinsic strain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::GrowthLaw;
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the base end of the growth zone: growth is fastest at the apex.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Where a material point is at a given time, without a simulation.
 
 use super::GrowthLaw;
-use crate::quadrature::gauss;
+use crate::quadrature::rule;
 
 /// A material point at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,12 +33,12 @@ pub fn length(law: &impl GrowthLaw, initial: f64, t: f64) -> f64 {
 /// What a whole growth zone adds to the length between two times: ∫ of its apical speed.
 fn elongation(law: &impl GrowthLaw, from: f64, to: f64) -> f64 {
     let zone = law.zone_length();
-    let (x, w) = gauss(8);
+    let (x, w) = rule::<8>();
     // Speeds vary with time at the pace of days at most; pieces of a sixty-fourth resolve anything slower than that.
     let pieces = 64;
     let h = (to - from) / f64::from(pieces);
     (0..pieces)
-        .flat_map(|i| x.iter().zip(&w).map(move |(x, w)| (from + h * (f64::from(i) + x), w * h)))
+        .flat_map(|i| x.iter().zip(w).map(move |(x, w)| (from + h * (f64::from(i) + x), w * h)))
         .map(|(t, w)| w * law.apical_speed(zone, t))
         .sum()
 }

@@ -1,7 +1,7 @@
 //! Uniform growth near the apex, in closed form.
 
 use super::GrowthLaw;
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// Equation (3): REGR = 1/τg within ℓg of the apex, 0 elsewhere; 1/τg everywhere while the shoot is shorter than ℓg.
 ///

@@ -4,12 +4,11 @@
 //! the variables are cubic (Hermite) in time and the integrand is smooth: three Gauss points on every such piece.
 
 use std::collections::VecDeque;
-use std::sync::OnceLock;
 
 use nalgebra::Vector3;
 
 use crate::growth::GrowthLaw;
-use crate::quadrature::{gauss, lagrange};
+use crate::quadrature::{lagrange, rule};
 use crate::state::Level;
 use crate::tropism::{Growing, TropismLaw};
 
@@ -40,11 +39,6 @@ enum Read {
     Between { level: usize, weights: [f64; 4] },
 }
 
-fn three_points() -> &'static (Vec<f64>, Vec<f64>) {
-    static RULE: OnceLock<(Vec<f64>, Vec<f64>)> = OnceLock::new();
-    RULE.get_or_init(|| gauss(3))
-}
-
 impl Quadrature {
     /// Prepares for the interval from `from` to `to`; `interpolated` are the levels through which present stimuli are
     /// read, if they are.
@@ -67,7 +61,7 @@ impl Quadrature {
             }
         }
         self.breaks.sort_unstable_by(f64::total_cmp);
-        let (x, w) = three_points();
+        let (x, w) = rule::<3>();
         for pair in 0..self.breaks.len() - 1 {
             let (a, b) = (self.breaks[pair], self.breaks[pair + 1]);
             if b <= a {

@@ -1,25 +1,17 @@
 //! The first guess of an equilibrium, extrapolated from the last ones.
 
-use crate::State;
 use crate::quadrature::lagrange;
-use crate::state::Earlier;
-
-/// How many equilibria before the last are kept: the guess is quadratic in time.
-const EARLIER: usize = 2;
+use crate::state::{EARLIER, State};
 
 /// Keeps the present rotations as the latest equilibrium and extrapolates them to `time`.
 pub(super) fn extrapolate(state: &mut State, time: f64) {
+    let known = state.known;
     let mut times = [state.time; EARLIER + 1];
-    let known = state.earlier.len();
     for (to, earlier) in times[1..].iter_mut().zip(&state.earlier) {
         *to = earlier.time;
     }
     let mut weights = [0.0; EARLIER + 1];
     lagrange(&times[..=known], time, &mut weights[..=known]);
-    if known < EARLIER {
-        // A new buffer, empty of content: the loop below fills it with the present rotations.
-        state.earlier.push(Earlier { time: state.time, rotations: state.rod.rotations.clone() });
-    }
     for i in 0..state.rod.rotations.len() {
         let present = state.rod.rotations[i];
         let mut guess = present * weights[0];
@@ -36,5 +28,6 @@ pub(super) fn extrapolate(state: &mut State, time: f64) {
         last.time = state.time;
     }
     state.earlier.rotate_right(1);
+    state.known = (known + 1).min(state.earlier.len());
     state.rod.chain_frames();
 }

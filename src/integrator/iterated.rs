@@ -5,10 +5,12 @@ use super::steps::check_times;
 use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
-use crate::{ParameterError, Scene, Shoot};
 
 /// An implicit integrator for laws of any delay, none included: fourth order in time, a few equilibria in a step.
 ///
@@ -28,10 +30,10 @@ pub struct Iterated<E = NewtonSolver> {
 }
 
 impl Iterated<NewtonSolver> {
-    /// Steps of `step` seconds, repeated to 1e-9 rad, and Newton's method with its defaults.
+    /// Steps of `step` seconds, repeated to 1e-8 rad, and Newton's method to the same.
     #[must_use]
     pub fn new(step: f64) -> Self {
-        Self::with_solver(step, NewtonSolver::default())
+        Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
     }
 }
 
@@ -39,7 +41,7 @@ impl<E> Iterated<E> {
     /// Steps of `step` seconds with the given solver.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        Self { step, tolerance: 1e-9, max_corrections: 30, solver, stepper: Stepper::default() }
+        Self { step, tolerance: 1e-8, max_corrections: 30, solver, stepper: Stepper::default() }
     }
 }
 

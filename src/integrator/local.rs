@@ -5,7 +5,7 @@
 //! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
 //! iteration, node after node; if that does not contract fast, the interval is halved.
 
-use crate::quadrature::{gauss, lagrange, lobatto};
+use crate::quadrature::{lagrange, lobatto, rule};
 use crate::tropism::TropismLaw;
 
 /// Collocation points.
@@ -32,7 +32,9 @@ struct Weights {
 #[derive(Debug, Default)]
 pub(super) struct LocalSolver {
     nodes: Vec<f64>,
-    rule: (Vec<f64>, Vec<f64>),
+    levels: Levels,
+    /// Interpolation weights of the stimuli at the nodes of the whole step.
+    at_nodes: [[f64; 4]; NODES],
     constants: Vec<f64>,
     /// 1/τ.
     inverse: Vec<f64>,
@@ -46,15 +48,15 @@ pub(super) struct LocalSolver {
     pub halvings: usize,
 }
 
-/// Stimuli at up to four times; time counts in steps, 0 the start of the present one and 1 its end.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Levels<'a> {
+/// The times of up to four levels of stimuli; time counts in steps, 0 the start of the present one and 1 its end.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Levels {
     pub count: usize,
     pub times: [f64; 4],
-    pub stimuli: [&'a [f64]; 4],
 }
 
-impl Levels<'_> {
+impl Levels {
+    /// Interpolation weights at a time.
     fn weights(&self, time: f64) -> [f64; 4] {
         let mut weights = [0.0; 4];
         lagrange(&self.times[..self.count], time, &mut weights[..self.count]);
@@ -63,27 +65,35 @@ impl Levels<'_> {
 }
 
 impl LocalSolver {
-    /// Prepares for steps of `size` seconds.
-    pub fn prepare(&mut self, law: &impl TropismLaw, size: f64) {
+    /// Prepares for a step of `size` seconds with stimuli at the given levels.
+    pub fn prepare(&mut self, law: &impl TropismLaw, size: f64, levels: Levels) {
         if self.nodes.is_empty() {
             self.nodes = lobatto(NODES - 1);
-            self.rule = gauss(8);
             self.weights.resize_with(DEPTH + 1, Weights::default);
         }
+        self.levels = levels;
+        for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
+            *at = levels.weights(*c);
+        }
         let v = law.variables();
-        self.constants.resize(v, f64::INFINITY);
-        self.constants.fill(f64::INFINITY);
-        law.time_constants(&mut self.constants);
+        self.rates.resize(v, f64::INFINITY);
+        self.rates.fill(f64::INFINITY);
+        law.time_constants(&mut self.rates);
+        // Weights belong to a size of step and to the laws' time constants.
+        let known = self.weights[0].size == size && self.constants == self.rates;
+        self.constants.clone_from(&self.rates);
+        self.inverse.clear();
+        self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
         self.stimuli.resize(NODES * law.stimuli(), 0.0);
         self.forcing.resize(NODES * v, 0.0);
         self.values.resize(NODES * v, 0.0);
-        self.rates.resize(v, 0.0);
         self.first_rates.resize(v, 0.0);
-        self.inverse.clear();
-        self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
-        if self.weights[0].size != size || self.weights[0].decay.len() != v {
-            for (depth, weights) in self.weights.iter_mut().enumerate() {
-                weights.size = if depth == 0 { size } else { 0.0 };
+        if !known {
+            for weights in &mut self.weights {
+                weights.size = 0.0;
+                // Room now, so that no later step asks for memory when it first halves its interval.
+                weights.decay.reserve(v.saturating_sub(weights.decay.len()));
+                weights.integral.reserve(v.saturating_sub(weights.integral.len()));
             }
             self.fill(0, size);
         }
@@ -100,7 +110,7 @@ impl LocalSolver {
             let mut integral = [[0.0; NODES]; NODES];
             for (j, c) in self.nodes.iter().enumerate() {
                 decay[j] = (-c * z).exp();
-                integral[j] = relaxed_integral(&self.nodes, &self.rule, z, *c).map(|w| w * size);
+                integral[j] = relaxed_integral(&self.nodes, z, *c).map(|w| w * size);
             }
             weights.decay.push(decay);
             weights.integral.push(integral);
@@ -120,17 +130,26 @@ impl LocalSolver {
         }
     }
 
-    /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step. Returns whether it succeeded.
-    pub fn advance(&mut self, law: &impl TropismLaw, levels: &Levels, y: &mut [f64], start: f64, depth: usize) -> bool {
+    /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, under the stimuli of a point
+    /// at every level. Returns whether it succeeded.
+    pub fn advance(
+        &mut self,
+        law: &impl TropismLaw,
+        stimuli: &[&[f64]; 4],
+        y: &mut [f64],
+        start: f64,
+        depth: usize,
+    ) -> bool {
         let (v, m) = (self.constants.len(), law.stimuli());
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);
         }
         for (j, c) in self.nodes.iter().enumerate() {
-            let at = levels.weights(start + part * c);
+            // The whole step is the same for every point; parts of it are rare.
+            let at = if depth == 0 { self.at_nodes[j] } else { self.levels.weights(start + part * c) };
             for (i, x) in self.stimuli[j * m..(j + 1) * m].iter_mut().enumerate() {
-                *x = (0..levels.count).map(|k| at[k] * levels.stimuli[k][i]).sum();
+                *x = (0..self.levels.count).map(|k| at[k] * stimuli[k][i]).sum();
             }
         }
         // The first guess goes on at the first rates; the forcing at the first node stays for all sweeps.
@@ -172,18 +191,19 @@ impl LocalSolver {
             return false;
         }
         self.halvings += 1;
-        self.advance(law, levels, y, start, depth + 1) && self.advance(law, levels, y, start + 0.5 * part, depth + 1)
+        self.advance(law, stimuli, y, start, depth + 1) && self.advance(law, stimuli, y, start + 0.5 * part, depth + 1)
     }
 }
 
 /// ∫ from 0 to `c` of exp(−(c − t) z) times each Lagrange polynomial through `nodes`, dt.
-fn relaxed_integral(nodes: &[f64], rule: &(Vec<f64>, Vec<f64>), z: f64, c: f64) -> [f64; NODES] {
+fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
     let mut out = [0.0; NODES];
     if c == 0.0 {
         return out;
     }
     if c * z <= 3.0 {
-        for (x, w) in rule.0.iter().zip(&rule.1) {
+        let (points, weights) = rule::<8>();
+        for (x, w) in points.iter().zip(weights) {
             let mut values = [0.0; NODES];
             lagrange(nodes, c * x, &mut values);
             let kernel = w * c * (-(c - c * x) * z).exp();

@@ -1,9 +1,9 @@
 //! Elements follow the tissue: cut as they stretch, cut at the boundary of the growth zone, merged behind it.
 
 use super::Tally;
-use crate::Mesh;
-use crate::State;
 use crate::growth::GrowthLaw;
+use crate::shoot::Mesh;
+use crate::state::State;
 
 /// Parts shorter than this fraction of an element are not cut off: the boundary is then on the node up to rounding.
 const SLIVER: f64 = 1e-9;

@@ -12,19 +12,22 @@ mod stepper;
 mod steps;
 
 pub use iterated::Iterated;
+pub(crate) use sensing::visit_sites;
+
 pub use past::{FreshPast, GivenPast, Past, SettledPast};
 pub use steps::MethodOfSteps;
 
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
-use crate::{ParameterError, Scene, Shoot};
 
 /// What a run has cost, and how accurate its parts say they were.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[must_use]
 pub struct Tally {
     /// Steps in time.
     pub steps: usize,

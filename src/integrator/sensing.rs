@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::Moment;
 use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::tissue;
 use crate::load::{Cut, Load};
 use crate::rod::Rod;
+use crate::scene::Moment;
 use crate::tropism::Site;
 
 /// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can
@@ -15,7 +15,7 @@ use crate::tropism::Site;
 ///
 /// The couple is summed from the free apex, m(s) = ∫ d3 × n beyond s, and the strain recovered from it: of order p + 2
 /// where differentiation of the rotations gives p + 1, and free of their rounding in short elements.
-pub(super) fn visit_sites<C: Constitutive, L: Load>(
+pub(crate) fn visit_sites<C: Constitutive, L: Load>(
     rod: &Rod,
     material: &C,
     load: &L,

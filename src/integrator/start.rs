@@ -5,14 +5,15 @@ use std::collections::VecDeque;
 use super::IntegrationError;
 use super::past::Past;
 use super::sensing::visit_sites;
-use super::stepper::Stepper;
+use super::stepper::{Stepper, longest, place};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
 use crate::load::Load;
 use crate::quadrature::lagrange_derivatives;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
 use crate::state::{History, Level};
 use crate::tropism::TropismLaw;
-use crate::{Scene, Shoot};
 
 /// Intervals into which a past that varies is sampled, over the longest delay.
 const SAMPLES: usize = 64;
@@ -26,17 +27,16 @@ impl Stepper {
         past: &impl Past,
     ) -> Result<(), IntegrationError> {
         let now = shoot.state.time;
-        shoot.state.rod.set_base(shoot.scene.base(now));
-        let moment = shoot.scene.moment(now);
+        let moment = place(shoot, now)?;
         self.settle(shoot, solver, &moment)?;
-        shoot.state.earlier.clear();
+        shoot.state.make_room_for_guesses();
         shoot.state.smooth_since = now;
         let tropism = &shoot.tropism;
         let (v, m) = (tropism.variables(), tropism.stimuli());
         let width = 2 * v + m;
         let mut delays = vec![0.0; v];
         tropism.delays(&mut delays);
-        let longest = delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let longest = longest(&delays);
         // Levels before now, and now twice: with the rates of the past, and with those that the stimuli cause.
         let intervals = if past.is_constant() { 1 } else { SAMPLES };
         let rod = &shoot.state.rod;

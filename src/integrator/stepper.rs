@@ -11,9 +11,11 @@ use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::{Moment, Scene};
+use crate::shoot::Shoot;
 use crate::state::Level;
+use crate::state::State;
 use crate::tropism::TropismLaw;
-use crate::{Moment, Scene, Shoot, State};
 
 /// Stimuli are interpolated in time through so many levels: fourth order.
 const LEVELS: usize = 4;
@@ -77,6 +79,14 @@ impl Stepper {
         Ok(self.tally)
     }
 
+    /// How far back the laws look at least, s; zero if they read what is present.
+    pub fn shortest_delay(&mut self, tropism: &impl TropismLaw) -> f64 {
+        self.delays.resize(tropism.variables(), 0.0);
+        tropism.delays(&mut self.delays);
+        let shortest = self.delays.iter().copied().fold(f64::INFINITY, f64::min);
+        if tropism.senses_now() { 0.0 } else { shortest }
+    }
+
     /// Carries the shoot to `until` in steps of at most `size`.
     pub fn run<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
         &mut self,
@@ -88,9 +98,10 @@ impl Stepper {
     ) -> Result<(), IntegrationError> {
         self.delays.resize(shoot.tropism.variables(), 0.0);
         shoot.tropism.delays(&mut self.delays);
+        self.make_room(&mut shoot.state, size);
         while shoot.state.time < until {
             let t = shoot.state.time;
-            let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t));
+            let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t)).min(shoot.tropism.next_break(t));
             let target = until.min(jump);
             let since = t - shoot.state.smooth_since;
             // Rounding must not turn a full step into two.
@@ -132,8 +143,7 @@ impl Stepper {
         self.grow(shoot, step);
         extrapolate(&mut shoot.state, to);
         shoot.state.time = to;
-        shoot.state.rod.set_base(shoot.scene.base(to));
-        let moment = shoot.scene.moment(to);
+        let moment = place(shoot, to)?;
         self.settle(shoot, solver, &moment)?;
         self.sense(shoot, &moment)?;
         self.carry(shoot, step)?;
@@ -155,6 +165,20 @@ impl Stepper {
         self.forget(&mut shoot.state);
         self.tally.steps += 1;
         Ok(())
+    }
+
+    /// Sets memory aside for all levels that the history will hold, so that no later step asks for any.
+    fn make_room(&mut self, state: &mut State, size: f64) {
+        let longest = longest(&self.delays);
+        // Full steps over the longest delay, those of a start, and the ones around the ends.
+        let wanted = (longest / size).min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * LEVELS;
+        let history = &mut state.history;
+        let numbers = history.levels.back().map_or(0, |level| level.rows.len());
+        history.levels.reserve(wanted.saturating_sub(history.levels.len()));
+        self.spare.reserve(wanted.saturating_sub(self.spare.len()));
+        while self.spare.len() + history.levels.len() < wanted {
+            self.spare.push(Vec::with_capacity(numbers));
+        }
     }
 
     /// Appends a level at `time` whose variables go on at their present rates; the stimuli stay. A first guess: what
@@ -292,7 +316,6 @@ impl Stepper {
         }
         let smooth = smooth_levels(&shoot.state);
         let size = step.to - step.from;
-        self.local.prepare(tropism, size);
         self.variables.resize(v, 0.0);
         let levels = &mut shoot.state.history.levels;
         let Some(mut new) = levels.pop_back() else { return Ok(()) };
@@ -302,6 +325,7 @@ impl Stepper {
         }
         let count = smooth.len();
         times[count - 1] = 1.0;
+        self.local.prepare(tropism, size, Levels { count, times });
         let mut failed = None;
         for i in 0..new.rows.len() / width {
             let row = i * width..(i + 1) * width;
@@ -313,8 +337,7 @@ impl Stepper {
                 *to = &level.rows[row.clone()][2 * v..];
             }
             seen[count - 1] = stimuli;
-            let known = Levels { count, times, stimuli: seen };
-            if !self.local.advance(tropism, &known, &mut self.variables, 0.0, 0) {
+            if !self.local.advance(tropism, &seen, &mut self.variables, 0.0, 0) {
                 failed = Some(i);
                 break;
             }
@@ -334,9 +357,9 @@ impl Stepper {
 
     /// Drops the levels that nothing will read again.
     fn forget(&mut self, state: &mut State) {
-        let longest = self.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let horizon = state.time - longest(&self.delays);
         let levels = &mut state.history.levels;
-        while levels.len() > LEVELS && levels[1].time <= state.time - longest {
+        while levels.len() > LEVELS && levels[1].time <= horizon {
             if let Some(level) = levels.pop_front() {
                 self.spare.push(level.rows);
             }
@@ -350,8 +373,7 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
     ) -> Result<(), IntegrationError> {
         let after = shoot.state.time.next_up();
-        shoot.state.rod.set_base(shoot.scene.base(after));
-        let moment = shoot.scene.moment(after);
+        let moment = place(shoot, after)?;
         self.settle(shoot, solver, &moment)?;
         let time = shoot.state.time;
         self.push_level(&mut shoot.state, time);
@@ -365,9 +387,32 @@ impl Stepper {
             }
         }
         shoot.state.smooth_since = time;
-        shoot.state.earlier.clear();
+        shoot.state.known = 0;
         Ok(())
     }
+}
+
+/// Moves the base to where it is at `time`, and says what gravity is then.
+pub(super) fn place<G, T, C, L, S: Scene>(
+    shoot: &mut Shoot<G, T, C, L, S>,
+    time: f64,
+) -> Result<Moment, IntegrationError> {
+    let base = shoot.scene.base(time);
+    let moment = shoot.scene.moment(time);
+    // A quaternion that is no rotation would be normalised into one that nobody meant.
+    if !((base.norm() - 1.0).abs() < 1e-9) {
+        return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
+    }
+    if !moment.gravity.norm().is_finite() {
+        return Err(IntegrationError::NotFinite { what: "gravity", time });
+    }
+    shoot.state.rod.set_base(base);
+    Ok(moment)
+}
+
+/// The longest delay with which a variable is read, s.
+pub(super) fn longest(delays: &[f64]) -> f64 {
+    delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max)
 }
 
 /// The levels through which stimuli are interpolated: the last few, none from before a jump.

@@ -4,10 +4,12 @@ use super::stepper::Stepper;
 use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::Load;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
-use crate::{ParameterError, Scene, Shoot};
 
 /// An explicit integrator for delayed laws: one equilibrium in a step, fourth order in time.
 ///
@@ -24,10 +26,10 @@ pub struct MethodOfSteps<E = NewtonSolver> {
 }
 
 impl MethodOfSteps<NewtonSolver> {
-    /// Steps of `step` seconds and Newton's method with its defaults.
+    /// Steps of `step` seconds and Newton's method to 1e-8 rad, well below the error in time of any usual step.
     #[must_use]
     pub fn new(step: f64) -> Self {
-        Self::with_solver(step, NewtonSolver::default())
+        Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
     }
 }
 
@@ -73,7 +75,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         S: Scene,
     {
         check_times(self.step, shoot.time(), until)?;
-        let delay = shortest_delay(&shoot.tropism);
+        let delay = self.stepper.shortest_delay(&shoot.tropism);
         // Rounding of a step that is meant to equal the delay is no fault.
         if self.step > delay * (1.0 + 1e-12) {
             return Err(IntegrationError::StepTooLong { step: self.step, delay });
@@ -97,14 +99,4 @@ pub(super) fn check_times(step: f64, now: f64, until: f64) -> Result<(), Paramet
         until,
         "finite and not in the past (s)",
     )
-}
-
-/// How far back the laws look at least; zero if they read what is present.
-fn shortest_delay(tropism: &impl TropismLaw) -> f64 {
-    if tropism.senses_now() {
-        return 0.0;
-    }
-    let mut delays = vec![0.0; tropism.variables()];
-    tropism.delays(&mut delays);
-    delays.iter().copied().fold(f64::INFINITY, f64::min)
 }

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
-use crate::{Moment, ParameterError};
+use crate::error::ParameterError;
+use crate::scene::Moment;
 
 /// A force on the apex, in the fixed frame, as a smooth function of time (s): any closure or function that gives newtons.
 ///

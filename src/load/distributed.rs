@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
-use crate::{Moment, ParameterError};
+use crate::error::ParameterError;
+use crate::scene::Moment;
 
 /// A constant force per unit of current length, in the fixed frame, N/m.
 #[derive(Debug, Clone, Copy, PartialEq)]

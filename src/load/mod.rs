@@ -12,7 +12,8 @@ pub use whirl::Whirl;
 
 use nalgebra::Vector3;
 
-use crate::{Moment, ParameterError};
+use crate::error::ParameterError;
+use crate::scene::Moment;
 
 /// A cut through the shoot, and what lies between it and the apex.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
-use crate::{Moment, ParameterError};
+use crate::error::ParameterError;
+use crate::scene::Moment;
 
 /// Equation (12): n(s) = ρ g ∫ A ds over what lies beyond s, which is q (ℓ − s) ĝ for a uniform section.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
-use crate::{Moment, ParameterError};
+use crate::error::ParameterError;
+use crate::scene::Moment;
 
 /// A horizontal apical force of constant size that turns about e3, from e1 towards e2, from t = 0 on, and ends after
 /// some turns. It brings a shoot near a circular orbit.

@@ -9,7 +9,9 @@ pub(crate) use shape::weighted;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::basis::Basis;
-use crate::{Order, ParameterError, so3};
+use crate::basis::Order;
+use crate::error::ParameterError;
+use crate::so3;
 
 /// A material point: one Gauss point of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +36,7 @@ pub struct MaterialPoint {
 /// the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is
 /// R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. It is objective and does not depend on the path by which the
 /// rotations came about.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rod {
     pub(crate) order: Order,
@@ -50,6 +52,31 @@ pub struct Rod {
     pub(crate) first_growing: usize,
     /// For every element, ∫ |u* − what is kept of it|² ds that merging has lost, 1/m.
     pub(crate) loss: Vec<f64>,
+}
+
+impl Clone for Rod {
+    fn clone(&self) -> Self {
+        Self {
+            order: self.order,
+            frames: self.frames.clone(),
+            rotations: self.rotations.clone(),
+            points: self.points.clone(),
+            node_distance: self.node_distance.clone(),
+            first_growing: self.first_growing,
+            loss: self.loss.clone(),
+        }
+    }
+
+    /// Reuses the memory of `self`.
+    fn clone_from(&mut self, source: &Self) {
+        self.order = source.order;
+        self.frames.clone_from(&source.frames);
+        self.rotations.clone_from(&source.rotations);
+        self.points.clone_from(&source.points);
+        self.node_distance.clone_from(&source.node_distance);
+        self.first_growing = source.first_growing;
+        self.loss.clone_from(&source.loss);
+    }
 }
 
 impl Rod {

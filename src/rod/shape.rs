@@ -87,6 +87,19 @@ impl Rod {
         line
     }
 
+    /// The positions of `count` ≥ 2 points equally spaced from base to apex (m, fixed frame, base at the origin).
+    #[must_use]
+    pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
+        let line = self.centre_line();
+        let length = self.length();
+        let last = count.max(2) - 1;
+        let place = |i: usize| {
+            let (element, x) = self.locate(length * i as f64 / last as f64);
+            line[element].1 + self.chord(element, x)
+        };
+        (0..=last).map(place).collect()
+    }
+
     /// The element that holds arc length `s` (m), and the coordinate in it; `s` is taken into [0, ℓ].
     #[must_use]
     pub fn locate(&self, s: f64) -> (usize, f64) {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Growing, Site, TropismLaw};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 macro_rules! forward {
     ($self:ident => $law:expr) => {
@@ -49,6 +49,9 @@ macro_rules! forward {
         #[inline]
         fn needs_position(&$self) -> bool {
             $law.needs_position()
+        }
+        fn next_break(&$self, t: f64) -> f64 {
+            $law.next_break(t)
         }
         fn check(&$self) -> Result<(), ParameterError> {
             $law.check()
@@ -120,6 +123,9 @@ impl<T: TropismLaw> TropismLaw for Option<T> {
     #[inline]
     fn needs_position(&self) -> bool {
         self.as_ref().is_some_and(T::needs_position)
+    }
+    fn next_break(&self, t: f64) -> f64 {
+        self.as_ref().map_or(f64::INFINITY, |law| law.next_break(t))
     }
     fn check(&self) -> Result<(), ParameterError> {
         self.as_ref().map_or(Ok(()), T::check)
@@ -216,6 +222,9 @@ macro_rules! tuple_of_laws {
             #[inline]
             fn needs_position(&self) -> bool {
                 false $(|| self.$index.needs_position())*
+            }
+            fn next_break(&self, t: f64) -> f64 {
+                f64::INFINITY $(.min(self.$index.next_break(t)))*
             }
             fn check(&self) -> Result<(), ParameterError> {
                 $(self.$index.check()?;)*

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::{Graviception, Growing, Memory, SettledStatoliths, Site, TropismLaw};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
-/// Equation (7): r u̇1* = −β REGR M[h2], r u̇2* = +β REGR M[h1]: the shoot turns its tip upwards.
+/// Equation (7): `r u̇1* = −β REGR M[h2]`, `r u̇2* = +β REGR M[h1]`: the shoot turns its tip upwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Gravitropism<S = SettledStatoliths> {

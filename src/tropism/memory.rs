@@ -1,10 +1,10 @@
 //! The memory with delay through which a stimulus acts.
 
-use crate::ParameterError;
+use crate::error::ParameterError;
 
-/// M[x](t) = (1/τm) ∫ exp(−(t − τr − τ)/τm) x(τ) dτ up to t − τr: an exponential memory, read with a delay.
+/// `M[x](t) = (1/τm) ∫ exp(−(t − τr − τ)/τm) x(τ) dτ` up to t − τr: an exponential memory, read with a delay.
 ///
-/// The same without the integral: τm ẏ = x − y and M[x](t) = y(t − τr). The filter comes first, the delay after.
+/// The same without the integral: τm ẏ = x − y and `M[x](t) = y(t − τr)`. The filter comes first, the delay after.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Memory {

@@ -15,8 +15,9 @@ pub use statoliths::{Graviception, SettledStatoliths, Statoliths};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::{Moment, ParameterError};
+use crate::scene::Moment;
 
 /// What a law can see from a material point, at a moment when the shoot is in equilibrium.
 #[derive(Debug, Clone, Copy)]
@@ -134,6 +135,12 @@ pub trait TropismLaw {
     #[inline]
     fn needs_position(&self) -> bool {
         false
+    }
+
+    /// The first time after `t` (s) at which what the law senses or asks for jumps, or has a jump of slope, of its own:
+    /// a lamp that is switched on. Infinite if there is none. An integrator steps onto it.
+    fn next_break(&self, _t: f64) -> f64 {
+        f64::INFINITY
     }
 
     /// Refuses parameters that make no sense.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::Vector3;
 
 use super::{Growing, TropismLaw};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// The sense in which the oscillator's gradient turns, seen from the apex towards the base (d1 towards d2 is positive).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

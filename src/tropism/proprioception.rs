@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::{Growing, Memory, Site, TropismLaw};
-use crate::ParameterError;
+use crate::error::ParameterError;
 
-/// Equation (8): u̇j* = −η REGR M̄[uj], j = 1, 2: the shoot straightens. It senses the visible strain u, elastic and
+/// Equation (8): `u̇j* = −η REGR M̄[uj]`, j = 1, 2: the shoot straightens. It senses the visible strain u, elastic and
 /// intrinsic together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

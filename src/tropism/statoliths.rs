@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Site;
-use crate::ParameterError;
+use crate::error::ParameterError;
 
 /// A sense of gravity: gives the unit normal h of the pile of statoliths, components along the directors.
 ///
@@ -78,7 +78,7 @@ impl Graviception for SettledStatoliths {
     }
 }
 
-/// Equation (6): ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj, the normal of a pile that avalanches towards the horizontal.
+/// Equation (6): `ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj`, the normal of a pile that avalanches towards the horizontal.
 ///
 /// The rate acts on the components along the directors: the pile is carried by the cell. Without gravity nothing moves.
 #[derive(Debug, Clone, Copy, PartialEq)]

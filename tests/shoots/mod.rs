@@ -46,7 +46,7 @@ pub fn steering<S>(statoliths: S) -> Steering<S> {
 pub fn reduced(
     length: f64,
     growth_time: f64,
-) -> ShootBuilder<Ongoing<UniformGrowth>, Steering, LinearElastic, Weight, Still, impl Fn(f64) -> f64> {
+) -> ShootBuilder<LinearElastic, Ongoing<UniformGrowth>, Steering, Weight, Still, impl Fn(f64) -> f64> {
     Shoot::builder(YOUNG)
         .length(length)
         .radius(RADIUS)
@@ -56,7 +56,7 @@ pub fn reduced(
 }
 
 /// The shoot that rights itself: reduced model, ℓ = 5 cm, base tangent along e1 (d1 = −e3, d2 = e2), τg = 20 h.
-pub fn righting() -> ShootBuilder<Ongoing<UniformGrowth>, Steering, LinearElastic, Weight, Still, impl Fn(f64) -> f64> {
+pub fn righting() -> ShootBuilder<LinearElastic, Ongoing<UniformGrowth>, Steering, Weight, Still, impl Fn(f64) -> f64> {
     reduced(0.05, 20.0 * HOUR).scene(Still::tilted(FRAC_PI_2))
 }
 
@@ -65,10 +65,11 @@ pub type Imperfection = (Weight, Distributed, ApicalForce<fn(f64) -> Vector3<f64
 
 /// The growing shoot ("video 2"): ℓ0 = 6.8 cm, ℓg = 7 cm, α = 0.2, τe = 24 min, τg = 40 h, lignification over 6 days from
 /// 10 MPa to 2 GPa, statoliths; with a lateral load of 1e-6 N/m along −e2 and an apical load of 1e-7 N along −e1 and −e2.
+#[allow(clippy::type_complexity, reason = "the type is the list of its laws")]
 pub fn growing() -> ShootBuilder<
+    Lignifying,
     UniformGrowth,
     (Oscillator, Gravitropism<Statoliths>, Proprioception),
-    Lignifying,
     Imperfection,
     Still,
     impl Fn(f64) -> f64,

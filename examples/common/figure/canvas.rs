@@ -68,23 +68,12 @@ pub struct Canvas<'a> {
 }
 
 /// Draws a figure of the given size and writes it to `file`.
-pub fn write_svg(
-    file: &Path,
-    width: f64,
-    height: f64,
-    draw: impl FnOnce(&mut Canvas),
-) -> io::Result<()> {
+pub fn write_svg(file: &Path, width: f64, height: f64, draw: impl FnOnce(&mut Canvas)) -> io::Result<()> {
     let size = (units(width) as u32, units(height) as u32);
     let mut svg = String::new();
     {
-        let mut canvas = Canvas {
-            backend: SVGBackend::with_string(&mut svg, size),
-            error: None,
-        };
-        canvas.area(
-            &[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)],
-            RGBColor(255, 255, 255),
-        );
+        let mut canvas = Canvas { backend: SVGBackend::with_string(&mut svg, size), error: None };
+        canvas.area(&[(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)], RGBColor(255, 255, 255));
         draw(&mut canvas);
         let presented = canvas.backend.present();
         canvas.keep(presented);
@@ -92,11 +81,13 @@ pub fn write_svg(
             return Err(error);
         }
     }
+    // What is said of every line is said once: a path in changing colours has hundreds of them.
+    let svg = svg.replace("<polyline fill=\"none\"", "<polyline").replace(" opacity=\"1\"", "");
     // The view box stays in fine units; round ends close the joints of lines
     // that are drawn piecewise in changing colours.
     let fine = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
     let shown = format!(
-        "width=\"{width:.0}\" height=\"{height:.0}\" \
+        "width=\"{width:.0}\" height=\"{height:.0}\" fill=\"none\" \
          stroke-linecap=\"round\" stroke-linejoin=\"round\""
     );
     fs::write(file, svg.replacen(&fine, &shown, 1)).map_err(|error| {
@@ -108,11 +99,15 @@ pub fn write_svg(
 impl Canvas<'_> {
     /// A line through the points; a single point becomes a dot.
     pub fn line(&mut self, path: &[Point], colour: RGBColor, width: f64) {
-        if let [only] = path {
-            return self.dot(*only, 1.6 * width, colour);
+        match path {
+            [] => return,
+            [only] => return self.dot(*only, 1.6 * width, colour),
+            _ => {}
         }
-        let path: Vec<_> = path.iter().map(|p| fine(*p)).collect();
-        let result = self.backend.draw_path(path, &stroke(colour, width));
+        let mut kept = vec![path[0]];
+        simplify(path, &mut kept);
+        let kept: Vec<_> = kept.into_iter().map(fine).collect();
+        let result = self.backend.draw_path(kept, &stroke(colour, width));
         self.keep(result);
     }
 
@@ -172,17 +167,13 @@ impl Canvas<'_> {
         if label.upwards {
             font = font.transform(FontTransform::Rotate270);
         }
-        let style = TextStyle::from(font)
-            .color(&label.colour)
-            .pos(Pos::new(label.h, label.v));
+        let style = TextStyle::from(font).color(&label.colour).pos(Pos::new(label.h, label.v));
         let result = self.backend.draw_text(text, &style, fine(label.at));
         self.keep(result);
     }
 
     fn circle(&mut self, centre: Point, radius: f64, style: ShapeStyle, fill: bool) {
-        let result =
-            self.backend
-                .draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
+        let result = self.backend.draw_circle(fine(centre), units(radius).max(1) as u32, &style, fill);
         self.keep(result);
     }
 
@@ -193,12 +184,32 @@ impl Canvas<'_> {
     }
 }
 
-fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
-    ShapeStyle {
-        color: colour.to_rgba(),
-        filled: false,
-        stroke_width: units(width) as u32,
+/// Appends the points after the first without which the line would be visibly another, by the method of Ramer, Douglas
+/// and Peucker. Long smooth lines need few of their points.
+fn simplify(path: &[Point], kept: &mut Vec<Point>) {
+    /// Pixels that nobody sees.
+    const UNSEEN: f64 = 0.2;
+    let (a, b) = (path[0], path[path.len() - 1]);
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let square = (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
+    let (mut farthest, mut worst) = (0, UNSEEN);
+    for (i, p) in path.iter().enumerate() {
+        let along = (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / square).clamp(0.0, 1.0);
+        let off = (p.0 - a.0 - along * dx).hypot(p.1 - a.1 - along * dy);
+        if off > worst {
+            (farthest, worst) = (i, off);
+        }
     }
+    if farthest == 0 {
+        kept.push(b);
+    } else {
+        simplify(&path[..=farthest], kept);
+        simplify(&path[farthest..], kept);
+    }
+}
+
+fn stroke(colour: RGBColor, width: f64) -> ShapeStyle {
+    ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: units(width) as u32 }
 }
 
 fn fine(point: Point) -> (i32, i32) {

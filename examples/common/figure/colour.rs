@@ -61,10 +61,7 @@ impl TimeScale {
         let range = match range.length() > 0.0 {
             true => range.not_empty(),
             false if range.centre() == 0.0 => Range { lo: 0.0, hi: 1.0 },
-            false => Range {
-                lo: range.centre().min(0.0),
-                hi: range.centre().max(0.0),
-            },
+            false => Range { lo: range.centre().min(0.0), hi: range.centre().max(0.0) },
         };
         Self { range }
     }
@@ -120,8 +117,7 @@ impl TimeScale {
     /// The colour bar, its lower left corner at (`left`, `bottom`).
     pub fn draw_bar(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
         let right = left + 22.0;
-        let y =
-            |hours: f64| bottom - (bottom - top) * (hours - self.range.lo) / self.range.length();
+        let y = |hours: f64| bottom - (bottom - top) * (hours - self.range.lo) / self.range.length();
         for step in 0..STEPS {
             let lower = bottom - (bottom - top) * step as f64 / STEPS as f64;
             // Each area reaches to the top and is painted over by the next
@@ -144,10 +140,7 @@ impl TimeScale {
             canvas.text(text, label);
         }
         let widest = ticks.width(TICK_SIZE);
-        let label = Label {
-            upwards: true,
-            ..Label::new(right + 10.0 + widest + 16.0, (top + bottom) / 2.0)
-        };
+        let label = Label { upwards: true, ..Label::new(right + 10.0 + widest + 16.0, (top + bottom) / 2.0) };
         canvas.text(&unit, label.fitted(&unit, bottom - top));
     }
 }

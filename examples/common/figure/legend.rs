@@ -18,11 +18,7 @@ const LINE: f64 = 23.0;
 pub fn legend_width(series: &[Series]) -> f64 {
     let lines = series.iter().flat_map(|s| broken(&s.label));
     let widest = lines.map(|l| text_width(&l, TICK_SIZE)).fold(0.0, f64::max);
-    if widest > 0.0 {
-        SAMPLE + 10.0 + widest + 16.0
-    } else {
-        0.0
-    }
+    if widest > 0.0 { SAMPLE + 10.0 + widest + 16.0 } else { 0.0 }
 }
 
 /// Draws the legend with its upper left corner at (`left`, `top`).
@@ -41,11 +37,7 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[Series], left: f64, top: f64) 
             draw_marker(canvas, (left + 0.5 * SAMPLE, y), one.colour);
         }
         for line in broken(&one.label) {
-            let label = Label {
-                size: TICK_SIZE,
-                h: HPos::Left,
-                ..Label::new(left + SAMPLE + 10.0, y)
-            };
+            let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(left + SAMPLE + 10.0, y) };
             canvas.text(&line, label);
             y += LINE;
         }

@@ -52,18 +52,8 @@ pub struct Series {
 
 impl Series {
     /// A series of the given style.
-    pub fn new(
-        label: impl Into<String>,
-        points: Vec<(f64, f64)>,
-        style: Style,
-        colour: usize,
-    ) -> Self {
-        Self {
-            label: label.into(),
-            points,
-            style,
-            colour,
-        }
+    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style, colour: usize) -> Self {
+        Self { label: label.into(), points, style, colour }
     }
 }
 
@@ -118,11 +108,7 @@ fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool) -> Axi
     } else {
         Range::of(values).not_empty()
     };
-    Axis {
-        label: label.into(),
-        range: range.padded(0.04),
-        log,
-    }
+    Axis { label: label.into(), range: range.padded(0.04), log }
 }
 
 fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
@@ -157,9 +143,7 @@ fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
 fn thinned(run: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(run.len());
     for (i, p) in run.iter().enumerate() {
-        let near = kept
-            .last()
-            .is_some_and(|k| (k.0 - p.0).hypot(k.1 - p.1) < MERGED);
+        let near = kept.last().is_some_and(|k| (k.0 - p.0).hypot(k.1 - p.1) < MERGED);
         if !near || i + 1 == run.len() {
             kept.push(*p);
         }

@@ -56,11 +56,7 @@ pub struct Axis {
 impl Axis {
     /// A linear axis.
     pub fn linear(label: &str, range: Range) -> Self {
-        Self {
-            label: label.into(),
-            range,
-            log: false,
-        }
+        Self { label: label.into(), range, log: false }
     }
 
     /// Ticks of the axis where labels stand one above the other.
@@ -135,12 +131,7 @@ impl Panel {
 
     /// Draws grid, frame, ticks, labels and the title above the frame.
     pub fn draw(&self, canvas: &mut Canvas, title: &str) {
-        let Rect {
-            left,
-            top,
-            right,
-            bottom,
-        } = self.frame;
+        let Rect { left, top, right, bottom } = self.frame;
         let x_ticks = self.x.ticks_across(self.frame.width());
         let y_ticks = self.y.ticks_upwards(self.frame.height());
         for &v in &x_ticks.values {
@@ -165,46 +156,22 @@ impl Panel {
         for (v, text) in x_ticks.labelled() {
             let x = self.pixel_x(v);
             canvas.line(&[(x, bottom), (x, bottom + 6.0)], FRAME, 1.2);
-            let label = Label {
-                size: TICK_SIZE,
-                v: VPos::Top,
-                ..Label::new(x, bottom + 10.0)
-            };
+            let label = Label { size: TICK_SIZE, v: VPos::Top, ..Label::new(x, bottom + 10.0) };
             canvas.text(text, label);
         }
         for (v, text) in y_ticks.labelled() {
             let y = self.pixel_y(v);
             canvas.line(&[(left - 6.0, y), (left, y)], FRAME, 1.2);
-            let label = Label {
-                size: TICK_SIZE,
-                h: HPos::Right,
-                ..Label::new(left - 10.0, y)
-            };
+            let label = Label { size: TICK_SIZE, h: HPos::Right, ..Label::new(left - 10.0, y) };
             canvas.text(text, label);
         }
-        let (x_label, y_label) = (
-            x_ticks.axis_label(&self.x.label),
-            y_ticks.axis_label(&self.y.label),
-        );
+        let (x_label, y_label) = (x_ticks.axis_label(&self.x.label), y_ticks.axis_label(&self.y.label));
         let (x_mid, y_mid) = (0.5 * (left + right), 0.5 * (top + bottom));
-        let below = Label {
-            v: VPos::Top,
-            ..Label::new(x_mid, bottom + 36.0)
-        };
+        let below = Label { v: VPos::Top, ..Label::new(x_mid, bottom + 36.0) };
         canvas.text(&x_label, below.fitted(&x_label, self.frame.width() + LEFT));
-        let beside = Label {
-            upwards: true,
-            ..Label::new(left - 28.0 - y_ticks.width(TICK_SIZE), y_mid)
-        };
-        canvas.text(
-            &y_label,
-            beside.fitted(&y_label, self.frame.height() + BELOW),
-        );
-        let above = Label {
-            size: LABEL_SIZE,
-            v: VPos::Bottom,
-            ..Label::new(x_mid, top - 4.0)
-        };
+        let beside = Label { upwards: true, ..Label::new(left - 28.0 - y_ticks.width(TICK_SIZE), y_mid) };
+        canvas.text(&y_label, beside.fitted(&y_label, self.frame.height() + BELOW));
+        let above = Label { size: LABEL_SIZE, v: VPos::Bottom, ..Label::new(x_mid, top - 4.0) };
         canvas.text(title, above.fitted(title, self.frame.width() + LEFT));
     }
 

@@ -21,24 +21,13 @@ pub const NAMES: [&str; 3] = ["x (mm)", "y (mm)", "z (mm)"];
 ///
 /// `points` are in metres, one for each time. Points that are not finite leave
 /// a gap.
-pub fn path_figure(
-    file: impl AsRef<Path>,
-    title: &str,
-    times_hours: &[f64],
-    points: &[[f64; 3]],
-) -> io::Result<()> {
+pub fn path_figure(file: impl AsRef<Path>, title: &str, times_hours: &[f64], points: &[[f64; 3]]) -> io::Result<()> {
     if times_hours.len() != points.len() {
         let (times, points) = (times_hours.len(), points.len());
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            format!("a path of {points} points at {times} times"),
-        ));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("a path of {points} points at {times} times")));
     }
-    let path: Vec<(f64, [f64; 3])> = times_hours
-        .iter()
-        .copied()
-        .zip(points.iter().map(|p| p.map(|c| c * MM_PER_M)))
-        .collect();
+    let path: Vec<(f64, [f64; 3])> =
+        times_hours.iter().copied().zip(points.iter().map(|p| p.map(|c| c * MM_PER_M))).collect();
     let usable = |p: &&(f64, [f64; 3])| p.0.is_finite() && p.1.iter().all(|c| c.is_finite());
     let ranges = space_ranges(path.iter().filter(usable).map(|p| p.1));
     let [x, y, z] = ranges;
@@ -48,8 +37,7 @@ pub fn path_figure(
     let frame_width = column - LEFT - RIGHT;
     let side = x.length().max(y.length());
     let (view_width, view_height) = extent(ranges);
-    let upper = row_height(frame_width, y.length() / x.length())
-        .max(row_height(frame_width, view_height / view_width));
+    let upper = row_height(frame_width, y.length() / x.length()).max(row_height(frame_width, view_height / view_width));
     let lower = row_height(frame_width, z.length() / side);
     let split = TITLE_BAND + upper + ABOVE + BELOW;
     let height = split + lower + ABOVE + BELOW + 10.0;
@@ -64,22 +52,8 @@ pub fn path_figure(
     // Side views show the same heights at the same scale, hence the same width.
     let panels = [
         (cell(1, TITLE_BAND, split), 0, x, 1, y, "from above"),
-        (
-            cell(0, split, height),
-            0,
-            x.at_least(side),
-            2,
-            z,
-            "from the front",
-        ),
-        (
-            cell(1, split, height),
-            1,
-            y.at_least(side),
-            2,
-            z,
-            "from the side",
-        ),
+        (cell(0, split, height), 0, x.at_least(side), 2, z, "from the front"),
+        (cell(1, split, height), 1, y.at_least(side), 2, z, "from the side"),
     ];
     write_svg(file.as_ref(), WIDTH, height, |canvas| {
         draw_title(canvas, title);
@@ -91,12 +65,7 @@ pub fn path_figure(
         draw_path(canvas, &time, &path, |p| view.at(p));
         for (cell, i, across, j, upwards, name) in panels {
             let (h, v) = (NAMES[i], NAMES[j]);
-            let panel = Panel::new(
-                cell,
-                Axis::linear(h, across),
-                Axis::linear(v, upwards),
-                true,
-            );
+            let panel = Panel::new(cell, Axis::linear(h, across), Axis::linear(v, upwards), true);
             panel.draw(canvas, name);
             draw_path(canvas, &time, &path, |p| panel.at(p[i], p[j]));
         }
@@ -130,16 +99,9 @@ fn row_height(frame_width: f64, aspect: f64) -> f64 {
     (frame_width * aspect).clamp(280.0, 560.0)
 }
 
-fn draw_path(
-    canvas: &mut Canvas,
-    time: &TimeScale,
-    path: &[(f64, [f64; 3])],
-    at: impl Fn([f64; 3]) -> Option<Point>,
-) {
-    let shown: Vec<(f64, Option<Point>)> = path
-        .iter()
-        .map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite())))
-        .collect();
+fn draw_path(canvas: &mut Canvas, time: &TimeScale, path: &[(f64, [f64; 3])], at: impl Fn([f64; 3]) -> Option<Point>) {
+    let shown: Vec<(f64, Option<Point>)> =
+        path.iter().map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite()))).collect();
     time.line(canvas, &shown, 2.2);
     let mut visible = shown.iter().filter_map(|(h, p)| p.map(|p| (*h, p)));
     if let Some(first) = visible.next() {
@@ -154,11 +116,7 @@ fn draw_key(canvas: &mut Canvas, left: f64, top: f64) {
     canvas.ring((left + 11.0, top), 5.0, dark, 2.0);
     canvas.dot((left + 11.0, top + 26.0), 5.5, dark);
     for (text, y) in [("start", top), ("end", top + 26.0)] {
-        let label = Label {
-            size: TICK_SIZE,
-            h: HPos::Left,
-            ..Label::new(left + 28.0, y)
-        };
+        let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(left + 28.0, y) };
         canvas.text(text, label);
     }
 }

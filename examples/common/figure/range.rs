@@ -12,17 +12,11 @@ pub struct Range {
 impl Range {
     /// The range of the finite ones of the values.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let nothing = Self {
-            lo: f64::INFINITY,
-            hi: f64::NEG_INFINITY,
-        };
+        let nothing = Self { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
         values
             // Lengths of even larger values would overflow.
             .filter(|v| v.abs() < 1e300)
-            .fold(nothing, |range, v| Self {
-                lo: range.lo.min(v),
-                hi: range.hi.max(v),
-            })
+            .fold(nothing, |range, v| Self { lo: range.lo.min(v), hi: range.hi.max(v) })
     }
 
     /// Length of the interval, zero if it holds no value.
@@ -42,11 +36,7 @@ impl Range {
 
     /// Magnitude of the larger end, zero if it holds no value.
     pub fn magnitude(self) -> f64 {
-        if self.lo <= self.hi {
-            self.lo.abs().max(self.hi.abs())
-        } else {
-            0.0
-        }
+        if self.lo <= self.hi { self.lo.abs().max(self.hi.abs()) } else { 0.0 }
     }
 
     /// The interval widened about its centre to at least the given length.
@@ -55,10 +45,7 @@ impl Range {
             return self;
         }
         let centre = self.centre();
-        Self {
-            lo: centre - 0.5 * length,
-            hi: centre + 0.5 * length,
-        }
+        Self { lo: centre - 0.5 * length, hi: centre + 0.5 * length }
     }
 
     /// The interval widened so that it can serve as an axis: values that

@@ -13,20 +13,11 @@ use super::{BAR_COLUMN, MM_PER_M, TITLE_BAND, WIDTH, draw_title};
 /// x-z and y-z with equal scales.
 ///
 /// Each shape is a time in hours and the points of the centre line in metres.
-pub fn shapes_figure(
-    file: impl AsRef<Path>,
-    title: &str,
-    shapes: &[(f64, Vec<[f64; 3]>)],
-) -> io::Result<()> {
+pub fn shapes_figure(file: impl AsRef<Path>, title: &str, shapes: &[(f64, Vec<[f64; 3]>)]) -> io::Result<()> {
     let shapes: Vec<(f64, Vec<[f64; 3]>)> = shapes
         .iter()
         .filter(|(hours, _)| hours.is_finite())
-        .map(|(hours, line)| {
-            (
-                *hours,
-                line.iter().map(|p| p.map(|c| c * MM_PER_M)).collect(),
-            )
-        })
+        .map(|(hours, line)| (*hours, line.iter().map(|p| p.map(|c| c * MM_PER_M)).collect()))
         .collect();
     let all = shapes.iter().flat_map(|(_, line)| line.iter().copied());
     let [x, y, z] = space_ranges(all.filter(|p| p.iter().all(|c| c.is_finite())));
@@ -49,19 +40,11 @@ pub fn shapes_figure(
             let panel = Panel::new(cell(col), across, Axis::linear(NAMES[2], z), true);
             panel.draw(canvas, name);
             for (hours, line) in &shapes {
-                let shown: Vec<(f64, Option<Point>)> = line
-                    .iter()
-                    .map(|p| (*hours, panel.at(p[col], p[2])))
-                    .collect();
+                let shown: Vec<(f64, Option<Point>)> = line.iter().map(|p| (*hours, panel.at(p[col], p[2]))).collect();
                 time.line(canvas, &shown, 2.6);
             }
         }
         let bottom = height - 10.0 - BELOW;
-        time.draw_bar(
-            canvas,
-            WIDTH - BAR_COLUMN + 12.0,
-            TITLE_BAND + ABOVE,
-            bottom,
-        );
+        time.draw_bar(canvas, WIDTH - BAR_COLUMN + 12.0, TITLE_BAND + ABOVE, bottom);
     })
 }

@@ -59,11 +59,7 @@ pub fn linear_ticks(range: Range, count: usize) -> Ticks {
         .filter(|v| *v <= range.hi + 1e-6 * step)
         .collect();
     let largest = range.magnitude();
-    let exponent = if (1e-2..1e5).contains(&largest) {
-        0
-    } else {
-        3 * (largest.log10() / 3.0).floor() as i32
-    };
+    let exponent = if (1e-2..1e5).contains(&largest) { 0 } else { 3 * (largest.log10() / 3.0).floor() as i32 };
     let unit = 10f64.powi(exponent);
     let decimals = (-((step / unit).log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
     Ticks {
@@ -149,10 +145,7 @@ fn ticks_within_decade(range: Range, count: usize) -> Ticks {
     };
     Ticks {
         labels: round.iter().map(text).collect(),
-        values: round
-            .iter()
-            .map(|(e, m)| f64::from(*e) + f64::from(*m).log10())
-            .collect(),
+        values: round.iter().map(|(e, m)| f64::from(*e) + f64::from(*m).log10()).collect(),
         factor: None,
     }
 }

@@ -25,19 +25,12 @@ pub struct View {
 impl View {
     /// The largest view of the box that fits into a cell, labels included.
     pub fn new(cell: Rect, ranges: [Range; 3]) -> Self {
-        let frame = Rect {
-            left: cell.left + 92.0,
-            top: cell.top + 34.0,
-            right: cell.right - 75.0,
-            bottom: cell.bottom - 62.0,
-        };
+        let frame =
+            Rect { left: cell.left + 92.0, top: cell.top + 34.0, right: cell.right - 75.0, bottom: cell.bottom - 62.0 };
         let (width, height) = extent(ranges);
         Self {
             ranges,
-            centre: (
-                0.5 * (frame.left + frame.right),
-                0.5 * (frame.top + frame.bottom),
-            ),
+            centre: (0.5 * (frame.left + frame.right), 0.5 * (frame.top + frame.bottom)),
             pixels_per_unit: (frame.width() / width).min(frame.height() / height),
             right: cell.right,
         }
@@ -55,32 +48,16 @@ impl View {
 
     /// The point's foot on the floor of the box.
     pub fn foot(&self, p: [f64; 3]) -> Option<Point> {
-        self.at(p)
-            .map(|_| self.pixel([p[0], p[1], self.ranges[2].lo]))
+        self.at(p).map(|_| self.pixel([p[0], p[1], self.ranges[2].lo]))
     }
 
     /// Draws the floor and the two walls behind the data, with ticks.
     pub fn draw(&self, canvas: &mut Canvas, labels: [&str; 3]) {
         let [x, y, z] = self.ranges;
         let faces = [
-            [
-                [x.lo, y.lo, z.lo],
-                [x.hi, y.lo, z.lo],
-                [x.hi, y.hi, z.lo],
-                [x.lo, y.hi, z.lo],
-            ],
-            [
-                [x.lo, y.hi, z.lo],
-                [x.hi, y.hi, z.lo],
-                [x.hi, y.hi, z.hi],
-                [x.lo, y.hi, z.hi],
-            ],
-            [
-                [x.lo, y.lo, z.lo],
-                [x.lo, y.hi, z.lo],
-                [x.lo, y.hi, z.hi],
-                [x.lo, y.lo, z.hi],
-            ],
+            [[x.lo, y.lo, z.lo], [x.hi, y.lo, z.lo], [x.hi, y.hi, z.lo], [x.lo, y.hi, z.lo]],
+            [[x.lo, y.hi, z.lo], [x.hi, y.hi, z.lo], [x.hi, y.hi, z.hi], [x.lo, y.hi, z.hi]],
+            [[x.lo, y.lo, z.lo], [x.lo, y.hi, z.lo], [x.lo, y.hi, z.hi], [x.lo, y.lo, z.hi]],
         ];
         let shades = [0xF4, 0xFA, 0xF7];
         for (face, shade) in faces.iter().zip(shades) {
@@ -122,12 +99,7 @@ impl View {
             canvas.line(&path, GRID, 1.0);
             canvas.line(&[path[0], beside(path[0], 6.0)], FRAME, 1.2);
             let (lx, ly) = beside(path[0], 10.0);
-            let label = Label {
-                size: TICK_SIZE,
-                h,
-                v,
-                ..Label::new(lx, ly)
-            };
+            let label = Label { size: TICK_SIZE, h, v, ..Label::new(lx, ly) };
             canvas.text(text, label);
         }
         let text = ticks.axis_label(label);
@@ -139,10 +111,7 @@ impl View {
                 // A long label is shifted back into the cell, along the edge.
                 let x = middle.0 + 18.0 + width;
                 let excess = x + text_width(&text, LABEL_SIZE) - self.right;
-                (
-                    x - excess.max(0.0),
-                    middle.1 + 26.0 + 0.75 * excess.max(0.0),
-                )
+                (x - excess.max(0.0), middle.1 + 26.0 + 0.75 * excess.max(0.0))
             }
             _ => (middle.0 - 28.0 - width, middle.1),
         };
@@ -158,21 +127,14 @@ impl View {
     fn pixel(&self, p: [f64; 3]) -> Point {
         let relative = [0, 1, 2].map(|axis| p[axis] - self.ranges[axis].centre());
         let (right, up) = project(relative);
-        (
-            self.centre.0 + self.pixels_per_unit * right,
-            self.centre.1 - self.pixels_per_unit * up,
-        )
+        (self.centre.0 + self.pixels_per_unit * right, self.centre.1 - self.pixels_per_unit * up)
     }
 }
 
 /// Width and height of the projected box, in the units of the ranges.
 pub fn extent(ranges: [Range; 3]) -> (f64, f64) {
     // All coefficients enter with their magnitude: opposite corners bound it.
-    let ((rx, ux), (ry, uy), (rz, uz)) = (
-        project([1.0, 0.0, 0.0]),
-        project([0.0, 1.0, 0.0]),
-        project([0.0, 0.0, 1.0]),
-    );
+    let ((rx, ux), (ry, uy), (rz, uz)) = (project([1.0, 0.0, 0.0]), project([0.0, 1.0, 0.0]), project([0.0, 0.0, 1.0]));
     let sum = |c: [f64; 3]| (0..3).map(|i| c[i].abs() * ranges[i].length()).sum();
     (sum([rx, ry, rz]), sum([ux, uy, uz]))
 }

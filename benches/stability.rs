@@ -1,0 +1,47 @@
+//! One linearisation, one count of unstable roots, one onset.
+//!
+//! `cargo bench --bench stability`. With three elements of order eight the length at onset is good to 1e-8, which
+//! `tests/stability_onset.rs` asserts for four.
+
+#![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use morphorod::Shoot;
+use morphorod::constitutive::LinearElastic;
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::load::Weight;
+use morphorod::stability::{Linearisation, StabilityError, StationarySolver, onset};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+
+fn linear_problem(length: f64) -> Result<Linearisation, StabilityError> {
+    let memory = Memory { time: 720.0, delay: 720.0 };
+    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+        .length(length)
+        .radius(5e-4)
+        .elements(3)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
+        .tropism((
+            Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
+            Proprioception { sensitivity: 20.0, memory },
+        ))
+        .load(Weight { density: 1000.0 })
+        .build()?;
+    let _ = StationarySolver::default().solve(&mut shoot)?;
+    Linearisation::about(&shoot)
+}
+
+fn stability(c: &mut Criterion) {
+    let mut group = c.benchmark_group("stability, 3 elements");
+    group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
+    group.bench_function("linearisation", |b| b.iter(|| linear_problem(black_box(0.066))));
+    let linear = linear_problem(0.066).expect("an upright shoot below its buckling length");
+    group.bench_function("number of unstable roots", |b| b.iter(|| black_box(&linear).unstable()));
+    group.bench_function("onset", |b| b.iter(|| onset(linear_problem, black_box(0.06), 0.07)));
+    group.finish();
+}
+
+criterion_group!(benches, stability);
+criterion_main!(benches);

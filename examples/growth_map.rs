@@ -1,0 +1,99 @@
+//! Where tissue goes when a shoot grows: the paths of 17 material points.
+//!
+//! Growth needs no mechanics: a growth law alone says how every point moves away from the base. This draws figure 3 of
+//! Agostinelli, DeSimone and Noselli (2021), Front. Plant Sci. 12:608005: a shoot of 1 cm that grows in its last 3 cm with
+//! a growth time of 20 h. While it is shorter than 3 cm all of it grows, and its length increases exponentially; then
+//! points leave the growth zone one after the other, stay where they are for ever, and the length increases linearly.
+//!
+//! # What to try
+//! `--profile linear` and `--profile cosine`: growth that is fastest at the apex, or half-way down the zone. The paths are
+//! integrated then, since no closed form is assumed. In the end the apex rises at the same speed in all three, because the
+//! growth rates have the same mean over the zone.
+
+mod common;
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth, length, trace};
+
+const HOUR: f64 = 3600.0;
+/// Length at t = 0, m.
+const INITIAL: f64 = 0.01;
+/// Number of material points, the first at the base and the last at the apex.
+const POINTS: usize = 17;
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "growth_map",
+        "the paths of 17 material points of a growing shoot",
+        &[
+            Opt::value("hours", "H", "60", "time to show, h"),
+            Opt::value("profile", "NAME", "uniform", "growth rate over the zone: uniform, linear or cosine"),
+        ],
+    );
+    let hours = options.positive("hours");
+    let name: String =
+        options.get_if("profile", "one of them", |p: &String| ["uniform", "linear", "cosine"].contains(&p.as_str()));
+    let out = options.out_dir();
+
+    // A law that is chosen while the program runs is put in a box; one that is known beforehand needs none.
+    let (zone_length, time) = (0.03, 20.0 * HOUR);
+    let law: Box<dyn GrowthLaw> = match name.as_str() {
+        "linear" => Box::new(LinearProfile { zone_length, time }),
+        "cosine" => Box::new(CosineProfile { zone_length, time }),
+        _ => Box::new(UniformGrowth { zone_length, time }),
+    };
+    law.check(INITIAL)?;
+
+    let starts: Vec<f64> = (0..POINTS).map(|i| INITIAL * i as f64 / (POINTS - 1) as f64).collect();
+    let names: Vec<String> = (0..POINTS).map(|i| format!("s{i}_m")).collect();
+    let mut columns = vec!["t_s", "length_m", "boundary_m"];
+    columns.extend(names.iter().map(String::as_str));
+    let mut table = Table::create(out.join("growth_map.csv"), &columns)?;
+    let (mut paths, mut boundary) = (vec![Vec::new(); POINTS], Vec::new());
+    for row in 0..=240 {
+        let t = HOUR * hours * f64::from(row) / 240.0;
+        let total = length(&law, INITIAL, t);
+        // The growth zone reaches down to the base while the shoot is short.
+        let base_end = (total - zone_length).max(0.0);
+        let places: Vec<f64> = starts.iter().map(|start| trace(&law, INITIAL, *start, t).arc_length).collect();
+        for (path, place) in paths.iter_mut().zip(&places) {
+            path.push((t / HOUR, 100.0 * place));
+        }
+        if base_end > 0.0 {
+            boundary.push((t / HOUR, 100.0 * base_end));
+        }
+        table.row(&[vec![t, total, base_end], places].concat())?;
+    }
+    table.finish()?;
+
+    let mut series: Vec<Series> = paths.into_iter().map(|path| Series::new("", path, Style::Line, 0)).collect();
+    series[0].label = format!("{POINTS} material points, from the base to the apex");
+    series.push(Series::new("lower end of the growth zone", boundary, Style::Dashed, 1));
+    let title = format!("Growth map, {name} profile");
+    lines_figure(out.join("growth_map.svg"), &title, "time (h)", "arc length (cm)", &series, Axes::Linear)?;
+
+    println!(
+        "{name} profile, {:.1} cm at first, {:.6} cm after {hours} h",
+        100.0 * INITIAL,
+        100.0 * length(&law, INITIAL, hours * HOUR)
+    );
+    for start in starts.iter().step_by(4) {
+        let end = trace(&law, INITIAL, *start, hours * HOUR);
+        let exit =
+            end.exit_time.map_or("is still growing".into(), |t| format!("left the growth zone at {:.4} h", t / HOUR));
+        println!(
+            "  a point that was {:.2} cm from the base is at {:.6} cm, {exit}",
+            100.0 * start,
+            100.0 * end.arc_length
+        );
+    }
+    println!("growth_map.csv and growth_map.svg are in {}", out.display());
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    common::finish(run())
+}

@@ -1,0 +1,200 @@
+//! Three laws of your own: a growth profile, a tropism with a memory, an elastic law.
+//!
+//! A shoot bends towards a lamp that stands beside it. Nothing of what makes it do so is in the library: the profile of its
+//! growth, its sense of light and the stiffening of its tissue are written here, and stand beside the library's own
+//! laws as equals. The guide `docs/own-laws.md` builds this program step by step and derives the equations.
+//!
+//! # What to see
+//! The youngest part turns to the lamp, while gravity and the shoot's own straightness hold against it, so that it looks
+//! above the lamp for good. What has left the growth zone keeps its bend, and grows too stiff to hang down.
+//!
+//! # What to try
+//! `--lamp-x 4 --lamp-z 3`, a lamp that the shoot grows past; `--sensitivity 0`, no sense of light at all; a lamp that moves,
+//! for which [`Phototropism::sense`](TropismLaw::sense) finds the time in `site.moment`.
+
+mod common;
+
+use std::error::Error;
+use std::process::ExitCode;
+
+use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure};
+use morphorod::constitutive::{Constitutive, Response, Tissue};
+use morphorod::growth::GrowthLaw;
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::load::Weight;
+use morphorod::tropism::{Gravitropism, Growing, Memory, Proprioception, SettledStatoliths, Site, TropismLaw};
+use morphorod::{ParameterError, Shoot};
+use nalgebra::{Matrix3, Vector3};
+
+const MINUTE: f64 = 60.0;
+const HOUR: f64 = 3600.0;
+
+/// REGR = (3/2) (1 − (σ/ℓg)²)/τg at distance σ from the apex: fastest at the apex, fading to nothing where the zone ends.
+struct FadingGrowth {
+    /// ℓg, m.
+    zone_length: f64,
+    /// τg, s: the mean of REGR over the zone is 1/τg.
+    time: f64,
+}
+
+impl GrowthLaw for FadingGrowth {
+    fn regr(&self, sigma: f64, _t: f64) -> f64 {
+        1.5 * (1.0 - (sigma / self.zone_length).powi(2)) / self.time
+    }
+
+    fn zone_length(&self) -> f64 {
+        self.zone_length
+    }
+}
+
+/// `r u̇1* = −φ REGR M[l2]`, `r u̇2* = +φ REGR M[l1]`, with l the unit vector from the point to the lamp and lj = l·dj.
+///
+/// The memory has two stages, τ ẏ = l − y and τ ż = y − z, and is read some time later: `M[l](t) = z(t − delay)`.
+struct Phototropism {
+    /// Where the lamp is, in the fixed frame with the base at its origin, m.
+    lamp: Vector3<f64>,
+    /// φ.
+    sensitivity: f64,
+    /// τ, s.
+    stage: f64,
+    /// Reaction time, s.
+    delay: f64,
+}
+
+impl TropismLaw for Phototropism {
+    fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::new(-past[3], past[2], 0.0) * (self.sensitivity / at.radius)
+    }
+
+    // What is kept at every point: y1, y2, z1, z2. Only z is read, so y need not be remembered.
+    fn variables(&self) -> usize {
+        4
+    }
+
+    fn delays(&self, delays: &mut [f64]) {
+        delays.copy_from_slice(&[f64::INFINITY, f64::INFINITY, self.delay, self.delay]);
+    }
+
+    // What is seen from there: l1 and l2.
+    fn stimuli(&self) -> usize {
+        2
+    }
+
+    fn needs_position(&self) -> bool {
+        true
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let light = site.along_directors(&(self.lamp - site.position).normalize());
+        stimuli.copy_from_slice(&[light.x, light.y]);
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        let (y, z) = variables.split_at(2);
+        for j in 0..2 {
+            rates[j] = (stimuli[j] - y[j]) / self.stage;
+            rates[2 + j] = (y[j] - z[j]) / self.stage;
+        }
+    }
+
+    fn time_constants(&self, constants: &mut [f64]) {
+        constants.fill(self.stage);
+    }
+
+    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
+        variables.copy_from_slice(&[stimuli[0], stimuli[1], stimuli[0], stimuli[1]]);
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("phototropic sensitivity", self.sensitivity)?;
+        ParameterError::positive("stage of the phototropic memory", self.stage)?;
+        ParameterError::not_negative("phototropic reaction time", self.delay)
+    }
+}
+
+/// W = (B/2) (κ² + κ⁴/(2 κ0²)) + (B/3) τ², with κ the elastic curvature, τ the elastic twist and B = E I: tissue that
+/// resists the more the further it is bent, and hardens as it ages, E = E0 (1 + age/hardening).
+struct StrainStiffening {
+    /// E0, Pa.
+    youngs_modulus: f64,
+    /// κ0, 1/m: here the couple is twice what it would be without stiffening.
+    curvature: f64,
+    /// Time in which mature tissue gains another E0, s.
+    hardening: f64,
+}
+
+impl Constitutive for StrainStiffening {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+        let modulus = self.youngs_modulus * (1.0 + tissue.age / self.hardening);
+        let b = modulus * std::f64::consts::PI * tissue.radius.powi(4) / 4.0;
+        let c = 2.0 / 3.0 * b;
+        let bend = Vector3::new(strain.x, strain.y, 0.0);
+        let ratio = bend.norm_squared() / self.curvature.powi(2);
+        Response {
+            energy: 0.5 * b * bend.norm_squared() * (1.0 + 0.5 * ratio) + 0.5 * c * strain.z.powi(2),
+            couple: bend * (b * (1.0 + ratio)) + Vector3::z() * (c * strain.z),
+            tangent: Matrix3::from_diagonal(&Vector3::new(b * (1.0 + ratio), b * (1.0 + ratio), c))
+                + bend * bend.transpose() * (2.0 * b / self.curvature.powi(2)),
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "own_law",
+        "a shoot that bends towards a lamp, by laws that are written in the example",
+        &[
+            Opt::value("hours", "H", "40", "time to simulate, h"),
+            Opt::value("lamp-x", "CM", "12", "distance of the lamp from the base, cm"),
+            Opt::value("lamp-z", "CM", "6", "height of the lamp above the base, cm"),
+            Opt::value("sensitivity", "PHI", "0.8", "phototropic sensitivity"),
+        ],
+    );
+    let end = HOUR * options.positive("hours");
+    let lamp = Vector3::new(options.get("lamp-x"), 0.0, options.get("lamp-z")) / 100.0;
+    let out = options.out_dir();
+
+    let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
+    let mut shoot = Shoot::builder(StrainStiffening { youngs_modulus: 1e7, curvature: 20.0, hardening: 4.0 * HOUR })
+        .length(0.03)
+        .radius(0.5e-3)
+        .growth(FadingGrowth { zone_length: 0.04, time: 20.0 * HOUR })
+        .tropism((
+            Phototropism { lamp, sensitivity: options.get("sensitivity"), stage: 10.0 * MINUTE, delay: 5.0 * MINUTE },
+            Gravitropism { sensitivity: 0.2, memory, statoliths: SettledStatoliths },
+            Proprioception { sensitivity: 20.0, memory },
+        ))
+        .load(Weight { density: 1000.0 })
+        .build()?;
+    let mut integrator = MethodOfSteps::new(2.0 * MINUTE);
+
+    let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m", "off_lamp_rad"])?;
+    let (mut shapes, mut path) = (Vec::new(), Vec::new());
+    let progress = Progress::new("own law");
+    for row in 0..=480 {
+        let t = end * f64::from(row) / 480.0;
+        integrator.advance(&mut shoot, t)?;
+        let (rod, tip) = (shoot.rod(), shoot.tip());
+        let off = (rod.apex_frame() * Vector3::z()).angle(&(lamp - tip));
+        table.row(&[t, rod.length(), tip.x, tip.y, tip.z, off])?;
+        path.push((100.0 * tip.x, 100.0 * tip.z));
+        if [0, 12, 24, 48, 480].contains(&row) {
+            let points = rod.centre_line_at(101).into_iter().map(|p| (100.0 * p.x, 100.0 * p.z)).collect();
+            shapes.push(Series::new(format!("{} h", t / HOUR), points, Style::Line, [0, 1, 2, 3, 6][shapes.len()]));
+            let (hours, centimetres, degrees) = (t / HOUR, 100.0 * rod.length(), off.to_degrees());
+            progress.suspend(|| println!("{hours:5.1} h: {centimetres:5.2} cm long, tip {degrees:5.1}° off the lamp"));
+        }
+        progress.set(t / end);
+    }
+    progress.finish();
+    table.finish()?;
+    shapes.push(Series::new("path of the tip", path, Style::Dashed, 5));
+    shapes.push(Series::new("lamp", vec![(100.0 * lamp.x, 100.0 * lamp.z)], Style::Points, 4));
+    lines_figure(out.join("shapes.svg"), "A shoot and a lamp", "x (cm)", "z (cm)", &shapes, Axes::Equal)?;
+    println!("tip.csv and shapes.svg are in {}", out.display());
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    common::finish(run())
+}

@@ -1,0 +1,533 @@
+//! The linear problem of small disturbances about a stationary shoot.
+
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
+
+use super::StabilityError;
+use super::count::Part;
+use crate::constitutive::Constitutive;
+use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
+use crate::integrator::visit_sites;
+use crate::load::Load;
+use crate::rod::Rod;
+use crate::scene::{Moment, Scene};
+use crate::shoot::Shoot;
+use crate::tropism::{Growing, Site, TropismLaw};
+
+/// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
+/// of a third derivative, and rounding by 1e-14 over it.
+const ANGLE: f64 = 3e-5;
+/// Step of the differences of a law's functions, relative to the argument or to one.
+const STEP: f64 = 1e-4;
+/// Points whose laws linearise alike to this share one transfer function.
+const ALIKE: f64 = 1e-8;
+/// Couplings weaker than this against the strongest are rounding.
+const UNCOUPLED: f64 = 1e-7;
+
+/// Derivatives of the laws at one material point.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Transfer {
+    /// REGR, 1/s.
+    pub rate: f64,
+    pub delays: Vec<f64>,
+    /// ∂rates/∂variables and ∂rates/∂stimuli.
+    pub rates_y: DMatrix<f64>,
+    pub rates_x: DMatrix<f64>,
+    /// ∂gradient/∂variables and ∂gradient/∂stimuli, three rows.
+    pub gradient_y: DMatrix<f64>,
+    pub gradient_x: DMatrix<f64>,
+    /// ∂stimuli/∂strain at the point itself, three columns.
+    pub local: DMatrix<f64>,
+}
+
+/// The linear problem M(λ) δu* = 0 about a stationary shoot.
+#[derive(Debug, Clone)]
+pub struct Linearisation {
+    /// Distinct transfer functions, and which of them each material point has.
+    pub(super) transfers: Vec<Transfer>,
+    pub(super) kind: Vec<usize>,
+    /// The unknowns: material point and component of its intrinsic strain.
+    pub(super) unknowns: Vec<(usize, usize)>,
+    /// Sets of unknowns that do not couple: planes of an upright shoot, say.
+    pub(super) blocks: Vec<Vec<usize>>,
+    /// For every block the first one with the same characteristic function: the planes of an upright shoot are twins.
+    pub(super) twins: Vec<usize>,
+    /// The same for the local problem of every kind of point that senses its strain: kind and components.
+    pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
+    /// For every block the local problems of its points.
+    pub(super) local_parts: Vec<Vec<LocalPart>>,
+    /// X: rows (point, stimulus), columns unknowns.
+    pub(super) response: DMatrix<f64>,
+    /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
+    pub(super) displacement: DMatrix<f64>,
+    stimuli: usize,
+}
+
+/// The points of a block that have one local problem.
+#[derive(Debug, Clone)]
+pub(super) struct LocalPart {
+    pub kind: usize,
+    pub components: Vec<usize>,
+    /// Rows of the block.
+    pub rows: Vec<usize>,
+}
+
+/// Variables, stimuli and gradients of a shoot that has been as it is for ever.
+pub(super) struct Settled {
+    pub gradients: Vec<Vector3<f64>>,
+    pub stimuli: Vec<Vec<f64>>,
+    pub variables: Vec<Vec<f64>>,
+    pub places: Vec<Growing>,
+    /// ∂stimuli/∂strain at each point.
+    pub local: Vec<DMatrix<f64>>,
+}
+
+impl Settled {
+    /// Evaluates the laws of `shoot` on `rod` under `load`.
+    pub fn of<G, T: TropismLaw, C: Constitutive, L, S>(
+        shoot: &Shoot<G, T, C, L, S>,
+        rod: &Rod,
+        load: &impl Load,
+        moment: &Moment,
+    ) -> Self {
+        let law = &shoot.tropism;
+        let (v, m) = (law.variables(), law.stimuli());
+        let points = rod.points().len() - rod.first_growing() * rod.order().points();
+        let blank = Growing { time: moment.time, radius: 0.0, apex_distance: 0.0 };
+        let mut out = Self {
+            gradients: vec![Vector3::zeros(); points],
+            stimuli: vec![vec![0.0; m]; points],
+            variables: vec![vec![0.0; v]; points],
+            places: vec![blank; points],
+            local: vec![DMatrix::zeros(m, 3); points],
+        };
+        visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
+            law.sense(site, &mut out.stimuli[i]);
+            law.settled(&out.stimuli[i], &mut out.variables[i]);
+            out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
+            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
+            for c in 0..3 {
+                // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
+                let h = 1e-3 / site.radius;
+                let sensed = |sign: f64| {
+                    let mut x = vec![0.0; m];
+                    let mut strain = site.strain;
+                    strain[c] += sign * h;
+                    law.sense(&Site { strain, ..*site }, &mut x);
+                    DVector::from_vec(x)
+                };
+                out.local[i].set_column(c, &((sensed(1.0) - sensed(-1.0)) / (2.0 * h)));
+            }
+        });
+        out
+    }
+
+    /// The largest gradient asked for, 1/m.
+    pub fn largest(&self) -> f64 {
+        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+}
+
+/// Derivative of a vector function by central differences.
+fn jacobian(f: impl Fn(&[f64]) -> Vec<f64>, at: &[f64], rows: usize) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(rows, at.len());
+    let mut x = at.to_vec();
+    for j in 0..at.len() {
+        let h = STEP * at[j].abs().max(1.0);
+        x[j] = at[j] + h;
+        let plus = DVector::from_vec(f(&x));
+        x[j] = at[j] - h;
+        let minus = DVector::from_vec(f(&x));
+        x[j] = at[j];
+        out.set_column(j, &((plus - minus) / (2.0 * h)));
+    }
+    out
+}
+
+/// Refuses laws whose gradient depends on time.
+pub(super) fn check_unforced(law: &impl TropismLaw, settled: &Settled) -> Result<(), StabilityError> {
+    let mut change = 0.0_f64;
+    for (i, place) in settled.places.iter().enumerate() {
+        // Incommensurate times, from seconds to days: no period divides them all.
+        for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9] {
+            let at = Growing { time: place.time + later, ..*place };
+            let gradient = law.gradient(&at, &settled.variables[i], &settled.stimuli[i]);
+            change = change.max((gradient - settled.gradients[i]).norm());
+        }
+    }
+    // Rounding of a gradient of the size of 1/radius.
+    let size = settled.places.first().map_or(1.0, |place| 1.0 / place.radius);
+    if change > 1e-12 * size { Err(StabilityError::Forced { change }) } else { Ok(()) }
+}
+
+impl Linearisation {
+    /// Linearises a shoot about its present state, which must be stationary. Growth is frozen: length, stiffness and
+    /// zone stay as they are. The shoot is not changed.
+    ///
+    /// # Errors
+    /// A state that is not stationary or mechanically unstable, laws that depend on time or steer nothing.
+    pub fn about<G, T, C, L, S>(shoot: &Shoot<G, T, C, L, S>) -> Result<Self, StabilityError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+    {
+        let mut solver = NewtonSolver::with_tolerance(1e-13);
+        solver.branch = Branch::Nearest;
+        let moment = shoot.scene.moment(shoot.state.time);
+        let mut rod = shoot.state.rod.clone();
+        let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
+        if found.inertia.negative > 0 {
+            return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
+        }
+        let settled = Settled::of(shoot, &rod, &shoot.load, &moment);
+        check_unforced(&shoot.tropism, &settled)?;
+        // What the equilibrium's own error lets the laws ask for, times a margin.
+        let radius = settled.places.first().map_or(1.0, |place| place.radius);
+        let gradient = settled.largest();
+        if !(gradient * radius < 1e-8) {
+            return Err(StabilityError::NotStationary { gradient });
+        }
+        Self::at(shoot, &rod, &settled, &moment, &mut solver)
+    }
+
+    /// Linearises about `rod`, stationary or not.
+    pub(super) fn at<G, T, C, L, S>(
+        shoot: &Shoot<G, T, C, L, S>,
+        rod: &Rod,
+        settled: &Settled,
+        moment: &Moment,
+        solver: &mut NewtonSolver,
+    ) -> Result<Self, StabilityError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+    {
+        let law = &shoot.tropism;
+        let (v, m) = (law.variables(), law.stimuli());
+        let mut delays = vec![0.0; v];
+        law.delays(&mut delays);
+        let mut transfers: Vec<Transfer> = Vec::new();
+        let mut kind = Vec::with_capacity(settled.places.len());
+        for (i, place) in settled.places.iter().enumerate() {
+            let (y, x) = (&settled.variables[i], &settled.stimuli[i]);
+            let rates = |y: &[f64], x: &[f64]| {
+                let mut out = vec![0.0; v];
+                law.rates(y, x, &mut out);
+                out
+            };
+            let asked = |y: &[f64], x: &[f64]| law.gradient(place, y, x).as_slice().to_vec();
+            let transfer = Transfer {
+                rate: shoot.growth.regr(place.apex_distance, place.time),
+                delays: delays.clone(),
+                rates_y: jacobian(|y| rates(y, x), y, v),
+                rates_x: jacobian(|x| rates(y, x), x, v),
+                gradient_y: jacobian(|y| asked(y, x), y, 3),
+                gradient_x: jacobian(|x| asked(y, x), x, 3),
+                local: settled.local[i].clone(),
+            };
+            let known = transfers.iter().position(|other| other.is_like(&transfer));
+            kind.push(known.unwrap_or(transfers.len()));
+            if known.is_none() {
+                transfers.push(transfer);
+            }
+        }
+        let unknowns: Vec<(usize, usize)> = (0..settled.places.len())
+            .flat_map(|i| (0..3).map(move |c| (i, c)))
+            .filter(|&(i, c)| transfers[kind[i]].drives(c))
+            .collect();
+        if unknowns.is_empty() {
+            return Err(StabilityError::NothingDriven);
+        }
+        let mut out = Self {
+            transfers,
+            kind,
+            response: DMatrix::zeros(settled.places.len() * m, unknowns.len()),
+            displacement: DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len()),
+            unknowns,
+            blocks: Vec::new(),
+            local_blocks: Vec::new(),
+            local_parts: Vec::new(),
+            twins: Vec::new(),
+            stimuli: m,
+        };
+        out.respond(shoot, rod, moment, solver)?;
+        out.find_blocks();
+        out.find_local_parts();
+        out.find_twins();
+        Ok(out)
+    }
+
+    /// Fills in X and the displacements by central differences of whole equilibria.
+    fn respond<G, T: TropismLaw, C: Constitutive, L: Load, S>(
+        &mut self,
+        shoot: &Shoot<G, T, C, L, S>,
+        rod: &Rod,
+        moment: &Moment,
+        solver: &mut NewtonSolver,
+    ) -> Result<(), StabilityError> {
+        let law = &shoot.tropism;
+        let m = self.stimuli;
+        let (p, first) = (rod.order().points(), rod.first_growing() * rod.order().points());
+        let mut moved = rod.clone();
+        let mut sensed = [DVector::zeros(self.response.nrows()), DVector::zeros(self.response.nrows())];
+        let mut places = [DVector::zeros(self.displacement.nrows()), DVector::zeros(self.displacement.nrows())];
+        for (j, &(i, c)) in self.unknowns.clone().iter().enumerate() {
+            let at = first + i;
+            let weight = rod.basis().weights[at % p] * rod.points()[at].jacobian;
+            let step = ANGLE / weight;
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                moved.clone_from(rod);
+                moved.points_mut()[at].intrinsic[c] += sign * step;
+                let _ = solver.solve(&mut moved, &shoot.constitutive, &shoot.load, moment)?;
+                visit_sites(&moved, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
+                    law.sense(site, &mut sensed[side].as_mut_slice()[i * m..(i + 1) * m]);
+                });
+                for (k, (_, position)) in moved.centre_line().iter().enumerate() {
+                    places[side].rows_mut(3 * k, 3).copy_from(position);
+                }
+            }
+            self.response.set_column(j, &((&sensed[0] - &sensed[1]) / (2.0 * step)));
+            self.displacement.set_column(j, &((&places[0] - &places[1]) / (2.0 * step)));
+        }
+        if self.response.iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err(ParameterError { name: "response of the stimuli", value: f64::NAN, requirement: "finite" }.into())
+        }
+    }
+
+    /// Finds what does not couple, in the whole and in the local problems.
+    fn find_blocks(&mut self) {
+        // Two frequencies: no coupling vanishes at both.
+        let rate = self.slowest_rate();
+        let places = [Complex::new(0.31 * rate, 0.77 * rate), Complex::new(0.11 * rate, 0.0)];
+        let strength = |matrix: &dyn Fn(Complex<f64>) -> DMatrix<Complex<f64>>| {
+            places.iter().map(|z| matrix(*z).map(|entry| entry.norm())).reduce(|a, b| a + b)
+        };
+        let all: Vec<usize> = (0..self.unknowns.len()).collect();
+        self.blocks = strength(&|z| self.matrix(z, &all).0).map_or_else(Vec::new, |s| components(&s));
+        self.local_blocks.clear();
+        for kind in 0..self.transfers.len() {
+            let transfer = &self.transfers[kind];
+            let driven: Vec<usize> = (0..3).filter(|&c| transfer.drives(c)).collect();
+            // A law that does not answer to the strain at its own place has no short waves of its own.
+            let answers = |z: &Complex<f64>| {
+                let (mut matrix, _) = self.local_matrix(*z, kind, &driven);
+                for i in 0..driven.len() {
+                    matrix[(i, i)] -= z;
+                }
+                matrix.norm() > 1e-12 * rate
+            };
+            if !places.iter().any(answers) {
+                continue;
+            }
+            let strength = strength(&|z| self.local_matrix(z, kind, &driven).0);
+            for block in strength.map_or_else(Vec::new, |s| components(&s)) {
+                let components: Vec<usize> = block.iter().map(|&i| driven[i]).collect();
+                self.local_blocks.push((kind, components));
+            }
+        }
+    }
+
+    /// Sorts the points of every block by the local problem that they have in it.
+    fn find_local_parts(&mut self) {
+        self.local_parts = Vec::new();
+        for block in &self.blocks {
+            let mut parts: Vec<LocalPart> = Vec::new();
+            let mut row = 0;
+            while row < block.len() {
+                let (point, _) = self.unknowns[block[row]];
+                let rows: Vec<usize> = (row..block.len()).take_while(|&r| self.unknowns[block[r]].0 == point).collect();
+                let components: Vec<usize> = rows.iter().map(|&r| self.unknowns[block[r]].1).collect();
+                row += rows.len();
+                let kind = self.kind[point];
+                match parts.iter_mut().find(|part| part.kind == kind && part.components == components) {
+                    Some(part) => part.rows.extend(rows),
+                    None => parts.push(LocalPart { kind, components, rows }),
+                }
+            }
+            self.local_parts.push(parts);
+        }
+    }
+
+    /// Finds blocks with equal characteristic functions, up to the accuracy of the differences.
+    fn find_twins(&mut self) {
+        let rate = self.slowest_rate();
+        let places = [Complex::new(0.2 * rate, 0.9 * rate), Complex::new(0.05 * rate, 0.4 * rate)];
+        let values = |block: usize| places.map(|z| self.characteristic(z, Part::Block(block)).0);
+        let all: Vec<_> = (0..self.blocks.len()).map(values).collect();
+        let alike = |a: usize, b: usize| all[a].iter().zip(&all[b]).all(|(x, y)| (x - y).norm() <= 1e-6 * x.norm());
+        let first = |block: usize| (0..block).find(|&other| alike(other, block)).unwrap_or(block);
+        self.twins = (0..self.blocks.len()).map(first).collect();
+    }
+
+    /// Blocks with different characteristic functions, and how many there are of each.
+    pub(super) fn distinct_blocks(&self) -> Vec<(usize, usize)> {
+        let own = |&block: &usize| self.twins[block] == block;
+        let size = |block: usize| self.twins.iter().filter(|&&twin| twin == block).count();
+        (0..self.blocks.len()).filter(own).map(|block| (block, size(block))).collect()
+    }
+
+    /// The number of unknowns.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.unknowns.len()
+    }
+
+    /// M(λ) and M'(λ) of a block of unknowns.
+    pub(super) fn matrix(&self, z: Complex<f64>, block: &[usize]) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+        let m = self.stimuli;
+        let n = block.len();
+        let transfers: Vec<_> = self.transfers.iter().map(|transfer| transfer.at(z)).collect();
+        let mut value = DMatrix::from_diagonal_element(n, n, z);
+        let mut slope = DMatrix::identity(n, n);
+        for (row, &unknown) in block.iter().enumerate() {
+            let (i, c) = self.unknowns[unknown];
+            let (t, dt) = &transfers[self.kind[i]];
+            for k in 0..m {
+                let (t, dt) = (t[(c, k)], dt[(c, k)]);
+                if t == Complex::ZERO && dt == Complex::ZERO {
+                    continue;
+                }
+                for (col, &other) in block.iter().enumerate() {
+                    let x = self.response[(i * m + k, other)];
+                    value[(row, col)] -= t * x;
+                    slope[(row, col)] -= dt * x;
+                }
+            }
+        }
+        (value, slope)
+    }
+
+    /// The local problem at the points of one kind: what infinitely short waves feel. Their elastic strain and their
+    /// turn of the shoot vanish, so a point sees its own intrinsic strain alone.
+    pub(super) fn local_matrix(
+        &self,
+        z: Complex<f64>,
+        kind: usize,
+        driven: &[usize],
+    ) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+        let transfer = &self.transfers[kind];
+        let (t, dt) = transfer.at(z);
+        let n = driven.len();
+        let local = transfer.local.map(Complex::from);
+        let (t, dt) = (t * &local, dt * &local);
+        let value = DMatrix::from_fn(n, n, |i, j| {
+            let diagonal = if i == j { z } else { Complex::ZERO };
+            diagonal - t[(driven[i], driven[j])]
+        });
+        let slope = DMatrix::from_fn(n, n, |i, j| {
+            let diagonal: Complex<f64> = if i == j { Complex::ONE } else { Complex::ZERO };
+            diagonal - dt[(driven[i], driven[j])]
+        });
+        (value, slope)
+    }
+
+    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X.
+    pub(super) fn bound(&self, abscissa: f64) -> f64 {
+        let x = self.response.norm();
+        let mut radius = 0.0_f64;
+        for transfer in &self.transfers {
+            // A local problem is bounded by the same with the local response.
+            let x = x.max(transfer.local.norm());
+            let longest = transfer.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+            let grown = (-abscissa.min(0.0) * longest).exp();
+            let direct = transfer.rate * transfer.gradient_x.norm() * x;
+            let filtered = transfer.rate * transfer.gradient_y.norm() * grown * transfer.rates_x.norm() * x;
+            let relax = transfer.rates_y.norm();
+            // (R − direct)(R − relax) = filtered.
+            let (sum, product) = (direct + relax, direct * relax - filtered);
+            let root = 0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt());
+            radius = radius.max(root);
+        }
+        1.001 * radius.max(self.slowest_rate() * 1e-3)
+    }
+
+    /// A rate, 1/s: the inverse of the longest time in the laws' rates and delays.
+    pub(super) fn slowest_rate(&self) -> f64 {
+        let delays = self.transfers.iter().flat_map(|t| &t.delays).copied().filter(|d| d.is_finite() && *d > 0.0);
+        let rates = self.transfers.iter().flat_map(|t| t.rates_y.iter().copied()).map(f64::abs).filter(|r| *r > 0.0);
+        let slowest = delays.map(|d| 1.0 / d).chain(rates).fold(f64::INFINITY, f64::min);
+        if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
+    }
+}
+
+/// Sets of indices that are coupled, directly or through others, by entries that are more than rounding.
+fn components(strength: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    let n = strength.nrows();
+    let pairs = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|(i, j)| i != j);
+    let threshold = UNCOUPLED * pairs().map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
+    // Couplings below rounding of the diagonal do not count either.
+    let threshold = threshold.max(1e-9 * strength.diagonal().max());
+    let mut label: Vec<usize> = (0..n).collect();
+    loop {
+        let mut changed = false;
+        for (i, j) in pairs() {
+            if strength[(i, j)] > threshold && label[i] != label[j] {
+                let least = label[i].min(label[j]);
+                (label[i], label[j]) = (least, least);
+                changed = true;
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    let mut names = label.clone();
+    names.sort_unstable();
+    names.dedup();
+    names.iter().map(|name| (0..n).filter(|&i| label[i] == *name).collect()).collect()
+}
+
+impl Transfer {
+    fn is_like(&self, other: &Self) -> bool {
+        let near = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
+        (self.rate - other.rate).abs() <= ALIKE * self.rate.abs()
+            && near(&self.rates_y, &other.rates_y)
+            && near(&self.rates_x, &other.rates_x)
+            && near(&self.gradient_y, &other.gradient_y)
+            && near(&self.gradient_x, &other.gradient_x)
+            && near(&self.local, &other.local)
+    }
+
+    /// Whether component `c` of the intrinsic strain answers to anything.
+    fn drives(&self, c: usize) -> bool {
+        let reads = self.gradient_y.row(c).iter().zip(&self.delays).any(|(g, d)| *g != 0.0 && d.is_finite());
+        self.rate != 0.0 && (reads || self.gradient_x.row(c).iter().any(|g| *g != 0.0))
+    }
+
+    /// T(λ), the rate of the three components of the strain by the stimuli, and T'(λ).
+    fn at(&self, z: Complex<f64>) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+        let v = self.delays.len();
+        let rate = Complex::from(self.rate);
+        let mut value = self.gradient_x.map(Complex::from);
+        let mut slope = DMatrix::zeros(value.nrows(), value.ncols());
+        if v > 0 {
+            let mut filter = -self.rates_y.map(Complex::from);
+            for i in 0..v {
+                filter[(i, i)] += z;
+            }
+            // Singular only where λ is a rate of the memories, left of every region that is searched.
+            let filter = filter.lu();
+            let filtered = filter.solve(&self.rates_x.map(Complex::from));
+            let twice = filtered.as_ref().and_then(|f| filter.solve(f));
+            let nan = || DMatrix::from_element(v, self.rates_x.ncols(), Complex::from(f64::NAN));
+            let (filtered, twice) = (filtered.unwrap_or_else(nan), twice.unwrap_or_else(nan));
+            let lag = |delay: f64| if delay.is_finite() { (-z * delay).exp() } else { Complex::ZERO };
+            let read = DMatrix::from_fn(3, v, |c, j| lag(self.delays[j]) * self.gradient_y[(c, j)]);
+            let slower = DMatrix::from_fn(3, v, |c, j| {
+                let delay = self.delays[j];
+                if delay.is_finite() { -read[(c, j)] * delay } else { Complex::ZERO }
+            });
+            slope += slower * &filtered - &read * twice;
+            value += read * filtered;
+        }
+        (value * rate, slope * rate)
+    }
+}

@@ -1,0 +1,281 @@
+//! The rightmost roots and their modes.
+
+use nalgebra::{Complex, DVector, Vector3};
+
+use super::count::Part;
+use super::{Linearisation, StabilityError};
+use crate::error::ParameterError;
+
+/// How a mode moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Polarisation {
+    /// To and fro in a plane.
+    Planar,
+    /// Round: the tip goes on an ellipse.
+    Turning,
+    /// A double root of an isotropic shoot: to and fro in any plane, or round in either sense.
+    Isotropic,
+}
+
+/// A characteristic root, with Im λ ≥ 0; its conjugate is one too.
+#[derive(Debug, Clone)]
+pub struct Root {
+    /// λ, 1/s: growth rate and angular frequency.
+    pub value: Complex<f64>,
+    /// The smallest singular direction's |M(λ) v| relative to |M(λ)| |v|.
+    pub residual: f64,
+    /// How many of the shoot's uncoupled parts share it.
+    pub multiplicity: usize,
+    /// How the mode moves.
+    pub polarisation: Polarisation,
+    /// The disturbance of the intrinsic strain at the points of the growth zone, components along the directors, 1/m.
+    pub strain: Vec<Vector3<Complex<f64>>>,
+    /// The displacement of the ends of the elements that goes with it, base first, m. The apex moves by 1 m at most.
+    pub displacement: Vec<Vector3<Complex<f64>>>,
+}
+
+impl Root {
+    /// The growth rate, 1/s: positive if the disturbance grows.
+    #[must_use]
+    pub fn growth_rate(&self) -> f64 {
+        self.value.re
+    }
+
+    /// The period, s; infinite if the mode does not oscillate.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        std::f64::consts::TAU / self.value.im.abs()
+    }
+}
+
+/// Points on a line from which Newton's method may start.
+const GRID: usize = 48;
+
+impl Linearisation {
+    /// −f/f', the step of Newton's method for the characteristic function of a part.
+    pub(super) fn newton_step(&self, z: Complex<f64>, part: Part) -> Complex<f64> {
+        let (_, log_slope) = self.characteristic(z, part);
+        -Complex::<f64>::ONE / log_slope
+    }
+
+    /// Newton's method for a root near `start`.
+    pub(super) fn polish(&self, start: Complex<f64>, part: Part) -> Result<Complex<f64>, StabilityError> {
+        let mut z = start;
+        let mut last = f64::INFINITY;
+        let scale = self.slowest_rate() * 1e-3;
+        for _ in 0..60 {
+            let step = self.newton_step(z, part);
+            z += step;
+            let size = step.norm();
+            if !size.is_finite() {
+                break;
+            }
+            // Rounding of the determinant's quotient; beyond it steps no longer shrink.
+            if size <= 1e-13 * z.norm().max(scale) || (size < 1e-9 * z.norm().max(scale) && size >= last) {
+                return Ok(z);
+            }
+            last = size;
+        }
+        Err(StabilityError::NoConvergence { what: "characteristic root", residual: last })
+    }
+
+    /// All roots of a part with Re λ > `abscissa` and Im λ ≥ 0, rightmost first.
+    ///
+    /// Newton's method is started where its step is shortest along lines in the region; whether that has found them all is
+    /// told by counting. If not, the lines are drawn more densely.
+    pub(super) fn roots_right_of(&self, part: Part, abscissa: f64) -> Result<Vec<Complex<f64>>, StabilityError> {
+        let count = self.count(part, abscissa)?;
+        let mut found: Vec<Complex<f64>> = Vec::new();
+        let mut pairs = 0;
+        let top = self.bound(abscissa);
+        for refinement in 0..5 {
+            if pairs >= count {
+                break;
+            }
+            let lines = 1 + 2 * refinement;
+            for line in 0..lines {
+                let re = abscissa + (top - abscissa) * (line as f64 / lines as f64).powi(2);
+                for z in self.near_line(part, re, GRID << refinement) {
+                    if z.re > abscissa && !found.iter().any(|other| (other - z).norm() < 1e-8 * z.norm()) {
+                        found.push(z);
+                    }
+                }
+            }
+            pairs = found.iter().map(|z| if z.im > 1e-9 * z.norm() { 2 } else { 1 }).sum();
+        }
+        if pairs != count {
+            let residual = count as f64 - pairs as f64;
+            return Err(StabilityError::NoConvergence {
+                what: "search for all roots (some are multiple or too close)",
+                residual,
+            });
+        }
+        found.sort_by(|a, b| b.re.total_cmp(&a.re));
+        Ok(found)
+    }
+
+    /// Roots that Newton's method finds from a line, with Im λ ≥ 0; each may occur more than once.
+    fn near_line(&self, part: Part, re: f64, points: usize) -> Vec<Complex<f64>> {
+        let top = self.bound(re);
+        let at = |i: usize| Complex::new(re, top * (i as f64 / points as f64).powi(2));
+        let steps: Vec<f64> = (0..=points).map(|i| self.newton_step(at(i), part).norm()).collect();
+        let shortest = |i: usize| {
+            let left = i == 0 || steps[i] <= steps[i - 1];
+            left && (i == points || steps[i] <= steps[i + 1])
+        };
+        let starts = (0..=points).filter(|&i| steps[i].is_finite() && shortest(i));
+        let roots = starts.filter_map(|i| self.polish(at(i), part).ok());
+        roots.map(|z| Complex::new(z.re, z.im.abs())).collect()
+    }
+
+    /// The essential spectrum: for every kind of material point the root of its local problem that lies furthest to the
+    /// right, rightmost first. Infinitely many roots of ever shorter waves pile up there. Empty if no law senses the
+    /// strain where it acts.
+    ///
+    /// # Errors
+    /// A root that is not found.
+    pub fn essential(&self) -> Result<Vec<Complex<f64>>, StabilityError> {
+        let mut out: Vec<Complex<f64>> = Vec::new();
+        for block in 0..self.local_blocks.len() {
+            if let Some(root) = self.rightmost_of(Part::Essential(block))?
+                && !out.iter().any(|other| (other - root).norm() < 1e-9 * root.norm())
+            {
+                out.push(root);
+            }
+        }
+        out.sort_by(|a, b| b.re.total_cmp(&a.re));
+        Ok(out)
+    }
+
+    /// The line left of which nothing is sought: nine tenths of the way to the memories' own rates, where T has poles.
+    fn leftmost(&self) -> f64 {
+        let rates = self.transfers.iter().flat_map(|t| t.rates_y.diagonal().iter().copied().collect::<Vec<_>>());
+        0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
+    }
+
+    /// The rightmost root of a part, if there is one right of the memories' own rates.
+    ///
+    /// For a block also right of the essential spectrum, left of which its characteristic function has poles.
+    pub(super) fn rightmost_of(&self, part: Part) -> Result<Option<Complex<f64>>, StabilityError> {
+        let slow = self.slowest_rate();
+        let mut left = self.leftmost();
+        if matches!(part, Part::Block(_)) {
+            // Without proprioception everything piles up at zero.
+            let essential = self.essential()?.first().map_or(0.0, |z| z.re);
+            left = left.max(essential + 1e-4 * slow);
+        }
+        let mut line = 1e-6 * slow;
+        for refinement in 0..6 {
+            let near = self.near_line(part, line, GRID << refinement.min(3));
+            let best = near.into_iter().filter(|z| z.re > left).max_by(|a, b| a.re.total_cmp(&b.re));
+            match best {
+                // A whisker right of it nothing may be left.
+                Some(z) => {
+                    let clear = z.re + 1e-7 * z.norm().max(slow);
+                    if self.count(part, clear)? == 0 {
+                        return Ok(Some(z));
+                    }
+                    // Something is further right: look from there.
+                    line = clear + 0.05 * (self.bound(clear) - clear).max(0.0) * f64::from(refinement);
+                }
+                None if self.count(part, left + 1e-3 * slow)? == 0 => return Ok(None),
+                None => line = left + (line - left) * 0.5,
+            }
+        }
+        Err(StabilityError::NoConvergence { what: "rightmost root", residual: line })
+    }
+
+    /// The isolated roots with Re λ > `abscissa` (1/s), rightmost first, with their modes. The line must lie right of the
+    /// essential spectrum and of the rates of the memories, −1/τm.
+    ///
+    /// # Errors
+    /// A line that does not, or a root that is not found.
+    pub fn roots(&self, abscissa: f64) -> Result<Vec<Root>, StabilityError> {
+        let left = self.leftmost();
+        ParameterError::unless(
+            abscissa >= left,
+            "line right of which roots are sought",
+            abscissa,
+            "right of −0.9/τm (1/s)",
+        )?;
+        let essential = self.essential()?.first().map_or(f64::NEG_INFINITY, |z| z.re);
+        ParameterError::unless(
+            abscissa > essential,
+            "line right of which roots are sought",
+            abscissa,
+            "right of the essential spectrum (1/s)",
+        )?;
+        let mut found: Vec<Root> = Vec::new();
+        for (block, twins) in self.distinct_blocks() {
+            for value in self.roots_right_of(Part::Block(block), abscissa)? {
+                found.push(self.mode(value, block, twins));
+            }
+        }
+        found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+        Ok(found)
+    }
+
+    /// The rightmost root, with its mode.
+    ///
+    /// # Errors
+    /// Infinitely many unstable roots, or none found right of the rates of the memories.
+    pub fn rightmost(&self) -> Result<Root, StabilityError> {
+        let mut best: Option<(Complex<f64>, usize, usize)> = None;
+        for (block, twins) in self.distinct_blocks() {
+            if let Some(z) = self.rightmost_of(Part::Block(block))?
+                && best.is_none_or(|(other, ..)| z.re > other.re)
+            {
+                best = Some((z, block, twins));
+            }
+        }
+        let Some((value, block, twins)) = best else {
+            return Err(StabilityError::NoConvergence { what: "rightmost root", residual: f64::NAN });
+        };
+        Ok(self.mode(value, block, twins))
+    }
+
+    /// The mode of a root of a block, by inverse iteration.
+    fn mode(&self, value: Complex<f64>, block: usize, multiplicity: usize) -> Root {
+        let indices = &self.blocks[block];
+        let (matrix, _) = self.matrix(value, indices);
+        let lu = matrix.clone().lu();
+        let n = indices.len();
+        // No mode is orthogonal to this: its entries have no pattern.
+        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos()));
+        for _ in 0..3 {
+            if let Some(next) = lu.solve(&v) {
+                let norm = next.norm();
+                if norm.is_finite() && norm > 0.0 {
+                    v = next / Complex::from(norm);
+                }
+            }
+        }
+        let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
+        let mut all: DVector<Complex<f64>> = DVector::zeros(self.unknowns.len());
+        for (i, &unknown) in indices.iter().enumerate() {
+            all[unknown] = v[i];
+        }
+        let moved: DVector<Complex<f64>> = self.displacement.map(Complex::from) * &all;
+        let rows = moved.nrows();
+        let tip = moved.rows(rows - 3, 3).norm();
+        let scale = if tip > 0.0 { Complex::from(1.0 / tip) } else { Complex::ONE };
+        let displacement: Vec<Vector3<Complex<f64>>> =
+            (0..rows / 3).map(|k| Vector3::from_fn(|i, _| moved[3 * k + i] * scale)).collect();
+        let mut strain = vec![Vector3::zeros(); self.kind.len()];
+        for (&(i, c), z) in self.unknowns.iter().zip(all.iter()) {
+            strain[i][c] = *z * scale;
+        }
+        let polarisation = match displacement.last() {
+            Some(tip) if multiplicity == 1 => polarisation(tip),
+            _ => Polarisation::Isotropic,
+        };
+        Root { value, residual, multiplicity, polarisation, strain, displacement }
+    }
+}
+
+/// A displacement a exp(iωt) is planar if its real and imaginary parts are parallel.
+fn polarisation(tip: &Vector3<Complex<f64>>) -> Polarisation {
+    let (re, im) = (tip.map(|z| z.re), tip.map(|z| z.im));
+    let area = re.cross(&im).norm();
+    if area < 1e-6 * tip.norm_squared() { Polarisation::Planar } else { Polarisation::Turning }
+}

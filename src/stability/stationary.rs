@@ -1,0 +1,253 @@
+//! Shoots that stay as they are.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::StabilityError;
+use super::linear::{Linearisation, Settled};
+use crate::constitutive::Constitutive;
+use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver, Unloaded};
+use crate::growth::GrowthLaw;
+use crate::integrator::visit_sites;
+use crate::load::Load;
+use crate::rod::Rod;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
+use crate::tropism::TropismLaw;
+
+/// How a stationary state was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[must_use]
+pub struct Stationary {
+    /// Newton iterations for the shape and for its polish.
+    pub iterations: usize,
+    /// The largest gradient that the laws still ask for, 1/m.
+    pub gradient: f64,
+    /// Negative eigenvalues of the energy. If there are any, the shape is an equilibrium that no shoot keeps.
+    pub negative: usize,
+}
+
+/// Finds the intrinsic strain under which a shoot is in equilibrium and its laws ask for no change, u̇* = 0.
+///
+/// Laws sense the shape, so the visible strain is found first, without regard to load and stiffness; the intrinsic strain
+/// that holds it against the load follows point by point. A few Newton iterations of the whole then remove what the
+/// discretisation makes of the difference.
+#[derive(Debug, Clone)]
+pub struct StationarySolver {
+    /// Largest gradient that may be left, relative to 1/radius.
+    pub tolerance: f64,
+    /// Bound on the iterations of either part.
+    pub max_iterations: usize,
+}
+
+impl Default for StationarySolver {
+    /// 1e-10 of 1/radius, at most 50 iterations.
+    fn default() -> Self {
+        Self { tolerance: 1e-10, max_iterations: 50 }
+    }
+}
+
+impl StationarySolver {
+    /// Brings the shoot into a stationary state at its present time. Start an integrator with
+    /// [`SettledPast`](crate::integrator::SettledPast) to keep it there.
+    ///
+    /// # Errors
+    /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was.
+    pub fn solve<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+    {
+        let before = shoot.state.clone();
+        let outcome = self.search(shoot);
+        if outcome.is_err() {
+            shoot.state = before;
+        }
+        outcome
+    }
+
+    fn search<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
+    where
+        G: GrowthLaw,
+        T: TropismLaw,
+        C: Constitutive,
+        L: Load,
+        S: Scene,
+    {
+        let moment = shoot.scene.moment(shoot.state.time);
+        shoot.state.rod.set_base(shoot.scene.base(shoot.state.time));
+        let mut iterations = self.find_shape(shoot)?;
+        self.hold_shape(shoot);
+        let mut solver = NewtonSolver::with_tolerance(1e-13);
+        solver.branch = Branch::Nearest;
+        let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
+        let mut last = f64::INFINITY;
+        for polish in 0..=self.max_iterations {
+            let mut rod = shoot.state.rod.clone();
+            let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
+            shoot.state.rod = rod;
+            let rod = &shoot.state.rod;
+            let settled = Settled::of(shoot, rod, &shoot.load, &moment);
+            super::linear::check_unforced(&shoot.tropism, &settled)?;
+            let gradient = settled.largest();
+            let radius = settled.places.first().map_or(1.0, |place| place.radius);
+            if gradient * radius <= self.tolerance {
+                return Ok(Stationary { iterations, gradient, negative: found.inertia.negative });
+            }
+            if polish == self.max_iterations || !gradient.is_finite() || gradient > 10.0 * last {
+                return Err(StabilityError::NoStationaryState { iterations, gradient });
+            }
+            last = gradient;
+            iterations += 1;
+            let linear = Linearisation::at(shoot, rod, &settled, &moment, &mut solver)?;
+            let step = linear.stationary_step(&settled);
+            let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
+            for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
+                shoot.state.rod.points_mut()[first + i].intrinsic[c] += value;
+            }
+        }
+        Err(StabilityError::NoStationaryState { iterations, gradient: last })
+    }
+
+    /// Newton's method for the visible strain with which the laws are content, on an unloaded copy of the rod.
+    fn find_shape<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<usize, StabilityError>
+    where
+        T: TropismLaw,
+        C: Constitutive,
+        S: Scene,
+    {
+        let moment = shoot.scene.moment(shoot.state.time);
+        let rod = &shoot.state.rod;
+        let p = rod.order().points();
+        let first = rod.first_growing() * p;
+        let mut trial = rod.clone();
+        for e in 0..rod.elements() {
+            for g in 0..p {
+                trial.points_mut()[e * p + g].intrinsic = rod.strain(e, g);
+            }
+        }
+        let count = rod.points().len() - first;
+        let evaluate = |trial: &mut crate::rod::Rod| -> Result<Settled, StabilityError> {
+            let _ = Unloaded.solve(trial, &shoot.constitutive, &(), &moment)?;
+            Ok(Settled::of(shoot, trial, &(), &moment))
+        };
+        let mut settled = evaluate(&mut trial)?;
+        super::linear::check_unforced(&shoot.tropism, &settled)?;
+        let flatten = |settled: &Settled| DVector::from_fn(2 * count, |k, _| settled.gradients[k / 2][k % 2]);
+        let mut residual = flatten(&settled);
+        for iteration in 0..=self.max_iterations {
+            let radius = settled.places.first().map_or(1.0, |place| place.radius);
+            let gradient = settled.largest();
+            if gradient * radius <= 0.1 * self.tolerance {
+                let turn = unresolved(&trial);
+                if turn > RESOLVED {
+                    return Err(StabilityError::Unresolved { turn });
+                }
+                shoot.state.rod = trial;
+                return Ok(iteration);
+            }
+            if iteration == self.max_iterations || !gradient.is_finite() {
+                return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+            }
+            let mut jacobian = DMatrix::zeros(2 * count, 2 * count);
+            // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
+            let h = 1e-4 / trial.length();
+            let mut moved = trial.clone();
+            for k in 0..2 * count {
+                moved.clone_from(&trial);
+                moved.points_mut()[first + k / 2].intrinsic[k % 2] += h;
+                let plus = flatten(&evaluate(&mut moved)?);
+                moved.clone_from(&trial);
+                moved.points_mut()[first + k / 2].intrinsic[k % 2] -= h;
+                let minus = flatten(&evaluate(&mut moved)?);
+                jacobian.set_column(k, &((plus - minus) / (2.0 * h)));
+            }
+            // Components that nothing drives have rows and columns of zeros; they stay.
+            for k in 0..2 * count {
+                if jacobian.row(k).amax() == 0.0 {
+                    jacobian[(k, k)] = 1.0;
+                }
+            }
+            let Some(step) = jacobian.lu().solve(&residual) else {
+                return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+            };
+            let mut fraction = 1.0;
+            loop {
+                moved.clone_from(&trial);
+                for k in 0..2 * count {
+                    moved.points_mut()[first + k / 2].intrinsic[k % 2] -= fraction * step[k];
+                }
+                if let Ok(next) = evaluate(&mut moved) {
+                    let value = flatten(&next);
+                    if value.norm() < residual.norm() {
+                        (settled, residual) = (next, value);
+                        break;
+                    }
+                }
+                fraction *= 0.5;
+                if fraction < 1e-6 {
+                    return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+                }
+            }
+            trial.clone_from(&moved);
+        }
+        Err(StabilityError::NoStationaryState { iterations: self.max_iterations, gradient: residual.amax() })
+    }
+
+    /// Takes from the visible strain, which stands in the rod as if intrinsic, what the load makes of it.
+    fn hold_shape<G, T, C: Constitutive, L: Load, S: Scene>(&self, shoot: &mut Shoot<G, T, C, L, S>) {
+        let moment = shoot.scene.moment(shoot.state.time);
+        let p = shoot.state.rod.order().points();
+        let first = shoot.state.rod.first_growing() * p;
+        let mut elastic = vec![nalgebra::Vector3::zeros(); shoot.state.rod.points().len() - first];
+        visit_sites(&shoot.state.rod, &shoot.constitutive, &shoot.load, &moment, false, |i, site| {
+            // The law's answer to the couple, from the visible strain: nothing of it is elastic yet.
+            elastic[i] = site.strain - shoot.state.rod.points()[first + i].intrinsic;
+        });
+        for (point, elastic) in shoot.state.rod.points_mut()[first..].iter_mut().zip(elastic) {
+            point.intrinsic -= elastic;
+        }
+    }
+}
+
+/// A shape whose strains end in polynomials that turn a frame by more than this within an element is none, rad.
+const RESOLVED: f64 = 0.1;
+
+/// The largest turn that the highest polynomial of the intrinsic strain makes in an element, rad; zero with one point.
+fn unresolved(rod: &Rod) -> f64 {
+    let basis = rod.basis();
+    let p = basis.p;
+    if p == 1 {
+        return 0.0;
+    }
+    // The Legendre coefficient of degree p − 1, from the highest divided difference at the Gauss points.
+    let mut largest = 0.0_f64;
+    for e in 0..rod.elements() {
+        let points = rod.element_points(e);
+        let mut sum = nalgebra::Vector3::zeros();
+        for g in 0..p {
+            let others = (0..p).filter(|&k| k != g).map(|k| basis.points[g] - basis.points[k]);
+            sum += points[g].intrinsic / others.product::<f64>();
+        }
+        // A polynomial with leading coefficient c in [0, 1] is at most 2 c/4^(p−1) off one of lower degree (Chebyshev).
+        largest = largest.max(2.0 * sum.norm() / 4.0_f64.powi(p as i32 - 1) * rod.element_length(e));
+    }
+    largest
+}
+
+impl Linearisation {
+    /// The change of the intrinsic strain that makes the laws content, to first order: the gradient settled under the
+    /// stimuli is T(0) X δu*/REGR.
+    pub(super) fn stationary_step(&self, settled: &Settled) -> Option<DVector<f64>> {
+        let all: Vec<usize> = (0..self.unknowns.len()).collect();
+        let matrix = self.matrix(nalgebra::Complex::ZERO, &all).0.map(|z| z.re);
+        let residual = DVector::from_fn(all.len(), |k, _| {
+            let (i, c) = self.unknowns[k];
+            settled.gradients[i][c] * self.transfers[self.kind[i]].rate
+        });
+        // M(0) = −T(0) X.
+        matrix.lu().solve(&residual)
+    }
+}
