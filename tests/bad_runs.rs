@@ -122,7 +122,7 @@ fn a_step_that_is_lost_in_the_rounding_of_time_does_not_hang() {
     std::thread::spawn(move || {
         let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(1).build().unwrap();
         let mut run = MethodOfSteps::with_solver(HOUR, Unloaded);
-        let _ = run.advance(&mut shoot, HOUR).unwrap();
+        run.advance(&mut shoot, HOUR).unwrap();
         // An hour plus 1e-13 s is an hour; 1e-11 s are 22 units in its last place.
         run.step = 1e-13;
         let _ = sender.send(run.advance(&mut shoot, HOUR + 1e-11).map(|tally| tally.steps));
@@ -220,12 +220,12 @@ fn statoliths_that_cannot_be_followed_end_in_an_error_or_a_sound_state() {
 fn a_run_that_has_failed_goes_on_after_the_cause_is_gone() {
     let mut shoot = growing().elements(4).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
-    let _ = run.advance(&mut shoot, 1.1 * HOUR).unwrap();
+    run.advance(&mut shoot, 1.1 * HOUR).unwrap();
     let mut other = shoot.clone();
     run.solver.max_iterations = 0;
     assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());
     run.solver.max_iterations = 200;
-    let _ = run.advance(&mut shoot, 2.0 * HOUR).unwrap();
+    run.advance(&mut shoot, 2.0 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut other, 2.0 * HOUR).unwrap();
     assert_eq!(shoot.state(), other.state());
     assert!((shoot.rod().length() - 0.071470872419).abs() < 1e-12);

@@ -28,7 +28,7 @@ fn sound_tips<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
 ) -> Vec<Vector3<f64>> {
     let mut run = MethodOfSteps::new(step);
     let tip = |t: &f64| {
-        let _ = run.advance(&mut shoot, *t).unwrap();
+        run.advance(&mut shoot, *t).unwrap();
         assert_sound(&shoot);
         for y in (0..shoot.rod().points().len()).filter_map(|i| shoot.state().variables(i)).filter(|_| piles) {
             // The statoliths are followed to the error of the step, far below this.
@@ -140,7 +140,7 @@ fn weightlessness() {
     // Gravity that begins late is felt: ten avalanche times after it has come the piles have settled, up to exp(−10).
     let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(steering(STATOLITHS)).scene(Launch).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
-    let _ = run.advance(&mut shoot, HOUR + 20.0 * 60.0).unwrap();
+    run.advance(&mut shoot, HOUR + 20.0 * 60.0).unwrap();
     let up = -shoot.scene().gravity(shoot.time()).normalize();
     // The first point is next to the clamp, where the directors are those of the base.
     let h = Vector3::from_column_slice(&shoot.state().variables(0).unwrap()[..3]);
