@@ -159,6 +159,28 @@ impl NewtonSolver {
         .map(|(_, inertia)| inertia)
     }
 
+    /// Factorises the tangent at an equilibrium, for [`follow`](Self::follow).
+    pub(crate) fn factorise<C: Constitutive, L: Load>(
+        &mut self,
+        rod: &Rod,
+        material: &C,
+        load: &L,
+        moment: &Moment,
+    ) -> Result<(), EquilibriumError> {
+        self.inertia(rod, material, load, moment).map(|_| ())
+    }
+
+    /// Moves the frames of an equilibrium whose intrinsic strain was disturbed a little to where they are in equilibrium
+    /// again, to first order, with the factors of [`factorise`](Self::factorise).
+    pub(crate) fn follow<C: Constitutive>(&mut self, rod: &mut Rod, material: &C, moment: &Moment) {
+        match rod.order.points() {
+            1 => self.work.follow::<1>(rod, material, moment.time),
+            2 => self.work.follow::<2>(rod, material, moment.time),
+            3 => self.work.follow::<3>(rod, material, moment.time),
+            _ => self.work.follow::<4>(rod, material, moment.time),
+        }
+    }
+
     fn run<const P: usize>(
         &mut self,
         rod: &mut Rod,
@@ -367,6 +389,13 @@ impl Work {
             }
         }
         self.solve::<P>();
+    }
+
+    fn follow<const P: usize>(&mut self, rod: &mut Rod, material: &impl Constitutive, time: f64) {
+        self.evaluate::<P>(rod, material, time);
+        self.solve_again::<P>();
+        self.start.keep(rod);
+        self.advance::<P>(rod, 1.0);
     }
 
     fn evaluate<const P: usize>(&mut self, rod: &Rod, material: &impl Constitutive, time: f64) -> f64 {

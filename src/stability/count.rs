@@ -133,13 +133,13 @@ impl Linearisation {
 
     /// The number of roots with a positive real part, none missed, or that it is infinite.
     ///
-    /// Roots within a millionth of the slowest rate of the axis are not told from it: with η = 0 they pile up at λ = 0
-    /// from the left, and rounding scatters them.
+    /// Roots within a millionth of the slowest rate of the axis are not told from it, or within a ten-thousandth where no
+    /// law senses the strain at its own place: with η = 0 they pile up at λ = 0 from the left, and rounding scatters them.
     ///
     /// # Errors
     /// A root on the line.
     pub fn unstable(&self) -> Result<Unstable, StabilityError> {
-        let line = 1e-6 * self.slowest_rate();
+        let line = self.threshold();
         for block in 0..self.local_blocks.len() {
             if self.count(Part::Essential(block), line)? > 0 {
                 let abscissa = self.essential()?.first().map_or(0.0, |z| z.re);
@@ -151,6 +151,13 @@ impl Linearisation {
             sum += twins * self.count(Part::Block(block), line)?;
         }
         Ok(Unstable::Finite(sum))
+    }
+}
+
+impl Linearisation {
+    /// How far right of the axis a root must lie to count as unstable, 1/s.
+    pub(super) fn threshold(&self) -> f64 {
+        (if self.local_blocks.is_empty() { 1e-4 } else { 1e-6 }) * self.slowest_rate()
     }
 }
 

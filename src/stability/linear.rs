@@ -157,7 +157,8 @@ impl Linearisation {
         Ok(out)
     }
 
-    /// Fills in X and the displacements by central differences of whole equilibria.
+    /// Fills in X and the displacements: frames by the factorised tangent, everything that follows from them by central
+    /// differences.
     fn respond<G, T: TropismLaw, C: Constitutive, L: Load, S>(
         &mut self,
         shoot: &Shoot<G, T, C, L, S>,
@@ -168,6 +169,7 @@ impl Linearisation {
         let law = &shoot.tropism;
         let m = self.stimuli;
         let (p, first) = (rod.order().points(), rod.first_growing() * rod.order().points());
+        solver.factorise(rod, &shoot.constitutive, &shoot.load, moment)?;
         let mut moved = rod.clone();
         let mut sensed = [DVector::zeros(self.response.nrows()), DVector::zeros(self.response.nrows())];
         let mut places = [DVector::zeros(self.displacement.nrows()), DVector::zeros(self.displacement.nrows())];
@@ -178,7 +180,7 @@ impl Linearisation {
             for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
                 moved.clone_from(rod);
                 moved.points_mut()[at].intrinsic[c] += sign * step;
-                let _ = solver.solve(&mut moved, &shoot.constitutive, &shoot.load, moment)?;
+                solver.follow(&mut moved, &shoot.constitutive, moment);
                 visit_sites(&moved, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
                     law.sense(site, &mut sensed[side].as_mut_slice()[i * m..(i + 1) * m]);
                 });

@@ -230,7 +230,7 @@ impl Linearisation {
             let essential = self.essential()?.first().map_or(0.0, |z| z.re);
             left = left.max(essential + 1e-4 * slow);
         }
-        let mut line = 1e-6 * slow;
+        let mut line = self.threshold();
         for refinement in 0..12 {
             let near = self.near_line(part, line, GRID << i32::min(refinement, 2));
             let best = near.into_iter().filter(|z| z.re > left).max_by(|a, b| a.re.total_cmp(&b.re));
