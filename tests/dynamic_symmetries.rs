@@ -154,6 +154,25 @@ proptest! {
 }
 
 #[test]
+fn the_unit_of_length_does_not_matter() {
+    // In units of a millimetre or less strains are numbers of 1e4, beside normals of statoliths that are numbers below 1.
+    let case = Case {
+        gravity: Vector3::new(0.0, 0.0, -9.81),
+        base: UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.7276, -0.2724, 0.6296, 0.0)),
+        pull: Vector3::zeros(),
+        wind: Vector3::zeros(),
+        phase: -2.3675,
+        sense: Sense::Positive,
+        units: [1.0; 3],
+    };
+    let one = case.run();
+    for power in [-4.0, -2.8536, 2.0, 4.0] {
+        let other = Case { units: [10.0_f64.powf(power), 1.0, 1.0], ..case }.run();
+        assert_same(one.positions.iter().copied().zip(one.frames.iter().copied()), &other);
+    }
+}
+
+#[test]
 fn the_oscillators_sense_and_phase_matter() {
     // Or the mirrors would prove nothing.
     let case = Case {
