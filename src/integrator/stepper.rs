@@ -122,6 +122,8 @@ impl Stepper {
             } else {
                 t + step
             };
+            let told = end > t;
+            ParameterError::unless(told, "time step", step, "long enough to be told from the time by rounding (s)")?;
             self.step(shoot, solver, end, correction)?;
             if end == jump {
                 self.pass_jump(shoot, solver)?;
@@ -366,7 +368,7 @@ impl Stepper {
                 *to = &level.rows[row.clone()][2 * v..];
             }
             seen[count - 1] = stimuli;
-            if !self.local.advance(tropism, &seen, &mut self.variables, 0.0, 0) {
+            if !self.local.carry(tropism, &seen, &mut self.variables) {
                 failed = Some(i);
                 break;
             }

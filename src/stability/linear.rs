@@ -1,9 +1,11 @@
 //! The linear problem of small disturbances about a stationary shoot.
 
-use nalgebra::{Complex, DMatrix, DVector, Vector3};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StabilityError;
 use super::count::Part;
+use super::settled::{Settled, check_unforced};
+use super::transfer::{Transfer, jacobian};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -13,33 +15,13 @@ use crate::load::Load;
 use crate::rod::Rod;
 use crate::scene::{Moment, Scene};
 use crate::shoot::Shoot;
-use crate::tropism::{Growing, Site, TropismLaw};
+use crate::tropism::TropismLaw;
 
 /// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
 /// of a third derivative, and rounding by 1e-14 over it.
 const ANGLE: f64 = 3e-5;
-/// Step of the differences of a law's functions, relative to the argument or to one.
-const STEP: f64 = 1e-4;
-/// Points whose laws linearise alike to this share one transfer function.
-const ALIKE: f64 = 1e-8;
 /// Couplings weaker than this against the strongest are rounding.
 const UNCOUPLED: f64 = 1e-7;
-
-/// Derivatives of the laws at one material point.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Transfer {
-    /// REGR, 1/s.
-    pub rate: f64,
-    pub delays: Vec<f64>,
-    /// ∂rates/∂variables and ∂rates/∂stimuli.
-    pub rates_y: DMatrix<f64>,
-    pub rates_x: DMatrix<f64>,
-    /// ∂gradient/∂variables and ∂gradient/∂stimuli, three rows.
-    pub gradient_y: DMatrix<f64>,
-    pub gradient_x: DMatrix<f64>,
-    /// ∂stimuli/∂strain at the point itself, three columns.
-    pub local: DMatrix<f64>,
-}
 
 /// The linear problem M(λ) δu* = 0 about a stationary shoot.
 #[derive(Debug, Clone)]
@@ -71,94 +53,6 @@ pub(super) struct LocalPart {
     pub components: Vec<usize>,
     /// Rows of the block.
     pub rows: Vec<usize>,
-}
-
-/// Variables, stimuli and gradients of a shoot that has been as it is for ever.
-pub(super) struct Settled {
-    pub gradients: Vec<Vector3<f64>>,
-    pub stimuli: Vec<Vec<f64>>,
-    pub variables: Vec<Vec<f64>>,
-    pub places: Vec<Growing>,
-    /// ∂stimuli/∂strain at each point.
-    pub local: Vec<DMatrix<f64>>,
-}
-
-impl Settled {
-    /// Evaluates the laws of `shoot` on `rod` under `load`.
-    pub fn of<G, T: TropismLaw, C: Constitutive, L, S>(
-        shoot: &Shoot<G, T, C, L, S>,
-        rod: &Rod,
-        load: &impl Load,
-        moment: &Moment,
-    ) -> Self {
-        let law = &shoot.tropism;
-        let (v, m) = (law.variables(), law.stimuli());
-        let points = rod.points().len() - rod.first_growing() * rod.order().points();
-        let blank = Growing { time: moment.time, radius: 0.0, apex_distance: 0.0 };
-        let mut out = Self {
-            gradients: vec![Vector3::zeros(); points],
-            stimuli: vec![vec![0.0; m]; points],
-            variables: vec![vec![0.0; v]; points],
-            places: vec![blank; points],
-            local: vec![DMatrix::zeros(m, 3); points],
-        };
-        visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
-            law.sense(site, &mut out.stimuli[i]);
-            law.settled(&out.stimuli[i], &mut out.variables[i]);
-            out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
-            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
-            for c in 0..3 {
-                // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
-                let h = 1e-3 / site.radius;
-                let sensed = |sign: f64| {
-                    let mut x = vec![0.0; m];
-                    let mut strain = site.strain;
-                    strain[c] += sign * h;
-                    law.sense(&Site { strain, ..*site }, &mut x);
-                    DVector::from_vec(x)
-                };
-                out.local[i].set_column(c, &((sensed(1.0) - sensed(-1.0)) / (2.0 * h)));
-            }
-        });
-        out
-    }
-
-    /// The largest gradient asked for, 1/m.
-    pub fn largest(&self) -> f64 {
-        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
-    }
-}
-
-/// Derivative of a vector function by central differences.
-fn jacobian(f: impl Fn(&[f64]) -> Vec<f64>, at: &[f64], rows: usize) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(rows, at.len());
-    let mut x = at.to_vec();
-    for j in 0..at.len() {
-        let h = STEP * at[j].abs().max(1.0);
-        x[j] = at[j] + h;
-        let plus = DVector::from_vec(f(&x));
-        x[j] = at[j] - h;
-        let minus = DVector::from_vec(f(&x));
-        x[j] = at[j];
-        out.set_column(j, &((plus - minus) / (2.0 * h)));
-    }
-    out
-}
-
-/// Refuses laws whose gradient depends on time.
-pub(super) fn check_unforced(law: &impl TropismLaw, settled: &Settled) -> Result<(), StabilityError> {
-    let mut change = 0.0_f64;
-    for (i, place) in settled.places.iter().enumerate() {
-        // Incommensurate times, from seconds to days: no period divides them all.
-        for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9] {
-            let at = Growing { time: place.time + later, ..*place };
-            let gradient = law.gradient(&at, &settled.variables[i], &settled.stimuli[i]);
-            change = change.max((gradient - settled.gradients[i]).norm());
-        }
-    }
-    // Rounding of a gradient of the size of 1/radius.
-    let size = settled.places.first().map_or(1.0, |place| 1.0 / place.radius);
-    if change > 1e-12 * size { Err(StabilityError::Forced { change }) } else { Ok(()) }
 }
 
 impl Linearisation {
@@ -483,51 +377,4 @@ fn components(strength: &DMatrix<f64>) -> Vec<Vec<usize>> {
     names.sort_unstable();
     names.dedup();
     names.iter().map(|name| (0..n).filter(|&i| label[i] == *name).collect()).collect()
-}
-
-impl Transfer {
-    fn is_like(&self, other: &Self) -> bool {
-        let near = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
-        (self.rate - other.rate).abs() <= ALIKE * self.rate.abs()
-            && near(&self.rates_y, &other.rates_y)
-            && near(&self.rates_x, &other.rates_x)
-            && near(&self.gradient_y, &other.gradient_y)
-            && near(&self.gradient_x, &other.gradient_x)
-            && near(&self.local, &other.local)
-    }
-
-    /// Whether component `c` of the intrinsic strain answers to anything.
-    fn drives(&self, c: usize) -> bool {
-        let reads = self.gradient_y.row(c).iter().zip(&self.delays).any(|(g, d)| *g != 0.0 && d.is_finite());
-        self.rate != 0.0 && (reads || self.gradient_x.row(c).iter().any(|g| *g != 0.0))
-    }
-
-    /// T(λ), the rate of the three components of the strain by the stimuli, and T'(λ).
-    fn at(&self, z: Complex<f64>) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
-        let v = self.delays.len();
-        let rate = Complex::from(self.rate);
-        let mut value = self.gradient_x.map(Complex::from);
-        let mut slope = DMatrix::zeros(value.nrows(), value.ncols());
-        if v > 0 {
-            let mut filter = -self.rates_y.map(Complex::from);
-            for i in 0..v {
-                filter[(i, i)] += z;
-            }
-            // Singular only where λ is a rate of the memories, left of every region that is searched.
-            let filter = filter.lu();
-            let filtered = filter.solve(&self.rates_x.map(Complex::from));
-            let twice = filtered.as_ref().and_then(|f| filter.solve(f));
-            let nan = || DMatrix::from_element(v, self.rates_x.ncols(), Complex::from(f64::NAN));
-            let (filtered, twice) = (filtered.unwrap_or_else(nan), twice.unwrap_or_else(nan));
-            let lag = |delay: f64| if delay.is_finite() { (-z * delay).exp() } else { Complex::ZERO };
-            let read = DMatrix::from_fn(3, v, |c, j| lag(self.delays[j]) * self.gradient_y[(c, j)]);
-            let slower = DMatrix::from_fn(3, v, |c, j| {
-                let delay = self.delays[j];
-                if delay.is_finite() { -read[(c, j)] * delay } else { Complex::ZERO }
-            });
-            slope += slower * &filtered - &read * twice;
-            value += read * filtered;
-        }
-        (value * rate, slope * rate)
-    }
 }

@@ -18,7 +18,9 @@ mod count;
 mod linear;
 mod onset;
 mod roots;
+mod settled;
 mod stationary;
+mod transfer;
 
 pub use boundary::{BoundaryPoint, boundary};
 pub use count::Unstable;

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::StabilityError;
-use super::linear::{Linearisation, Settled};
+use super::linear::Linearisation;
+use super::settled::{Settled, check_unforced};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver, Unloaded};
 use crate::growth::GrowthLaw;
@@ -90,7 +91,7 @@ impl StationarySolver {
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
             let settled = Settled::of(shoot, rod, &shoot.load, &moment);
-            super::linear::check_unforced(&shoot.tropism, &settled)?;
+            check_unforced(&shoot.tropism, &settled)?;
             let gradient = settled.largest();
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
             if gradient * radius <= self.tolerance {
@@ -134,7 +135,7 @@ impl StationarySolver {
             Ok(Settled::of(shoot, trial, &(), &moment))
         };
         let mut settled = evaluate(&mut trial)?;
-        super::linear::check_unforced(&shoot.tropism, &settled)?;
+        check_unforced(&shoot.tropism, &settled)?;
         let flatten = |settled: &Settled| DVector::from_fn(2 * count, |k, _| settled.gradients[k / 2][k % 2]);
         let mut residual = flatten(&settled);
         for iteration in 0..=self.max_iterations {

@@ -108,6 +108,10 @@ impl Graviception for Statoliths {
     #[inline]
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
         variables.copy_from_slice(stimuli);
+        // Without gravity a pile has nowhere to settle: it lies at the base end of its cell, and asks for nothing.
+        if stimuli.iter().all(|x| *x == 0.0) {
+            variables[2] = 1.0;
+        }
     }
 
     #[inline]
@@ -116,8 +120,9 @@ impl Graviception for Statoliths {
         let up = Vector3::from_column_slice(stimuli);
         // On the unit sphere this is equation (6). Off it, where only rounding leads, |h|² returns to 1 in τa whatever way
         // the pile points, and what is left beside −h/τa is small near the settled state in every direction.
+        // `up` is zero where there is no gravity, and then nothing moves.
         let n = h.norm_squared();
-        let rate = (up * n - h * (up.dot(&h) - 0.5 * (1.0 - n))) / self.avalanche_time;
+        let rate = (up * n - h * (up.dot(&h) - 0.5 * (1.0 - n) * up.norm_squared())) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
     }
 

@@ -1,0 +1,84 @@
+//! What the laws of a shoot ask for when it has been as it is for ever.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::StabilityError;
+use crate::constitutive::Constitutive;
+use crate::integrator::visit_sites;
+use crate::load::Load;
+use crate::rod::Rod;
+use crate::scene::Moment;
+use crate::shoot::Shoot;
+use crate::tropism::{Growing, Site, TropismLaw};
+
+/// Variables, stimuli and gradients of a shoot that has been as it is for ever.
+pub(super) struct Settled {
+    pub gradients: Vec<Vector3<f64>>,
+    pub stimuli: Vec<Vec<f64>>,
+    pub variables: Vec<Vec<f64>>,
+    pub places: Vec<Growing>,
+    /// ∂stimuli/∂strain at each point.
+    pub local: Vec<DMatrix<f64>>,
+}
+
+impl Settled {
+    /// Evaluates the laws of `shoot` on `rod` under `load`.
+    pub fn of<G, T: TropismLaw, C: Constitutive, L, S>(
+        shoot: &Shoot<G, T, C, L, S>,
+        rod: &Rod,
+        load: &impl Load,
+        moment: &Moment,
+    ) -> Self {
+        let law = &shoot.tropism;
+        let (v, m) = (law.variables(), law.stimuli());
+        let points = rod.points().len() - rod.first_growing() * rod.order().points();
+        let blank = Growing { time: moment.time, radius: 0.0, apex_distance: 0.0 };
+        let mut out = Self {
+            gradients: vec![Vector3::zeros(); points],
+            stimuli: vec![vec![0.0; m]; points],
+            variables: vec![vec![0.0; v]; points],
+            places: vec![blank; points],
+            local: vec![DMatrix::zeros(m, 3); points],
+        };
+        visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
+            law.sense(site, &mut out.stimuli[i]);
+            law.settled(&out.stimuli[i], &mut out.variables[i]);
+            out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
+            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
+            for c in 0..3 {
+                // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
+                let h = 1e-3 / site.radius;
+                let sensed = |sign: f64| {
+                    let mut x = vec![0.0; m];
+                    let mut strain = site.strain;
+                    strain[c] += sign * h;
+                    law.sense(&Site { strain, ..*site }, &mut x);
+                    DVector::from_vec(x)
+                };
+                out.local[i].set_column(c, &((sensed(1.0) - sensed(-1.0)) / (2.0 * h)));
+            }
+        });
+        out
+    }
+
+    /// The largest gradient asked for, 1/m.
+    pub fn largest(&self) -> f64 {
+        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+}
+
+/// Refuses laws whose gradient depends on time.
+pub(super) fn check_unforced(law: &impl TropismLaw, settled: &Settled) -> Result<(), StabilityError> {
+    let mut change = 0.0_f64;
+    for (i, place) in settled.places.iter().enumerate() {
+        // Incommensurate times, from seconds to days: no period divides them all.
+        for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9] {
+            let at = Growing { time: place.time + later, ..*place };
+            let gradient = law.gradient(&at, &settled.variables[i], &settled.stimuli[i]);
+            change = change.max((gradient - settled.gradients[i]).norm());
+        }
+    }
+    // Rounding of a gradient of the size of 1/radius.
+    let size = settled.places.first().map_or(1.0, |place| 1.0 / place.radius);
+    if change > 1e-12 * size { Err(StabilityError::Forced { change }) } else { Ok(()) }
+}
