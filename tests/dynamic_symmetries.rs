@@ -6,6 +6,7 @@ mod shoots;
 use std::f64::consts::PI;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
@@ -64,7 +65,8 @@ impl Case {
                 .scene(Still { gravity: self.gravity, base: self.base })
                 .build()
                 .unwrap();
-        let _ = MethodOfSteps::new(90.0 * s).advance(&mut shoot, 2.0 * HOUR * s).unwrap();
+        let _ =
+            MethodOfSteps::with_solver(90.0 * s, NewtonSolver::default()).advance(&mut shoot, 2.0 * HOUR * s).unwrap();
         Answer {
             positions: shoot.rod().centre_line().iter().map(|(_, x)| x / m).collect(),
             frames: shoot.rod().frames().iter().map(|frame| frame.to_rotation_matrix().into_inner()).collect(),
