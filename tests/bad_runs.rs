@@ -46,7 +46,7 @@ fn steps_and_ends_that_make_no_sense() {
         let error = run.advance(&mut shoot, 1200.0).unwrap_err();
         assert!(error.to_string().contains("tolerance of the equilibrium"), "{error}");
     }
-    assert_eq!(&kept, shoot.state());
+    assert!(&kept == shoot.state());
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn a_step_longer_than_the_delay() {
         error.is_recoverable() && error.to_string().contains("301") && error.to_string().contains("300"),
         "{error}"
     );
-    assert_eq!(&before, shoot.state());
+    assert!(&before == shoot.state());
     assert!(MethodOfSteps::new(300.0).advance(&mut shoot, HOUR).is_ok());
     let mut undelayed = righting().tropism((gravity(0.0), bend(720.0))).build().unwrap();
     let error = MethodOfSteps::new(1.0).advance(&mut undelayed, HOUR).unwrap_err();
@@ -83,7 +83,7 @@ fn corrections_that_do_not_come_to_rest() {
     let before = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::NotSettled { corrections: 1, .. }) && error.is_recoverable(), "{error}");
-    assert_eq!(&before, shoot.state());
+    assert!(&before == shoot.state());
 }
 
 #[test]
@@ -94,7 +94,7 @@ fn a_past_that_is_no_number() {
         let past = GivenPast(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
         let error = MethodOfSteps::new(90.0).start(&mut shoot, &past).unwrap_err();
         assert!(error.to_string().contains("past"), "{error}");
-        assert_eq!(&before, shoot.state());
+        assert!(&before == shoot.state());
     }
 }
 
@@ -113,7 +113,7 @@ fn a_shoot_whose_equilibrium_cannot_be_found() {
     // The whole weight, ρ g π r² ℓ.
     let weight = 1e9 * 9.81 * std::f64::consts::PI * 25e-8 * 0.05;
     assert!(time == 0.0 && residual.is_finite() && (force / weight - 1.0).abs() < 0.1, "{residual} {force} {weight}");
-    assert_eq!(&before, shoot.state());
+    assert!(&before == shoot.state());
 }
 
 #[test]
@@ -227,6 +227,6 @@ fn a_run_that_has_failed_goes_on_after_the_cause_is_gone() {
     run.solver.max_iterations = 200;
     run.advance(&mut shoot, 2.0 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut other, 2.0 * HOUR).unwrap();
-    assert_eq!(shoot.state(), other.state());
+    assert!(shoot.state() == other.state());
     assert!((shoot.rod().length() - 0.071470872419).abs() < 1e-12);
 }

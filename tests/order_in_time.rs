@@ -42,7 +42,7 @@ fn assert_fourth_order(name: &str, errors: [f64; 4]) {
     let slope = order(&errors);
     println!("{name}: {slope:.2} {errors:?}");
     assert!(slope >= LEAST, "{name}: order {slope:.2}, errors {errors:?}");
-    // Far from rounding and from the Newton tolerance of 1e-11 rad on 5 cm, or the slope would say nothing.
+    // Far from rounding, or the slope would say nothing.
     assert!(errors[3] > 1e-11, "{name}: {errors:?}");
 }
 

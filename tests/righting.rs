@@ -2,6 +2,7 @@
 
 mod shoots;
 
+use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{FreshPast, GivenPast, Integrator, MethodOfSteps, SettledPast};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Site};
 use nalgebra::Vector3;
@@ -70,7 +71,7 @@ fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
     let times = [0.5 * HOUR, 2.0 * HOUR, 6.0 * HOUR];
     let mut start = righting().build().unwrap();
     let mut tips_after = |past: usize| {
-        let mut run = MethodOfSteps::new(90.0);
+        let mut run = MethodOfSteps::with_solver(90.0, NewtonSolver::default());
         let shoot = &mut start;
         // Starting again begins a new history; at t = 0 it is the same shoot.
         let mut shoot = shoot.clone();
