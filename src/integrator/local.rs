@@ -175,7 +175,7 @@ impl LocalSolver {
             self.force(law, j);
         }
         for _ in 0..SWEEPS {
-            let (mut change, mut size) = (0.0_f64, f64::MIN_POSITIVE);
+            let (mut settled, mut finite) = (true, true);
             // Each node uses what the ones before it have become in this sweep.
             for j in 1..NODES {
                 let weights = &self.weights[depth];
@@ -186,16 +186,17 @@ impl LocalSolver {
                         value += integral[l] * self.forcing[l * v + i];
                     }
                     let old = std::mem::replace(&mut self.values[j * v + i], value);
-                    // A sum passes on what is not a number, where a maximum would drop it.
-                    change += (value - old).abs();
-                    size += value.abs();
+                    // Every variable is measured against itself and its own motion: they need not share a unit.
+                    let scale = value.abs() + weights.size * self.first_rates[i].abs();
+                    settled &= (value - old).abs() <= TOLERANCE * scale;
+                    finite &= value.is_finite();
                 }
                 self.force(law, j);
             }
-            if !(change.is_finite() && size.is_finite()) {
+            if !finite {
                 break;
             }
-            if change <= TOLERANCE * size {
+            if settled {
                 y.copy_from_slice(&self.values[(NODES - 1) * v..]);
                 return true;
             }

@@ -98,7 +98,7 @@ impl Stepper {
         correction: Option<Correction>,
     ) -> Result<(), IntegrationError> {
         self.check_history(shoot)?;
-        self.make_room(&mut shoot.state, size);
+        self.make_room(&mut shoot.state, size, until);
         while shoot.state.time < until {
             let t = shoot.state.time;
             let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t)).min(shoot.tropism.next_break(t));
@@ -199,10 +199,12 @@ impl Stepper {
     }
 
     /// Sets memory aside for all levels that the history will hold, so that no later step asks for any.
-    fn make_room(&mut self, state: &mut State, size: f64) {
-        let longest = longest(&self.delays);
-        // Full steps over the longest delay, those of a start, and the ones around the ends.
-        let wanted = (longest / size).min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * LEVELS;
+    fn make_room(&mut self, state: &mut State, size: f64, until: f64) {
+        // Full steps over the longest delay, or to the end if that comes first, those of a start, and the ones around the
+        // ends.
+        let (longest, known) = (longest(&self.delays), state.history.levels.len());
+        let full = (longest / size).min(known as f64 + (until - state.time) / size);
+        let wanted = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * LEVELS;
         let history = &mut state.history;
         let numbers = history.levels.back().map_or(0, |level| level.rows.len());
         history.levels.reserve(wanted.saturating_sub(history.levels.len()));
