@@ -115,6 +115,10 @@ pub fn onset(
         }
         linear = candidate;
     }
+    // A loop that ended otherwise has found no crossing to report.
+    if root.re.abs() > 1e-9 * root.norm().max(linear.slowest_rate()) {
+        return Err(StabilityError::NoConvergence { what: "onset", residual: root.re.abs() });
+    }
     // The root that was followed must be the last to cross: nothing is unstable just beyond.
     let beyond = current.0 + (stable - current.0).signum() * 1e-5 * (to - from).abs();
     if number(family(beyond.clamp(from.min(to), from.max(to)))?.unstable()?) != 0 {
