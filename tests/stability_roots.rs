@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, SettledPast};
 use morphorod::load::{Load, Weight};
-use morphorod::stability::{Linearisation, Polarisation, StationarySolver, Unstable};
+use morphorod::stability::{Linearisation, Polarisation, StabilityError, StationarySolver, Unstable};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
 use morphorod::{Scene, Shoot, Still};
 use nalgebra::{Complex, Vector3};
@@ -153,13 +153,26 @@ struct Continuous {
 }
 
 impl Continuous {
+    /// a and b.
+    fn gains(&self, z: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
+        let filter = (-z * self.memory.delay).exp() / (z * self.growth_time * (z * self.memory.time + 1.0));
+        (filter * (self.beta / 5e-4), filter * self.eta)
+    }
+
+    /// κ of the short waves exp(−κs), 1/m.
+    fn wave(&self, z: Complex<f64>) -> Complex<f64> {
+        let (a, b) = self.gains(z);
+        a / (b + 1.0)
+    }
+
     fn value(&self, z: Complex<f64>) -> Complex<f64> {
         let radius: f64 = 5e-4;
         let bending = YOUNG.stiffness(radius).x;
         let weight = 1000.0 * 9.81 * std::f64::consts::PI * radius * radius;
-        let filter = (-z * self.memory.delay).exp() / (z * self.growth_time * (z * self.memory.time + 1.0));
-        let (a, b) = (filter * (self.beta / radius), filter * self.eta);
-        let steps = 60;
+        let (a, b) = self.gains(z);
+        // Short waves go as exp(−κs), κ = a/(1 + b): a fifth of that in a step at most.
+        let waves = self.wave(z).norm() * self.length;
+        let steps = 60 + (5.0 * waves.min(1e4)) as u32;
         let h = self.length / f64::from(steps);
         let (mut angle, mut slope) = (Complex::new(0.0, 0.0), Complex::new(1.0, 0.0));
         let rate = |s: f64, angle: Complex<f64>, slope: Complex<f64>| {
@@ -188,8 +201,11 @@ impl Continuous {
     /// By how much the argument of the value changes between two points.
     fn turn(&self, a: (Complex<f64>, Complex<f64>), b: (Complex<f64>, Complex<f64>), depth: u32) -> f64 {
         let change = (b.1 / a.1).arg();
-        // At least 256 steps on a side, none of which turns by more than 0.2.
-        if depth >= 8 && (change.abs() < 0.2 || depth > 40) {
+        // At least 256 steps on a side, none of which turns by more than 0.2; nor the short waves, which turn fast next to
+        // the essential spectrum. Without proprioception it is at zero, and they have no amplitude there.
+        let waves = (self.wave(b.0) - self.wave(a.0)).norm() * self.length;
+        let short = self.eta == 0.0 || waves < 0.5;
+        if depth >= 8 && (change.abs() < 0.2 && short || depth > 40) {
             return change;
         }
         let middle = (a.0 + b.0) / 2.0;
@@ -199,22 +215,54 @@ impl Continuous {
 
     /// All cells of a grid over the unstable half plane that hold roots, with their number.
     fn search(&self) -> (f64, usize) {
-        let reach = 6.0 / self.memory.delay;
-        let edges = [1e-6, 0.1, 1.0].map(|part| part * reach);
+        let unit = 1.0 / self.memory.delay;
         let mut sum = 0.0;
         let mut largest = 0.0_f64;
-        for re in edges.windows(2) {
-            for part in 0..4 {
-                let (low, high) = (reach * 0.25 * f64::from(part), reach * 0.25 * f64::from(part + 1));
-                // The real axis is in the middle of the first cell, so that no root lies on an edge.
-                let low = if part == 0 { -1e-3 * reach } else { low };
-                let count = self.count(Complex::new(re[0], low), Complex::new(re[1], high));
+        for re in [6e-6, 0.6, 6.0].windows(2) {
+            // Answers k turns too late swing k times in a delay: |Im λ| = 2πk/τr. The real axis is in the middle of the
+            // first cell, so that no root lies on an edge.
+            for im in [-6e-3, 1.5, 3.0, 4.5, 6.0, 12.0, 24.0, 48.0, 96.0].windows(2) {
+                let count = self.count(Complex::new(re[0], im[0]) * unit, Complex::new(re[1], im[1]) * unit);
                 largest = largest.max((count - count.round()).abs());
                 sum += count.round();
             }
         }
         (largest, sum as usize)
     }
+}
+
+/// The number of unstable roots on the first mesh that resolves the waves that matter and on the next one, and the
+/// rightmost point of the essential spectrum.
+fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
+    let mut counts = Vec::new();
+    let mut essential = f64::NEG_INFINITY;
+    for elements in [3, 4, 6, 8, 12, 16, 24, 36, 48] {
+        let memory = problem.memory;
+        let laws = (
+            Gravitropism { sensitivity: problem.beta, memory, statoliths: SettledStatoliths },
+            (problem.eta > 0.0).then_some(Proprioception { sensitivity: problem.eta, memory }),
+        );
+        let shoot = Shoot::builder(YOUNG)
+            .length(problem.length)
+            .radius(5e-4)
+            .elements(elements)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: problem.growth_time }))
+            .tropism(laws)
+            .load(Weight { density: 1000.0 })
+            .build()
+            .unwrap();
+        let linear = Linearisation::about(&shoot).unwrap();
+        essential = linear.essential().unwrap().first().map_or(f64::NEG_INFINITY, |z| z.re);
+        match linear.unstable() {
+            Ok(number) => counts.push(number),
+            Err(StabilityError::Coarse { .. }) => {}
+            Err(error) => panic!("{elements} elements: {error}"),
+        }
+        if counts.len() == 2 {
+            break;
+        }
+    }
+    (counts, essential)
 }
 
 proptest! {
@@ -225,38 +273,66 @@ proptest! {
         eta in 5.0..40.0_f64,
         minutes in 6.0..18.0_f64,
         ratio in 0.5..2.0_f64,
-        hours in 4.0..40.0_f64,
-        length in 0.03..0.076_f64,
+        hours in 3.6..40.0_f64,
+        length in 0.02..0.078_f64,
     ) {
         let memory = Memory { time: 60.0 * minutes * ratio, delay: 60.0 * minutes };
-        let growth_time = hours * HOUR;
-        let count = |elements: usize| {
-            let laws = (
-                Gravitropism { sensitivity: beta, memory, statoliths: SettledStatoliths },
-                Proprioception { sensitivity: eta, memory },
-            );
-            let mut shoot = Shoot::builder(YOUNG)
-                .length(length)
-                .radius(5e-4)
-                .elements(elements)
-                .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: growth_time }))
-                .tropism(laws)
-                .load(Weight { density: 1000.0 })
-                .build()
-                .unwrap();
-            let _ = StationarySolver::default().solve(&mut shoot).unwrap();
-            let linear = Linearisation::about(&shoot).unwrap();
-            let essential = linear.essential().unwrap();
-            (linear.unstable().unwrap(), essential.first().map_or(f64::NEG_INFINITY, |z| z.re))
-        };
-        let (coarse, essential) = count(6);
-        // Next to the essential spectrum roots pile up without end, and a mesh resolves some of them: it must be left of
-        // the axis by a tenth of the memory's rate for the count to be the mesh's as well.
-        prop_assume!(essential < -0.1 / memory.time);
-        let (rounding, found) = Continuous { beta, eta, memory, growth_time, length }.search();
+        let problem = Continuous { beta, eta, memory, growth_time: hours * HOUR, length };
+        let (counts, essential) = unstable(&problem);
+        // Left of the axis. Closer than a fiftieth of the memory's rate the waves are too short for 48 elements.
+        prop_assume!(essential < -0.02 / memory.time);
+        let (rounding, found) = problem.search();
         prop_assert!(rounding < 1e-6);
         // Every root has its conjugate, and every plane its own.
-        prop_assert_eq!(coarse, Unstable::Finite(4 * found));
-        prop_assert_eq!(count(8).0, coarse, "another mesh");
+        prop_assert_eq!(counts, vec![Unstable::Finite(4 * found); 2]);
     }
+}
+
+#[test]
+fn roots_next_to_the_essential_spectrum_and_without_proprioception_are_counted() {
+    let greenhill = 0.079_328_85;
+    // Growth time (h), length over Greenhill's, η, and the number in the first quadrant, which a walk along the axis
+    // finds with the continuous problem.
+    let cases = [
+        (4.2, 0.98, 20.0, 8),
+        (4.2, 0.2, 20.0, 0),
+        (4.4, 0.9, 20.0, 5),
+        (10.0, 0.999, 20.0, 4),
+        (7.0, 0.9, 0.0, 2),
+        (20.0, 0.99, 0.0, 1),
+        (1.0, 0.2, 0.0, 0),
+    ];
+    for (hours, ratio, eta, number) in cases {
+        let growth_time = hours * HOUR;
+        let problem = Continuous { beta: 0.8, eta, memory: MEMORY, growth_time, length: ratio * greenhill };
+        assert_eq!(problem.search().1, number, "{hours} h, {ratio}");
+        assert_eq!(unstable(&problem).0, vec![Unstable::Finite(4 * number); 2], "{hours} h, {ratio}");
+    }
+}
+
+#[test]
+fn every_root_that_is_counted_is_found_and_a_coarse_mesh_is_told() {
+    // The short waves of fast gravitropism alone: four elements have roots of their own right of the axis, and the shoot
+    // has none.
+    let gravity = || Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths };
+    let fast = |length: f64, hours: f64, elements: usize| {
+        let shoot = Shoot::builder(YOUNG)
+            .length(length)
+            .radius(5e-4)
+            .elements(elements)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: hours * HOUR }))
+            .tropism(gravity())
+            .load(Weight { density: 1000.0 })
+            .build()
+            .unwrap();
+        Linearisation::about(&shoot).unwrap()
+    };
+    let line = 1e-5 / MEMORY.time;
+    assert!(fast(0.0159, 2.0, 3).roots(line).unwrap().is_empty());
+    let roots = fast(0.0714, 7.0, 12).roots(line).unwrap();
+    assert_eq!(roots.iter().map(|root| root.multiplicity).sum::<usize>(), 4);
+    // Residuals are relative to |M| |v|: rounding.
+    assert!(roots.iter().all(|root| root.residual < 1e-13 && root.growth_rate() > 0.0));
+    let coarse = fast(0.0714, 2.0, 4).unstable();
+    assert!(matches!(coarse, Err(StabilityError::Coarse { blur }) if blur > 0.5), "{coarse:?}");
 }

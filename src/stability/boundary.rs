@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, Matrix3, Vector2, Vector3};
 
-use super::count::Part;
+use super::characteristic::Part;
 use super::{Linearisation, StabilityError};
 use crate::error::ParameterError;
 

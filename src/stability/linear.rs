@@ -3,8 +3,9 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StabilityError;
-use super::count::Part;
+use super::characteristic::Pair;
 use super::settled::{Settled, check_unforced};
+use super::short_waves::Element;
 use super::transfer::{Transfer, jacobian};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
@@ -20,8 +21,9 @@ use crate::tropism::TropismLaw;
 /// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
 /// of a third derivative, and rounding by 1e-14 over it.
 const ANGLE: f64 = 3e-5;
-/// Couplings weaker than this against the strongest are rounding.
-const UNCOUPLED: f64 = 1e-7;
+
+/// T(λ) and T'(λ) of every kind of point.
+pub(super) type Transfers = Vec<Pair>;
 
 /// The linear problem M(λ) δu* = 0 about a stationary shoot.
 #[derive(Debug, Clone)]
@@ -37,22 +39,13 @@ pub struct Linearisation {
     pub(super) twins: Vec<usize>,
     /// The same for the local problem of every kind of point that senses its strain: kind and components.
     pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
-    /// For every block the local problems of its points.
-    pub(super) local_parts: Vec<Vec<LocalPart>>,
+    /// For every block the elements' own problems.
+    pub(super) elements: Vec<Vec<Element>>,
     /// X: rows (point, stimulus), columns unknowns.
     pub(super) response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
     pub(super) displacement: DMatrix<f64>,
-    stimuli: usize,
-}
-
-/// The points of a block that have one local problem.
-#[derive(Debug, Clone)]
-pub(super) struct LocalPart {
-    pub kind: usize,
-    pub components: Vec<usize>,
-    /// Rows of the block.
-    pub rows: Vec<usize>,
+    pub(super) stimuli: usize,
 }
 
 impl Linearisation {
@@ -146,13 +139,13 @@ impl Linearisation {
             unknowns,
             blocks: Vec::new(),
             local_blocks: Vec::new(),
-            local_parts: Vec::new(),
+            elements: Vec::new(),
             twins: Vec::new(),
             stimuli: m,
         };
         out.respond(shoot, rod, moment, solver)?;
         out.find_blocks();
-        out.find_local_parts();
+        out.find_elements(rod, settled);
         out.find_twins();
         Ok(out)
     }
@@ -198,101 +191,51 @@ impl Linearisation {
         }
     }
 
-    /// Finds what does not couple, in the whole and in the local problems.
-    fn find_blocks(&mut self) {
-        // Two frequencies: no coupling vanishes at both.
-        let rate = self.slowest_rate();
-        let places = [Complex::new(0.31 * rate, 0.77 * rate), Complex::new(0.11 * rate, 0.0)];
-        let strength = |matrix: &dyn Fn(Complex<f64>) -> DMatrix<Complex<f64>>| {
-            places.iter().map(|z| matrix(*z).map(|entry| entry.norm())).reduce(|a, b| a + b)
-        };
-        let all: Vec<usize> = (0..self.unknowns.len()).collect();
-        self.blocks = strength(&|z| self.matrix(z, &all).0).map_or_else(Vec::new, |s| components(&s));
-        self.local_blocks.clear();
-        for kind in 0..self.transfers.len() {
-            let transfer = &self.transfers[kind];
-            let driven: Vec<usize> = (0..3).filter(|&c| transfer.drives(c)).collect();
-            // A law that does not answer to the strain at its own place has no short waves of its own.
-            let answers = |z: &Complex<f64>| {
-                let (mut matrix, _) = self.local_matrix(*z, kind, &driven);
-                for i in 0..driven.len() {
-                    matrix[(i, i)] -= z;
-                }
-                matrix.norm() > 1e-12 * rate
-            };
-            if !places.iter().any(answers) {
-                continue;
-            }
-            let strength = strength(&|z| self.local_matrix(z, kind, &driven).0);
-            for block in strength.map_or_else(Vec::new, |s| components(&s)) {
-                let components: Vec<usize> = block.iter().map(|&i| driven[i]).collect();
-                self.local_blocks.push((kind, components));
-            }
-        }
-    }
-
-    /// Sorts the points of every block by the local problem that they have in it.
-    fn find_local_parts(&mut self) {
-        self.local_parts = Vec::new();
-        for block in &self.blocks {
-            let mut parts: Vec<LocalPart> = Vec::new();
-            let mut row = 0;
-            while row < block.len() {
-                let (point, _) = self.unknowns[block[row]];
-                let rows: Vec<usize> = (row..block.len()).take_while(|&r| self.unknowns[block[r]].0 == point).collect();
-                let components: Vec<usize> = rows.iter().map(|&r| self.unknowns[block[r]].1).collect();
-                row += rows.len();
-                let kind = self.kind[point];
-                match parts.iter_mut().find(|part| part.kind == kind && part.components == components) {
-                    Some(part) => part.rows.extend(rows),
-                    None => parts.push(LocalPart { kind, components, rows }),
-                }
-            }
-            self.local_parts.push(parts);
-        }
-    }
-
-    /// Finds blocks with equal characteristic functions, up to the accuracy of the differences.
-    fn find_twins(&mut self) {
-        let rate = self.slowest_rate();
-        let places = [Complex::new(0.2 * rate, 0.9 * rate), Complex::new(0.05 * rate, 0.4 * rate)];
-        let values = |block: usize| places.map(|z| self.characteristic(z, Part::Block(block)).0);
-        let all: Vec<_> = (0..self.blocks.len()).map(values).collect();
-        let alike = |a: usize, b: usize| all[a].iter().zip(&all[b]).all(|(x, y)| (x - y).norm() <= 1e-6 * x.norm());
-        let first = |block: usize| (0..block).find(|&other| alike(other, block)).unwrap_or(block);
-        self.twins = (0..self.blocks.len()).map(first).collect();
-    }
-
-    /// Blocks with different characteristic functions, and how many there are of each.
-    pub(super) fn distinct_blocks(&self) -> Vec<(usize, usize)> {
-        let own = |&block: &usize| self.twins[block] == block;
-        let size = |block: usize| self.twins.iter().filter(|&&twin| twin == block).count();
-        (0..self.blocks.len()).filter(own).map(|block| (block, size(block))).collect()
-    }
-
     /// The number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
         self.unknowns.len()
     }
 
+    /// T(λ) of every kind of point.
+    pub(super) fn transfers_at(&self, z: Complex<f64>) -> Transfers {
+        self.transfers.iter().map(|transfer| transfer.at(z)).collect()
+    }
+
     /// M(λ) and M'(λ) of a block of unknowns.
-    pub(super) fn matrix(&self, z: Complex<f64>, block: &[usize]) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
-        let m = self.stimuli;
-        let n = block.len();
-        let transfers: Vec<_> = self.transfers.iter().map(|transfer| transfer.at(z)).collect();
+    pub(super) fn block_matrix(&self, z: Complex<f64>, transfers: &Transfers, block: &[usize]) -> Pair {
+        let unknowns: Vec<(usize, usize)> = block.iter().map(|&unknown| self.unknowns[unknown]).collect();
+        self.assemble(z, transfers, &unknowns, &self.response, block, 0)
+    }
+
+    /// The same, with the transfer functions evaluated for it.
+    pub(super) fn matrix(&self, z: Complex<f64>, block: &[usize]) -> Pair {
+        self.block_matrix(z, &self.transfers_at(z), block)
+    }
+
+    /// λ − T X and its derivative for some unknowns, from columns of a response whose rows begin with the stimuli at
+    /// the point `first`.
+    pub(super) fn assemble(
+        &self,
+        z: Complex<f64>,
+        transfers: &Transfers,
+        unknowns: &[(usize, usize)],
+        response: &DMatrix<f64>,
+        columns: &[usize],
+        first: usize,
+    ) -> Pair {
+        let n = unknowns.len();
         let mut value = DMatrix::from_diagonal_element(n, n, z);
         let mut slope = DMatrix::identity(n, n);
-        for (row, &unknown) in block.iter().enumerate() {
-            let (i, c) = self.unknowns[unknown];
+        for (row, &(i, c)) in unknowns.iter().enumerate() {
             let (t, dt) = &transfers[self.kind[i]];
-            for k in 0..m {
+            for k in 0..self.stimuli {
                 let (t, dt) = (t[(c, k)], dt[(c, k)]);
                 if t == Complex::ZERO && dt == Complex::ZERO {
                     continue;
                 }
-                for (col, &other) in block.iter().enumerate() {
-                    let x = self.response[(i * m + k, other)];
+                for (col, &column) in columns.iter().enumerate() {
+                    let x = response[((i - first) * self.stimuli + k, column)];
                     value[(row, col)] -= t * x;
                     slope[(row, col)] -= dt * x;
                 }
@@ -301,36 +244,13 @@ impl Linearisation {
         (value, slope)
     }
 
-    /// The local problem at the points of one kind: what infinitely short waves feel. Their elastic strain and their
-    /// turn of the shoot vanish, so a point sees its own intrinsic strain alone.
-    pub(super) fn local_matrix(
-        &self,
-        z: Complex<f64>,
-        kind: usize,
-        driven: &[usize],
-    ) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
-        let transfer = &self.transfers[kind];
-        let (t, dt) = transfer.at(z);
-        let n = driven.len();
-        let local = transfer.local.map(Complex::from);
-        let (t, dt) = (t * &local, dt * &local);
-        let value = DMatrix::from_fn(n, n, |i, j| {
-            let diagonal = if i == j { z } else { Complex::ZERO };
-            diagonal - t[(driven[i], driven[j])]
-        });
-        let slope = DMatrix::from_fn(n, n, |i, j| {
-            let diagonal: Complex<f64> = if i == j { Complex::ONE } else { Complex::ZERO };
-            diagonal - dt[(driven[i], driven[j])]
-        });
-        (value, slope)
-    }
-
     /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X.
     pub(super) fn bound(&self, abscissa: f64) -> f64 {
-        let x = self.response.norm();
+        let own = self.elements.iter().flatten().map(|element| element.response.norm());
+        let x = own.fold(self.response.norm(), f64::max);
         let mut radius = 0.0_f64;
         for transfer in &self.transfers {
-            // A local problem is bounded by the same with the local response.
+            // A point's own problem is bounded by the same with its own response.
             let x = x.max(transfer.local.norm());
             let longest = transfer.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
             let grown = (-abscissa.min(0.0) * longest).exp();
@@ -352,31 +272,4 @@ impl Linearisation {
         let slowest = delays.map(|d| 1.0 / d).chain(rates).fold(f64::INFINITY, f64::min);
         if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
     }
-}
-
-/// Sets of indices that are coupled, directly or through others, by entries that are more than rounding.
-fn components(strength: &DMatrix<f64>) -> Vec<Vec<usize>> {
-    let n = strength.nrows();
-    let pairs = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|(i, j)| i != j);
-    let threshold = UNCOUPLED * pairs().map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
-    // Couplings below rounding of the diagonal do not count either.
-    let threshold = threshold.max(1e-9 * strength.diagonal().max());
-    let mut label: Vec<usize> = (0..n).collect();
-    loop {
-        let mut changed = false;
-        for (i, j) in pairs() {
-            if strength[(i, j)] > threshold && label[i] != label[j] {
-                let least = label[i].min(label[j]);
-                (label[i], label[j]) = (least, least);
-                changed = true;
-            }
-        }
-        if !changed {
-            break;
-        }
-    }
-    let mut names = label.clone();
-    names.sort_unstable();
-    names.dedup();
-    names.iter().map(|name| (0..n).filter(|&i| label[i] == *name).collect()).collect()
 }

@@ -13,12 +13,15 @@
 //! covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter changes, [`crossings`] where any root does, and
 //! [`boundary`] follows a crossing in two parameters. Method, cost and limits: `docs/stability.md`.
 
+mod blocks;
 mod boundary;
+mod characteristic;
 mod count;
 mod linear;
 mod onset;
 mod roots;
 mod settled;
+mod short_waves;
 mod stationary;
 mod transfer;
 
@@ -105,6 +108,18 @@ pub enum StabilityError {
         /// Largest real part of the essential spectrum, 1/s.
         abscissa: f64,
     },
+    /// The mesh does not resolve waves that matter for the answer; take more elements.
+    #[error(
+        "the elements are too long for the waves that matter: their error may change the characteristic function by \
+             {blur:.1e} of itself; take more elements"
+    )]
+    Coarse {
+        /// The share by which the characteristic function may change, at the λ where it is largest.
+        blur: f64,
+    },
+    /// All roots pile up at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
+    #[error("no isolated root lies right of the essential spectrum and of the rates of the memories")]
+    NoIsolatedRoot,
     /// A count of roots or a root did not come out to the accuracy asked for.
     #[error("{what} did not converge: {residual:.3e} is left")]
     NoConvergence {

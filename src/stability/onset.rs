@@ -2,7 +2,8 @@
 
 use nalgebra::Complex;
 
-use super::count::{Part, Unstable};
+use super::characteristic::Part;
+use super::count::Unstable;
 use super::roots::pair;
 use super::{Linearisation, StabilityError};
 use crate::error::ParameterError;
@@ -120,9 +121,10 @@ pub fn onset(
         return Err(StabilityError::NoConvergence { what: "onset", residual: root.re.abs() });
     }
     // The root that was followed must be the last to cross: nothing is unstable just beyond.
-    let beyond = current.0 + (stable - current.0).signum() * 1e-5 * (to - from).abs();
+    let stable_end = if a == Unstable::Finite(0) { from } else { to };
+    let beyond = current.0 + (stable_end - current.0).signum() * 1e-5 * (to - from).abs();
     if number(family(beyond.clamp(from.min(to), from.max(to)))?.unstable()?) != 0 {
-        let rest = onset(family, beyond, if a == Unstable::Finite(0) { from } else { to })?;
+        let rest = onset(family, beyond, stable_end)?;
         return Ok(Onset { linearisations: rest.linearisations + linearisations + 1, ..rest });
     }
     let frequency = if root.im.abs() < 1e-9 * linear.slowest_rate() { 0.0 } else { root.im.abs() };
@@ -255,5 +257,5 @@ pub(super) fn leading(linear: &Linearisation) -> Result<(Part, Complex<f64>), St
             best = Some((part, z));
         }
     }
-    best.ok_or(StabilityError::NoConvergence { what: "leading root", residual: f64::NAN })
+    best.ok_or(StabilityError::NoIsolatedRoot)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DVector, Vector3};
 
-use super::count::Part;
+use super::characteristic::Part;
 use super::{Linearisation, StabilityError};
 use crate::error::ParameterError;
 
@@ -53,14 +53,15 @@ pub(super) fn pair(z: &Complex<f64>) -> usize {
     if z.im > 1e-9 * z.norm() { 2 } else { 1 }
 }
 
+/// A pole further from a root than this share of it has nothing to do with it.
+const NEIGHBOUR: f64 = 0.3;
 /// Points on a line from which Newton's method may start.
 const GRID: usize = 48;
 
 impl Linearisation {
     /// −f/f', the step of Newton's method for the characteristic function of a part.
     pub(super) fn newton_step(&self, z: Complex<f64>, part: Part) -> Complex<f64> {
-        let (_, log_slope) = self.characteristic(z, part);
-        -Complex::<f64>::ONE / log_slope
+        -Complex::<f64>::ONE / self.characteristic(z, part).log_slope
     }
 
     /// Newton's method for a root near `start`.
@@ -190,8 +191,21 @@ impl Linearisation {
             left && (i == points || steps[i] <= steps[i + 1])
         };
         let starts = (0..=points).filter(|&i| steps[i].is_finite() && shortest(i));
-        let roots = starts.filter_map(|i| self.polish(at(i), part).ok());
+        let roots = starts.filter_map(|i| self.polish(at(i), part).ok()).filter(|z| !self.is_of_the_mesh(*z, part));
         roots.map(|z| Complex::new(z.re, z.im.abs())).collect()
+    }
+
+    /// Whether a zero belongs to a pole next to it: an element's own root, moved a little by the rest of the shoot.
+    fn is_of_the_mesh(&self, z: Complex<f64>, part: Part) -> bool {
+        let Part::Block(block) = part else { return false };
+        (0..self.elements[block].len()).any(|element| {
+            let Ok(pole) = self.polish(z, Part::Element(block, element)) else { return false };
+            let distance = (pole - z).norm();
+            // Around both; as many zeros as poles make no root.
+            let reach = (3.0 * distance).max(1e-6 * z.norm());
+            let corner = Complex::new(reach, 1.1 * reach);
+            distance < NEIGHBOUR * z.norm() && self.count_within(part, z - corner, z + corner) == Some(0)
+        })
     }
 
     /// The essential spectrum: for every kind of material point the root of its local problem that lies furthest to the
@@ -230,27 +244,22 @@ impl Linearisation {
             let essential = self.essential()?.first().map_or(0.0, |z| z.re);
             left = left.max(essential + 1e-4 * slow);
         }
+        // Ever closer to what cannot be told from the essential spectrum, until a line has roots on its right.
         let mut line = self.threshold();
-        for refinement in 0..12 {
-            let near = self.near_line(part, line, GRID << i32::min(refinement, 2));
-            let best = near.into_iter().filter(|z| z.re > left).max_by(|a, b| a.re.total_cmp(&b.re));
-            match best {
+        for _ in 0..12 {
+            if self.count(part, line)? > 0 {
+                let near = self.near_line(part, line, GRID).into_iter().filter(|z| z.re > line);
+                let best = near.max_by(|a, b| a.re.total_cmp(&b.re));
                 // A whisker right of it nothing may be left.
-                Some(z) => {
-                    let clear = z.re + 1e-7 * z.norm().max(slow);
-                    if self.count(part, clear)? == 0 {
-                        return Ok(Some(z));
-                    }
-                    // Something is further right.
-                    return Ok(self.roots_right_of(part, clear)?.first().copied());
-                }
-                None if self.count(part, left + 1e-3 * slow)? == 0 => return Ok(None),
-                // Newton's method led elsewhere from everywhere.
-                None if self.count(part, line)? > 0 => return Ok(self.roots_right_of(part, line)?.first().copied()),
-                None => line = left + (line - left) * 0.5,
+                let clear = |z: &Complex<f64>| z.re + 1e-7 * z.norm().max(slow);
+                return match best {
+                    Some(z) if self.count(part, clear(&z))? == 0 => Ok(Some(z)),
+                    _ => Ok(self.roots_right_of(part, line)?.first().copied()),
+                };
             }
+            line = left + (line - left) * 0.5;
         }
-        Err(StabilityError::NoConvergence { what: "rightmost root", residual: line })
+        Ok(None)
     }
 
     /// The isolated roots with Re λ > `abscissa` (1/s), rightmost first, with their modes. The line must lie right of the
@@ -296,9 +305,7 @@ impl Linearisation {
                 best = Some((z, block, twins));
             }
         }
-        let Some((value, block, twins)) = best else {
-            return Err(StabilityError::NoConvergence { what: "rightmost root", residual: f64::NAN });
-        };
+        let Some((value, block, twins)) = best else { return Err(StabilityError::NoIsolatedRoot) };
         Ok(self.mode(value, block, twins))
     }
 

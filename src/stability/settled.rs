@@ -1,6 +1,6 @@
 //! What the laws of a shoot ask for when it has been as it is for ever.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 use super::StabilityError;
 use crate::constitutive::Constitutive;
@@ -11,6 +11,9 @@ use crate::scene::Moment;
 use crate::shoot::Shoot;
 use crate::tropism::{Growing, Site, TropismLaw};
 
+/// Turn of a frame for differences, rad: central ones then err by 1e-9 of a third derivative, and rounding by 1e-12.
+const TURN: f64 = 1e-4;
+
 /// Variables, stimuli and gradients of a shoot that has been as it is for ever.
 pub(super) struct Settled {
     pub gradients: Vec<Vector3<f64>>,
@@ -19,6 +22,8 @@ pub(super) struct Settled {
     pub places: Vec<Growing>,
     /// ∂stimuli/∂strain at each point.
     pub local: Vec<DMatrix<f64>>,
+    /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad.
+    pub turn: Vec<DMatrix<f64>>,
 }
 
 impl Settled {
@@ -39,23 +44,29 @@ impl Settled {
             variables: vec![vec![0.0; v]; points],
             places: vec![blank; points],
             local: vec![DMatrix::zeros(m, 3); points],
+            turn: vec![DMatrix::zeros(m, 3); points],
         };
         visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
             law.sense(site, &mut out.stimuli[i]);
             law.settled(&out.stimuli[i], &mut out.variables[i]);
             out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
             out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
+            let sensed = |site: &Site| {
+                let mut x = vec![0.0; m];
+                law.sense(site, &mut x);
+                DVector::from_vec(x)
+            };
             for c in 0..3 {
+                let axis = Vector3::ith(c, 1.0);
                 // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
                 let h = 1e-3 / site.radius;
-                let sensed = |sign: f64| {
-                    let mut x = vec![0.0; m];
-                    let mut strain = site.strain;
-                    strain[c] += sign * h;
-                    law.sense(&Site { strain, ..*site }, &mut x);
-                    DVector::from_vec(x)
+                let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
+                out.local[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+                let turned = |sign: f64| {
+                    let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
+                    sensed(&Site { frame, ..*site })
                 };
-                out.local[i].set_column(c, &((sensed(1.0) - sensed(-1.0)) / (2.0 * h)));
+                out.turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
             }
         });
         out

@@ -1,0 +1,90 @@
+//! The function of λ whose zeros are the characteristic roots.
+
+use nalgebra::{Complex, DMatrix};
+
+use super::Linearisation;
+use super::linear::Transfers;
+
+/// Part of the spectrum: the zeros of the determinant of a matrix that is analytic in λ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// The isolated roots of a block of unknowns.
+    Block(usize),
+    /// The essential spectrum of a block of the local problem at the points of a kind.
+    Essential(usize),
+    /// The own roots of an element of a block: none in truth, those of the mesh.
+    Element(usize, usize),
+}
+
+/// A characteristic function at one λ.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    pub value: Complex<f64>,
+    /// The logarithmic derivative, s.
+    pub log_slope: Complex<f64>,
+    /// The inverse distance of the essential spectrum, s: a singularity that the function does not show from afar.
+    pub nearness: f64,
+}
+
+impl Linearisation {
+    /// A function whose zeros are the roots of a part and that tends to one far right.
+    ///
+    /// For a block it is det M/Π det Mₑ, Mₑ the elements' own problems. M is those and something compact, so this quotient
+    /// has a limit as the mesh is refined, with the isolated roots only: those of the short waves and of the mesh drop
+    /// out. For the others it is det D/(λ + c)ⁿ, c > 0, D the part's matrix.
+    pub(super) fn characteristic(&self, z: Complex<f64>, part: Part) -> Sample {
+        let transfers = self.transfers_at(z);
+        match part {
+            Part::Block(block) => self.quotient(z, &transfers, block),
+            Part::Essential(block) => {
+                let (kind, components) = &self.local_blocks[block];
+                self.scaled(z, self.local_matrix(z, &transfers, *kind, components))
+            }
+            Part::Element(block, element) => {
+                self.scaled(z, self.element_matrix(z, &transfers, &self.elements[block][element]))
+            }
+        }
+    }
+
+    /// det D/(λ + c)ⁿ.
+    fn scaled(&self, z: Complex<f64>, (matrix, slope): Pair) -> Sample {
+        let n = matrix.nrows() as f64;
+        let c = z + Complex::from(self.slowest_rate());
+        let (value, log_slope) = determinant(matrix / c, slope / c);
+        Sample { value, log_slope: log_slope - Complex::from(n) / c, nearness: 0.0 }
+    }
+
+    /// det M/Π det Mₑ.
+    fn quotient(&self, z: Complex<f64>, transfers: &Transfers, block: usize) -> Sample {
+        let (matrix, slope) = self.block_matrix(z, transfers, &self.blocks[block]);
+        let (mut value, mut log_slope) = (Complex::<f64>::ONE, Complex::<f64>::ZERO);
+        let mut nearness = 0.0_f64;
+        let mut divisors = Vec::with_capacity(matrix.nrows());
+        for element in &self.elements[block] {
+            let (own, own_slope) = self.element_matrix(z, transfers, element);
+            let size = own.nrows();
+            let (d, d_slope) = determinant(own, own_slope);
+            divisors.extend(std::iter::repeat_n(d.powf(1.0 / size as f64), size * element.number));
+            log_slope -= d_slope * element.number as f64;
+            nearness = nearness.max(self.nearness(z, transfers, element));
+        }
+        let lu = matrix.lu();
+        // Pivot by pivot, or the determinants of many points over- or underflow.
+        for (pivot, divisor) in lu.u().diagonal().iter().zip(&divisors) {
+            value *= pivot / divisor;
+        }
+        value *= lu.p().determinant::<Complex<f64>>();
+        let trace = lu.solve(&slope).map_or(Complex::from(f64::INFINITY), |q| q.trace());
+        Sample { value, log_slope: log_slope + trace, nearness }
+    }
+}
+
+/// A matrix and its derivative by λ.
+pub(super) type Pair = (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>);
+
+/// det A and tr(A⁻¹ A').
+fn determinant(matrix: DMatrix<Complex<f64>>, slope: DMatrix<Complex<f64>>) -> (Complex<f64>, Complex<f64>) {
+    let lu = matrix.lu();
+    let trace = lu.solve(&slope).map_or(Complex::from(f64::INFINITY), |q| q.trace());
+    (lu.determinant(), trace)
+}
