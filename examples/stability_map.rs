@@ -42,7 +42,7 @@ use morphorod::{Scene, Shoot, Still};
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 /// Greenhill's constant α0.
-const GREENHILL: f64 = 7.837347438943883;
+const GREENHILL: f64 = 7.837347438943484;
 /// The window of the map: growth time, h, and length over Greenhill's.
 const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 1.0]];
 
@@ -83,28 +83,64 @@ impl Kind {
         }
     }
 
+    /// How many roots are unstable at a growth time and length, on the first of some meshes that resolves the waves that
+    /// matter; none if not even the finest does.
+    fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
+        for elements in [self.elements, 2 * self.elements] {
+            match (Self { elements, ..self }).at(hours, ratio)?.unstable() {
+                Ok(number) => return Ok(Some(number)),
+                Err(StabilityError::Coarse { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(None)
+    }
+
     /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
-    fn curve(self, start: BoundaryPoint, cost: &mut Cost) -> Result<Vec<(BoundaryPoint, Unstable)>, StabilityError> {
+    fn curve(
+        self,
+        start: BoundaryPoint,
+        cost: &mut Cost,
+    ) -> Result<Vec<(BoundaryPoint, Option<Unstable>)>, StabilityError> {
         // A little more than the window, except where the shoot would buckle.
         let rectangle = [[0.95, 0.18], [63.0, 0.9995]];
         let mut family = |hours: f64, ratio: f64| {
             cost.linearisations += 1;
             self.at(hours, ratio)
         };
-        let mut points = boundary(&mut family, start, [0.0, -1.0], rectangle, 0.015, 400)?;
+        let mut points = boundary(&mut family, start, [0.0, -1.0], rectangle, STEP, 4000)?;
         points.reverse();
-        points.extend(boundary(&mut family, start, [0.0, 1.0], rectangle, 0.015, 400)?.into_iter().skip(1));
+        points.extend(boundary(&mut family, start, [0.0, 1.0], rectangle, STEP, 4000)?.into_iter().skip(1));
         let [low, high] = WINDOW;
         points.retain(|point| (0..2).all(|k| (low[k]..=high[k]).contains(&point.parameters[k])));
         cost.points += points.len();
-        let beyond = |point: BoundaryPoint| {
-            let unstable = family(1.002 * point.parameters[0], point.parameters[1])?.unstable()?;
-            Ok((point, unstable))
+        // The number changes only where curves cross: look at every 32nd point, and between two that differ.
+        let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
+        let mut at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
+            if let Some(known) = numbers[k] {
+                return Ok(known);
+            }
+            let [hours, ratio] = points[k].parameters;
+            let number = self.unstable(1.002 * hours, ratio)?;
+            numbers[k] = Some(number);
+            Ok(number)
         };
-        points.into_iter().map(beyond).collect()
+        let mut spans: Vec<(usize, usize)> =
+            (0..points.len()).step_by(32).map(|k| (k, (k + 32).min(points.len() - 1))).collect();
+        while let Some((a, b)) = spans.pop() {
+            let (first, last) = (at(a, &mut numbers)?, at(b, &mut numbers)?);
+            if first == last {
+                numbers[a..b].fill(Some(first));
+            } else if b - a > 1 {
+                spans.extend([(a, (a + b) / 2), ((a + b) / 2, b)]);
+            }
+        }
+        Ok(points.into_iter().zip(numbers).map(|(point, number)| (point, number.flatten())).collect())
     }
 }
 
+/// Step along a curve, in fractions of the map's sides.
+const STEP: f64 = 0.005;
 const RADIUS: f64 = 0.5e-3;
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
@@ -171,8 +207,10 @@ fn run() -> Result<(), Box<dyn Error>> {
             // The lowest branch, then all others that cross one line.
             let main = onset(|ratio| kind.at(20.0, ratio), 0.3, 0.99)?;
             starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
-            let fastest = if kind.proprioception > 0.0 { 4.65 } else { 6.2 };
-            let others = crossings(|hours| kind.at(hours, 0.99), fastest, 60.0)?;
+            let fastest = if kind.proprioception > 0.0 { 5.0 } else { 6.2 };
+            let finer = Kind { elements: 2 * elements, ..kind };
+            let others = crossings(|hours| finer.at(hours, 0.99), fastest, 60.0)?;
+            println!("{} {:.2} s", others.len(), clock.elapsed().as_secs_f64());
             cost.linearisations += main.linearisations + others.first().map_or(0, |other| other.linearisations);
             starts.extend(
                 others
@@ -185,12 +223,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         let mut slow = 0;
         for (branch, start) in starts.into_iter().enumerate() {
             let points = kind.curve(start, &mut cost)?;
+            println!("{:.2} s", clock.elapsed().as_secs_f64());
             let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
             for (point, unstable) in &points {
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
-                    Unstable::Finite(number) => (*number as f64, *number == 0),
-                    Unstable::Infinite { .. } => (f64::INFINITY, false),
+                    Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
+                    Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
+                    None => (f64::NAN, false),
                 };
                 let period = std::f64::consts::TAU / point.frequency;
                 table.row(&[panel as f64, branch as f64, HOUR * hours, ratio * greenhill(), period, others])?;

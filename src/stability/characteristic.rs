@@ -1,5 +1,7 @@
 //! The function of λ whose zeros are the characteristic roots.
 
+use faer::linalg::solvers::Solve;
+use faer::{MatMut, MatRef};
 use nalgebra::{Complex, DMatrix};
 
 use super::Linearisation;
@@ -68,13 +70,14 @@ impl Linearisation {
             log_slope -= d_slope * element.number as f64;
             nearness = nearness.max(self.nearness(z, transfers, element));
         }
-        let lu = matrix.lu();
+        let (pivots, odd, trace) = factorise(&matrix, slope);
         // Pivot by pivot, or the determinants of many points over- or underflow.
-        for (pivot, divisor) in lu.u().diagonal().iter().zip(&divisors) {
+        for (pivot, divisor) in pivots.iter().zip(&divisors) {
             value *= pivot / divisor;
         }
-        value *= lu.p().determinant::<Complex<f64>>();
-        let trace = lu.solve(&slope).map_or(Complex::from(f64::INFINITY), |q| q.trace());
+        if odd {
+            value = -value;
+        }
         Sample { value, log_slope: log_slope + trace, nearness }
     }
 }
@@ -84,7 +87,32 @@ pub(super) type Pair = (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>);
 
 /// det A and tr(A⁻¹ A').
 fn determinant(matrix: DMatrix<Complex<f64>>, slope: DMatrix<Complex<f64>>) -> (Complex<f64>, Complex<f64>) {
-    let lu = matrix.lu();
-    let trace = lu.solve(&slope).map_or(Complex::from(f64::INFINITY), |q| q.trace());
-    (lu.determinant(), trace)
+    let (pivots, odd, trace) = factorise(&matrix, slope);
+    let product = pivots.iter().product::<Complex<f64>>();
+    (if odd { -product } else { product }, trace)
+}
+
+/// The pivots of A, whether its rows were exchanged an odd number of times, and tr(A⁻¹ A').
+fn factorise(
+    matrix: &DMatrix<Complex<f64>>,
+    mut slope: DMatrix<Complex<f64>>,
+) -> (Vec<Complex<f64>>, bool, Complex<f64>) {
+    let n = matrix.nrows();
+    let lu = MatRef::from_column_major_slice(matrix.as_slice(), n, n).partial_piv_lu();
+    lu.solve_in_place(MatMut::from_column_major_slice_mut(slope.as_mut_slice(), n, n));
+    let pivots: Vec<Complex<f64>> = (0..n).map(|i| lu.U()[(i, i)]).collect();
+    // Each cycle of even length is an odd permutation.
+    let (rows, _) = lu.P().arrays();
+    let mut seen = vec![false; n];
+    let mut odd = false;
+    for start in 0..n {
+        let (mut row, mut length) = (start, 0);
+        while !std::mem::replace(&mut seen[row], true) {
+            row = rows[row];
+            length += 1;
+        }
+        odd ^= length > 0 && length % 2 == 0;
+    }
+    let singular = pivots.contains(&Complex::ZERO);
+    (pivots, odd, if singular { Complex::from(f64::INFINITY) } else { slope.trace() })
 }

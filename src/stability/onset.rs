@@ -198,7 +198,7 @@ fn next_to_axis(linear: &Linearisation) -> Result<Option<(Complex<f64>, Part, us
     let mut best: Option<(Complex<f64>, Part, usize)> = None;
     for (block, twins) in linear.distinct_blocks() {
         let part = Part::Block(block);
-        if let Some(z) = linear.roots_right_of(part, 1e-6 * linear.slowest_rate())?.last()
+        if let Some(z) = linear.roots_right_of(part, linear.threshold())?.last()
             && best.is_none_or(|(other, ..)| z.re < other.re)
         {
             best = Some((*z, part, pair(z) * twins));

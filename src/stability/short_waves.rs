@@ -94,19 +94,23 @@ impl Linearisation {
     /// approximant. Waves that are not resolved matter only where the function feels them, and so varies.
     pub(super) fn blur(&self, z: Complex<f64>, at: &Sample, part: Part) -> f64 {
         let Part::Block(block) = part else { return 0.0 };
-        let variation = (z * at.log_slope).norm();
-        if variation < NEGLIGIBLE {
+        if (z * at.log_slope).norm() < NEGLIGIBLE {
             return 0.0;
         }
         let transfers = self.transfers_at(z);
-        let errors = self.elements[block].iter().map(|element| {
+        let (mut error, mut waves) = (0.0, 0.0);
+        for element in &self.elements[block] {
             let p = element.points as u32;
             let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
             let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
-            let error = factor * self.wave(z, &transfers, element).powi(2 * p as i32 + 1);
-            error * element.number as f64
-        });
-        variation.min(STEEP) * errors.sum::<f64>().min(1.0)
+            let (wave, number) = (self.wave(z, &transfers, element), element.number as f64);
+            error += number * factor * wave.powi(2 * p as i32 + 1);
+            waves += number * wave;
+        }
+        // A share A exp(−κℓ) of the function varies by |A κ'| ℓ, where κ' is of the size of κ over the distance to zero or
+        // to the essential spectrum, whichever is nearer.
+        let rate = at.nearness.max(1.0 / z.norm()) * waves.max(1.0);
+        (at.log_slope.norm() / rate).min(STEEP) * f64::min(error, 1.0)
     }
 
     /// |κ| h of an element.
