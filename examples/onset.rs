@@ -30,7 +30,7 @@ use morphorod::Shoot;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, StabilityError, onset};
+use morphorod::stability::{Linearisation, Root, StabilityError, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Statoliths};
 use nalgebra::Complex;
 
@@ -41,7 +41,7 @@ const MEMORY: Memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
 /// Lengths that are looked at, m. An upright shoot of more than 7.93 cm buckles under its weight.
 const LENGTHS: [f64; 2] = [0.03, 0.0785];
 /// Elements of the shoot, and lengths.
-const ELEMENTS: usize = 3;
+const ELEMENTS: usize = 6;
 const STEPS: usize = 99;
 
 /// The shoots that are compared: everything but the length.
@@ -54,11 +54,11 @@ struct Kind {
 
 impl Kind {
     /// The linear problem of the upright shoot of a length.
-    fn at(&self, length: f64) -> Result<Linearisation, StabilityError> {
+    fn at(&self, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
         let shoot = Shoot::builder(LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 })
             .length(length)
             .radius(0.5e-3)
-            .elements(ELEMENTS)
+            .elements(elements)
             // All of the shoot is growth zone; it differentiates, but does not get longer.
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * LENGTHS[1], time: self.growth_time }))
             .load(Weight { density: 1000.0 });
@@ -75,6 +75,21 @@ impl Kind {
             Linearisation::about(
                 &shoot.tropism((Gravitropism { sensitivity, memory: MEMORY, statoliths }, bending)).build()?,
             )
+        }
+    }
+
+    /// The roots right of a line that stands off what piles up, on the first mesh that resolves the waves that matter.
+    fn roots(&self, length: f64) -> Result<Vec<Root>, StabilityError> {
+        let mut elements = ELEMENTS;
+        loop {
+            let linear = self.at(length, elements)?;
+            // Isolated roots lie right of the essential spectrum, where ever shorter waves pile up that no mesh
+            // resolves. Without proprioception they pile up at zero instead.
+            let line = linear.essential()?.first().map_or(0.002 / MEMORY.time, |root| 0.6 * root.re);
+            match linear.roots(line) {
+                Err(StabilityError::Coarse { .. }) if elements < 8 * ELEMENTS => elements *= 2,
+                other => return other,
+            }
         }
     }
 }
@@ -98,7 +113,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     let out = options.out_dir();
 
-    let critical = onset(|length| kind.at(length), LENGTHS[0], LENGTHS[1])?;
+    let critical = onset(|length| kind.at(length, ELEMENTS), LENGTHS[0], LENGTHS[1])?;
     println!("critical length  {:.8} cm", critical.parameter / CM);
     println!("period there     {:.6} min", critical.period() / MINUTE);
     println!("found with {} linearisations", critical.linearisations);
@@ -108,10 +123,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut curves: Vec<Vec<(f64, Complex<f64>)>> = Vec::new();
     for i in 0..=STEPS {
         let length = LENGTHS[0] + (LENGTHS[1] - LENGTHS[0]) * i as f64 / STEPS as f64;
-        let linear = kind.at(length)?;
-        // Isolated roots lie right of the essential spectrum. Without proprioception they pile up at zero instead.
-        let line = linear.essential()?.first().map_or(0.002 / MEMORY.time, |root| root.re + 0.05 / MEMORY.time);
-        let roots = linear.roots(line)?;
+        let roots = kind.roots(length)?;
         let mut free: Vec<usize> = (0..curves.len()).collect();
         for root in roots {
             let distance = |k: &usize| curves[*k].last().map_or(f64::MAX, |(_, z)| (z - root.value).norm());

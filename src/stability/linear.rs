@@ -6,7 +6,7 @@ use super::StabilityError;
 use super::characteristic::Pair;
 use super::settled::{Settled, check_unforced};
 use super::short_waves::Element;
-use super::transfer::{Transfer, jacobian};
+use super::transfer::Transfer;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -96,28 +96,13 @@ impl Linearisation {
         L: Load,
     {
         let law = &shoot.tropism;
-        let (v, m) = (law.variables(), law.stimuli());
-        let mut delays = vec![0.0; v];
-        law.delays(&mut delays);
+        let m = law.stimuli();
         let mut transfers: Vec<Transfer> = Vec::new();
         let mut kind = Vec::with_capacity(settled.places.len());
         for (i, place) in settled.places.iter().enumerate() {
-            let (y, x) = (&settled.variables[i], &settled.stimuli[i]);
-            let rates = |y: &[f64], x: &[f64]| {
-                let mut out = vec![0.0; v];
-                law.rates(y, x, &mut out);
-                out
-            };
-            let asked = |y: &[f64], x: &[f64]| law.gradient(place, y, x).as_slice().to_vec();
-            let transfer = Transfer {
-                rate: shoot.growth.regr(place.apex_distance, place.time),
-                delays: delays.clone(),
-                rates_y: jacobian(|y| rates(y, x), y, v),
-                rates_x: jacobian(|x| rates(y, x), x, v),
-                gradient_y: jacobian(|y| asked(y, x), y, 3),
-                gradient_x: jacobian(|x| asked(y, x), x, 3),
-                local: settled.local[i].clone(),
-            };
+            let rate = shoot.growth.regr(place.apex_distance, place.time);
+            let transfer = Transfer::of(law, rate, settled, i);
+            ParameterError::finite("derivative of the laws", transfer.size())?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
@@ -246,22 +231,18 @@ impl Linearisation {
 
     /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X.
     pub(super) fn bound(&self, abscissa: f64) -> f64 {
-        let own = self.elements.iter().flatten().map(|element| element.response.norm());
-        let x = own.fold(self.response.norm(), f64::max);
-        let mut radius = 0.0_f64;
-        for transfer in &self.transfers {
-            // A point's own problem is bounded by the same with its own response.
-            let x = x.max(transfer.local.norm());
-            let longest = transfer.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
-            let grown = (-abscissa.min(0.0) * longest).exp();
-            let direct = transfer.rate * transfer.gradient_x.norm() * x;
-            let filtered = transfer.rate * transfer.gradient_y.norm() * grown * transfer.rates_x.norm() * x;
-            let relax = transfer.rates_y.norm();
-            // (R − direct)(R − relax) = filtered.
-            let (sum, product) = (direct + relax, direct * relax - filtered);
-            let root = 0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt());
-            radius = radius.max(root);
+        // The size of every stimulus, on the whole shoot, in an element by itself, at a point by itself: the norm of its
+        // rows. Stimuli and variables are measured by their sizes, since laws have units of their own.
+        let m = self.stimuli;
+        let mut stimuli = DVector::zeros(m);
+        let own = self.elements.iter().flatten().map(|element| &element.response);
+        for response in own.chain([&self.response]).chain(self.transfers.iter().map(|t| &t.local)) {
+            for k in 0..m {
+                let rows = (k..response.nrows()).step_by(m).map(|row| response.row(row).norm_squared());
+                stimuli[k] = f64::max(stimuli[k], rows.sum::<f64>().sqrt());
+            }
         }
+        let radius = self.transfers.iter().map(|transfer| transfer.radius(&stimuli, abscissa)).fold(0.0, f64::max);
         1.001 * radius.max(self.slowest_rate() * 1e-3)
     }
 

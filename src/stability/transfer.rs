@@ -2,8 +2,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Step of the differences of a law's functions, relative to the argument or to one.
-const STEP: f64 = 1e-4;
+use super::settled::Settled;
+use crate::tropism::{LawDerivatives, TropismLaw};
+
 /// Points whose laws linearise alike to this share one transfer function.
 const ALIKE: f64 = 1e-8;
 
@@ -23,23 +24,30 @@ pub(super) struct Transfer {
     pub local: DMatrix<f64>,
 }
 
-/// Derivative of a vector function by central differences.
-pub(super) fn jacobian(f: impl Fn(&[f64]) -> Vec<f64>, at: &[f64], rows: usize) -> DMatrix<f64> {
-    let mut out = DMatrix::zeros(rows, at.len());
-    let mut x = at.to_vec();
-    for j in 0..at.len() {
-        let h = STEP * at[j].abs().max(1.0);
-        x[j] = at[j] + h;
-        let plus = DVector::from_vec(f(&x));
-        x[j] = at[j] - h;
-        let minus = DVector::from_vec(f(&x));
-        x[j] = at[j];
-        out.set_column(j, &((plus - minus) / (2.0 * h)));
-    }
-    out
-}
-
 impl Transfer {
+    /// Of a law at a place where it has settled.
+    pub fn of(law: &impl TropismLaw, rate: f64, settled: &Settled, point: usize) -> Self {
+        let (v, m) = (law.variables(), law.stimuli());
+        let mut out = Self {
+            rate,
+            delays: vec![0.0; v],
+            rates_y: DMatrix::zeros(v, v),
+            rates_x: DMatrix::zeros(v, m),
+            gradient_y: DMatrix::zeros(3, v),
+            gradient_x: DMatrix::zeros(3, m),
+            local: settled.local[point].clone(),
+        };
+        law.delays(&mut out.delays);
+        let mut derivatives = LawDerivatives {
+            rates_by_variables: out.rates_y.view_mut((0, 0), (v, v)),
+            rates_by_stimuli: out.rates_x.view_mut((0, 0), (v, m)),
+            gradient_by_variables: out.gradient_y.view_mut((0, 0), (3, v)),
+            gradient_by_stimuli: out.gradient_x.view_mut((0, 0), (3, m)),
+        };
+        law.derivatives(&settled.places[point], &settled.variables[point], &settled.stimuli[point], &mut derivatives);
+        out
+    }
+
     pub fn is_like(&self, other: &Self) -> bool {
         let near = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
         (self.rate - other.rate).abs() <= ALIKE * self.rate.abs()
@@ -50,10 +58,41 @@ impl Transfer {
             && near(&self.local, &other.local)
     }
 
+    /// The sum of all derivatives' sizes: not finite if one of them is not.
+    pub fn size(&self) -> f64 {
+        let parts = [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local];
+        parts.iter().flat_map(|part| part.iter()).map(|x| x.abs()).sum::<f64>() + self.rate.abs()
+    }
+
     /// Whether component `c` of the intrinsic strain answers to anything.
     pub fn drives(&self, c: usize) -> bool {
         let reads = self.gradient_y.row(c).iter().zip(&self.delays).any(|(g, d)| *g != 0.0 && d.is_finite());
         self.rate != 0.0 && (reads || self.gradient_x.row(c).iter().any(|g| *g != 0.0))
+    }
+
+    /// The largest |λ| with Re λ ≥ `abscissa` at which |λ| does not exceed the norm of T(λ) X, for stimuli X of these sizes.
+    pub fn radius(&self, stimuli: &DVector<f64>, abscissa: f64) -> f64 {
+        // Sizes of the variables: what drives them, directly and through each other. Any positive ones give a bound.
+        let rate = self.rates_y.amax().max(f64::MIN_POSITIVE);
+        let driven = self.rates_x.abs() * stimuli / rate;
+        let mut sizes = driven.clone();
+        for _ in 0..sizes.len() {
+            sizes = driven.sup(&(self.rates_y.abs() * &sizes / rate));
+        }
+        sizes.apply(|size| *size = if *size > 0.0 { *size } else { 1.0 });
+        let inverse = DMatrix::from_diagonal(&sizes.map(|size| 1.0 / size));
+        let sizes = DMatrix::from_diagonal(&sizes);
+        let stimuli = DMatrix::from_diagonal(stimuli);
+        let longest = self.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let grown = (-abscissa.min(0.0) * longest).exp();
+        // Each stimulus divided by its size has norm one, all together √m.
+        let all = self.rate * (stimuli.nrows() as f64).sqrt();
+        let direct = all * (&self.gradient_x * &stimuli).norm();
+        let filtered = all * (&self.gradient_y * &sizes).norm() * grown * (&inverse * &self.rates_x * &stimuli).norm();
+        let relax = (inverse * &self.rates_y * sizes).norm();
+        // (R − direct)(R − relax) = filtered.
+        let (sum, product) = (direct + relax, direct * relax - filtered);
+        0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt())
     }
 
     /// T(λ), the rate of the three components of the strain by the stimuli, and T'(λ).

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Growing, Site, TropismLaw};
+use super::{Growing, LawDerivatives, Site, TropismLaw};
 use crate::error::ParameterError;
 
 macro_rules! forward {
@@ -49,6 +49,9 @@ macro_rules! forward {
         #[inline]
         fn needs_position(&$self) -> bool {
             $law.needs_position()
+        }
+        fn derivatives(&$self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
+            $law.derivatives(at, variables, stimuli, out);
         }
         fn next_break(&$self, t: f64) -> f64 {
             $law.next_break(t)
@@ -123,6 +126,11 @@ impl<T: TropismLaw> TropismLaw for Option<T> {
     #[inline]
     fn needs_position(&self) -> bool {
         self.as_ref().is_some_and(T::needs_position)
+    }
+    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
+        if let Some(law) = self {
+            law.derivatives(at, variables, stimuli, out);
+        }
     }
     fn next_break(&self, t: f64) -> f64 {
         self.as_ref().map_or(f64::INFINITY, |law| law.next_break(t))
@@ -222,6 +230,16 @@ macro_rules! tuple_of_laws {
             #[inline]
             fn needs_position(&self) -> bool {
                 false $(|| self.$index.needs_position())*
+            }
+            fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
+                let (mut v, mut m) = (0, 0);
+                $(
+                    let (nv, nm) = (self.$index.variables(), self.$index.stimuli());
+                    let mut part = out.part(v..v + nv, m..m + nm);
+                    self.$index.derivatives(at, &variables[v..v + nv], &stimuli[m..m + nm], &mut part);
+                    v += nv;
+                    m += nm;
+                )*
             }
             fn next_break(&self, t: f64) -> f64 {
                 f64::INFINITY $(.min(self.$index.next_break(t)))*

@@ -1,12 +1,14 @@
 //! How the shoot steers: laws of differential growth.
 
 mod compose;
+mod derivatives;
 mod gravitropism;
 mod memory;
 mod oscillator;
 mod proprioception;
 mod statoliths;
 
+pub use derivatives::LawDerivatives;
 pub use gravitropism::Gravitropism;
 pub use memory::Memory;
 pub use oscillator::{Oscillator, Sense};
@@ -135,6 +137,13 @@ pub trait TropismLaw {
     #[inline]
     fn needs_position(&self) -> bool {
         false
+    }
+
+    /// The derivatives of [`rates`](Self::rates) and [`gradient`](Self::gradient), for the stability of a shoot. By
+    /// [differences](LawDerivatives::by_differences) unless the law knows better: it is quicker then, and exact where
+    /// variables are so small that a step of 1e-4 is a large one.
+    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
+        out.by_differences(self, at, variables, stimuli);
     }
 
     /// The first time after `t` (s) at which what the law senses or asks for jumps, or has a jump of slope, of its own:

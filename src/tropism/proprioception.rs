@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Growing, Memory, Site, TropismLaw};
+use super::{Growing, LawDerivatives, Memory, Site, TropismLaw};
 use crate::error::ParameterError;
 
 /// Equation (8): `u̇j* = −η REGR M̄[uj]`, j = 1, 2: the shoot straightens. It senses the visible strain u, elastic and
@@ -57,6 +57,14 @@ impl TropismLaw for Proprioception {
     #[inline]
     fn time_constants(&self, constants: &mut [f64]) {
         constants.fill(self.memory.time);
+    }
+
+    fn derivatives(&self, _at: &Growing, _variables: &[f64], _stimuli: &[f64], out: &mut LawDerivatives) {
+        for j in 0..2 {
+            out.rates_by_variables[(j, j)] = -1.0 / self.memory.time;
+            out.rates_by_stimuli[(j, j)] = 1.0 / self.memory.time;
+            out.gradient_by_variables[(j, j)] = -self.sensitivity;
+        }
     }
 
     fn check(&self) -> Result<(), ParameterError> {

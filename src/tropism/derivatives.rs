@@ -1,0 +1,77 @@
+//! The linear response of a law, for the stability of a shoot.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrixViewMut, DVector};
+
+use super::{Growing, TropismLaw};
+
+/// Step of the differences, relative to the argument or to one. Central differences then err by 1e-8 of a third derivative,
+/// and rounding by 1e-12.
+const STEP: f64 = 1e-4;
+
+/// The derivatives of a law's rates and gradient at a place, rows by what changes and columns by what it is changed by.
+/// They are zero before the law writes them.
+#[derive(Debug)]
+pub struct LawDerivatives<'a> {
+    /// ∂ẏ/∂y of the [rates](TropismLaw::rates), 1/s.
+    pub rates_by_variables: DMatrixViewMut<'a, f64>,
+    /// ∂ẏ/∂x.
+    pub rates_by_stimuli: DMatrixViewMut<'a, f64>,
+    /// ∂gradient/∂y, three rows: the [gradient](TropismLaw::gradient) by the variables of some time ago.
+    pub gradient_by_variables: DMatrixViewMut<'a, f64>,
+    /// ∂gradient/∂x, three rows; zero for a law that does not [sense the present](TropismLaw::senses_now).
+    pub gradient_by_stimuli: DMatrixViewMut<'a, f64>,
+}
+
+impl LawDerivatives<'_> {
+    /// The derivatives of one law among several, which has these variables and stimuli of all.
+    pub fn part(&mut self, variables: Range<usize>, stimuli: Range<usize>) -> LawDerivatives<'_> {
+        let (v, m) = (variables.start, stimuli.start);
+        let (nv, nm) = (variables.len(), stimuli.len());
+        LawDerivatives {
+            rates_by_variables: self.rates_by_variables.view_mut((v, v), (nv, nv)),
+            rates_by_stimuli: self.rates_by_stimuli.view_mut((v, m), (nv, nm)),
+            gradient_by_variables: self.gradient_by_variables.view_mut((0, v), (3, nv)),
+            gradient_by_stimuli: self.gradient_by_stimuli.view_mut((0, m), (3, nm)),
+        }
+    }
+
+    /// Central differences of the law's own functions, steps of 1e-4 of the argument or of one, whichever is larger.
+    pub fn by_differences<T: TropismLaw + ?Sized>(
+        &mut self,
+        law: &T,
+        at: &Growing,
+        variables: &[f64],
+        stimuli: &[f64],
+    ) {
+        let rates = |y: &[f64], x: &[f64]| {
+            let mut out = DVector::zeros(y.len());
+            law.rates(y, x, out.as_mut_slice());
+            out
+        };
+        let gradient = |y: &[f64], x: &[f64]| {
+            let now = if law.senses_now() { x } else { &[] };
+            DVector::from_column_slice(law.gradient(at, y, now).as_slice())
+        };
+        differences(|y| rates(y, stimuli), variables, &mut self.rates_by_variables);
+        differences(|x| rates(variables, x), stimuli, &mut self.rates_by_stimuli);
+        differences(|y| gradient(y, stimuli), variables, &mut self.gradient_by_variables);
+        if law.senses_now() {
+            differences(|x| gradient(variables, x), stimuli, &mut self.gradient_by_stimuli);
+        }
+    }
+}
+
+fn differences(f: impl Fn(&[f64]) -> DVector<f64>, at: &[f64], out: &mut DMatrixViewMut<f64>) {
+    let mut x = at.to_vec();
+    for j in 0..at.len() {
+        let h = STEP * at[j].abs().max(1.0);
+        x[j] = at[j] + h;
+        let plus = f(&x);
+        x[j] = at[j] - h;
+        let minus = f(&x);
+        x[j] = at[j];
+        out.set_column(j, &((plus - minus) / (2.0 * h)));
+    }
+}
