@@ -1,4 +1,5 @@
-//! One linearisation, one count of unstable roots, one onset.
+//! One linearisation, one count of unstable roots, one onset, one curve of the map of stability with 200 points; the example
+//! `stability_map` draws eleven such curves and says how long it took.
 //!
 //! `cargo bench --bench stability`. With three elements of order eight the length at onset is good to 1e-8, which
 //! `tests/stability_onset.rs` asserts for four.
@@ -13,16 +14,20 @@ use morphorod::Shoot;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, StabilityError, StationarySolver, onset};
+use morphorod::stability::{BoundaryPoint, Linearisation, StabilityError, StationarySolver, boundary, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
 
 fn linear_problem(length: f64) -> Result<Linearisation, StabilityError> {
+    upright(72e3, length, 3)
+}
+
+fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
     let memory = Memory { time: 720.0, delay: 720.0 };
     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
         .length(length)
         .radius(5e-4)
-        .elements(3)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
+        .elements(elements)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: growth_time }))
         .tropism((
             Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
             Proprioception { sensitivity: 20.0, memory },
@@ -40,6 +45,13 @@ fn stability(c: &mut Criterion) {
     let linear = linear_problem(0.066).expect("an upright shoot below its buckling length");
     group.bench_function("number of unstable roots", |b| b.iter(|| black_box(&linear).unstable()));
     group.bench_function("onset", |b| b.iter(|| onset(linear_problem, black_box(0.06), 0.07)));
+    let start = BoundaryPoint { parameters: [72e3, 0.0656], frequency: 0.0012 };
+    group.bench_function("boundary, 200 points, 4 elements", |b| {
+        b.iter(|| {
+            let family = |growth_time, length| upright(growth_time, length, 4);
+            boundary(family, black_box(start), [-1.0, 0.0], [[16e3, 0.02], [72e3, 0.078]], 0.005, 200)
+        });
+    });
     group.finish();
 }
 

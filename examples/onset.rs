@@ -40,8 +40,7 @@ const CM: f64 = 0.01;
 const MEMORY: Memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
 /// Lengths that are looked at, m. An upright shoot of more than 7.93 cm buckles under its weight.
 const LENGTHS: [f64; 2] = [0.03, 0.0785];
-/// Elements of the shoot, and lengths.
-const ELEMENTS: usize = 6;
+/// How many steps from the first to the last.
 const STEPS: usize = 99;
 
 /// The shoots that are compared: everything but the length.
@@ -50,6 +49,7 @@ struct Kind {
     gravitropism: f64,
     proprioception: f64,
     statoliths: bool,
+    elements: usize,
 }
 
 impl Kind {
@@ -80,14 +80,14 @@ impl Kind {
 
     /// The roots right of a line that stands off what piles up, on the first mesh that resolves the waves that matter.
     fn roots(&self, length: f64) -> Result<Vec<Root>, StabilityError> {
-        let mut elements = ELEMENTS;
+        let mut elements = self.elements;
         loop {
             let linear = self.at(length, elements)?;
             // Isolated roots lie right of the essential spectrum, where ever shorter waves pile up that no mesh
             // resolves. Without proprioception they pile up at zero instead.
             let line = linear.essential()?.first().map_or(0.002 / MEMORY.time, |root| 0.6 * root.re);
             match linear.roots(line) {
-                Err(StabilityError::Coarse { .. }) if elements < 8 * ELEMENTS => elements *= 2,
+                Err(StabilityError::Coarse { .. }) if elements < 8 * self.elements => elements *= 2,
                 other => return other,
             }
         }
@@ -102,6 +102,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("tau-g", "H", "20", "growth time, h"),
             Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
             Opt::value("eta", "E", "20", "proprioceptive sensitivity"),
+            Opt::value("elements", "N", "6", "elements of a shoot; fast growth needs more"),
             Opt::flag("statoliths", "statoliths that turn within 2 min, not at once"),
         ],
     );
@@ -110,10 +111,11 @@ fn run() -> Result<(), Box<dyn Error>> {
         gravitropism: options.get("beta"),
         proprioception: options.get_if("eta", "0 or larger", |eta: &f64| *eta >= 0.0),
         statoliths: options.flag("statoliths"),
+        elements: options.get_if("elements", "larger than 0", |n: &usize| *n > 0),
     };
     let out = options.out_dir();
 
-    let critical = onset(|length| kind.at(length, ELEMENTS), LENGTHS[0], LENGTHS[1])?;
+    let critical = onset(|length| kind.at(length, kind.elements), LENGTHS[0], LENGTHS[1])?;
     println!("critical length  {:.8} cm", critical.parameter / CM);
     println!("period there     {:.6} min", critical.period() / MINUTE);
     println!("found with {} linearisations", critical.linearisations);
