@@ -6,8 +6,10 @@ mod upright;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
-use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
+
+use nalgebra::Complex;
 
 use upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
@@ -55,18 +57,7 @@ fn the_length_at_onset_converges_at_the_order_of_the_shape_at_least() {
 
 #[test]
 fn in_microgravity_all_waves_begin_to_oscillate_at_once() {
-    let family = |growth_time: f64| {
-        let mut shoot = Shoot::builder(YOUNG)
-            .length(0.05)
-            .radius(5e-4)
-            .elements(2)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
-            .tropism(Proprioception { sensitivity: 20.0, memory: MEMORY })
-            .scene(Still::weightless())
-            .build()?;
-        let _ = StationarySolver::default().solve(&mut shoot)?;
-        Linearisation::about(&shoot)
-    };
+    let family = |growth_time: f64| weightless(20.0, growth_time, MEMORY);
     let found = onset(family, 2.0 * HOUR, 6.0 * HOUR).unwrap();
     assert!(found.essential);
     // The root of 1 + b(iω) = 0; the paper prints 3.5 h.
@@ -75,6 +66,45 @@ fn in_microgravity_all_waves_begin_to_oscillate_at_once() {
     assert!(
         matches!(family(3.0 * HOUR).unwrap().unstable().unwrap(), Unstable::Infinite { abscissa } if abscissa > 0.0)
     );
+}
+
+/// A weightless shoot that senses its bending only.
+fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisation, StabilityError> {
+    let shoot = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(5e-4)
+        .elements(2)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
+        .tropism(Proprioception { sensitivity: eta, memory })
+        .scene(Still::weightless())
+        .build()?;
+    Linearisation::about(&shoot)
+}
+
+#[test]
+fn without_delay_the_essential_spectrum_is_that_of_a_quadratic() {
+    // 1 + b = 0 with τr = 0 is τg λ (1 + λ τm) + η = 0: stable at any growth time.
+    let (eta, time) = (20.0, 720.0);
+    for hours in [0.5, 3.0, 20.0] {
+        let growth_time: f64 = hours * HOUR;
+        let linear = weightless(eta, growth_time, Memory { time, delay: 0.0 }).unwrap();
+        let root = linear.essential().unwrap()[0];
+        let expected =
+            0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
+        // The law's own derivatives are exact; Newton's method leaves 1e-13 of a root of 1e-3/s.
+        assert!((root.re - expected.re).abs() < 1e-14 && (root.im - expected.im.abs()).abs() < 1e-14, "{root}");
+        assert_eq!(linear.unstable().unwrap(), Unstable::Finite(0));
+    }
+}
+
+#[test]
+fn a_crossing_at_zero_has_no_frequency() {
+    // A shoot that bends further when it is bent (η < 0) is unstable without a swing.
+    let family = |eta: f64| weightless(eta, 20.0 * HOUR, MEMORY);
+    let found = onset(family, 5.0, -5.0).unwrap();
+    // λ ≈ −η/τg next to zero, and it is on the axis to 1e-11 of the slowest rate, 1/720 s: |η| < 1e-9.
+    assert!(found.essential && found.parameter.abs() < 1e-8, "{found:?}");
+    assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
 }
 
 #[test]

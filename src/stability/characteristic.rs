@@ -36,16 +36,21 @@ impl Linearisation {
     /// out. For the others it is det D/(λ + c)ⁿ, c > 0, D the part's matrix.
     pub(super) fn characteristic(&self, z: Complex<f64>, part: Part) -> Sample {
         let transfers = self.transfers_at(z);
-        match part {
-            Part::Block(block) => self.quotient(z, &transfers, block),
-            Part::Essential(block) => {
-                let (kind, components) = &self.local_blocks[block];
-                self.scaled(z, self.local_matrix(z, &transfers, *kind, components))
-            }
+        let sample = match part {
+            Part::Block(block) if block < self.blocks.len() => Some(self.quotient(z, &transfers, block)),
+            Part::Block(_) => None,
+            Part::Essential(block) => self
+                .local_blocks
+                .get(block)
+                .map(|(kind, components)| self.scaled(z, self.local_matrix(z, &transfers, *kind, components))),
             Part::Element(block, element) => {
-                self.scaled(z, self.element_matrix(z, &transfers, &self.elements[block][element]))
+                let element = self.elements.get(block).and_then(|elements| elements.get(element));
+                element.map(|element| self.scaled(z, self.element_matrix(z, &transfers, element)))
             }
-        }
+        };
+        // A part that is followed along a parameter may be missing for some of its values.
+        let nan = Complex::from(f64::NAN);
+        sample.unwrap_or(Sample { value: nan, log_slope: nan, nearness: 0.0 })
     }
 
     /// det D/(λ + c)ⁿ.

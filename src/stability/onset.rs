@@ -89,7 +89,9 @@ pub fn onset(
         let candidate = family(next)?;
         linearisations += 1;
         let guess = slope.map_or(current.1, |slope| current.1 + slope * (next - current.0));
-        let tracked = candidate.polish(guess, part).ok().filter(|z| (z - guess).norm() < 0.2 * guess.norm());
+        // A root that comes to λ = 0 has no size of its own there.
+        let near = 0.2 * guess.norm().max(0.1 * candidate.slowest_rate());
+        let tracked = candidate.polish(guess, part).ok().filter(|z| (z - guess).norm() < near);
         let z = match tracked {
             Some(z) => z,
             None => match candidate.unstable()? {
@@ -222,7 +224,7 @@ fn crossing(
     for _ in 0..20 {
         let (_, linear, _) = at(next)?;
         let Ok(moved) = linear.polish(z, part) else { return Ok(None) };
-        if (moved - z).norm() > 0.3 * z.norm() {
+        if (moved - z).norm() > 0.3 * z.norm().max(0.1 * linear.slowest_rate()) {
             return Ok(None);
         }
         let slope = (moved - z) / (next - p);

@@ -94,7 +94,7 @@ impl Linearisation {
     /// approximant. Waves that are not resolved matter only where the function feels them, and so varies.
     pub(super) fn blur(&self, z: Complex<f64>, at: &Sample, part: Part) -> f64 {
         let Part::Block(block) = part else { return 0.0 };
-        if (z * at.log_slope).norm() < NEGLIGIBLE {
+        if !((z * at.log_slope).norm() >= NEGLIGIBLE) {
             return 0.0;
         }
         let transfers = self.transfers_at(z);
