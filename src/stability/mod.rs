@@ -9,15 +9,17 @@
 //! ```
 //!
 //! X turns a disturbance of the intrinsic strain into that of the stimuli, by way of the equilibrium; F are the laws' rates
-//! and G their gradients. All derivatives are differences of the laws' own functions, so a law written downstream is
-//! covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter changes, [`crossings`] where any root does, and
-//! [`boundary`] follows a crossing in two parameters. Method, cost and limits: `docs/stability.md`.
+//! and G their gradients. All derivatives are differences of the laws' own functions, unless a law offers its own; so one
+//! written downstream is covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter
+//! changes, [`crossings`] where any root does, and [`boundary`] follows a crossing in two parameters. Method, cost and
+//! limits: `docs/stability.md`.
 
 mod blocks;
 mod boundary;
 mod characteristic;
 mod count;
 mod linear;
+mod modes;
 mod onset;
 mod roots;
 mod settled;
@@ -28,8 +30,8 @@ mod transfer;
 pub use boundary::{BoundaryPoint, boundary};
 pub use count::Unstable;
 pub use linear::Linearisation;
+pub use modes::{Polarisation, Root};
 pub use onset::{Onset, crossings, onset};
-pub use roots::{Polarisation, Root};
 pub use stationary::{Stationary, StationarySolver};
 
 use crate::equilibrium::EquilibriumError;

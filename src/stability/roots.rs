@@ -1,52 +1,11 @@
-//! The rightmost roots and their modes.
+//! The characteristic roots: found by Newton's method, checked by counting.
 
-use nalgebra::{Complex, DVector, Vector3};
+use nalgebra::Complex;
 
 use super::characteristic::Part;
+use super::modes::Root;
 use super::{Linearisation, StabilityError};
 use crate::error::ParameterError;
-
-/// How a mode moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Polarisation {
-    /// To and fro in a plane.
-    Planar,
-    /// Round: the tip goes on an ellipse.
-    Turning,
-    /// A double root of an isotropic shoot: to and fro in any plane, or round in either sense.
-    Isotropic,
-}
-
-/// A characteristic root, with Im λ ≥ 0; its conjugate is one too.
-#[derive(Debug, Clone)]
-pub struct Root {
-    /// λ, 1/s: growth rate and angular frequency.
-    pub value: Complex<f64>,
-    /// The smallest singular direction's |M(λ) v| relative to |M(λ)| |v|.
-    pub residual: f64,
-    /// How many of the shoot's uncoupled parts share it.
-    pub multiplicity: usize,
-    /// How the mode moves.
-    pub polarisation: Polarisation,
-    /// The disturbance of the intrinsic strain at the points of the growth zone, components along the directors, 1/m.
-    pub strain: Vec<Vector3<Complex<f64>>>,
-    /// The displacement of the ends of the elements that goes with it, base first, m. The apex moves by 1 m at most.
-    pub displacement: Vec<Vector3<Complex<f64>>>,
-}
-
-impl Root {
-    /// The growth rate, 1/s: positive if the disturbance grows.
-    #[must_use]
-    pub fn growth_rate(&self) -> f64 {
-        self.value.re
-    }
-
-    /// The period, s; infinite if the mode does not oscillate.
-    #[must_use]
-    pub fn period(&self) -> f64 {
-        std::f64::consts::TAU / self.value.im.abs()
-    }
-}
 
 /// How many roots a root with Im λ ≥ 0 stands for: two with its conjugate.
 pub(super) fn pair(z: &Complex<f64>) -> usize {
@@ -308,49 +267,4 @@ impl Linearisation {
         let Some((value, block, twins)) = best else { return Err(StabilityError::NoIsolatedRoot) };
         Ok(self.mode(value, block, twins))
     }
-
-    /// The mode of a root of a block, by inverse iteration.
-    fn mode(&self, value: Complex<f64>, block: usize, multiplicity: usize) -> Root {
-        let indices = &self.blocks[block];
-        let (matrix, _) = self.matrix(value, indices);
-        let lu = matrix.clone().lu();
-        let n = indices.len();
-        // No mode is orthogonal to this: its entries have no pattern.
-        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos()));
-        for _ in 0..3 {
-            if let Some(next) = lu.solve(&v) {
-                let norm = next.norm();
-                if norm.is_finite() && norm > 0.0 {
-                    v = next / Complex::from(norm);
-                }
-            }
-        }
-        let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
-        let mut all: DVector<Complex<f64>> = DVector::zeros(self.unknowns.len());
-        for (i, &unknown) in indices.iter().enumerate() {
-            all[unknown] = v[i];
-        }
-        let moved: DVector<Complex<f64>> = self.displacement.map(Complex::from) * &all;
-        let rows = moved.nrows();
-        let tip = moved.rows(rows - 3, 3).norm();
-        let scale = if tip > 0.0 { Complex::from(1.0 / tip) } else { Complex::ONE };
-        let displacement: Vec<Vector3<Complex<f64>>> =
-            (0..rows / 3).map(|k| Vector3::from_fn(|i, _| moved[3 * k + i] * scale)).collect();
-        let mut strain = vec![Vector3::zeros(); self.kind.len()];
-        for (&(i, c), z) in self.unknowns.iter().zip(all.iter()) {
-            strain[i][c] = *z * scale;
-        }
-        let polarisation = match displacement.last() {
-            Some(tip) if multiplicity == 1 => polarisation(tip),
-            _ => Polarisation::Isotropic,
-        };
-        Root { value, residual, multiplicity, polarisation, strain, displacement }
-    }
-}
-
-/// A displacement a exp(iωt) is planar if its real and imaginary parts are parallel.
-fn polarisation(tip: &Vector3<Complex<f64>>) -> Polarisation {
-    let (re, im) = (tip.map(|z| z.re), tip.map(|z| z.im));
-    let area = re.cross(&im).norm();
-    if area < 1e-6 * tip.norm_squared() { Polarisation::Planar } else { Polarisation::Turning }
 }
