@@ -13,8 +13,9 @@
 //! Right of the solid curves the shoot is stable. Lengths are in units of Greenhill's ℓc, where an upright shoot buckles
 //! under its weight whatever it senses; in A and C oscillations begin before that, sooner the faster the shoot grows.
 //! The steep curve up to ℓc is a swing of the whole shoot, with the same period of 87.6 min at every point of it. The
-//! others are shorter waves, and a fast one (11.7 min) close to ℓc that answers one turn too late. They are dashed where
-//! something else is unstable already; in A one of them is the boundary for short shoots. There are infinitely many more.
+//! others are shorter waves, and close to ℓc fast ones (11.7, 6.0, 4.0 min) that answer one turn too late, or two, or three.
+//! They are dashed where something else is unstable already, or where the mesh does not tell; in A one of them is the
+//! boundary for short shoots. There are infinitely many more.
 //! In B waves of every length become unstable at once, at the same growth time whatever the shoot's length: not a root
 //! crosses but the *essential spectrum*. It does so in C, too: the branches pile up at this line, and left of it
 //! infinitely many roots are unstable.
@@ -36,7 +37,7 @@ use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundaryPoint, Linearisation, StabilityError, Unstable, boundary, crossings, onset};
+use morphorod::stability::{BoundaryPoint, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
@@ -97,6 +98,22 @@ impl Kind {
             }
         }
         Ok(None)
+    }
+
+    /// Where roots cross the axis, on the first of some meshes that resolves the waves that matter.
+    fn crossings(
+        self,
+        family: impl Fn(Self, f64) -> Result<Linearisation, StabilityError>,
+        from: f64,
+        to: f64,
+    ) -> Result<Vec<Onset>, StabilityError> {
+        let mut elements = self.elements;
+        loop {
+            match crossings(|parameter| family(Self { elements, ..self }, parameter), from, to) {
+                Err(StabilityError::Coarse { .. }) if elements < 20 => elements += 4,
+                other => return other,
+            }
+        }
     }
 
     /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
@@ -161,7 +178,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         "boundaries of stability of an upright shoot, growth time against length",
         &[Opt::value("elements", "N", "4", "elements of a shoot")],
     );
-    let elements = options.get_if("elements", "larger than 0", |n: &usize| *n > 0);
+    let elements = options.get_if("elements", "larger than 2", |n: &usize| *n > 2);
     let out = options.out_dir();
     let kind = |gravitropism, proprioception, weightless| Kind {
         gravitropism,
@@ -204,16 +221,24 @@ fn run() -> Result<(), Box<dyn Error>> {
             // The lowest branch, then all others that cross one line.
             let main = onset(|ratio| kind.at(20.0, ratio), 0.3, 0.99)?;
             starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
-            let fastest = if kind.proprioception > 0.0 { 5.0 } else { 6.2 };
-            let finer = Kind { elements: 2 * elements, ..kind };
-            let others = crossings(|hours| finer.at(hours, 0.99), fastest, 60.0)?;
-            cost.linearisations += main.linearisations + others.first().map_or(0, |other| other.linearisations);
+            // The fast one comes close to Greenhill's length at any growth time.
+            let fast = kind.crossings(|kind, ratio| kind.at(20.0, ratio), 0.99, 0.9995)?;
+            let quickest = if kind.proprioception > 0.0 { 6.2 } else { 7.0 };
+            let others = kind.crossings(|kind, hours| kind.at(hours, 0.985), quickest, 60.0)?;
+            starts.extend(
+                fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }),
+            );
+            // The fast ones cross that line, too; they have the same period everywhere.
+            let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
+            let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
             starts.extend(
                 others
                     .iter()
                     .rev()
-                    .map(|other| BoundaryPoint { parameters: [other.parameter, 0.99], frequency: other.frequency }),
+                    .map(|at| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency }),
             );
+            let spent = [fast.first(), others.first()].into_iter().flatten().map(|at| at.linearisations);
+            cost.linearisations += main.linearisations + spent.sum::<usize>();
         }
         let mut series = Vec::new();
         let mut slow = 0;

@@ -329,7 +329,7 @@ fn every_root_that_is_counted_is_found_and_a_coarse_mesh_is_told() {
     };
     let line = 1e-5 / MEMORY.time;
     assert!(fast(0.0159, 2.0, 3).roots(line).unwrap().is_empty());
-    let roots = fast(0.0714, 7.0, 12).roots(line).unwrap();
+    let roots = fast(0.0714, 7.0, 16).roots(line).unwrap();
     assert_eq!(roots.iter().map(|root| root.multiplicity).sum::<usize>(), 4);
     // Residuals are relative to |M| |v|: rounding.
     assert!(roots.iter().all(|root| root.residual < 1e-13 && root.growth_rate() > 0.0));

@@ -11,11 +11,10 @@ const UNCOUPLED: f64 = 1e-7;
 impl Linearisation {
     /// Finds what does not couple, in the whole and in the local problems.
     pub(super) fn find_blocks(&mut self) {
-        // Two frequencies: no coupling vanishes at both.
-        let rate = self.slowest_rate();
-        let places = [Complex::new(0.31 * rate, 0.77 * rate), Complex::new(0.11 * rate, 0.0)];
+        // No coupling vanishes at all of them.
+        let places = self.probes();
         let strength = |matrix: &dyn Fn(Complex<f64>) -> DMatrix<Complex<f64>>| {
-            places.iter().map(|z| matrix(*z).map(|entry| entry.norm())).reduce(|a, b| a + b)
+            places.iter().map(|z| matrix(*z).map(|entry| entry.norm()) / z.norm()).reduce(|a, b| a + b)
         };
         let all: Vec<usize> = (0..self.unknowns.len()).collect();
         self.blocks = strength(&|z| self.matrix(z, &all).0).map_or_else(Vec::new, |s| components(&s));
@@ -31,7 +30,9 @@ impl Linearisation {
                 let terms = t.map(|x| x.norm()) * transfer.local.abs();
                 answer.iter().zip(&terms).any(|(answer, terms)| *answer > 1e-12 * terms)
             };
-            if !places.iter().any(answers) {
+            // So has one whose variables grow by themselves.
+            let grows = transfer.memory.iter().any(|rate| rate.re > 0.0);
+            if !grows && !places.iter().any(answers) {
                 continue;
             }
             let strength = strength(&|z| self.local_matrix(z, &self.transfers_at(z), kind, &driven).0);
@@ -44,9 +45,9 @@ impl Linearisation {
 
     /// Finds blocks with equal characteristic functions, up to the accuracy of the differences.
     pub(super) fn find_twins(&mut self) {
-        let rate = self.slowest_rate();
-        let places = [Complex::new(0.2 * rate, 0.9 * rate), Complex::new(0.05 * rate, 0.4 * rate)];
-        let values = |block: usize| places.map(|z| self.characteristic(z, Part::Block(block)).value);
+        let places = self.probes();
+        let values =
+            |block: usize| places.iter().map(|z| self.characteristic(*z, Part::Block(block)).value).collect::<Vec<_>>();
         let all: Vec<_> = (0..self.blocks.len()).map(values).collect();
         let alike = |a: usize, b: usize| all[a].iter().zip(&all[b]).all(|(x, y)| (x - y).norm() <= 1e-6 * x.norm());
         let first = |block: usize| (0..block).find(|&other| alike(other, block)).unwrap_or(block);

@@ -41,6 +41,10 @@ pub fn boundary(
     ParameterError::positive("height of the rectangle", sides[1])?;
     let mut tangent = Vector2::from(direction);
     ParameterError::positive("length of the direction", tangent.norm())?;
+    for k in 0..2 {
+        let inside = (low[k]..=high[k]).contains(&start.parameters[k]);
+        ParameterError::unless(inside, "start of the boundary", start.parameters[k], "inside the rectangle")?;
+    }
     let linear = family(start.parameters[0], start.parameters[1])?;
     let (part, root) = on_axis(&linear, start.frequency)?;
     let rate = root.im.abs().max(1e-3 * linear.slowest_rate());
@@ -104,7 +108,8 @@ pub fn boundary(
             }
             break;
         }
-        if curve.len() > 8 && (last.x - curve[0].x).norm() < 0.5 * step {
+        // Back at the start: one of the points next to it is within half a step.
+        if curve.len() > 8 && (last.x - curve[0].x).norm() < 0.6 * (last.x - here.x).norm() {
             break;
         }
     }

@@ -39,10 +39,10 @@ impl Linearisation {
         let sample = match part {
             Part::Block(block) if block < self.blocks.len() => Some(self.quotient(z, &transfers, block)),
             Part::Block(_) => None,
-            Part::Essential(block) => self
-                .local_blocks
-                .get(block)
-                .map(|(kind, components)| self.scaled(z, self.local_matrix(z, &transfers, *kind, components))),
+            Part::Essential(block) => self.local_blocks.get(block).map(|(kind, components)| {
+                let local = self.scaled(z, self.local_matrix(z, &transfers, *kind, components));
+                self.with_memory(z, local, &self.transfers[*kind].memory)
+            }),
             Part::Element(block, element) => {
                 let element = self.elements.get(block).and_then(|elements| elements.get(element));
                 element.map(|element| self.scaled(z, self.element_matrix(z, &transfers, element)))
@@ -56,9 +56,25 @@ impl Linearisation {
     /// det D/(λ + c)ⁿ.
     fn scaled(&self, z: Complex<f64>, (matrix, slope): Pair) -> Sample {
         let n = matrix.nrows() as f64;
-        let c = z + Complex::from(self.slowest_rate());
+        let c = z + Complex::from(self.far_left());
         let (value, log_slope) = determinant(matrix / c, slope / c);
         Sample { value, log_slope: log_slope - Complex::from(n) / c, nearness: 0.0 }
+    }
+
+    /// Times det(λ − ∂rates/∂variables)/(λ + c)ᵛ, which cancels the poles of T: where variables grow by themselves these
+    /// lie on the right.
+    fn with_memory(&self, z: Complex<f64>, mut at: Sample, memory: &[Complex<f64>]) -> Sample {
+        let c = z + Complex::from(self.far_left());
+        for rate in memory {
+            at.value *= (z - rate) / c;
+            at.log_slope += (z - rate).inv() - c.inv();
+        }
+        at
+    }
+
+    /// c > 0 with −c left of every line that is counted on.
+    fn far_left(&self) -> f64 {
+        self.slowest_rate() - 2.0 * self.leftmost()
     }
 
     /// det M/Π det Mₑ.

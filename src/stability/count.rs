@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 
 use super::characteristic::{Part, Sample};
+use super::short_waves::BLURRED;
 use super::{Linearisation, StabilityError};
 
 /// The number of unstable roots.
@@ -20,9 +21,6 @@ pub enum Unstable {
 
 /// Halvings of a panel after which a root is taken to lie on the line.
 const DEPTH: usize = 45;
-/// An error of the short waves that changes the characteristic function by less than this share of itself does not change
-/// the number of its zeros (Rouché asks for less than one; the error is an estimate, hence a quarter).
-const BLURRED: f64 = 0.25;
 /// Longest panel against the distance of the nearest root, by its ends and middle.
 const CLEAR: f64 = 2.0;
 

@@ -41,6 +41,8 @@ pub struct Linearisation {
     pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
     /// For every block the elements' own problems.
     pub(super) elements: Vec<Vec<Element>>,
+    /// For every block the elastic share of its response to a turn.
+    pub(super) elasticity: Vec<f64>,
     /// X: rows (point, stimulus), columns unknowns.
     pub(super) response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
@@ -71,7 +73,7 @@ impl Linearisation {
             return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
         }
         let settled = Settled::of(shoot, &rod, &shoot.load, &moment);
-        check_unforced(&shoot.tropism, &settled)?;
+        check_unforced(shoot, &rod, &shoot.load, &settled)?;
         // What the equilibrium's own error lets the laws ask for, times a margin.
         let radius = settled.places.first().map_or(1.0, |place| place.radius);
         let gradient = settled.largest();
@@ -101,8 +103,7 @@ impl Linearisation {
         let mut kind = Vec::with_capacity(settled.places.len());
         for (i, place) in settled.places.iter().enumerate() {
             let rate = shoot.growth.regr(place.apex_distance, place.time);
-            let transfer = Transfer::of(law, rate, settled, i);
-            ParameterError::finite("derivative of the laws", transfer.size())?;
+            let transfer = Transfer::of(law, rate, settled, i)?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
@@ -125,12 +126,14 @@ impl Linearisation {
             blocks: Vec::new(),
             local_blocks: Vec::new(),
             elements: Vec::new(),
+            elasticity: Vec::new(),
             twins: Vec::new(),
             stimuli: m,
         };
         out.respond(shoot, rod, moment, solver)?;
         out.find_blocks();
         out.find_elements(rod, settled);
+        out.find_elasticity(rod, settled);
         out.find_twins();
         Ok(out)
     }
@@ -249,8 +252,22 @@ impl Linearisation {
     /// A rate, 1/s: the inverse of the longest time in the laws' rates and delays.
     pub(super) fn slowest_rate(&self) -> f64 {
         let delays = self.transfers.iter().flat_map(|t| &t.delays).copied().filter(|d| d.is_finite() && *d > 0.0);
-        let rates = self.transfers.iter().flat_map(|t| t.rates_y.iter().copied()).map(f64::abs).filter(|r| *r > 0.0);
+        let rates = self.transfers.iter().flat_map(|t| &t.memory).map(|rate| rate.norm()).filter(|r| *r > 0.0);
         let slowest = delays.map(|d| 1.0 / d).chain(rates).fold(f64::INFINITY, f64::min);
         if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
+    }
+
+    /// Some λ to tell functions apart at: from the slowest to the fastest rate of the laws, off the axes.
+    pub(super) fn probes(&self) -> Vec<Complex<f64>> {
+        let slow = self.slowest_rate();
+        let delays = self.transfers.iter().flat_map(|t| &t.delays).filter(|d| **d > 0.0).map(|d| 1.0 / d);
+        let rates = self.transfers.iter().flat_map(|t| &t.memory).map(|rate| rate.norm());
+        let fast = delays.chain(rates).fold(slow, f64::max);
+        let at = |k: usize| {
+            let size = slow * (fast / slow).powf(k as f64 / 6.0);
+            // Directions without a pattern.
+            Complex::from_polar(size, 0.4 + 0.13 * k as f64)
+        };
+        (0..=6).map(at).collect()
     }
 }

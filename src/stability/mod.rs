@@ -47,18 +47,21 @@ pub enum StabilityError {
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
     /// The equilibrium is unstable by itself, before any growth.
-    #[error("the equilibrium is mechanically unstable: {negative} negative eigenvalues")]
+    #[error(
+        "the equilibrium is mechanically unstable, with {negative} negative eigenvalues: the shoot buckles or falls, \
+             whatever it senses; make it shorter, lighter or stiffer"
+    )]
     MechanicallyUnstable {
         /// Number of negative eigenvalues of the energy.
         negative: usize,
     },
-    /// The laws depend on time (an oscillator, say): nothing is stationary.
+    /// A law, a load, gravity or the base depends on time (an oscillator, say): nothing is stationary.
     #[error(
-        "the laws ask for different growth at different times (by {change:.3e} 1/m): the shoot is forced; \
-             leave the forcing out"
+        "something depends on time: the laws ask for different growth at different times (by {change:.3e} 1/m), or the \
+             base turns; the shoot is forced, leave the forcing out"
     )]
     Forced {
-        /// By how much the gradient changes, 1/m.
+        /// By how much the gradient changes, or the turn of the base over the length, 1/m.
         change: f64,
     },
     /// The shoot is not stationary.
@@ -88,7 +91,7 @@ pub enum StabilityError {
         turn: f64,
     },
     /// No law acts on any point of the growth zone.
-    #[error("no law steers this shoot: there is nothing to oscillate")]
+    #[error("nothing is steered: there is no law, or its sensitivity is zero, or no tissue grows")]
     NothingDriven,
     /// The parameter range holds no crossing of the axis.
     #[error(
@@ -120,7 +123,10 @@ pub enum StabilityError {
         blur: f64,
     },
     /// All roots pile up at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
-    #[error("no isolated root lies right of the essential spectrum and of the rates of the memories")]
+    #[error(
+        "no isolated root lies right of the essential spectrum and of the rates of the memories; essential() and \
+             unstable() have answers"
+    )]
     NoIsolatedRoot,
     /// A count of roots or a root did not come out to the accuracy asked for.
     #[error("{what} did not converge: {residual:.3e} is left")]

@@ -20,7 +20,9 @@ const GRID: usize = 48;
 impl Linearisation {
     /// −f/f', the step of Newton's method for the characteristic function of a part.
     pub(super) fn newton_step(&self, z: Complex<f64>, part: Part) -> Complex<f64> {
-        -Complex::<f64>::ONE / self.characteristic(z, part).log_slope
+        let slope = self.characteristic(z, part).log_slope;
+        // At a root to the last digit: a pivot is zero.
+        if slope.re.is_infinite() { Complex::ZERO } else { -Complex::<f64>::ONE / slope }
     }
 
     /// Newton's method for a root near `start`.
@@ -187,8 +189,8 @@ impl Linearisation {
     }
 
     /// The line left of which nothing is sought: nine tenths of the way to the memories' own rates, where T has poles.
-    fn leftmost(&self) -> f64 {
-        let rates = self.transfers.iter().flat_map(|t| t.rates_y.diagonal().iter().copied().collect::<Vec<_>>());
+    pub(super) fn leftmost(&self) -> f64 {
+        let rates = self.transfers.iter().flat_map(|t| &t.memory).map(|rate| rate.re);
         0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
     }
 

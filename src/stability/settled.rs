@@ -7,7 +7,7 @@ use crate::constitutive::Constitutive;
 use crate::integrator::visit_sites;
 use crate::load::Load;
 use crate::rod::Rod;
-use crate::scene::Moment;
+use crate::scene::{Moment, Scene};
 use crate::shoot::Shoot;
 use crate::tropism::{Growing, Site, TropismLaw};
 
@@ -78,16 +78,29 @@ impl Settled {
     }
 }
 
-/// Refuses laws whose gradient depends on time.
-pub(super) fn check_unforced(law: &impl TropismLaw, settled: &Settled) -> Result<(), StabilityError> {
+/// Refuses what depends on time: laws, loads, gravity, the base.
+pub(super) fn check_unforced<G, T: TropismLaw, C: Constitutive, L, S: Scene>(
+    shoot: &Shoot<G, T, C, L, S>,
+    rod: &Rod,
+    load: &impl Load,
+    settled: &Settled,
+) -> Result<(), StabilityError> {
+    let law = &shoot.tropism;
+    let time = shoot.state.time;
+    let base = shoot.scene.base(time);
+    let (mut stimuli, mut variables) = (vec![0.0; law.stimuli()], vec![0.0; law.variables()]);
     let mut change = 0.0_f64;
-    for (i, place) in settled.places.iter().enumerate() {
-        // Incommensurate times, from seconds to days: no period divides them all.
-        for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9] {
-            let at = Growing { time: place.time + later, ..*place };
-            let gradient = law.gradient(&at, &settled.variables[i], &settled.stimuli[i]);
-            change = change.max((gradient - settled.gradients[i]).norm());
-        }
+    // Incommensurate times, from seconds to days: no period divides them all.
+    for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
+        let moment = shoot.scene.moment(later);
+        // A base that has turned shows in nothing that is sensed on the rod as it is.
+        change = change.max(base.angle_to(&shoot.scene.base(later)) / rod.length());
+        visit_sites(rod, &shoot.constitutive, load, &moment, law.needs_position(), |i, site| {
+            law.sense(site, &mut stimuli);
+            law.settled(&stimuli, &mut variables);
+            let at = Growing { time: later, ..settled.places[i] };
+            change = change.max((law.gradient(&at, &variables, &stimuli) - settled.gradients[i]).norm());
+        });
     }
     // Rounding of a gradient of the size of 1/radius.
     let size = settled.places.first().map_or(1.0, |place| 1.0 / place.radius);

@@ -4,7 +4,7 @@
 //! a point and the turn of the frames above it, a Volterra operator, which has no roots of its own. Its discretisation
 //! has some, where |a| h is not small, a the gain from turn to strain and h the length of an element. They are divided out.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::{Complex, DMatrix, Vector3};
 
 use super::Linearisation;
 use super::characteristic::{Pair, Part, Sample};
@@ -15,8 +15,9 @@ use crate::rod::Rod;
 /// Elements whose own problems differ by less than this share of their response are alike: rounding of the differences.
 const ALIKE: f64 = 1e-8;
 
-/// Below this variation of the characteristic function no error of the short waves is worth a look.
-const NEGLIGIBLE: f64 = 0.1;
+/// An error of the short waves that changes the characteristic function by less than this share of itself does not change
+/// the number of its zeros (Rouché asks for less than one; the error is an estimate, hence a quarter).
+pub(super) const BLURRED: f64 = 0.25;
 /// Steeper than this the function is only next to a root, which the error moves.
 const STEEP: f64 = 10.0;
 
@@ -90,36 +91,79 @@ impl Linearisation {
 
     /// By what share of itself the characteristic function of a block may change at λ for the error of the short waves.
     ///
-    /// They go as exp(−κs), κ the gain from turn to strain, and Gauss collocation makes of exp(−κh) its diagonal Padé
-    /// approximant. Waves that are not resolved matter only where the function feels them, and so varies.
+    /// They go as exp(Gs), G the gain from turn to strain, and Gauss collocation makes of exp(Gh) its diagonal Padé
+    /// approximant. Waves that are not resolved matter as far as the function feels them: by elasticity, which couples the
+    /// far end of the shoot, where they have grown, to its base.
     pub(super) fn blur(&self, z: Complex<f64>, at: &Sample, part: Part) -> f64 {
         let Part::Block(block) = part else { return 0.0 };
-        if !((z * at.log_slope).norm() >= NEGLIGIBLE) {
-            return 0.0;
-        }
         let transfers = self.transfers_at(z);
-        let (mut error, mut waves) = (0.0, 0.0);
+        let (mut error, mut waves, mut growth, mut local) = (0.0, 0.0, 0.0, 0.0_f64);
         for element in &self.elements[block] {
             let p = element.points as u32;
             let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
             let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
-            let (wave, number) = (self.wave(z, &transfers, element), element.number as f64);
+            let (gain, own) = self.gain(z, &transfers, element);
+            let (wave, number) = (gain.norm() * element.length, element.number as f64);
             error += number * factor * wave.powi(2 * p as i32 + 1);
             waves += number * wave;
+            let symmetric = (&gain + gain.adjoint()) * Complex::from(0.5 * element.length);
+            growth += number * symmetric.symmetric_eigenvalues().max();
+            local = local.max((own * z).norm());
         }
-        // A share A exp(−κℓ) of the function varies by |A κ'| ℓ, where κ' is of the size of κ over the distance to zero or
-        // to the essential spectrum, whichever is nearer.
-        let rate = at.nearness.max(1.0 / z.norm()) * waves.max(1.0);
-        (at.log_slope.norm() / rate).min(STEEP) * f64::min(error, 1.0)
+        if !(error > 0.1 * BLURRED / STEEP) {
+            return if error.is_nan() { f64::INFINITY } else { 0.0 };
+        }
+        // What waves that have grown along the shoot may have of the function ...
+        let expected = self.elasticity[block] * local * growth.exp() / (waves * waves).max(1.0);
+        // ... and what they have of what the mesh makes of it: a share A exp(−κℓ) varies by |A κ'| ℓ, where κ' is of the
+        // size of κ over the distance to zero or to the essential spectrum, whichever is nearer.
+        let found = at.log_slope.norm() / (at.nearness.max(1.0 / z.norm()) * waves.max(1.0));
+        expected.max(found).min(STEEP) * f64::min(error, 1.0)
     }
 
-    /// |κ| h of an element.
-    fn wave(&self, z: Complex<f64>, transfers: &Transfers, element: &Element) -> f64 {
+    /// The gain from turn to strain of an element, (λ − T ∂x/∂u)⁻¹ T ∂x/∂φ in 1/m, and its first factor.
+    fn gain(&self, z: Complex<f64>, transfers: &Transfers, element: &Element) -> Pair {
         let (kind, driven) = self.first_point(element);
-        let own = self.local_matrix(z, transfers, kind, &driven).0;
-        let gain = &transfers[kind].0 * element.turn.map(Complex::from);
-        let gain = DMatrix::from_fn(driven.len(), driven.len(), |i, j| gain[(driven[i], driven[j])]);
-        own.lu().solve(&gain).map_or(f64::INFINITY, |kappa| kappa.norm()) * element.length
+        let n = driven.len();
+        let own = self.local_matrix(z, transfers, kind, &driven).0.try_inverse();
+        let own = own.unwrap_or_else(|| DMatrix::from_element(n, n, Complex::from(f64::INFINITY)));
+        let turn = &transfers[kind].0 * element.turn.map(Complex::from);
+        let gain = &own * DMatrix::from_fn(n, n, |i, j| turn[(driven[i], driven[j])]);
+        (gain, own)
+    }
+
+    /// How much of the response to a turn is elastic, in every block: its norm relative to that of a rigid shoot. One at
+    /// most: next to buckling it has no bound, but what grows there is the longest wave.
+    pub(super) fn find_elasticity(&mut self, rod: &Rod, settled: &Settled) {
+        let (p, m, first) = (rod.order().points(), self.stimuli, rod.first_growing());
+        let frame = |point: usize| rod.frame_at_point(first + point / p, point % p);
+        let weight = |i: usize, j: usize| {
+            let at = |point: usize| rod.element_points(first + point / p)[point % p].jacobian;
+            match (j / p).cmp(&(i / p)) {
+                std::cmp::Ordering::Less => rod.basis().weights[j % p] * at(j),
+                std::cmp::Ordering::Equal => rod.basis().upto[i % p][j % p] * at(j),
+                std::cmp::Ordering::Greater => 0.0,
+            }
+        };
+        self.elasticity.clear();
+        for block in &self.blocks {
+            let (mut elastic, mut rigid) = (vec![0.0; m], vec![0.0; m]);
+            for i in 0..settled.places.len() {
+                for &unknown in block {
+                    let (j, c) = self.unknowns[unknown];
+                    // The turn at i, along its directors, by a bend at j.
+                    let turn = frame(i).inverse() * (frame(j) * Vector3::ith(c, weight(i, j)));
+                    for k in 0..m {
+                        let turned = settled.turn[i].row(k).dot(&turn.transpose());
+                        let own = if i == j { settled.local[i][(k, c)] } else { 0.0 };
+                        rigid[k] += turned * turned;
+                        elastic[k] += (self.response[(i * m + k, unknown)] - own - turned).powi(2);
+                    }
+                }
+            }
+            let shares = elastic.iter().zip(&rigid).filter(|(_, rigid)| **rigid > 0.0).map(|(e, r)| (e / r).sqrt());
+            self.elasticity.push(shares.fold(0.0, f64::max).min(1.0));
+        }
     }
 
     /// The inverse distance of the essential spectrum of an element's first point, s.

@@ -91,7 +91,7 @@ impl StationarySolver {
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
             let settled = Settled::of(shoot, rod, &shoot.load, &moment);
-            check_unforced(&shoot.tropism, &settled)?;
+            check_unforced(shoot, rod, &shoot.load, &settled)?;
             let gradient = settled.largest();
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
             if gradient * radius <= self.tolerance {
@@ -135,8 +135,8 @@ impl StationarySolver {
             Ok(Settled::of(shoot, trial, &(), &moment))
         };
         let mut settled = evaluate(&mut trial)?;
-        check_unforced(&shoot.tropism, &settled)?;
-        let flatten = |settled: &Settled| DVector::from_fn(2 * count, |k, _| settled.gradients[k / 2][k % 2]);
+        check_unforced(shoot, &trial, &(), &settled)?;
+        let flatten = |settled: &Settled| DVector::from_fn(3 * count, |k, _| settled.gradients[k / 3][k % 3]);
         let mut residual = flatten(&settled);
         for iteration in 0..=self.max_iterations {
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
@@ -152,21 +152,21 @@ impl StationarySolver {
             if iteration == self.max_iterations || !gradient.is_finite() {
                 return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
             }
-            let mut jacobian = DMatrix::zeros(2 * count, 2 * count);
+            let mut jacobian = DMatrix::zeros(3 * count, 3 * count);
             // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
             let h = 1e-4 / trial.length();
             let mut moved = trial.clone();
-            for k in 0..2 * count {
+            for k in 0..3 * count {
                 moved.clone_from(&trial);
-                moved.points_mut()[first + k / 2].intrinsic[k % 2] += h;
+                moved.points_mut()[first + k / 3].intrinsic[k % 3] += h;
                 let plus = flatten(&evaluate(&mut moved)?);
                 moved.clone_from(&trial);
-                moved.points_mut()[first + k / 2].intrinsic[k % 2] -= h;
+                moved.points_mut()[first + k / 3].intrinsic[k % 3] -= h;
                 let minus = flatten(&evaluate(&mut moved)?);
                 jacobian.set_column(k, &((plus - minus) / (2.0 * h)));
             }
             // Components that nothing drives have rows and columns of zeros; they stay.
-            for k in 0..2 * count {
+            for k in 0..3 * count {
                 if jacobian.row(k).amax() == 0.0 {
                     jacobian[(k, k)] = 1.0;
                 }
@@ -177,8 +177,8 @@ impl StationarySolver {
             let mut fraction = 1.0;
             loop {
                 moved.clone_from(&trial);
-                for k in 0..2 * count {
-                    moved.points_mut()[first + k / 2].intrinsic[k % 2] -= fraction * step[k];
+                for k in 0..3 * count {
+                    moved.points_mut()[first + k / 3].intrinsic[k % 3] -= fraction * step[k];
                 }
                 if let Ok(next) = evaluate(&mut moved) {
                     let value = flatten(&next);
@@ -216,12 +216,15 @@ impl StationarySolver {
 /// A shape whose strains end in polynomials that turn a frame by more than this within an element is none, rad.
 const RESOLVED: f64 = 0.1;
 
-/// The largest turn that the highest polynomial of the intrinsic strain makes in an element, rad; zero with one point.
+/// The largest turn that the highest polynomial of the intrinsic strain makes in an element, rad. With one point in an
+/// element: that of half the jump to the next one, or of all if there is no other.
 fn unresolved(rod: &Rod) -> f64 {
     let basis = rod.basis();
     let p = basis.p;
     if p == 1 {
-        return 0.0;
+        let turn = |e: usize| rod.points()[e].intrinsic * rod.element_length(e);
+        let jumps = (1..rod.elements()).map(|e| 0.5 * (turn(e) - turn(e - 1)).norm());
+        return if rod.elements() == 1 { turn(0).norm() } else { jumps.fold(0.0, f64::max) };
     }
     // The Legendre coefficient of degree p − 1, from the highest divided difference at the Gauss points.
     let mut largest = 0.0_f64;

@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::settled::Settled;
+use crate::error::ParameterError;
 use crate::tropism::{LawDerivatives, TropismLaw};
 
 /// Points whose laws linearise alike to this share one transfer function.
@@ -22,11 +23,13 @@ pub(super) struct Transfer {
     pub gradient_x: DMatrix<f64>,
     /// ∂stimuli/∂strain at the point itself, three columns.
     pub local: DMatrix<f64>,
+    /// The own rates of the variables: the eigenvalues of ∂rates/∂variables.
+    pub memory: Vec<Complex<f64>>,
 }
 
 impl Transfer {
     /// Of a law at a place where it has settled.
-    pub fn of(law: &impl TropismLaw, rate: f64, settled: &Settled, point: usize) -> Self {
+    pub fn of(law: &impl TropismLaw, rate: f64, settled: &Settled, point: usize) -> Result<Self, ParameterError> {
         let (v, m) = (law.variables(), law.stimuli());
         let mut out = Self {
             rate,
@@ -36,6 +39,7 @@ impl Transfer {
             gradient_y: DMatrix::zeros(3, v),
             gradient_x: DMatrix::zeros(3, m),
             local: settled.local[point].clone(),
+            memory: Vec::new(),
         };
         law.delays(&mut out.delays);
         let mut derivatives = LawDerivatives {
@@ -45,7 +49,15 @@ impl Transfer {
             gradient_by_stimuli: out.gradient_x.view_mut((0, 0), (3, m)),
         };
         law.derivatives(&settled.places[point], &settled.variables[point], &settled.stimuli[point], &mut derivatives);
-        out
+        ParameterError::finite("derivative of the laws", out.size())?;
+        for delay in &out.delays {
+            ParameterError::unless(*delay >= 0.0, "delay of a law", *delay, "not negative (s)")?;
+        }
+        // Rounding of differences is no rate.
+        let noise = 1e-9 * out.rates_y.amax();
+        out.memory = if v > 0 { out.rates_y.complex_eigenvalues().iter().copied().collect() } else { Vec::new() };
+        out.memory.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
+        Ok(out)
     }
 
     pub fn is_like(&self, other: &Self) -> bool {
@@ -59,7 +71,7 @@ impl Transfer {
     }
 
     /// The sum of all derivatives' sizes: not finite if one of them is not.
-    pub fn size(&self) -> f64 {
+    fn size(&self) -> f64 {
         let parts = [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local];
         parts.iter().flat_map(|part| part.iter()).map(|x| x.abs()).sum::<f64>() + self.rate.abs()
     }
