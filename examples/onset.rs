@@ -78,19 +78,19 @@ impl Kind {
         }
     }
 
-    /// The roots right of a line that stands off what piles up, on the first mesh that resolves the waves that matter.
-    fn roots(&self, length: f64) -> Result<Vec<Root>, StabilityError> {
-        let mut elements = self.elements;
-        loop {
+    /// The roots right of a line that stands off what piles up; none if two meshes do not resolve the waves that matter.
+    fn roots(&self, length: f64) -> Result<Option<Vec<Root>>, StabilityError> {
+        for elements in [self.elements, 2 * self.elements] {
             let linear = self.at(length, elements)?;
             // Isolated roots lie right of the essential spectrum, where ever shorter waves pile up that no mesh
             // resolves. Without proprioception they pile up at zero instead.
             let line = linear.essential()?.first().map_or(0.002 / MEMORY.time, |root| 0.6 * root.re);
             match linear.roots(line) {
-                Err(StabilityError::Coarse { .. }) if elements < 8 * self.elements => elements *= 2,
-                other => return other,
+                Err(StabilityError::Coarse { .. }) => {}
+                other => return other.map(Some),
             }
         }
+        Ok(None)
     }
 }
 
@@ -123,9 +123,13 @@ fn run() -> Result<(), Box<dyn Error>> {
     // Roots of neighbouring lengths that are closest to each other belong to one curve.
     let mut table = Table::create(out.join("roots.csv"), &["length_m", "root", "growth_rate_per_s", "period_s"])?;
     let mut curves: Vec<Vec<(f64, Complex<f64>)>> = Vec::new();
+    let mut unresolved = 0;
     for i in 0..=STEPS {
         let length = LENGTHS[0] + (LENGTHS[1] - LENGTHS[0]) * i as f64 / STEPS as f64;
-        let roots = kind.roots(length)?;
+        let Some(roots) = kind.roots(length)? else {
+            unresolved += 1;
+            continue;
+        };
         let mut free: Vec<usize> = (0..curves.len()).collect();
         for root in roots {
             let distance = |k: &usize| curves[*k].last().map_or(f64::MAX, |(_, z)| (z - root.value).norm());
@@ -143,6 +147,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         }
     }
     table.finish()?;
+    if unresolved > 0 {
+        println!(
+            "{unresolved} of {} lengths have waves that the mesh does not resolve; --elements takes more",
+            STEPS + 1
+        );
+    }
 
     let draw = |file: &str, title: &str, label: &str, of: &dyn Fn(Complex<f64>) -> f64, at: f64| {
         let mut series: Vec<Series> = Vec::new();

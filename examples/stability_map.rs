@@ -223,7 +223,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
             // The fast one comes close to Greenhill's length at any growth time.
             let fast = kind.crossings(|kind, ratio| kind.at(20.0, ratio), 0.99, 0.9995)?;
-            let quickest = if kind.proprioception > 0.0 { 6.2 } else { 7.0 };
+            let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
             let others = kind.crossings(|kind, hours| kind.at(hours, 0.985), quickest, 60.0)?;
             starts.extend(
                 fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }),

@@ -23,7 +23,8 @@ pub struct BoundaryPoint {
 /// the point next to it.
 ///
 /// The root that is on the axis at the start is followed, whether others are further right or not: only the lowest of all
-/// these curves is the boundary of stability. It ends on the rectangle's side, or when it comes back to its start.
+/// these curves is the boundary of stability. It ends on the rectangle's side, when it comes back to its start, or where the
+/// shoot buckles.
 ///
 /// # Errors
 /// What `family` reports, or a root that is lost at the smallest step.
@@ -94,8 +95,15 @@ pub fn boundary(
                     size *= 0.5;
                 }
                 if size < 1e-4 * step {
-                    let residual = outcome.map_or(f64::NAN, |(next, _)| (next.x - here.x).norm());
-                    return Err(StabilityError::NoConvergence { what: "boundary of stability", residual });
+                    match outcome {
+                        // The curve runs into buckling, where no shoot is upright.
+                        Err(StabilityError::MechanicallyUnstable { .. }) => break,
+                        Err(error) => return Err(error),
+                        Ok((next, _)) => {
+                            let residual = (next.x - here.x).norm();
+                            return Err(StabilityError::NoConvergence { what: "boundary of stability", residual });
+                        }
+                    }
                 }
                 continue;
             }

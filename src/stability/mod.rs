@@ -113,7 +113,8 @@ pub enum StabilityError {
         /// Largest real part of the essential spectrum, 1/s.
         abscissa: f64,
     },
-    /// The mesh does not resolve waves that matter for the answer; take more elements.
+    /// The mesh does not resolve waves that matter for the answer; take more elements. Next to the essential spectrum, and
+    /// with fast growth and no proprioception, ever shorter waves matter, and no mesh may do.
     #[error(
         "the elements are too long for the waves that matter: their error may change the characteristic function by \
              {blur:.1e} of itself; take more elements"

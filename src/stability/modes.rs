@@ -7,7 +7,7 @@ use super::Linearisation;
 /// How a mode moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Polarisation {
-    /// To and fro in a plane.
+    /// To and fro in a plane; the displacement of the apex says in which direction.
     Planar,
     /// Round: the tip goes on an ellipse.
     Turning,
@@ -28,7 +28,9 @@ pub struct Root {
     pub polarisation: Polarisation,
     /// The disturbance of the intrinsic strain at the points of the growth zone, components along the directors, 1/m.
     pub strain: Vec<Vector3<Complex<f64>>>,
-    /// The displacement of the ends of the elements that goes with it, base first, m. The apex moves by 1 m at most.
+    /// The displacement of the ends of the elements that goes with it, base first, in the fixed frame, m: at the places of
+    /// [`Rod::centre_line`](crate::rod::Rod::centre_line). That of the apex has the norm 1 m, and its largest component is
+    /// real and positive.
     pub displacement: Vec<Vector3<Complex<f64>>>,
 }
 
@@ -70,8 +72,10 @@ impl Linearisation {
         }
         let moved: DVector<Complex<f64>> = self.displacement.map(Complex::from) * &all;
         let rows = moved.nrows();
-        let tip = moved.rows(rows - 3, 3).norm();
-        let scale = if tip > 0.0 { Complex::from(1.0 / tip) } else { Complex::ONE };
+        let apex = moved.rows(rows - 3, 3);
+        // Moved by 1 m, and the component that moves most is real.
+        let most = apex.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
+        let scale = if most.norm() > 0.0 { most.conj() / (most.norm() * apex.norm()) } else { Complex::ONE };
         let displacement: Vec<Vector3<Complex<f64>>> =
             (0..rows / 3).map(|k| Vector3::from_fn(|i, _| moved[3 * k + i] * scale)).collect();
         let mut strain = vec![Vector3::zeros(); self.kind.len()];

@@ -230,6 +230,7 @@ impl Linearisation {
     /// A line that does not, or a root that is not found.
     pub fn roots(&self, abscissa: f64) -> Result<Vec<Root>, StabilityError> {
         let left = self.leftmost();
+        ParameterError::finite("line right of which roots are sought", abscissa)?;
         ParameterError::unless(
             abscissa >= left,
             "line right of which roots are sought",

@@ -12,6 +12,33 @@ const STEP: f64 = 1e-4;
 
 /// The derivatives of a law's rates and gradient at a place, rows by what changes and columns by what it is changed by.
 /// They are zero before the law writes them.
+///
+/// A law that offers its own should be held against differences:
+///
+/// ```
+/// use morphorod::tropism::{Growing, LawDerivatives, Memory, Proprioception, TropismLaw};
+/// use nalgebra::DMatrix;
+///
+/// let law = Proprioception { sensitivity: 20.0, memory: Memory { time: 720.0, delay: 720.0 } };
+/// let at = Growing { time: 0.0, radius: 5e-4, apex_distance: 0.01 };
+/// let (y, x) = ([3.0, -2.0], [1.0, 5.0]);
+/// let [own, differences] = [true, false].map(|own| {
+///     let [mut ry, mut rx] = [DMatrix::zeros(2, 2), DMatrix::zeros(2, 2)];
+///     let [mut gy, mut gx] = [DMatrix::zeros(3, 2), DMatrix::zeros(3, 2)];
+///     let mut out = LawDerivatives {
+///         rates_by_variables: ry.as_view_mut(),
+///         rates_by_stimuli: rx.as_view_mut(),
+///         gradient_by_variables: gy.as_view_mut(),
+///         gradient_by_stimuli: gx.as_view_mut(),
+///     };
+///     if own { law.derivatives(&at, &y, &x, &mut out) } else { out.by_differences(&law, &at, &y, &x) }
+///     [ry, rx, gy, gx]
+/// });
+/// for (own, other) in own.iter().zip(&differences) {
+///     // The law is linear: rounding is left.
+///     assert!((own - other).amax() <= 1e-9 * own.amax());
+/// }
+/// ```
 #[derive(Debug)]
 pub struct LawDerivatives<'a> {
     /// ∂ẏ/∂y of the [rates](TropismLaw::rates), 1/s.
