@@ -14,8 +14,8 @@
 //! under its weight whatever it senses; in A and C oscillations begin before that, sooner the faster the shoot grows.
 //! The steep curve up to ℓc is a swing of the whole shoot, with the same period of 87.6 min at every point of it. The
 //! others are shorter waves, and close to ℓc fast ones (11.7, 6.0, 4.0 min) that answer one turn too late, or two, or three.
-//! They are dashed where something else is unstable already, or where the mesh does not tell; in A one of them is the
-//! boundary for short shoots. There are infinitely many more.
+//! They are dashed where something else is unstable already; in A one of them is the boundary for short shoots. There are
+//! infinitely many more.
 //! In B waves of every length become unstable at once, at the same growth time whatever the shoot's length: not a root
 //! crosses but the *essential spectrum*. It does so in C, too: the branches pile up at this line, and left of it
 //! infinitely many roots are unstable.
@@ -24,8 +24,8 @@
 //!
 //! # What to try
 //! `--elements 6`: which curves change, and how long does it take? Fast growth makes short waves: where the elements are too
-//! long for them, twice as many are taken, and if that does not do, the column `others_unstable` of the table says NaN. The
-//! example `onset` looks at one growth time more closely.
+//! long for them, twice as many are taken. If that does not do, the column `others_unstable` of the table says NaN, and what is
+//! dashed is told by the other curves. The example `onset` looks at one growth time more closely.
 
 mod common;
 
@@ -159,6 +159,16 @@ const RADIUS: f64 = 0.5e-3;
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
+/// Whether a curve passes right of a point, at the same length.
+fn is_right_of(curve: &[(BoundaryPoint, Option<Unstable>)], point: BoundaryPoint) -> bool {
+    let [hours, ratio] = point.parameters;
+    curve.windows(2).any(|pair| {
+        let ([x0, y0], [x1, y1]) = (pair[0].0.parameters, pair[1].0.parameters);
+        let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
+        between && x0 + (x1 - x0) * (ratio - y0) / (y1 - y0) > 1.002 * hours
+    })
+}
+
 /// Greenhill's self-buckling length, m.
 fn greenhill() -> f64 {
     let gravity = Still::upright().moment(0.0).gravity.norm();
@@ -242,15 +252,17 @@ fn run() -> Result<(), Box<dyn Error>> {
         }
         let mut series = Vec::new();
         let mut slow = 0;
-        for (branch, start) in starts.into_iter().enumerate() {
-            let points = kind.curve(start, &mut cost)?;
+        let curves: Result<Vec<_>, _> = starts.into_iter().map(|start| kind.curve(start, &mut cost)).collect();
+        let curves = curves?;
+        for (branch, points) in curves.iter().enumerate() {
             let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
-            for (point, unstable) in &points {
+            for (point, unstable) in points {
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
                     Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
                     Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
-                    None => (f64::NAN, false),
+                    // The mesh does not tell; the other curves do, as far as they are known.
+                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, *point))),
                 };
                 let period = std::f64::consts::TAU / point.frequency;
                 table.row(&[panel as f64, branch as f64, HOUR * hours, ratio * greenhill(), period, others])?;
