@@ -8,7 +8,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::{ApicalForce, Load, Weight};
 use morphorod::stability::{
-    BoundaryPoint, Linearisation, StabilityError, StationarySolver, Unstable, boundary, crossings,
+    BoundaryPoint, Linearisation, StabilityError, StationarySolver, Unstable, boundary, crossings, onset,
 };
 use morphorod::tropism::{
     Gravitropism, Growing, Memory, Proprioception, SettledStatoliths, Site, Statoliths, TropismLaw,
@@ -179,6 +179,42 @@ fn the_essential_spectrum_is_found_left_of_the_slowest_rate_and_without_memory()
     }
     let found = analyse(AtOnce, (), Still::upright(), 20.0, 0.05, 2).unwrap().essential().unwrap()[0];
     assert!((found.re * 72e3 / -20.0 - 1.0).abs() < 1e-8 && found.im == 0.0, "{found}");
+}
+
+#[test]
+fn an_isolated_root_crosses_at_zero() {
+    /// Bends every point further the way the apex leans: u̇* = k REGR M[tilt of the apex].
+    struct Topple(f64);
+    impl TropismLaw for Topple {
+        fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::y() * (self.0 * past[0])
+        }
+        fn variables(&self) -> usize {
+            1
+        }
+        fn stimuli(&self) -> usize {
+            1
+        }
+        fn delays(&self, delays: &mut [f64]) {
+            delays[0] = 720.0;
+        }
+        fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+            let tangent = *site.rod.frames().last().unwrap() * Vector3::z();
+            stimuli[0] = tangent.x;
+        }
+        fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+            rates[0] = (x[0] - y[0]) / 720.0;
+        }
+    }
+    let length = 0.05;
+    let family = |k: f64| analyse((Topple(k), BENDING), (), Still::upright(), 20.0, length, 3);
+    // At λ = 0 the strain is uniform, η θ' = k θ(ℓ) = k ℓ θ'.
+    let expected = 20.0 / length;
+    for found in [onset(family, 100.0, 900.0).unwrap(), crossings(family, 100.0, 900.0).unwrap()[0]] {
+        // On the axis to 1e-11 of 1/720 s, where the root moves by 1e-7/s for a change of one in k.
+        assert!((found.parameter / expected - 1.0).abs() < 1e-8, "{found:?}");
+        assert_eq!(found.frequency, 0.0, "{found:?}");
+    }
 }
 
 #[test]
