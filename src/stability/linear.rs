@@ -263,11 +263,13 @@ impl Linearisation {
         let delays = self.transfers.iter().flat_map(|t| &t.delays).filter(|d| **d > 0.0).map(|d| 1.0 / d);
         let rates = self.transfers.iter().flat_map(|t| &t.memory).map(|rate| rate.norm());
         let fast = delays.chain(rates).fold(slow, f64::max);
+        // Two, and one more for every factor of ten between them.
+        let decades = (fast / slow).log10().ceil().clamp(0.0, 12.0) as usize;
         let at = |k: usize| {
-            let size = slow * (fast / slow).powf(k as f64 / 6.0);
+            let size = slow * (fast / slow).powf(k as f64 / (decades + 1) as f64);
             // Directions without a pattern.
             Complex::from_polar(size, 0.4 + 0.13 * k as f64)
         };
-        (0..=6).map(at).collect()
+        (0..=decades + 1).map(at).collect()
     }
 }

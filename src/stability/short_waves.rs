@@ -136,7 +136,8 @@ impl Linearisation {
     /// most: next to buckling it has no bound, but what grows there is the longest wave.
     pub(super) fn find_elasticity(&mut self, rod: &Rod, settled: &Settled) {
         let (p, m, first) = (rod.order().points(), self.stimuli, rod.first_growing());
-        let frame = |point: usize| rod.frame_at_point(first + point / p, point % p);
+        let points = settled.places.len();
+        let frames: Vec<_> = (0..points).map(|point| rod.frame_at_point(first + point / p, point % p)).collect();
         let weight = |i: usize, j: usize| {
             let at = |point: usize| rod.element_points(first + point / p)[point % p].jacobian;
             match (j / p).cmp(&(i / p)) {
@@ -148,13 +149,20 @@ impl Linearisation {
         self.elasticity.clear();
         for block in &self.blocks {
             let (mut elastic, mut rigid) = (vec![0.0; m], vec![0.0; m]);
-            for i in 0..settled.places.len() {
-                for &unknown in block {
+            // A unit of every unknown, in the fixed frame.
+            let axes: Vec<Vector3<f64>> = block
+                .iter()
+                .map(|&unknown| self.unknowns[unknown])
+                .map(|(j, c)| frames[j] * Vector3::ith(c, 1.0))
+                .collect();
+            for i in 0..points {
+                let back = frames[i].inverse();
+                for (&unknown, axis) in block.iter().zip(&axes) {
                     let (j, c) = self.unknowns[unknown];
                     // The turn at i, along its directors, by a bend at j.
-                    let turn = frame(i).inverse() * (frame(j) * Vector3::ith(c, weight(i, j)));
+                    let turn = back * axis * weight(i, j);
                     for k in 0..m {
-                        let turned = settled.turn[i].row(k).dot(&turn.transpose());
+                        let turned: f64 = (0..3).map(|d| settled.turn[i][(k, d)] * turn[d]).sum();
                         let own = if i == j { settled.local[i][(k, c)] } else { 0.0 };
                         rigid[k] += turned * turned;
                         elastic[k] += (self.response[(i * m + k, unknown)] - own - turned).powi(2);
