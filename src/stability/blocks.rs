@@ -54,6 +54,12 @@ impl Linearisation {
         self.twins = (0..self.blocks.len()).map(first).collect();
     }
 
+    /// All parts of the spectrum that differ: the essential one, then the blocks.
+    pub(super) fn parts(&self) -> impl Iterator<Item = Part> {
+        let blocks = self.distinct_blocks().into_iter().map(|(block, _)| Part::Block(block));
+        (0..self.local_blocks.len()).map(Part::Essential).chain(blocks)
+    }
+
     /// Blocks with different characteristic functions, and how many there are of each.
     pub(super) fn distinct_blocks(&self) -> Vec<(usize, usize)> {
         let own = |&block: &usize| self.twins[block] == block;

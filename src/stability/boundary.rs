@@ -252,9 +252,7 @@ fn end_on_side(
 /// The part of the spectrum with a root next to a frequency on the axis, and the root.
 fn on_axis(linear: &Linearisation, frequency: f64) -> Result<(Part, Complex<f64>), StabilityError> {
     let start = Complex::new(0.0, frequency);
-    let essential = (0..linear.local_blocks.len()).map(Part::Essential);
-    let blocks = linear.distinct_blocks().into_iter().map(|(block, _)| Part::Block(block));
-    let roots = essential.chain(blocks).filter_map(|part| Some((part, linear.polish(start, part).ok()?)));
+    let roots = linear.parts().filter_map(|part| Some((part, linear.polish(start, part).ok()?)));
     let nearest = roots.min_by(|a, b| (a.1 - start).norm().total_cmp(&(b.1 - start).norm()));
     match nearest {
         Some((part, root)) if (root - start).norm() < JUMP * frequency.max(linear.slowest_rate()) => Ok((part, root)),

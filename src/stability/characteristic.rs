@@ -35,17 +35,21 @@ impl Linearisation {
     /// has a limit as the mesh is refined, with the isolated roots only: those of the short waves and of the mesh drop
     /// out. For the others it is det D/(λ + c)ⁿ, c > 0, D the part's matrix.
     pub(super) fn characteristic(&self, z: Complex<f64>, part: Part) -> Sample {
-        let transfers = self.transfers_at(z);
+        self.characteristic_from(z, &self.transfers_at(z), part)
+    }
+
+    /// The same, with the transfer functions evaluated for it.
+    pub(super) fn characteristic_from(&self, z: Complex<f64>, transfers: &Transfers, part: Part) -> Sample {
         let sample = match part {
-            Part::Block(block) if block < self.blocks.len() => Some(self.quotient(z, &transfers, block)),
+            Part::Block(block) if block < self.blocks.len() => Some(self.quotient(z, transfers, block)),
             Part::Block(_) => None,
             Part::Essential(block) => self.local_blocks.get(block).map(|(kind, components)| {
-                let local = self.scaled(z, self.local_matrix(z, &transfers, *kind, components));
+                let local = self.scaled(z, self.local_matrix(z, transfers, *kind, components));
                 self.with_memory(z, local, &self.transfers[*kind].memory)
             }),
             Part::Element(block, element) => {
                 let element = self.elements.get(block).and_then(|elements| elements.get(element));
-                element.map(|element| self.scaled(z, self.element_matrix(z, &transfers, element)))
+                element.map(|element| self.scaled(z, self.element_matrix(z, transfers, element)))
             }
         };
         // A part that is followed along a parameter may be missing for some of its values.

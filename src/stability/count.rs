@@ -34,8 +34,9 @@ impl Linearisation {
         let mut coarsest = 0.0_f64;
         let mut f = |w: f64| {
             let z = Complex::new(abscissa, w);
-            let sample = self.characteristic(z, part);
-            coarsest = coarsest.max(self.blur(z, &sample, part));
+            let transfers = self.transfers_at(z);
+            let sample = self.characteristic_from(z, &transfers, part);
+            coarsest = coarsest.max(self.blur(z, &transfers, &sample, part));
             sample
         };
         // From the real axis up to where no root is: the other half mirrors it, the arc far right contributes nothing
@@ -112,9 +113,7 @@ impl Linearisation {
         }
         Ok(Unstable::Finite(sum))
     }
-}
 
-impl Linearisation {
     /// How far right of the axis a root must lie to count as unstable, 1/s.
     pub(super) fn threshold(&self) -> f64 {
         1e-6 * self.slowest_rate()

@@ -72,7 +72,7 @@ impl Linearisation {
         if found.inertia.negative > 0 {
             return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
         }
-        let settled = Settled::of(shoot, &rod, &shoot.load, &moment);
+        let mut settled = Settled::of(shoot, &rod, &shoot.load, &moment);
         check_unforced(shoot, &rod, &shoot.load, &settled)?;
         // What the equilibrium's own error lets the laws ask for, times a margin.
         let radius = settled.places.first().map_or(1.0, |place| place.radius);
@@ -80,14 +80,14 @@ impl Linearisation {
         if !(gradient * radius < 1e-8) {
             return Err(StabilityError::NotStationary { gradient });
         }
-        Self::at(shoot, &rod, &settled, &moment, &mut solver)
+        Self::at(shoot, &rod, &mut settled, &moment, &mut solver)
     }
 
     /// Linearises about `rod`, stationary or not.
     pub(super) fn at<G, T, C, L, S>(
         shoot: &Shoot<G, T, C, L, S>,
         rod: &Rod,
-        settled: &Settled,
+        settled: &mut Settled,
         moment: &Moment,
         solver: &mut NewtonSolver,
     ) -> Result<Self, StabilityError>
@@ -97,6 +97,8 @@ impl Linearisation {
         C: Constitutive,
         L: Load,
     {
+        settled.differentiate(shoot, rod, moment);
+        let settled = &*settled;
         let law = &shoot.tropism;
         let m = law.stimuli();
         let mut transfers: Vec<Transfer> = Vec::new();

@@ -129,10 +129,9 @@ pub fn onset(
         let rest = onset(family, beyond, stable_end)?;
         return Ok(Onset { linearisations: rest.linearisations + linearisations + 1, ..rest });
     }
-    let frequency = if root.im.abs() < 1e-9 * linear.slowest_rate() { 0.0 } else { root.im.abs() };
     Ok(Onset {
         parameter: current.0,
-        frequency,
+        frequency: frequency(&linear, root),
         essential: matches!(part, Part::Essential(_)),
         residual: root.re.abs(),
         linearisations: linearisations + 1,
@@ -230,10 +229,9 @@ fn crossing(
         let slope = (moved - z) / (next - p);
         (p, z) = (next, moved);
         if z.re.abs() <= 1e-11 * z.norm().max(linear.slowest_rate()) {
-            let frequency = if z.im.abs() < 1e-9 * linear.slowest_rate() { 0.0 } else { z.im.abs() };
             return Ok(Some(Onset {
                 parameter: p,
-                frequency,
+                frequency: frequency(&linear, z),
                 essential: false,
                 residual: z.re.abs(),
                 linearisations: 0,
@@ -247,12 +245,15 @@ fn crossing(
     Ok(None)
 }
 
+/// The angular frequency of a root on the axis; zero up to rounding is zero.
+fn frequency(linear: &Linearisation, root: Complex<f64>) -> f64 {
+    if root.im.abs() < 1e-9 * linear.slowest_rate() { 0.0 } else { root.im.abs() }
+}
+
 /// The rightmost root and the part of the spectrum that it belongs to.
 pub(super) fn leading(linear: &Linearisation) -> Result<(Part, Complex<f64>), StabilityError> {
     let mut best: Option<(Part, Complex<f64>)> = None;
-    let essential = (0..linear.local_blocks.len()).map(Part::Essential);
-    let blocks = linear.distinct_blocks().into_iter().map(|(block, _)| Part::Block(block));
-    for part in essential.chain(blocks) {
+    for part in linear.parts() {
         if let Some(z) = linear.rightmost_of(part)?
             && best.is_none_or(|(_, other)| z.re > other.re + 1e-9 * z.norm())
         {

@@ -20,9 +20,9 @@ pub(super) struct Settled {
     pub stimuli: Vec<Vec<f64>>,
     pub variables: Vec<Vec<f64>>,
     pub places: Vec<Growing>,
-    /// ∂stimuli/∂strain at each point.
+    /// ∂stimuli/∂strain at each point; empty before it is [asked for](Self::differentiate).
     pub local: Vec<DMatrix<f64>>,
-    /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad.
+    /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad; empty likewise.
     pub turn: Vec<DMatrix<f64>>,
 }
 
@@ -43,14 +43,30 @@ impl Settled {
             stimuli: vec![vec![0.0; m]; points],
             variables: vec![vec![0.0; v]; points],
             places: vec![blank; points],
-            local: vec![DMatrix::zeros(m, 3); points],
-            turn: vec![DMatrix::zeros(m, 3); points],
+            local: Vec::new(),
+            turn: Vec::new(),
         };
         visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
             law.sense(site, &mut out.stimuli[i]);
             law.settled(&out.stimuli[i], &mut out.variables[i]);
             out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
             out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
+        });
+        out
+    }
+
+    /// Fills in the derivatives of the stimuli by the strain and by the turn of the frame.
+    pub fn differentiate<G, T: TropismLaw, C: Constitutive, L: Load, S>(
+        &mut self,
+        shoot: &Shoot<G, T, C, L, S>,
+        rod: &Rod,
+        moment: &Moment,
+    ) {
+        let law = &shoot.tropism;
+        let m = law.stimuli();
+        self.local = vec![DMatrix::zeros(m, 3); self.places.len()];
+        self.turn = self.local.clone();
+        visit_sites(rod, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
             let sensed = |site: &Site| {
                 let mut x = vec![0.0; m];
                 law.sense(site, &mut x);
@@ -61,15 +77,14 @@ impl Settled {
                 // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
                 let h = 1e-3 / site.radius;
                 let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
-                out.local[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+                self.local[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
                 let turned = |sign: f64| {
                     let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
                     sensed(&Site { frame, ..*site })
                 };
-                out.turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
+                self.turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
             }
         });
-        out
     }
 
     /// The largest gradient asked for, 1/m.

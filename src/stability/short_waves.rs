@@ -94,15 +94,17 @@ impl Linearisation {
     /// They go as exp(Gs), G the gain from turn to strain, and Gauss collocation makes of exp(Gh) its diagonal Padé
     /// approximant. Waves that are not resolved matter as far as the function feels them: by elasticity, which couples the
     /// far end of the shoot, where they have grown, to its base.
-    pub(super) fn blur(&self, z: Complex<f64>, at: &Sample, part: Part) -> f64 {
+    pub(super) fn blur(&self, z: Complex<f64>, transfers: &Transfers, at: &Sample, part: Part) -> f64 {
         let Part::Block(block) = part else { return 0.0 };
-        let transfers = self.transfers_at(z);
         let (mut error, mut waves, mut growth, mut local) = (0.0, 0.0, 0.0, 0.0_f64);
         for element in &self.elements[block] {
             let p = element.points as u32;
             let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
             let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
-            let (gain, own) = self.gain(z, &transfers, element);
+            let (gain, own) = self.gain(z, transfers, element);
+            if !gain.iter().all(|x| x.is_finite()) {
+                return f64::INFINITY;
+            }
             let (wave, number) = (gain.norm() * element.length, element.number as f64);
             error += number * factor * wave.powi(2 * p as i32 + 1);
             waves += number * wave;
@@ -111,7 +113,7 @@ impl Linearisation {
             local = local.max((own * z).norm());
         }
         if !(error > 0.1 * BLURRED / STEEP) {
-            return if error.is_nan() { f64::INFINITY } else { 0.0 };
+            return 0.0;
         }
         // What waves that have grown along the shoot may have of the function ...
         let expected = self.elasticity[block] * local * growth.exp() / (waves * waves).max(1.0);

@@ -90,7 +90,7 @@ impl StationarySolver {
             let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
-            let settled = Settled::of(shoot, rod, &shoot.load, &moment);
+            let mut settled = Settled::of(shoot, rod, &shoot.load, &moment);
             check_unforced(shoot, rod, &shoot.load, &settled)?;
             let gradient = settled.largest();
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
@@ -102,7 +102,7 @@ impl StationarySolver {
             }
             last = gradient;
             iterations += 1;
-            let linear = Linearisation::at(shoot, rod, &settled, &moment, &mut solver)?;
+            let linear = Linearisation::at(shoot, rod, &mut settled, &moment, &mut solver)?;
             let step = linear.stationary_step(&settled);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
