@@ -13,7 +13,8 @@ use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Settl
 use morphorod::{Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
-    BETA, DAY, ETA, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting, steering,
+    BETA, Clinostat, DAY, ETA, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
+    steering,
 };
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -87,18 +88,6 @@ fn a_shoot_that_is_turned_exactly_upside_down() {
     let shoot = reduced(0.065, 20.0 * HOUR).tropism(laws).scene(Tilted(std::f64::consts::PI)).build().unwrap();
     let tips = sound_tips(shoot, 90.0, &hours([1.5, 1.6, 2.0, 4.0, 8.0, 16.0]), true);
     assert!(tips[0].z < -0.0649, "it hangs");
-}
-
-/// Gravity that turns about e2, as on a clinostat, at a rate in rad/s.
-struct Clinostat(f64);
-
-impl Scene for Clinostat {
-    fn gravity(&self, t: f64) -> Vector3<f64> {
-        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.0 * t) * DOWN
-    }
-    fn base(&self, _t: f64) -> UnitQuaternion<f64> {
-        UnitQuaternion::identity()
-    }
 }
 
 #[test]

@@ -10,7 +10,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps, Tally};
 use morphorod::tropism::{Gravitropism, Statoliths};
 use morphorod::{Scene, Shoot};
 use nalgebra::{UnitQuaternion, Vector3};
-use shoots::{HOUR, MEMORY, RADIUS, YOUNG};
+use shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -93,18 +93,6 @@ fn a_pile_that_is_turned_upside_down_stays_a_unit_vector() {
         let mut cell = Cell::new(avalanche, 90.0, Tilted(std::f64::consts::PI));
         let worst = (1..=60).map(|i| cell.lean(100.0 + 30.0 * f64::from(i)).1).fold(0.0, f64::max);
         assert!(worst < 2e-4, "τa = {avalanche} s: |h| is off by {worst:e}");
-    }
-}
-
-/// Gravity that turns about e2, as on a clinostat, at a rate in rad/s.
-struct Clinostat(f64);
-
-impl Scene for Clinostat {
-    fn gravity(&self, t: f64) -> Vector3<f64> {
-        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.0 * t) * DOWN
-    }
-    fn base(&self, _t: f64) -> UnitQuaternion<f64> {
-        UnitQuaternion::identity()
     }
 }
 

@@ -10,7 +10,7 @@ use morphorod::integrator::{Integrator, MethodOfSteps, Tally};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
 use morphorod::{Scene, Shoot, ShootBuilder, Still};
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 pub const MINUTE: f64 = 60.0;
 pub const HOUR: f64 = 3600.0;
@@ -129,5 +129,17 @@ pub fn assert_sound<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Sc
         if let Some(variables) = shoot.state().variables(i) {
             assert!(variables.iter().all(|y| y.is_finite()), "variables of point {i}: {variables:?}");
         }
+    }
+}
+
+/// Gravity that turns about e2, as on a clinostat, at a rate in rad/s.
+pub struct Clinostat(pub f64);
+
+impl Scene for Clinostat {
+    fn gravity(&self, t: f64) -> Vector3<f64> {
+        UnitQuaternion::from_axis_angle(&Vector3::y_axis(), self.0 * t) * Vector3::new(0.0, 0.0, -9.81)
+    }
+    fn base(&self, _t: f64) -> UnitQuaternion<f64> {
+        UnitQuaternion::identity()
     }
 }
