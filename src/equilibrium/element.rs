@@ -45,8 +45,6 @@ pub(super) struct Condensed {
     /// Rows of the first frame, columns of the last.
     pub h01: Matrix3<f64>,
     pub h00: Matrix3<f64>,
-    pub g1: Vector3<f64>,
-    pub g0: Vector3<f64>,
 }
 
 impl Default for ElementSystem {
@@ -165,16 +163,12 @@ impl ElementSystem {
 
     /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and passes from the rotation vector of
     /// the last node to the turn of the last frame. Counts the interior pivots.
-    pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: &[f64], inertia: &mut Inertia) -> Condensed {
+    pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: f64, inertia: &mut Inertia) -> Condensed {
         let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        for (k, value) in shift.iter().enumerate().take(P - 1) {
-            for i in 0..3 {
-                self.hessian[3 * k + i][3 * k + i] += value;
-            }
-        }
         let mut diagonal = [0.0; MAX];
-        for (k, value) in diagonal.iter_mut().enumerate().take(m) {
-            *value = self.hessian[k][k].abs();
+        for k in 0..m {
+            self.hessian[k][k] += shift;
+            diagonal[k] = self.hessian[k][k].abs();
         }
         for k in 0..m {
             let pivot = self.hessian[k][k];
@@ -207,7 +201,6 @@ impl ElementSystem {
         let second_11 = bend * chain;
         // The left Jacobian's inverse is the right one's at −θ; its derivative by θ changes sign with θ.
         let second_00 = -(back * chain_t);
-        let (g1, g0) = self.condensed_gradient::<P>();
         let mixed = chain_t * (tp.transpose() - pp * chain_t) - bend * chain_t;
         Condensed {
             h11: chain_t * pp * chain + (second_11 + second_11.transpose()) * 0.5,
@@ -215,8 +208,6 @@ impl ElementSystem {
             h00: chain * pp * chain_t - chain * tp.transpose() - tp * chain_t
                 + tt
                 + (second_00 + second_00.transpose()) * 0.5,
-            g1,
-            g0,
         }
     }
 
@@ -386,7 +377,7 @@ mod tests {
         let s = sample(order);
         let (_, mut system) = evaluate::<1>(order, &s);
         let mut inertia = Inertia::default();
-        let blocks = system.condense::<1>(&s.data(), &[0.0], &mut inertia);
+        let blocks = system.condense::<1>(&s.data(), 0.0, &mut inertia);
         let h = 1e-5;
         for i in 0..6 {
             for j in 0..6 {

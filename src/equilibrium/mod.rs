@@ -2,6 +2,7 @@
 
 mod element;
 mod newton;
+mod system;
 mod tangent;
 mod unloaded;
 

@@ -125,11 +125,11 @@ impl Tangent {
         }
     }
 
-    /// Factorises and counts the pivots by sign. Pivots are as many and of the signs of the eigenvalues (Sylvester).
-    pub fn factorise(&mut self) -> Result<Inertia, super::EquilibriumError> {
+    /// Factorises and adds the pivots to `inertia`. They are as many and of the signs of the eigenvalues (Sylvester).
+    pub fn factorise(&mut self, inertia: &mut Inertia) -> Result<(), super::EquilibriumError> {
         let n = 3 * self.capacity;
         let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
-            return Ok(Inertia::default());
+            return Ok(());
         };
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
         let matrix = SparseColMatRef::new(pattern, &self.values);
@@ -148,8 +148,7 @@ impl Tangent {
         if factorised.is_err() {
             return Err(super::EquilibriumError::NotFinite { what: "tangent" });
         }
-        let mut inertia = Inertia::default();
-        // Slivers have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
+        // Short elements have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
         let largest =
             |block: usize| (0..3).map(|b| self.values[self.col_ptr[3 * block + b + 1] - 1].abs()).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
@@ -167,7 +166,7 @@ impl Tangent {
                 }
             }
         }
-        Ok(inertia)
+        Ok(())
     }
 
     /// Solves for the frames' rotations in place.

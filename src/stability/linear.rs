@@ -152,7 +152,7 @@ impl Linearisation {
         let law = &shoot.tropism;
         let m = self.stimuli;
         let (p, first) = (rod.order().points(), rod.first_growing() * rod.order().points());
-        solver.factorise(rod, &shoot.constitutive, &shoot.load, moment)?;
+        let mut tangent = solver.linearise(rod, &shoot.constitutive, &shoot.load, moment)?;
         let mut moved = rod.clone();
         let mut sensed = [DVector::zeros(self.response.nrows()), DVector::zeros(self.response.nrows())];
         let mut places = [DVector::zeros(self.displacement.nrows()), DVector::zeros(self.displacement.nrows())];
@@ -163,7 +163,7 @@ impl Linearisation {
             for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
                 moved.clone_from(rod);
                 moved.points_mut()[at].intrinsic[c] += sign * step;
-                solver.follow(&mut moved, &shoot.constitutive, moment);
+                tangent.follow(&mut moved);
                 visit_sites(&moved, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
                     law.sense(site, &mut sensed[side].as_mut_slice()[i * m..(i + 1) * m]);
                 });
