@@ -87,7 +87,7 @@ fn horizontal_base(order: Order, elements: usize) -> Result<(f64, f64), Box<dyn 
     for _ in 0..20 {
         let mut rod = Rod::uniform(0.0659, 5e-4, scene.base, elements, order)?;
         let clock = Instant::now();
-        let _ = solver.solve(&mut rod, &YOUNG, &Weight { density: 1000.0 }, &scene.moment(0.0))?;
+        let _ = solver.solve(&mut rod, &YOUNG, &Weight { density: 1000.0 }, &scene.environment(0.0))?;
         best = best.min(clock.elapsed().as_secs_f64());
         error = (rod.tip() - exact).norm() / 0.0659;
     }

@@ -10,7 +10,7 @@
 //!
 //! # What to try
 //! `--lamp-x 4 --lamp-z 3`, a lamp that the shoot grows past; `--sensitivity 0`, no sense of light at all; a lamp that moves,
-//! for which [`Phototropism::sense`](TropismLaw::sense) finds the time in `site.moment`.
+//! for which [`Phototropism::sense`](TropismLaw::sense) finds the time in `site.environment`.
 
 mod common;
 

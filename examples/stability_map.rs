@@ -171,7 +171,7 @@ fn is_right_of(curve: &[(BoundaryPoint, Option<Unstable>)], point: BoundaryPoint
 
 /// Greenhill's self-buckling length, m.
 fn greenhill() -> f64 {
-    let gravity = Still::upright().moment(0.0).gravity.norm();
+    let gravity = Still::upright().environment(0.0).gravity.norm();
     let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
     (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
 }

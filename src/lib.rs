@@ -31,10 +31,10 @@
 //!     .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
 //!     .build()?;
 //!
-//! let tally = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
+//! let statistics = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
 //! // The stationary end is known in closed form: 19.177114 mm along the base, 41.339853 mm up.
 //! assert!((shoot.tip().z - 0.041339853).abs() < 2e-8);
-//! assert_eq!(tally.steps, 486);
+//! assert_eq!(statistics.steps, 486);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -52,7 +52,7 @@
 //! let scene = Still::tilted(std::f64::consts::FRAC_PI_2);
 //! let mut rod = Rod::uniform(0.0659, 0.5e-3, scene.base, 8, Order::Eight)?;
 //! let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
-//! let found = NewtonSolver::default().solve(&mut rod, &tissue, &Weight { density: 1000.0 }, &scene.moment(0.0))?;
+//! let found = NewtonSolver::default().solve(&mut rod, &tissue, &Weight { density: 1000.0 }, &scene.environment(0.0))?;
 //! assert!((rod.tip().z + 0.030426176325).abs() < 1e-11);
 //! assert_eq!(found.inertia.negative, 0, "stable");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -84,9 +84,11 @@ mod error;
 pub mod growth;
 pub mod integrator;
 pub mod load;
+mod model;
 pub mod quadrature;
 pub mod rod;
 mod scene;
+mod sensing;
 mod shoot;
 pub mod so3;
 pub mod stability;
@@ -95,8 +97,9 @@ pub mod tropism;
 
 pub use basis::Order;
 pub use error::ParameterError;
+pub use model::{BoxedLaws, Laws, Model};
 pub use nalgebra;
-pub use scene::{Moment, Scene, Still};
+pub use scene::{Environment, Scene, Still};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::State;
 

@@ -44,7 +44,7 @@ fn geometry_and_material() {
     refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).build());
     // A radius that makes no sense in one place only.
     refused("radius", &NOT_POSITIVE, |x| {
-        Shoot::builder(YOUNG).length(0.05).taper(|s| if s > 0.04 { x } else { RADIUS }).build()
+        Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).build()
     });
     refused("length", &[f64::NAN], |_| Shoot::builder(YOUNG).radius(RADIUS).build());
     refused("radius", &[f64::NAN], |_| Shoot::builder(YOUNG).length(0.05).build());

@@ -9,7 +9,7 @@ use std::time::Duration;
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{GivenPast, IntegrationError, Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{GivenHistory, IntegrationError, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Site, Statoliths};
 use morphorod::{Shoot, Still};
@@ -17,7 +17,7 @@ use proptest::prelude::*;
 use shoots::{BETA, ETA, HOUR, RADIUS, YOUNG, assert_sound, growing, righting};
 
 /// Fails unless the error names the parameter in the given words, with its value.
-fn assert_refused(answer: Result<morphorod::integrator::Tally, IntegrationError>, words: &str, value: f64) {
+fn assert_refused(answer: Result<morphorod::integrator::Statistics, IntegrationError>, words: &str, value: f64) {
     let error = answer.expect_err(words);
     assert!(error.to_string().contains(words) && error.to_string().contains(&value.to_string()), "{error}");
     assert!(matches!(error, IntegrationError::Parameter(_)), "{error:?}");
@@ -91,7 +91,7 @@ fn a_past_that_is_no_number() {
     let mut shoot = righting().build().unwrap();
     let before = shoot.state().clone();
     for value in [f64::NAN, f64::INFINITY] {
-        let past = GivenPast(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
+        let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
         let error = MethodOfSteps::new(90.0).start(&mut shoot, &past).unwrap_err();
         assert!(error.to_string().contains("past"), "{error}");
         assert!(&before == shoot.state());
@@ -125,7 +125,7 @@ fn a_step_that_is_lost_in_the_rounding_of_time_does_not_hang() {
         run.advance(&mut shoot, HOUR).unwrap();
         // An hour plus 1e-13 s is an hour; 1e-11 s are 22 units in its last place.
         run.step = 1e-13;
-        let _ = sender.send(run.advance(&mut shoot, HOUR + 1e-11).map(|tally| tally.steps));
+        let _ = sender.send(run.advance(&mut shoot, HOUR + 1e-11).map(|statistics| statistics.steps));
     });
     let answer = receiver.recv_timeout(Duration::from_secs(5)).expect("it hangs");
     assert!(answer.is_err() || answer.is_ok_and(|steps| steps <= 100));

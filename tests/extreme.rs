@@ -5,12 +5,12 @@ mod shoots;
 
 use std::f64::consts::TAU;
 
-use morphorod::constitutive::{Constitutive, LinearElastic};
-use morphorod::growth::{GrowthLaw, UniformGrowth};
+use morphorod::constitutive::LinearElastic;
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{Distributed, Load};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
-use morphorod::{Scene, Shoot, Still};
+use morphorod::load::Distributed;
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::{Model, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
     BETA, Clinostat, DAY, ETA, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
@@ -21,12 +21,7 @@ const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 /// Tips at the times (s); every state on the way must be sound and every pile of statoliths, if they are the first
 /// variables, a unit vector.
-fn sound_tips<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
-    mut shoot: Shoot<G, T, C, L, S>,
-    step: f64,
-    times: &[f64],
-    piles: bool,
-) -> Vec<Vector3<f64>> {
+fn sound_tips(mut shoot: Shoot<impl Model>, step: f64, times: &[f64], piles: bool) -> Vec<Vector3<f64>> {
     let mut run = MethodOfSteps::new(step);
     let tip = |t: &f64| {
         run.advance(&mut shoot, *t).unwrap();
@@ -61,7 +56,7 @@ impl Scene for Tilted {
     fn base(&self, t: f64) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), if t > 1.5 * HOUR { self.0 } else { 0.0 })
     }
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         if t < 1.5 * HOUR { 1.5 * HOUR } else { f64::INFINITY }
     }
 }
@@ -115,7 +110,7 @@ impl Scene for Launch {
     fn base(&self, _t: f64) -> UnitQuaternion<f64> {
         UnitQuaternion::identity()
     }
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         if t < HOUR { HOUR } else { f64::INFINITY }
     }
 }
@@ -130,7 +125,7 @@ fn weightlessness() {
     let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(steering(STATOLITHS)).scene(Launch).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, HOUR + 20.0 * 60.0).unwrap();
-    let up = -shoot.scene().gravity(shoot.time()).normalize();
+    let up = -shoot.model().scene().gravity(shoot.time()).normalize();
     // The first point is next to the clamp, where the directors are those of the base.
     let h = Vector3::from_column_slice(&shoot.state().variables(0).unwrap()[..3]);
     assert!((h - up).norm() < 0.01, "{h:?} {up:?}");

@@ -69,7 +69,7 @@ impl TropismLaw for Own {
         delays.copy_from_slice(&[self.delay, f64::INFINITY]);
     }
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli[0] = if self.strain { site.strain[1 - self.plane] } else { up[self.plane] };
     }
     fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {

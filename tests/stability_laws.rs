@@ -37,7 +37,7 @@ impl TropismLaw for Saturating {
         delays.fill(self.memory.delay);
     }
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli.copy_from_slice(&[up.x * self.scale, up.y * self.scale]);
     }
     fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {

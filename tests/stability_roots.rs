@@ -5,24 +5,19 @@ mod upright;
 
 use std::f64::consts::FRAC_PI_2;
 
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, MethodOfSteps, SettledPast};
-use morphorod::load::{Load, Weight};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Polarisation, StabilityError, StationarySolver, Unstable};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
-use morphorod::{Scene, Shoot, Still};
+use morphorod::{Model, Shoot, Still};
 use nalgebra::{Complex, Vector3};
 use proptest::prelude::*;
 
 use upright::{HOUR, MEMORY, YOUNG};
 
 /// The reduced shoot of a length (m), on a base that leans (rad).
-fn shoot<T: TropismLaw>(
-    length: f64,
-    lean: f64,
-    elements: usize,
-    laws: T,
-) -> Shoot<impl GrowthLaw, T, impl morphorod::constitutive::Constitutive, impl Load, impl Scene> {
+fn shoot<T: TropismLaw>(length: f64, lean: f64, elements: usize, laws: T) -> Shoot<impl Model<Tropism = T>> {
     Shoot::builder(YOUNG)
         .length(length)
         .radius(5e-4)
@@ -47,7 +42,7 @@ fn root_in_time<T: TropismLaw>(length: f64, lean: f64, laws: T, wait: f64) -> (C
     }
     let mut run = MethodOfSteps::new(60.0);
     run.solver.tolerance = 1e-13;
-    run.start(&mut shoot, &SettledPast).unwrap();
+    run.start(&mut shoot, &SteadyHistory).unwrap();
     run.advance(&mut shoot, wait).unwrap();
     let every = 600.0;
     let mut signal = Vec::new();

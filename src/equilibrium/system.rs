@@ -6,6 +6,7 @@ use super::element::{ElementData, ElementSystem};
 use super::tangent::Tangent;
 use super::{EquilibriumError, Inertia};
 use crate::constitutive::Constitutive;
+use crate::load::InternalForce;
 use crate::rod::Rod;
 use crate::so3;
 
@@ -14,8 +15,6 @@ use crate::so3;
 pub(super) struct System {
     elements: Vec<ElementSystem>,
     tangent: Tangent,
-    /// The force n at every material point, in the fixed frame, N.
-    pub forces: Vec<Vector3<f64>>,
     /// The largest couple on a frame that [`balance`](Self::balance) found, N m.
     pub unbalanced: f64,
     /// Couples on the frames, then their turns in the present step; the base's (zero) first.
@@ -24,6 +23,8 @@ pub(super) struct System {
     steps: Vec<Vector3<f64>>,
     /// Where the present step starts.
     pub start: Configuration,
+    /// Where the search for an equilibrium starts.
+    pub initial: Configuration,
 }
 
 /// The degrees of freedom of a rod.
@@ -46,13 +47,13 @@ impl Configuration {
 }
 
 impl System {
-    fn data<'a, const P: usize>(rod: &'a Rod, forces: &'a [Vector3<f64>], e: usize, time: f64) -> ElementData<'a> {
+    fn data<'a, const P: usize>(rod: &'a Rod, force: &'a InternalForce, e: usize) -> ElementData<'a> {
         ElementData {
             frame: &rod.frames[e],
             rotations: rod.element_rotations(e),
             points: rod.element_points(e),
-            forces: &forces[e * P..(e + 1) * P],
-            time,
+            forces: &force.at_points()[e * P..(e + 1) * P],
+            time: force.environment().time,
         }
     }
 
@@ -62,7 +63,7 @@ impl System {
         &mut self,
         rod: &Rod,
         material: &impl Constitutive,
-        time: f64,
+        force: &InternalForce,
         shift: f64,
     ) -> Result<(f64, Inertia), EquilibriumError> {
         let n = rod.elements();
@@ -73,7 +74,7 @@ impl System {
         let mut inertia = Inertia::default();
         let mut energy = 0.0;
         for e in 0..n {
-            let data = Self::data::<P>(rod, &self.forces, e, time);
+            let data = Self::data::<P>(rod, force, e);
             let element = &mut self.elements[e];
             energy += element.evaluate::<P, true>(rod.basis(), material, &data);
             let share = shift * rod.element_length(e) / P as f64;
@@ -90,10 +91,10 @@ impl System {
     }
 
     /// The energy, J, and its gradient at the rod's frames; the factors stay.
-    pub fn evaluate<const P: usize>(&mut self, rod: &Rod, material: &impl Constitutive, time: f64) -> f64 {
+    pub fn evaluate<const P: usize>(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> f64 {
         let mut energy = 0.0;
         for (e, element) in self.elements.iter_mut().enumerate() {
-            let data = Self::data::<P>(rod, &self.forces, e, time);
+            let data = Self::data::<P>(rod, force, e);
             energy += element.evaluate::<P, false>(rod.basis(), material, &data);
         }
         energy
@@ -131,6 +132,15 @@ impl System {
     pub fn slope<const P: usize>(&self) -> f64 {
         let each = self.elements.iter().enumerate();
         each.map(|(e, element)| element.slope::<P>(&self.steps[e * P..(e + 1) * P], &self.turns[e])).sum()
+    }
+
+    /// Moves the rod by the step that the factorised tangent takes from the gradient at its frames.
+    pub fn follow<const P: usize>(&mut self, rod: &mut Rod, material: &impl Constitutive, force: &InternalForce) {
+        self.evaluate::<P>(rod, material, force);
+        self.balance::<P>();
+        self.solve::<P>();
+        self.start.keep(rod);
+        self.advance::<P>(rod, 1.0);
     }
 
     /// Moves the rod from the start of the step by a fraction of it.

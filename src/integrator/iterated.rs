@@ -2,15 +2,11 @@
 
 use super::stepper::{Correction, Stepper};
 use super::steps::check_times;
-use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
-use crate::constitutive::Constitutive;
+use super::{EmptyHistory, IntegrationError, Integrator, Past, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::Scene;
+use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// An implicit integrator for laws of any delay, none included: fourth order in time, a few equilibria in a step.
 ///
@@ -57,38 +53,19 @@ impl<E: Clone> Clone for Iterated<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for Iterated<E> {
-    fn start<G, T, C, L, S, P>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, past: &P) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-        P: Past,
-    {
+    fn start(&mut self, shoot: &mut Shoot<impl Model>, past: &impl Past) -> Result<Statistics, IntegrationError> {
         let solver = &mut self.solver;
         self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
     }
 
-    fn advance<G, T, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        until: f64,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
         check_times(self.step, shoot.time(), until)?;
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
         let correction = Correction { tolerance: self.tolerance, most: self.max_corrections };
         let (step, solver) = (self.step, &mut self.solver);
         self.stepper.guarded(shoot, |stepper, shoot| {
             if shoot.state.history.levels.is_empty() {
-                stepper.begin(shoot, solver, &FreshPast)?;
+                stepper.begin(shoot, solver, &EmptyHistory)?;
             }
             stepper.run(shoot, solver, until, step, Some(correction))
         })

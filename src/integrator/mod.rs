@@ -6,29 +6,23 @@ mod iterated;
 mod local;
 mod mesh;
 mod past;
-mod sensing;
 mod start;
 mod stepper;
 mod steps;
 
 pub use iterated::Iterated;
-pub(crate) use sensing::visit_sites;
 
-pub use past::{FreshPast, GivenPast, Past, SettledPast};
+pub use past::{EmptyHistory, GivenHistory, Past, SteadyHistory};
 pub use steps::MethodOfSteps;
 
-use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::Scene;
+use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// What a run has cost, and how accurate its parts say they were.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Tally {
+pub struct Statistics {
     /// Steps in time.
     pub steps: usize,
     /// Equilibria that were found.
@@ -49,7 +43,7 @@ pub struct Tally {
     pub equilibrium_error: f64,
 }
 
-impl std::ops::AddAssign for Tally {
+impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
         self.equilibria += other.equilibria;
@@ -133,36 +127,15 @@ impl IntegrationError {
 /// Carries a shoot in time.
 pub trait Integrator {
     /// Finds the first equilibrium of a shoot at t = 0 and gives its laws a past. A run that is not started so starts
-    /// with [`FreshPast`]; starting again begins a new history at the present time.
+    /// with [`EmptyHistory`]; starting again begins a new history at the present time.
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
-    fn start<G, T, C, L, S, P>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        past: &P,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-        P: Past;
+    fn start(&mut self, shoot: &mut Shoot<impl Model>, past: &impl Past) -> Result<Statistics, IntegrationError>;
 
-    /// Carries the shoot exactly to time `until` (s), stepping onto every jump that loads and scene announce.
+    /// Carries the shoot exactly to time `until` (s), stepping onto every discontinuity that its laws announce.
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
-    fn advance<G, T, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        until: f64,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene;
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError>;
 }

@@ -14,9 +14,9 @@ pub trait Past {
 
 /// The default past: memories empty for t ≤ 0, statoliths settled in the first equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FreshPast;
+pub struct EmptyHistory;
 
-impl Past for FreshPast {
+impl Past for EmptyHistory {
     fn is_constant(&self) -> bool {
         true
     }
@@ -28,9 +28,9 @@ impl Past for FreshPast {
 
 /// A settled past: the stimuli of the first equilibrium have lasted for ever.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SettledPast;
+pub struct SteadyHistory;
 
-impl Past for SettledPast {
+impl Past for SteadyHistory {
     fn is_constant(&self) -> bool {
         true
     }
@@ -43,12 +43,12 @@ impl Past for SettledPast {
 /// A past given as a smooth function of time (s, from minus the longest delay to 0) and place, which writes the
 /// variables of the laws in the order of the tuple.
 #[derive(Debug, Clone, Copy)]
-pub struct GivenPast<F>(
+pub struct GivenHistory<F>(
     /// Writes the variables at a time and a place.
     pub F,
 );
 
-impl<F: Fn(f64, &Site, &mut [f64])> Past for GivenPast<F> {
+impl<F: Fn(f64, &Site, &mut [f64])> Past for GivenHistory<F> {
     fn is_constant(&self) -> bool {
         false
     }

@@ -4,13 +4,11 @@ use std::collections::VecDeque;
 
 use super::IntegrationError;
 use super::past::Past;
-use super::sensing::visit_sites;
 use super::stepper::{Stepper, longest, place};
-use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
-use crate::load::Load;
+use crate::model::Model;
 use crate::quadrature::lagrange_derivatives;
-use crate::scene::Scene;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::{History, Level};
 use crate::tropism::TropismLaw;
@@ -20,18 +18,18 @@ const SAMPLES: usize = 64;
 
 impl Stepper {
     /// Finds the equilibrium at the present time and gives the laws a past.
-    pub fn begin<G, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
+    pub fn begin(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         past: &impl Past,
     ) -> Result<(), IntegrationError> {
         let now = shoot.state.time;
-        let moment = place(shoot, now)?;
-        self.settle(shoot, solver, &moment)?;
+        let environment = place(shoot, now)?;
+        self.settle(shoot, solver, &environment)?;
         shoot.state.make_room_for_guesses();
         shoot.state.smooth_since = now;
-        let tropism = &shoot.tropism;
+        let tropism = shoot.model.tropism();
         let (v, m) = (tropism.variables(), tropism.stimuli());
         let width = 2 * v + m;
         let mut delays = vec![0.0; v];
@@ -48,7 +46,7 @@ impl Stepper {
         }
         let position = tropism.needs_position();
         let mut stimuli = vec![0.0; m];
-        visit_sites(rod, &shoot.constitutive, &shoot.load, &moment, position, |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), &self.force, position, |i, site| {
             tropism.sense(site, &mut stimuli);
             for level in &mut levels {
                 let row = &mut level.rows[i * width..(i + 1) * width];

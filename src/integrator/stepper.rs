@@ -5,14 +5,14 @@ use nalgebra::Vector3;
 use super::feedback::Quadrature;
 use super::guess::extrapolate;
 use super::local::{Levels, LocalSolver};
-use super::sensing::visit_sites;
-use super::{IntegrationError, Tally, mesh};
-use crate::constitutive::Constitutive;
+use super::{IntegrationError, Statistics, mesh};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::{Moment, Scene};
+use crate::load::InternalForce;
+use crate::model::Model;
+use crate::scene::{Environment, Scene};
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::Level;
 use crate::state::State;
@@ -47,6 +47,7 @@ pub(super) struct Stepper {
     quadrature: Quadrature,
     exit_quadrature: Quadrature,
     local: LocalSolver,
+    pub force: InternalForce,
     delays: Vec<f64>,
     /// Intrinsic strain and distance from the apex of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
@@ -54,17 +55,17 @@ pub(super) struct Stepper {
     /// Rows of levels that are not in use.
     spare: Vec<Vec<f64>>,
     backup: Option<State>,
-    tally: Tally,
+    statistics: Statistics,
 }
 
 impl Stepper {
     /// Runs `work` on the shoot; if it fails, puts the shoot back as it was.
-    pub fn guarded<G, T, C, L, S>(
+    pub fn guarded<M: Model>(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        work: impl FnOnce(&mut Self, &mut Shoot<G, T, C, L, S>) -> Result<(), IntegrationError>,
-    ) -> Result<Tally, IntegrationError> {
-        self.tally = Tally::default();
+        shoot: &mut Shoot<M>,
+        work: impl FnOnce(&mut Self, &mut Shoot<M>) -> Result<(), IntegrationError>,
+    ) -> Result<Statistics, IntegrationError> {
+        self.statistics = Statistics::default();
         self.local.halvings = 0;
         match &mut self.backup {
             Some(backup) => backup.clone_from(&shoot.state),
@@ -76,8 +77,8 @@ impl Stepper {
             }
             return Err(error);
         }
-        self.tally.halvings = self.local.halvings;
-        Ok(self.tally)
+        self.statistics.halvings = self.local.halvings;
+        Ok(self.statistics)
     }
 
     /// How far back the laws look at least, s; zero if they read what is present.
@@ -89,9 +90,9 @@ impl Stepper {
     }
 
     /// Carries the shoot to `until` in steps of at most `size`.
-    pub fn run<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
+    pub fn run(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         until: f64,
         size: f64,
@@ -101,15 +102,15 @@ impl Stepper {
         self.make_room(&mut shoot.state, size, until);
         while shoot.state.time < until {
             let t = shoot.state.time;
-            let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t)).min(shoot.tropism.next_break(t));
+            let jump = shoot.model.next_discontinuity(t);
             let target = until.min(jump);
             let since = t - shoot.state.smooth_since;
             // Rounding must not turn a full step into two.
             let mut step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
             // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
-            let zone = shoot.growth.zone_length();
-            if shoot.growth.elongates() && zone.is_finite() {
-                while zone - shoot.growth.flow(zone, t + step, t).0 > shoot.mesh.growing {
+            let zone = shoot.model.growth().zone_length();
+            if shoot.model.growth().elongates() && zone.is_finite() {
+                while zone - shoot.model.growth().flow(zone, t + step, t).0 > shoot.mesh.growing {
                     step *= 0.5;
                 }
             }
@@ -133,15 +134,16 @@ impl Stepper {
     }
 
     /// One step to time `to`.
-    fn step<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
+    fn step(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         to: f64,
         correction: Option<Correction>,
     ) -> Result<(), IntegrationError> {
         let from = shoot.state.time;
-        let leaving = mesh::prepare(&mut shoot.state, &shoot.growth, &shoot.mesh, from, to, &mut self.tally);
+        let leaving =
+            mesh::prepare(&mut shoot.state, shoot.model.growth(), &shoot.mesh, from, to, &mut self.statistics);
         let step = Step { from, to, leaving };
         let rod = &shoot.state.rod;
         let first = rod.first_growing() * rod.order().points();
@@ -152,9 +154,9 @@ impl Stepper {
         self.grow(shoot, step);
         extrapolate(&mut shoot.state, to);
         shoot.state.time = to;
-        let moment = place(shoot, to)?;
-        self.settle(shoot, solver, &moment)?;
-        self.sense(shoot, &moment)?;
+        let environment = place(shoot, to)?;
+        self.settle(shoot, solver, &environment)?;
+        self.sense(shoot, &environment)?;
         self.carry(shoot, step)?;
         if let Some(Correction { tolerance, most }) = correction {
             for done in 0.. {
@@ -165,20 +167,20 @@ impl Stepper {
                 if done == most {
                     return Err(IntegrationError::NotSettled { time: to, corrections: most, change });
                 }
-                self.settle(shoot, solver, &moment)?;
-                self.sense(shoot, &moment)?;
+                self.settle(shoot, solver, &environment)?;
+                self.sense(shoot, &environment)?;
                 self.carry(shoot, step)?;
             }
         }
         shoot.state.mature(leaving);
         self.forget(&mut shoot.state);
-        self.tally.steps += 1;
+        self.statistics.steps += 1;
         Ok(())
     }
 
     /// Reads the laws' delays, and refuses a state whose history belongs to other laws.
-    fn check_history<G, T: TropismLaw, C, L, S>(&mut self, shoot: &Shoot<G, T, C, L, S>) -> Result<(), ParameterError> {
-        let (law, history) = (&shoot.tropism, &shoot.state.history);
+    fn check_history(&mut self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
+        let (law, history) = (shoot.model.tropism(), &shoot.state.history);
         self.delays.resize(law.variables(), 0.0);
         law.delays(&mut self.delays);
         for delay in &self.delays {
@@ -233,12 +235,8 @@ impl Stepper {
 
     /// Differential growth over the step: sets the intrinsic strain of every point of the zone, up to its exit. Returns
     /// by how much that changes an angle, rad.
-    fn drive<G: GrowthLaw, T: TropismLaw, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        step: Step,
-    ) -> Result<f64, IntegrationError> {
-        let (growth, tropism) = (&shoot.growth, &shoot.tropism);
+    fn drive(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<f64, IntegrationError> {
+        let (growth, tropism) = (shoot.model.growth(), shoot.model.tropism());
         let Step { from, to, leaving } = step;
         let smooth = tropism.senses_now().then(|| smooth_levels(&shoot.state));
         let length = shoot.state.rod.length();
@@ -270,8 +268,8 @@ impl Stepper {
     }
 
     /// Moves the points and nodes of the zone; those of the first elements leave it.
-    fn grow<G: GrowthLaw, T, C, L, S>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, step: Step) {
-        let growth = &shoot.growth;
+    fn grow(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
+        let growth = shoot.model.growth();
         if !growth.elongates() {
             return;
         }
@@ -296,53 +294,46 @@ impl Stepper {
     }
 
     /// Finds the equilibrium.
-    pub fn settle<G, T, C: Constitutive, L: Load, S>(
+    pub fn settle(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-        moment: &Moment,
+        environment: &Environment,
     ) -> Result<(), IntegrationError> {
+        self.force.update(&shoot.state.rod, shoot.model.load(), environment);
         let found = solver
-            .solve(&mut shoot.state.rod, &shoot.constitutive, &shoot.load, moment)
-            .map_err(|source| IntegrationError::Equilibrium { time: moment.time, source })?;
-        self.tally.equilibria += 1;
-        self.tally.iterations += found.iterations;
-        self.tally.factorisations += found.factorisations;
-        self.tally.evaluations += found.evaluations;
-        self.tally.equilibrium_error = self.tally.equilibrium_error.max(found.error);
+            .equilibrate(&mut shoot.state.rod, shoot.model.constitutive(), &self.force)
+            .map_err(|source| IntegrationError::Equilibrium { time: environment.time, source })?;
+        self.statistics.equilibria += 1;
+        self.statistics.iterations += found.iterations;
+        self.statistics.factorisations += found.factorisations;
+        self.statistics.evaluations += found.evaluations;
+        self.statistics.equilibrium_error = self.statistics.equilibrium_error.max(found.error);
         Ok(())
     }
 
     /// Writes the stimuli of the present equilibrium to the last level.
-    pub fn sense<G, T: TropismLaw, C: Constitutive, L: Load, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        moment: &Moment,
-    ) -> Result<(), IntegrationError> {
-        if shoot.tropism.stimuli() == 0 {
+    pub fn sense(&mut self, shoot: &mut Shoot<impl Model>, environment: &Environment) -> Result<(), IntegrationError> {
+        if shoot.model.tropism().stimuli() == 0 {
             return Ok(());
         }
         let history = &mut shoot.state.history;
         let (v, width) = (history.variables, history.width());
         let Some(level) = history.levels.back_mut() else { return Ok(()) };
         let rows = &mut level.rows;
-        let position = shoot.tropism.needs_position();
+        let position = shoot.model.tropism().needs_position();
         let mut finite = true;
-        visit_sites(&shoot.state.rod, &shoot.constitutive, &shoot.load, moment, position, |i, site| {
+        visit_sites(&shoot.state.rod, shoot.model.constitutive(), &self.force, position, |i, site| {
             let stimuli = &mut rows[i * width + 2 * v..(i + 1) * width];
-            shoot.tropism.sense(site, stimuli);
+            shoot.model.tropism().sense(site, stimuli);
             finite &= stimuli.iter().all(|x| x.is_finite());
         });
-        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: "stimulus", time: moment.time }) }
+        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: "stimulus", time: environment.time }) }
     }
 
     /// Carries the variables from the last level but one to the last.
-    fn carry<G, T: TropismLaw, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        step: Step,
-    ) -> Result<(), IntegrationError> {
-        let tropism = &shoot.tropism;
+    fn carry(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<(), IntegrationError> {
+        let tropism = shoot.model.tropism();
         let (v, width) = (shoot.state.history.variables, shoot.state.history.width());
         if v == 0 {
             return Ok(());
@@ -400,23 +391,23 @@ impl Stepper {
     }
 
     /// A load or the scene jumps just after the present time: finds the shape after the jump and begins afresh from it.
-    fn pass_jump<G, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
+    fn pass_jump(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
     ) -> Result<(), IntegrationError> {
         let after = shoot.state.time.next_up();
-        let moment = place(shoot, after)?;
-        self.settle(shoot, solver, &moment)?;
+        let environment = place(shoot, after)?;
+        self.settle(shoot, solver, &environment)?;
         let time = shoot.state.time;
         self.push_level(&mut shoot.state, time);
-        self.sense(shoot, &moment)?;
+        self.sense(shoot, &environment)?;
         let (v, width) = (shoot.state.history.variables, shoot.state.history.width());
         if let Some(level) = shoot.state.history.levels.back_mut() {
             for row in level.rows.chunks_exact_mut(width.max(1)) {
                 let (values, stimuli) = row.split_at_mut(2 * v);
                 let (now, rates) = values.split_at_mut(v);
-                shoot.tropism.rates(now, stimuli, rates);
+                shoot.model.tropism().rates(now, stimuli, rates);
             }
         }
         shoot.state.smooth_since = time;
@@ -426,21 +417,18 @@ impl Stepper {
 }
 
 /// Moves the base to where it is at `time`, and says what gravity is then.
-pub(super) fn place<G, T, C, L, S: Scene>(
-    shoot: &mut Shoot<G, T, C, L, S>,
-    time: f64,
-) -> Result<Moment, IntegrationError> {
-    let base = shoot.scene.base(time);
-    let moment = shoot.scene.moment(time);
+pub(super) fn place(shoot: &mut Shoot<impl Model>, time: f64) -> Result<Environment, IntegrationError> {
+    let base = shoot.model.scene().base(time);
+    let environment = shoot.model.scene().environment(time);
     // A quaternion that is no rotation would be normalised into one that nobody meant.
     if !((base.norm() - 1.0).abs() < 1e-9) {
         return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
     }
-    if !moment.gravity.norm().is_finite() {
+    if !environment.gravity.norm().is_finite() {
         return Err(IntegrationError::NotFinite { what: "gravity", time });
     }
     shoot.state.rod.set_base(base);
-    Ok(moment)
+    Ok(environment)
 }
 
 /// The longest delay with which a variable is read, s.

@@ -1,15 +1,11 @@
 //! The method of steps: what the laws ask for during a step is known before it.
 
 use super::stepper::Stepper;
-use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
-use crate::constitutive::Constitutive;
+use super::{EmptyHistory, IntegrationError, Integrator, Past, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::Scene;
+use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// An explicit integrator for delayed laws: one equilibrium in a step, fourth order in time.
 ///
@@ -49,33 +45,14 @@ impl<E: Clone> Clone for MethodOfSteps<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
-    fn start<G, T, C, L, S, P>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, past: &P) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-        P: Past,
-    {
+    fn start(&mut self, shoot: &mut Shoot<impl Model>, past: &impl Past) -> Result<Statistics, IntegrationError> {
         let solver = &mut self.solver;
         self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
     }
 
-    fn advance<G, T, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        until: f64,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
         check_times(self.step, shoot.time(), until)?;
-        let delay = self.stepper.shortest_delay(&shoot.tropism);
+        let delay = self.stepper.shortest_delay(shoot.model.tropism());
         // Rounding of a step that is meant to equal the delay is no fault.
         if self.step > delay * (1.0 + 1e-12) {
             return Err(IntegrationError::StepTooLong { step: self.step, delay });
@@ -83,7 +60,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         let (step, solver) = (self.step, &mut self.solver);
         self.stepper.guarded(shoot, |stepper, shoot| {
             if shoot.state.history.levels.is_empty() {
-                stepper.begin(shoot, solver, &FreshPast)?;
+                stepper.begin(shoot, solver, &EmptyHistory)?;
             }
             stepper.run(shoot, solver, until, step, None)
         })

@@ -7,14 +7,14 @@ use super::characteristic::Pair;
 use super::settled::{Settled, check_unforced};
 use super::short_waves::Element;
 use super::transfer::Transfer;
-use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::integrator::visit_sites;
-use crate::load::Load;
+use crate::load::InternalForce;
+use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::{Moment, Scene};
+use crate::scene::Scene;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
 
@@ -56,55 +56,43 @@ impl Linearisation {
     ///
     /// # Errors
     /// A state that is not stationary or mechanically unstable, laws that depend on time or steer nothing.
-    pub fn about<G, T, C, L, S>(shoot: &Shoot<G, T, C, L, S>) -> Result<Self, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
+    pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
         let mut solver = NewtonSolver::with_tolerance(1e-13);
         solver.branch = Branch::Nearest;
-        let moment = shoot.scene.moment(shoot.state.time);
+        let environment = shoot.model.scene().environment(shoot.state.time);
         let mut rod = shoot.state.rod.clone();
-        let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
+        let force = InternalForce::of(&rod, shoot.model.load(), &environment);
+        let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
         if found.inertia.negative > 0 {
             return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
         }
-        let mut settled = Settled::of(shoot, &rod, &shoot.load, &moment);
-        check_unforced(shoot, &rod, &shoot.load, &settled)?;
+        let mut settled = Settled::of(shoot, &rod, &force);
+        check_unforced(shoot, &rod, shoot.model.load(), &settled)?;
         // What the equilibrium's own error lets the laws ask for, times a margin.
         let radius = settled.places.first().map_or(1.0, |place| place.radius);
         let gradient = settled.largest();
         if !(gradient * radius < 1e-8) {
             return Err(StabilityError::NotStationary { gradient });
         }
-        Self::at(shoot, &rod, &mut settled, &moment, &mut solver)
+        Self::at(shoot, &rod, &mut settled, &force, &mut solver)
     }
 
     /// Linearises about `rod`, stationary or not.
-    pub(super) fn at<G, T, C, L, S>(
-        shoot: &Shoot<G, T, C, L, S>,
+    pub(super) fn at(
+        shoot: &Shoot<impl Model>,
         rod: &Rod,
         settled: &mut Settled,
-        moment: &Moment,
+        force: &InternalForce,
         solver: &mut NewtonSolver,
-    ) -> Result<Self, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-    {
-        settled.differentiate(shoot, rod, moment);
+    ) -> Result<Self, StabilityError> {
+        settled.differentiate(shoot, rod, force);
         let settled = &*settled;
-        let law = &shoot.tropism;
+        let law = shoot.model.tropism();
         let m = law.stimuli();
         let mut transfers: Vec<Transfer> = Vec::new();
         let mut kind = Vec::with_capacity(settled.places.len());
         for (i, place) in settled.places.iter().enumerate() {
-            let rate = shoot.growth.regr(place.apex_distance, place.time);
+            let rate = shoot.model.growth().regr(place.apex_distance, place.time);
             let transfer = Transfer::of(law, rate, settled, i)?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
@@ -132,7 +120,7 @@ impl Linearisation {
             twins: Vec::new(),
             stimuli: m,
         };
-        out.respond(shoot, rod, moment, solver)?;
+        out.respond(shoot, rod, force, solver)?;
         out.find_blocks();
         out.find_elements(rod, settled);
         out.find_elasticity(rod, settled);
@@ -142,17 +130,17 @@ impl Linearisation {
 
     /// Fills in X and the displacements: frames by the factorised tangent, everything that follows from them by central
     /// differences.
-    fn respond<G, T: TropismLaw, C: Constitutive, L: Load, S>(
+    fn respond(
         &mut self,
-        shoot: &Shoot<G, T, C, L, S>,
+        shoot: &Shoot<impl Model>,
         rod: &Rod,
-        moment: &Moment,
+        force: &InternalForce,
         solver: &mut NewtonSolver,
     ) -> Result<(), StabilityError> {
-        let law = &shoot.tropism;
+        let law = shoot.model.tropism();
         let m = self.stimuli;
         let (p, first) = (rod.order().points(), rod.first_growing() * rod.order().points());
-        let mut tangent = solver.linearise(rod, &shoot.constitutive, &shoot.load, moment)?;
+        let mut tangent = solver.linearise(rod, shoot.model.constitutive(), force)?;
         let mut moved = rod.clone();
         let mut sensed = [DVector::zeros(self.response.nrows()), DVector::zeros(self.response.nrows())];
         let mut places = [DVector::zeros(self.displacement.nrows()), DVector::zeros(self.displacement.nrows())];
@@ -164,7 +152,7 @@ impl Linearisation {
                 moved.clone_from(rod);
                 moved.points_mut()[at].intrinsic[c] += sign * step;
                 tangent.follow(&mut moved);
-                visit_sites(&moved, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
+                visit_sites(&moved, shoot.model.constitutive(), force, law.needs_position(), |i, site| {
                     law.sense(site, &mut sensed[side].as_mut_slice()[i * m..(i + 1) * m]);
                 });
                 for (k, (_, position)) in moved.centre_line().iter().enumerate() {

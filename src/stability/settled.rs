@@ -3,11 +3,11 @@
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 use super::StabilityError;
-use crate::constitutive::Constitutive;
-use crate::integrator::visit_sites;
-use crate::load::Load;
+use crate::load::{InternalForce, Load};
+use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::{Moment, Scene};
+use crate::scene::Scene;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::{Growing, Site, TropismLaw};
 
@@ -28,16 +28,11 @@ pub(super) struct Settled {
 
 impl Settled {
     /// Evaluates the laws of `shoot` on `rod` under `load`.
-    pub fn of<G, T: TropismLaw, C: Constitutive, L, S>(
-        shoot: &Shoot<G, T, C, L, S>,
-        rod: &Rod,
-        load: &impl Load,
-        moment: &Moment,
-    ) -> Self {
-        let law = &shoot.tropism;
+    pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
+        let law = shoot.model.tropism();
         let (v, m) = (law.variables(), law.stimuli());
         let points = rod.points().len() - rod.first_growing() * rod.order().points();
-        let blank = Growing { time: moment.time, radius: 0.0, apex_distance: 0.0 };
+        let blank = Growing { time: force.environment().time, radius: 0.0, apex_distance: 0.0 };
         let mut out = Self {
             gradients: vec![Vector3::zeros(); points],
             stimuli: vec![vec![0.0; m]; points],
@@ -46,27 +41,23 @@ impl Settled {
             local: Vec::new(),
             turn: Vec::new(),
         };
-        visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, law.needs_position(), |i, site| {
             law.sense(site, &mut out.stimuli[i]);
             law.settled(&out.stimuli[i], &mut out.variables[i]);
-            out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
+            out.places[i] =
+                Growing { time: force.environment().time, radius: site.radius, apex_distance: site.apex_distance };
             out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
         });
         out
     }
 
     /// Fills in the derivatives of the stimuli by the strain and by the turn of the frame.
-    pub fn differentiate<G, T: TropismLaw, C: Constitutive, L: Load, S>(
-        &mut self,
-        shoot: &Shoot<G, T, C, L, S>,
-        rod: &Rod,
-        moment: &Moment,
-    ) {
-        let law = &shoot.tropism;
+    pub fn differentiate(&mut self, shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) {
+        let law = shoot.model.tropism();
         let m = law.stimuli();
         self.local = vec![DMatrix::zeros(m, 3); self.places.len()];
         self.turn = self.local.clone();
-        visit_sites(rod, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, law.needs_position(), |i, site| {
             let sensed = |site: &Site| {
                 let mut x = vec![0.0; m];
                 law.sense(site, &mut x);
@@ -94,23 +85,23 @@ impl Settled {
 }
 
 /// Refuses what depends on time: laws, loads, gravity, the base.
-pub(super) fn check_unforced<G, T: TropismLaw, C: Constitutive, L, S: Scene>(
-    shoot: &Shoot<G, T, C, L, S>,
+pub(super) fn check_unforced(
+    shoot: &Shoot<impl Model>,
     rod: &Rod,
     load: &impl Load,
     settled: &Settled,
 ) -> Result<(), StabilityError> {
-    let law = &shoot.tropism;
+    let law = shoot.model.tropism();
     let time = shoot.state.time;
-    let base = shoot.scene.base(time);
+    let base = shoot.model.scene().base(time);
     let (mut stimuli, mut variables) = (vec![0.0; law.stimuli()], vec![0.0; law.variables()]);
     let mut change = 0.0_f64;
     // Incommensurate times, from seconds to days: no period divides them all.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
-        let moment = shoot.scene.moment(later);
+        let force = InternalForce::of(rod, load, &shoot.model.scene().environment(later));
         // A base that has turned shows in nothing that is sensed on the rod as it is.
-        change = change.max(base.angle_to(&shoot.scene.base(later)) / rod.length());
-        visit_sites(rod, &shoot.constitutive, load, &moment, law.needs_position(), |i, site| {
+        change = change.max(base.angle_to(&shoot.model.scene().base(later)) / rod.length());
+        visit_sites(rod, shoot.model.constitutive(), &force, law.needs_position(), |i, site| {
             law.sense(site, &mut stimuli);
             law.settled(&stimuli, &mut variables);
             let at = Growing { time: later, ..settled.places[i] };

@@ -5,15 +5,13 @@ use nalgebra::{DMatrix, DVector};
 use super::StabilityError;
 use super::linear::Linearisation;
 use super::settled::{Settled, check_unforced};
-use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver, Unloaded};
-use crate::growth::GrowthLaw;
-use crate::integrator::visit_sites;
-use crate::load::Load;
+use crate::load::InternalForce;
+use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// How a stationary state was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,18 +47,11 @@ impl Default for StationarySolver {
 
 impl StationarySolver {
     /// Brings the shoot into a stationary state at its present time. Start an integrator with
-    /// [`SettledPast`](crate::integrator::SettledPast) to keep it there.
+    /// [`SteadyHistory`](crate::integrator::SteadyHistory) to keep it there.
     ///
     /// # Errors
     /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was.
-    pub fn solve<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
+    pub fn solve(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
         let before = shoot.state.clone();
         let outcome = self.search(shoot);
         if outcome.is_err() {
@@ -69,16 +60,9 @@ impl StationarySolver {
         outcome
     }
 
-    fn search<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
-        let moment = shoot.scene.moment(shoot.state.time);
-        shoot.state.rod.set_base(shoot.scene.base(shoot.state.time));
+    fn search(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
+        let environment = shoot.model.scene().environment(shoot.state.time);
+        shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time));
         let mut iterations = self.find_shape(shoot)?;
         self.hold_shape(shoot);
         let mut solver = NewtonSolver::with_tolerance(1e-13);
@@ -87,11 +71,12 @@ impl StationarySolver {
         let mut last = f64::INFINITY;
         for polish in 0..=self.max_iterations {
             let mut rod = shoot.state.rod.clone();
-            let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
+            let force = InternalForce::of(&rod, shoot.model.load(), &environment);
+            let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
-            let mut settled = Settled::of(shoot, rod, &shoot.load, &moment);
-            check_unforced(shoot, rod, &shoot.load, &settled)?;
+            let mut settled = Settled::of(shoot, rod, &force);
+            check_unforced(shoot, rod, shoot.model.load(), &settled)?;
             let gradient = settled.largest();
             let radius = settled.places.first().map_or(1.0, |place| place.radius);
             if gradient * radius <= self.tolerance {
@@ -102,7 +87,7 @@ impl StationarySolver {
             }
             last = gradient;
             iterations += 1;
-            let linear = Linearisation::at(shoot, rod, &mut settled, &moment, &mut solver)?;
+            let linear = Linearisation::at(shoot, rod, &mut settled, &force, &mut solver)?;
             let step = linear.stationary_step(&settled);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
@@ -113,13 +98,8 @@ impl StationarySolver {
     }
 
     /// Newton's method for the visible strain with which the laws are content, on an unloaded copy of the rod.
-    fn find_shape<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<usize, StabilityError>
-    where
-        T: TropismLaw,
-        C: Constitutive,
-        S: Scene,
-    {
-        let moment = shoot.scene.moment(shoot.state.time);
+    fn find_shape(&self, shoot: &mut Shoot<impl Model>) -> Result<usize, StabilityError> {
+        let environment = shoot.model.scene().environment(shoot.state.time);
         let rod = &shoot.state.rod;
         let p = rod.order().points();
         let first = rod.first_growing() * p;
@@ -131,8 +111,9 @@ impl StationarySolver {
         }
         let count = rod.points().len() - first;
         let evaluate = |trial: &mut crate::rod::Rod| -> Result<Settled, StabilityError> {
-            let _ = Unloaded.solve(trial, &shoot.constitutive, &(), &moment)?;
-            Ok(Settled::of(shoot, trial, &(), &moment))
+            let force = InternalForce::of(trial, &(), &environment);
+            let _ = Unloaded.equilibrate(trial, shoot.model.constitutive(), &force)?;
+            Ok(Settled::of(shoot, trial, &force))
         };
         let mut settled = evaluate(&mut trial)?;
         check_unforced(shoot, &trial, &(), &settled)?;
@@ -198,12 +179,13 @@ impl StationarySolver {
     }
 
     /// Takes from the visible strain, which stands in the rod as if intrinsic, what the load makes of it.
-    fn hold_shape<G, T, C: Constitutive, L: Load, S: Scene>(&self, shoot: &mut Shoot<G, T, C, L, S>) {
-        let moment = shoot.scene.moment(shoot.state.time);
+    fn hold_shape(&self, shoot: &mut Shoot<impl Model>) {
+        let environment = shoot.model.scene().environment(shoot.state.time);
         let p = shoot.state.rod.order().points();
         let first = shoot.state.rod.first_growing() * p;
         let mut elastic = vec![nalgebra::Vector3::zeros(); shoot.state.rod.points().len() - first];
-        visit_sites(&shoot.state.rod, &shoot.constitutive, &shoot.load, &moment, false, |i, site| {
+        let force = InternalForce::of(&shoot.state.rod, shoot.model.load(), &environment);
+        visit_sites(&shoot.state.rod, shoot.model.constitutive(), &force, false, |i, site| {
             // The law's answer to the couple, from the visible strain: nothing of it is elastic yet.
             elastic[i] = site.strain - shoot.state.rod.points()[first + i].intrinsic;
         });

@@ -53,8 +53,8 @@ macro_rules! forward {
         fn derivatives(&$self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
             $law.derivatives(at, variables, stimuli, out);
         }
-        fn next_break(&$self, t: f64) -> f64 {
-            $law.next_break(t)
+        fn next_discontinuity(&$self, t: f64) -> f64 {
+            $law.next_discontinuity(t)
         }
         fn check(&$self) -> Result<(), ParameterError> {
             $law.check()
@@ -132,8 +132,8 @@ impl<T: TropismLaw> TropismLaw for Option<T> {
             law.derivatives(at, variables, stimuli, out);
         }
     }
-    fn next_break(&self, t: f64) -> f64 {
-        self.as_ref().map_or(f64::INFINITY, |law| law.next_break(t))
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.as_ref().map_or(f64::INFINITY, |law| law.next_discontinuity(t))
     }
     fn check(&self) -> Result<(), ParameterError> {
         self.as_ref().map_or(Ok(()), T::check)
@@ -241,8 +241,8 @@ macro_rules! tuple_of_laws {
                     m += nm;
                 )*
             }
-            fn next_break(&self, t: f64) -> f64 {
-                f64::INFINITY $(.min(self.$index.next_break(t)))*
+            fn next_discontinuity(&self, t: f64) -> f64 {
+                f64::INFINITY $(.min(self.$index.next_discontinuity(t)))*
             }
             fn check(&self) -> Result<(), ParameterError> {
                 $(self.$index.check()?;)*

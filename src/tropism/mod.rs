@@ -19,13 +19,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// What a law can see from a material point, at a moment when the shoot is in equilibrium.
 #[derive(Debug, Clone, Copy)]
 pub struct Site<'a> {
     /// Time and gravity.
-    pub moment: Moment,
+    pub environment: Environment,
     /// The frame: it turns e1, e2, e3 into the directors d1, d2, d3.
     pub frame: UnitQuaternion<f64>,
     /// The visible strain u = u* + ue, components along the directors, 1/m.
@@ -148,7 +148,7 @@ pub trait TropismLaw {
 
     /// The first time after `t` (s) at which what the law senses or asks for jumps, or has a jump of slope, of its own:
     /// a lamp that is switched on. Infinite if there is none. An integrator steps onto it.
-    fn next_break(&self, _t: f64) -> f64 {
+    fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 

@@ -55,7 +55,7 @@ impl Graviception for SettledStatoliths {
 
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli.copy_from_slice(&[up.x, up.y]);
     }
 
@@ -101,7 +101,7 @@ impl Graviception for Statoliths {
 
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli.copy_from_slice(up.as_slice());
     }
 
