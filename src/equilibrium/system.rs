@@ -104,8 +104,8 @@ impl System {
     /// evaluation, condensed with the factors of the last assembly.
     pub fn balance<const P: usize>(&mut self) {
         self.turns.fill(Vector3::zeros());
-        for (e, element) in self.elements.iter().enumerate() {
-            let (g1, g0) = element.condensed_gradient::<P>();
+        for (e, element) in self.elements.iter_mut().enumerate() {
+            let (g1, g0) = element.condense_gradient::<P>();
             self.turns[e + 1] -= g1;
             if e > 0 {
                 self.turns[e] -= g0;
