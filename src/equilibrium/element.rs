@@ -112,8 +112,9 @@ impl ElementSystem {
                 let a = (strain_theta.tr_mul(&c_theta) + to_strain.hessian(&theta, &response.couple, &slope)
                     - exp.hessian(&theta, &force, &along))
                     * weight;
-                let b =
-                    (strain_theta.tr_mul(&c_slope) + to_strain.mixed(&theta, &response.couple)) * (weight * inverse);
+                let b = (strain_theta.tr_mul(&c_slope)
+                    + to_strain.transpose().jacobian(&theta, &response.couple).transpose())
+                    * (weight * inverse);
                 let c = jr.tr_mul(&c_slope) * (weight * inverse * inverse);
                 let bt = b.transpose();
                 for l in 0..P {
@@ -185,8 +186,8 @@ impl ElementSystem {
         let (chain, chain_t) = (self.chain, self.chain.transpose());
         // Second derivatives of the last rotation vector, contracted with the gradient there (docs/method.md).
         let g = self.gradient[P - 1];
-        let by_last = inverse.mixed(&theta, &g).transpose();
-        let by_first = -inverse.mixed(&-theta, &g).transpose();
+        let by_last = inverse.transpose().jacobian(&theta, &g);
+        let by_first = inverse.jacobian(&theta, &g);
         let (pp, tp, tt) = (self.block(m, m), self.block(m + 3, m), self.block(m + 3, m + 3));
         let mixed = chain_t * (tp.transpose() - pp * chain_t) - by_last * chain_t;
         Condensed {

@@ -57,9 +57,9 @@ impl Tangent {
         self.blocks = blocks;
         self.values.fill(0.0);
         for unused in blocks..self.capacity {
-            *self.diagonal(unused, 0, 0) = 1.0;
-            *self.diagonal(unused, 1, 1) = 1.0;
-            *self.diagonal(unused, 2, 2) = 1.0;
+            for b in 0..3 {
+                *self.diagonal(unused, b, b) = 1.0;
+            }
         }
         Ok(())
     }
@@ -149,21 +149,17 @@ impl Tangent {
             return Err(super::EquilibriumError::NotFinite { what: "tangent" });
         }
         // Short elements have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
-        let largest =
-            |block: usize| (0..3).map(|b| self.values[self.col_ptr[3 * block + b + 1] - 1].abs()).fold(0.0, f64::max);
+        let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
+        let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
-        for block in 0..self.blocks {
-            for b in 0..3 {
-                let at = symbolic.col_ptr()[3 * block + b];
-                let pivot = self.factors[at];
-                let scale = *self.values.get(self.col_ptr[3 * block + b + 1] - 1).unwrap_or(&0.0);
-                let scale = scale.abs();
-                let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
-                if inertia.count(pivot, scale, neutral) == Sign::Neutral {
-                    // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
-                    // where a quotient of two rounding errors would send it anywhere.
-                    self.factors[at] = f64::INFINITY;
-                }
+        for column in 0..3 * self.blocks {
+            let at = symbolic.col_ptr()[column];
+            let scale = size(column);
+            let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
+            if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
+                // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
+                // where a quotient of two rounding errors would send it anywhere.
+                self.factors[at] = f64::INFINITY;
             }
         }
         Ok(())
