@@ -15,7 +15,7 @@
 //! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::integrator::{Integrator, MethodOfSteps};
 //! use morphorod::load::Weight;
-//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 //! use morphorod::{Shoot, Still};
 //!
 //! let memory = Memory { time: 720.0, delay: 720.0 };
@@ -24,8 +24,8 @@
 //!     .radius(0.5e-3)
 //!     .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
 //!     .tropism((
-//!         Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
-//!         Proprioception { sensitivity: 20.0, memory },
+//!         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+//!         Proprioception { sensitivity: 20.0 }.remembered(memory),
 //!     ))
 //!     .load(Weight { density: 1000.0 })
 //!     .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
