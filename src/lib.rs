@@ -71,6 +71,9 @@
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
+//! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
+//!
+//! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
 //!
 //! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
 //! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.
@@ -82,6 +85,7 @@ pub mod constitutive;
 pub mod equilibrium;
 mod error;
 pub mod growth;
+pub mod guide;
 pub mod integrator;
 pub mod load;
 mod model;
@@ -107,8 +111,3 @@ pub use state::State;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
-
-/// The programs of the guide, likewise.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/own-laws.md")]
-struct Guide;

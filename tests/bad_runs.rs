@@ -92,13 +92,13 @@ fn corrections_that_do_not_come_to_rest() {
 }
 
 #[test]
-fn a_past_that_is_no_number() {
+fn a_history_that_is_no_number() {
     let mut shoot = righting().build().unwrap();
     let before = shoot.state().clone();
     for value in [f64::NAN, f64::INFINITY] {
         let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
         let error = MethodOfSteps::new(90.0).start(&mut shoot, &past).unwrap_err();
-        assert!(error.to_string().contains("past"), "{error}");
+        assert!(error.to_string().contains("history"), "{error}");
         assert!(&before == shoot.state());
     }
 }

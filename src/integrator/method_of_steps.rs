@@ -3,6 +3,7 @@
 use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -54,6 +55,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
 
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
         let Self { step, solver, stepper } = self;
+        ParameterError::positive("time step", *step)?;
         stepper.laws.read(shoot.model.tropism());
         let delay = stepper.laws.shortest_delay();
         // Rounding of a step that is meant to equal the delay is no fault.

@@ -74,7 +74,12 @@ impl Clone for History {
     /// Reuses the memory of `self`.
     fn clone_from(&mut self, source: &Self) {
         (self.variables, self.stimuli) = (source.variables, source.stimuli);
-        self.levels.clone_from(&source.levels);
+        self.levels.truncate(source.levels.len());
+        for (to, from) in self.levels.iter_mut().zip(&source.levels) {
+            to.clone_from(from);
+        }
+        let kept = self.levels.len();
+        self.levels.extend(source.levels.range(kept..).cloned());
     }
 }
 
