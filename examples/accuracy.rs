@@ -18,7 +18,7 @@ use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::rod::Rod;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Order, Scene, Shoot, Still};
 use nalgebra::Vector3;
 
@@ -104,8 +104,8 @@ fn growing_shoot(hours: f64, elements: usize, step: f64) -> Result<(f64, Vector3
         .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
         .tropism((
             Oscillator::new(0.2, 1440.0),
-            Gravitropism { sensitivity: 0.8, memory, statoliths: Statoliths { avalanche_time: 120.0 } },
-            Proprioception { sensitivity: 20.0, memory },
+            Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(memory),
+            Proprioception { sensitivity: 20.0 }.remembered(memory),
         ))
         .load((
             Weight { density: 1000.0 },

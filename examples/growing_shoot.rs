@@ -30,7 +30,7 @@ use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
 use nalgebra::Vector3;
 
@@ -51,8 +51,9 @@ fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<i
         .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
         .tropism((
             Oscillator::new(alpha, 24.0 * MINUTE),
-            Gravitropism { sensitivity: 0.8, memory, statoliths: Statoliths { avalanche_time: 2.0 * MINUTE } },
-            Proprioception { sensitivity: 20.0, memory },
+            Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 2.0 * MINUTE } }
+                .remembered(memory),
+            Proprioception { sensitivity: 20.0 }.remembered(memory),
         ))
         .load((Weight { density: 1000.0 }, imperfect.then_some((wind, pull))))
         .build()

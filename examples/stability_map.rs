@@ -38,7 +38,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundaryPoint, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
 const MINUTE: f64 = 60.0;
@@ -69,8 +69,8 @@ impl Kind {
     fn at(self, hours: f64, ratio: f64) -> Result<Linearisation, StabilityError> {
         let length = ratio * greenhill();
         let gravitropism =
-            Gravitropism { sensitivity: self.gravitropism, memory: self.memory, statoliths: SettledStatoliths };
-        let proprioception = Proprioception { sensitivity: self.proprioception, memory: self.memory };
+            Gravitropism { sensitivity: self.gravitropism, perception: SettledStatoliths }.remembered(self.memory);
+        let proprioception = Proprioception { sensitivity: self.proprioception }.remembered(self.memory);
         let shoot = Shoot::builder(TISSUE)
             .length(length)
             .radius(RADIUS)

@@ -15,7 +15,7 @@
 //! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::integrator::{Integrator, MethodOfSteps};
 //! use morphorod::load::Weight;
-//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 //! use morphorod::{Shoot, Still};
 //!
 //! let memory = Memory { time: 720.0, delay: 720.0 };
@@ -24,8 +24,8 @@
 //!     .radius(0.5e-3)
 //!     .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
 //!     .tropism((
-//!         Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
-//!         Proprioception { sensitivity: 20.0, memory },
+//!         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+//!         Proprioception { sensitivity: 20.0 }.remembered(memory),
 //!     ))
 //!     .load(Weight { density: 1000.0 })
 //!     .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
@@ -71,6 +71,9 @@
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
+//! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
+//!
+//! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
 //!
 //! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
 //! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.
@@ -82,6 +85,7 @@ pub mod constitutive;
 pub mod equilibrium;
 mod error;
 pub mod growth;
+pub mod guide;
 pub mod integrator;
 pub mod load;
 mod model;
@@ -107,8 +111,3 @@ pub use state::State;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
-
-/// The programs of the guide, likewise.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/own-laws.md")]
-struct Guide;

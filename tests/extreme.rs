@@ -9,12 +9,12 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Distributed;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
-    BETA, Clinostat, DAY, ETA, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
-    steering,
+    BETA, Clinostat, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced,
+    righting, steering,
 };
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -152,8 +152,8 @@ fn statoliths_that_avalanche_faster_and_faster_approach_their_limit() {
 fn a_memory_that_is_far_shorter_than_the_step() {
     let quick = Memory { time: 1.0, delay: 720.0 };
     let laws = || {
-        let gravitropism = Gravitropism { sensitivity: BETA, memory: quick, statoliths: SettledStatoliths };
-        (gravitropism, Proprioception { sensitivity: ETA, memory: quick })
+        let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(quick);
+        (gravitropism, Proprioception { sensitivity: ETA }.remembered(quick))
     };
     let run = |step: f64| {
         let shoot = righting().elements(4).tropism(laws()).build().unwrap();
@@ -203,15 +203,14 @@ fn ten_growth_times() {
 #[test]
 fn a_zone_through_which_several_elements_pass_in_a_step() {
     let shoot = |elements: usize| {
-        let (gravitropism, proprioception) = steering(STATOLITHS);
         growing()
             .length(0.05)
             .elements(elements)
             .growth(UniformGrowth { zone_length: 0.03, time: 600.0 })
             .tropism((
                 Oscillator::new(0.01, 1440.0),
-                Gravitropism { sensitivity: 0.01, ..gravitropism },
-                Proprioception { sensitivity: 0.2, ..proprioception },
+                Gravitropism { sensitivity: 0.01, perception: STATOLITHS }.remembered(MEMORY),
+                Proprioception { sensitivity: 0.2 }.remembered(MEMORY),
             ))
             .build()
             .unwrap()

@@ -9,7 +9,7 @@ use common::{
     DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases, sag, tight,
     young_tissue,
 };
-use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic, Response, Tissue};
+use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
 use morphorod::rod::Rod;
@@ -167,11 +167,11 @@ impl Stiffening {
 }
 
 impl Constitutive for Stiffening {
-    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let square = strain.norm_squared();
         let secant = self.linear + self.cubic * square;
         let cubic = if self.crude_tangent { self.cubic } else { 2.0 * self.cubic };
-        Response {
+        ElasticResponse {
             energy: 0.5 * self.linear * square + 0.25 * self.cubic * square * square,
             couple: strain * secant,
             tangent: Matrix3::identity() * secant + strain * strain.transpose() * cubic,
@@ -277,8 +277,8 @@ fn stiffnesses_are_those_of_a_circular_section_and_grow_as_the_tissue_lignifies(
 fn an_impossible_law_is_an_error_that_leaves_the_rod() {
     struct Broken;
     impl Constitutive for Broken {
-        fn respond(&self, _: &Tissue, strain: &Vector3<f64>) -> Response {
-            Response { energy: f64::NAN, couple: *strain, tangent: Matrix3::identity() }
+        fn respond(&self, _: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+            ElasticResponse { energy: f64::NAN, couple: *strain, tangent: Matrix3::identity() }
         }
     }
     let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, Order::default()).expect("a rod");

@@ -9,7 +9,7 @@ use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{GivenHistory, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Site};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
 use morphorod::{Model, Shoot, Still};
 use nalgebra::Vector3;
 use shoots::{BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering};
@@ -75,10 +75,10 @@ fn minutes(time: f64, delay: f64) -> Memory {
     Memory { time: time * MINUTE, delay: delay * MINUTE }
 }
 
-fn laws(gravity: Memory, bend: Memory) -> (Gravitropism, Proprioception) {
+fn laws(gravity: Memory, bend: Memory) -> (Remembered<Gravitropism>, Remembered<Proprioception>) {
     (
-        Gravitropism { sensitivity: BETA, memory: gravity, statoliths: SettledStatoliths },
-        Proprioception { sensitivity: ETA, memory: bend },
+        Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
+        Proprioception { sensitivity: ETA }.remembered(bend),
     )
 }
 
@@ -174,7 +174,7 @@ impl Circling {
             .radius(RADIUS)
             .elements(2)
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: self.growth_time }))
-            .tropism(Proprioception { sensitivity: ETA, memory: self.memory })
+            .tropism(Proprioception { sensitivity: ETA }.remembered(self.memory))
             .scene(Still::weightless())
             .build()
             .unwrap();

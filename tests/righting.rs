@@ -4,7 +4,7 @@ mod shoots;
 
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{EmptyHistory, GivenHistory, Integrator, MethodOfSteps, SteadyHistory};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Site};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
 use nalgebra::Vector3;
 use shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 
@@ -47,8 +47,8 @@ fn it_ends_in_the_stationary_shape_whatever_its_memories() {
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.0), own(20.0, 8.0)), (own(30.0, 5.0), own(3.0, 12.0))] {
         let mut shoot = righting()
             .tropism((
-                Gravitropism { sensitivity: BETA, memory: gravity, statoliths: SettledStatoliths },
-                Proprioception { sensitivity: ETA, memory: bend },
+                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
+                Proprioception { sensitivity: ETA }.remembered(bend),
             ))
             .build()
             .unwrap();
@@ -154,8 +154,8 @@ fn delays_need_not_be_multiples_of_the_step() {
     let own = |time: f64, delay: f64| Memory { time: time * MINUTE, delay: delay * MINUTE };
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.3), own(20.0, 8.9))] {
         let laws = || {
-            let gravitropism = Gravitropism { sensitivity: BETA, memory: gravity, statoliths: SettledStatoliths };
-            (gravitropism, Proprioception { sensitivity: ETA, memory: bend })
+            let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity);
+            (gravitropism, Proprioception { sensitivity: ETA }.remembered(bend))
         };
         let run = |step: f64| tips(&mut righting().elements(4).tropism(laws()).build().unwrap(), step, &times).0;
         // 90 s is a fraction of 12 min, 97 s and 113 s are not: the same fourth order with the same constant, up to a

@@ -7,7 +7,7 @@ use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Whirl};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, Scene, Shoot, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
@@ -67,8 +67,8 @@ fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
     }
     let present = Memory { time: 12.0 * MINUTE, delay: 0.0 };
     let laws = || {
-        let gravitropism = Gravitropism { sensitivity: BETA, memory: present, statoliths: SettledStatoliths };
-        (gravitropism, Proprioception { sensitivity: ETA, memory: MEMORY })
+        let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(present);
+        (gravitropism, Proprioception { sensitivity: ETA }.remembered(MEMORY))
     };
     let shoot = righting().elements(4).tropism(laws()).build().unwrap();
     assert_repeats(shoot, || Iterated::new(100.0), 0.5 * HOUR, HOUR);
@@ -81,8 +81,8 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
         righting()
             .elements(4)
             .tropism((
-                Gravitropism { sensitivity: BETA, memory, statoliths: SettledStatoliths },
-                Proprioception { sensitivity: ETA, memory },
+                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+                Proprioception { sensitivity: ETA }.remembered(memory),
             ))
             .build()
             .unwrap()

@@ -8,7 +8,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
-use morphorod::tropism::{Gravitropism, Statoliths};
+use morphorod::tropism::{Gravitropism, Remembered, Response, Statoliths};
 use morphorod::{Laws, Scene, Shoot};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
@@ -18,7 +18,7 @@ const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 /// A shoot that feels gravity but does not answer, in a scene.
 struct Cell<S> {
     run: MethodOfSteps<Unloaded>,
-    shoot: Shoot<Laws<LinearElastic, Ongoing<UniformGrowth>, Gravitropism<Statoliths>, (), S>>,
+    shoot: Shoot<Laws<LinearElastic, Ongoing<UniformGrowth>, Remembered<Gravitropism<Statoliths>>, (), S>>,
     statistics: Statistics,
 }
 
@@ -29,7 +29,7 @@ impl<S: Scene> Cell<S> {
             .radius(RADIUS)
             .elements(1)
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
-            .tropism(Gravitropism { sensitivity: 0.0, memory: MEMORY, statoliths: Statoliths { avalanche_time } })
+            .tropism(Gravitropism { sensitivity: 0.0, perception: Statoliths { avalanche_time } }.remembered(MEMORY))
             .scene(scene)
             .build()
             .unwrap();

@@ -1,8 +1,7 @@
 //! Steps that are repeated with what they led to: for laws that respond without delay.
 
 use super::stepper::{Correction, Stepper};
-use super::steps::check_times;
-use super::{EmptyHistory, IntegrationError, Integrator, Past, Statistics};
+use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -42,7 +41,7 @@ impl<E> Iterated<E> {
 }
 
 impl<E: Clone> Clone for Iterated<E> {
-    /// Clones the settings; the memory is made anew when it is needed.
+    /// Clones the settings; the workspace is made anew when it is needed.
     fn clone(&self) -> Self {
         Self {
             tolerance: self.tolerance,
@@ -53,21 +52,17 @@ impl<E: Clone> Clone for Iterated<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for Iterated<E> {
-    fn start(&mut self, shoot: &mut Shoot<impl Model>, past: &impl Past) -> Result<Statistics, IntegrationError> {
-        let solver = &mut self.solver;
-        self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
+    fn start(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        self.stepper.start(shoot, &mut self.solver, history)
     }
 
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
-        check_times(self.step, shoot.time(), until)?;
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
         let correction = Correction { tolerance: self.tolerance, most: self.max_corrections };
-        let (step, solver) = (self.step, &mut self.solver);
-        self.stepper.guarded(shoot, |stepper, shoot| {
-            if shoot.state.history.levels.is_empty() {
-                stepper.begin(shoot, solver, &EmptyHistory)?;
-            }
-            stepper.run(shoot, solver, until, step, Some(correction))
-        })
+        self.stepper.advance(shoot, &mut self.solver, until, self.step, Some(correction))
     }
 }

@@ -13,7 +13,7 @@ const SLIVER: f64 = 1e-9;
 /// The point that will be on the boundary at the end of the step becomes a node now, while everything is still smooth
 /// across it. So the boundary is on a node at the end of every step, and the kink that it leaves in the intrinsic strain
 /// and in the stiffness never lies inside an element.
-pub(super) fn prepare(
+pub(super) fn adapt(
     state: &mut State,
     growth: &impl GrowthLaw,
     mesh: &Mesh,
@@ -33,7 +33,7 @@ pub(super) fn prepare(
     }
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
-        // A whisker of rounding is no reason to cut.
+        // Rounding is no reason to cut.
         if state.rod.element_length(e) > mesh.growing * (1.0 + 1e-9) {
             state.split(e, 0.5);
             statistics.splits += 1;

@@ -17,6 +17,7 @@ pub struct InternalForce {
     environment: Environment,
     cuts: Vec<Cut>,
     forces: Vec<Vector3<f64>>,
+    at_base: Vector3<f64>,
 }
 
 impl InternalForce {
@@ -57,6 +58,8 @@ impl InternalForce {
                 volume += basis.weights[j] * points[j].jacobian * area[j];
             }
         }
+        let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume };
+        self.at_base = load.force(&whole, environment);
         self.forces.clear();
         self.forces.extend(self.cuts.iter().map(|cut| load.force(cut, environment)));
     }
@@ -79,9 +82,16 @@ impl InternalForce {
         &self.forces
     }
 
+    /// The force n at the base, in the fixed frame, N: the whole load, which the clamp holds.
+    #[must_use]
+    pub fn at_base(&self) -> Vector3<f64> {
+        self.at_base
+    }
+
     /// The size of the largest force, N; not a number if a force is not.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        self.forces.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        let all = self.forces.iter().chain([&self.at_base]);
+        all.map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 }

@@ -16,7 +16,7 @@ use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Declaration, Size, TropismLaw};
 
 /// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
 /// of a third derivative, and rounding by 1e-14 over it.
@@ -88,7 +88,7 @@ impl Linearisation {
         settled.differentiate(shoot, rod, force);
         let settled = &*settled;
         let law = shoot.model.tropism();
-        let m = law.stimuli();
+        let m = Size::of(law).stimuli;
         let mut transfers: Vec<Transfer> = Vec::new();
         let mut kind = Vec::with_capacity(settled.places.len());
         for (i, place) in settled.places.iter().enumerate() {
@@ -141,6 +141,7 @@ impl Linearisation {
         let m = self.stimuli;
         let (p, first) = (rod.order().points(), rod.first_growing() * rod.order().points());
         let mut tangent = solver.linearise(rod, shoot.model.constitutive(), force)?;
+        let position = Declaration::of(law).needs_position();
         let mut moved = rod.clone();
         let mut sensed = [DVector::zeros(self.response.nrows()), DVector::zeros(self.response.nrows())];
         let mut places = [DVector::zeros(self.displacement.nrows()), DVector::zeros(self.displacement.nrows())];
@@ -152,7 +153,7 @@ impl Linearisation {
                 moved.clone_from(rod);
                 moved.points_mut()[at].intrinsic[c] += sign * step;
                 tangent.follow(&mut moved);
-                visit_sites(&moved, shoot.model.constitutive(), force, law.needs_position(), |i, site| {
+                visit_sites(&moved, shoot.model.constitutive(), force, position, |i, site| {
                     law.sense(site, &mut sensed[side].as_mut_slice()[i * m..(i + 1) * m]);
                 });
                 for (k, (_, position)) in moved.centre_line().iter().enumerate() {

@@ -9,7 +9,7 @@ use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::{Growing, Site, TropismLaw};
+use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 
 /// Turn of a frame for differences, rad: central ones then err by 1e-9 of a third derivative, and rounding by 1e-12.
 const TURN: f64 = 1e-4;
@@ -30,23 +30,24 @@ impl Settled {
     /// Evaluates the laws of `shoot` on `rod` under `load`.
     pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
         let law = shoot.model.tropism();
-        let (v, m) = (law.variables(), law.stimuli());
+        let laws = Declaration::of(law);
+        let size = laws.size();
         let points = rod.points().len() - rod.first_growing() * rod.order().points();
         let blank = Growing { time: force.environment().time, radius: 0.0, apex_distance: 0.0 };
         let mut out = Self {
             gradients: vec![Vector3::zeros(); points],
-            stimuli: vec![vec![0.0; m]; points],
-            variables: vec![vec![0.0; v]; points],
+            stimuli: vec![vec![0.0; size.stimuli]; points],
+            variables: vec![vec![0.0; size.variables]; points],
             places: vec![blank; points],
             local: Vec::new(),
             turn: Vec::new(),
         };
-        visit_sites(rod, shoot.model.constitutive(), force, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
             law.sense(site, &mut out.stimuli[i]);
-            law.settled(&out.stimuli[i], &mut out.variables[i]);
+            law.steady(&out.stimuli[i], &mut out.variables[i]);
             out.places[i] =
                 Growing { time: force.environment().time, radius: site.radius, apex_distance: site.apex_distance };
-            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
+            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], size.present(&out.stimuli[i]));
         });
         out
     }
@@ -54,10 +55,11 @@ impl Settled {
     /// Fills in the derivatives of the stimuli by the strain and by the turn of the frame.
     pub fn differentiate(&mut self, shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) {
         let law = shoot.model.tropism();
-        let m = law.stimuli();
+        let laws = Declaration::of(law);
+        let m = laws.size().stimuli;
         self.local = vec![DMatrix::zeros(m, 3); self.places.len()];
         self.turn = self.local.clone();
-        visit_sites(rod, shoot.model.constitutive(), force, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
             let sensed = |site: &Site| {
                 let mut x = vec![0.0; m];
                 law.sense(site, &mut x);
@@ -92,20 +94,22 @@ pub(super) fn check_unforced(
     settled: &Settled,
 ) -> Result<(), StabilityError> {
     let law = shoot.model.tropism();
+    let laws = Declaration::of(law);
+    let size = laws.size();
     let time = shoot.state.time;
     let base = shoot.model.scene().base(time);
-    let (mut stimuli, mut variables) = (vec![0.0; law.stimuli()], vec![0.0; law.variables()]);
+    let (mut stimuli, mut variables) = (vec![0.0; size.stimuli], vec![0.0; size.variables]);
     let mut change = 0.0_f64;
     // Incommensurate times, from seconds to days: no period divides them all.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
         let force = InternalForce::of(rod, load, &shoot.model.scene().environment(later));
         // A base that has turned shows in nothing that is sensed on the rod as it is.
         change = change.max(base.angle_to(&shoot.model.scene().base(later)) / rod.length());
-        visit_sites(rod, shoot.model.constitutive(), &force, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), &force, laws.needs_position(), |i, site| {
             law.sense(site, &mut stimuli);
-            law.settled(&stimuli, &mut variables);
+            law.steady(&stimuli, &mut variables);
             let at = Growing { time: later, ..settled.places[i] };
-            change = change.max((law.gradient(&at, &variables, &stimuli) - settled.gradients[i]).norm());
+            change = change.max((law.gradient(&at, &variables, size.present(&stimuli)) - settled.gradients[i]).norm());
         });
     }
     // Rounding of a gradient of the size of 1/radius.

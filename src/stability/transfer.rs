@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::settled::Settled;
 use crate::error::ParameterError;
-use crate::tropism::{LawDerivatives, TropismLaw};
+use crate::tropism::{Declaration, LawDerivatives, TropismLaw};
 
 /// Points whose laws linearise alike to this share one transfer function.
 const ALIKE: f64 = 1e-8;
@@ -30,10 +30,11 @@ pub(super) struct Transfer {
 impl Transfer {
     /// Of a law at a place where it has settled.
     pub fn of(law: &impl TropismLaw, rate: f64, settled: &Settled, point: usize) -> Result<Self, ParameterError> {
-        let (v, m) = (law.variables(), law.stimuli());
+        let laws = Declaration::of(law);
+        let (v, m) = (laws.size().variables, laws.size().stimuli);
         let mut out = Self {
             rate,
-            delays: vec![0.0; v],
+            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(f64::INFINITY)).collect(),
             rates_y: DMatrix::zeros(v, v),
             rates_x: DMatrix::zeros(v, m),
             gradient_y: DMatrix::zeros(3, v),
@@ -41,7 +42,6 @@ impl Transfer {
             local: settled.local[point].clone(),
             memory: Vec::new(),
         };
-        law.delays(&mut out.delays);
         let mut derivatives = LawDerivatives {
             rates_by_variables: out.rates_y.view_mut((0, 0), (v, v)),
             rates_by_stimuli: out.rates_x.view_mut((0, 0), (v, m)),

@@ -8,7 +8,9 @@ use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Perception, Proprioception, Remembered, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{Laws, Model, Scene, Shoot, ShootBuilder, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -32,13 +34,13 @@ pub const STATOLITHS: Statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
 pub const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Response to gravity and to the own bend.
-pub type Steering<S = SettledStatoliths> = (Gravitropism<S>, Proprioception);
+pub type Steering<S = SettledStatoliths> = (Remembered<Gravitropism<S>>, Remembered<Proprioception>);
 
 /// The default steering with the given sense of gravity.
-pub fn steering<S>(statoliths: S) -> Steering<S> {
+pub fn steering<S: Perception<Signal = [f64; 2]>>(statoliths: S) -> Steering<S> {
     (
-        Gravitropism { sensitivity: BETA, memory: MEMORY, statoliths },
-        Proprioception { sensitivity: ETA, memory: MEMORY },
+        Gravitropism { sensitivity: BETA, perception: statoliths }.remembered(MEMORY),
+        Proprioception { sensitivity: ETA }.remembered(MEMORY),
     )
 }
 
@@ -46,8 +48,12 @@ pub fn steering<S>(statoliths: S) -> Steering<S> {
 pub type Reduced = Laws<LinearElastic, Ongoing<UniformGrowth>, Steering, Weight>;
 
 /// The laws of the growing shoot.
-pub type Growing =
-    Laws<Lignifying, UniformGrowth, (Oscillator, Gravitropism<Statoliths>, Proprioception), Imperfection>;
+pub type Growing = Laws<
+    Lignifying,
+    UniformGrowth,
+    (Oscillator, Remembered<Gravitropism<Statoliths>>, Remembered<Proprioception>),
+    Imperfection,
+>;
 
 /// The reduced model: constant length (m), growth zone 7 cm, growth time in s, weight, h = −ĝ.
 pub fn reduced(length: f64, growth_time: f64) -> ShootBuilder<Reduced> {

@@ -1,7 +1,7 @@
 //! The method of steps: what the laws ask for during a step is known before it.
 
 use super::stepper::Stepper;
-use super::{EmptyHistory, IntegrationError, Integrator, Past, Statistics};
+use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -38,42 +38,30 @@ impl<E> MethodOfSteps<E> {
 }
 
 impl<E: Clone> Clone for MethodOfSteps<E> {
-    /// Clones the settings; the memory is made anew when it is needed.
+    /// Clones the settings; the workspace is made anew when it is needed.
     fn clone(&self) -> Self {
         Self::with_solver(self.step, self.solver.clone())
     }
 }
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
-    fn start(&mut self, shoot: &mut Shoot<impl Model>, past: &impl Past) -> Result<Statistics, IntegrationError> {
-        let solver = &mut self.solver;
-        self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
+    fn start(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        self.stepper.start(shoot, &mut self.solver, history)
     }
 
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
-        check_times(self.step, shoot.time(), until)?;
-        let delay = self.stepper.shortest_delay(shoot.model.tropism());
+        let Self { step, solver, stepper } = self;
+        ParameterError::positive("time step", *step)?;
+        stepper.laws.read(shoot.model.tropism());
+        let delay = stepper.laws.shortest_delay();
         // Rounding of a step that is meant to equal the delay is no fault.
-        if self.step > delay * (1.0 + 1e-12) {
-            return Err(IntegrationError::StepTooLong { step: self.step, delay });
+        if *step > delay * (1.0 + 1e-12) {
+            return Err(IntegrationError::StepTooLong { step: *step, delay });
         }
-        let (step, solver) = (self.step, &mut self.solver);
-        self.stepper.guarded(shoot, |stepper, shoot| {
-            if shoot.state.history.levels.is_empty() {
-                stepper.begin(shoot, solver, &EmptyHistory)?;
-            }
-            stepper.run(shoot, solver, until, step, None)
-        })
+        stepper.advance(shoot, solver, until, *step, None)
     }
-}
-
-/// Refuses a step or an end that makes no sense.
-pub(super) fn check_times(step: f64, now: f64, until: f64) -> Result<(), ParameterError> {
-    ParameterError::positive("time step", step)?;
-    ParameterError::unless(
-        until >= now && until.is_finite(),
-        "time to advance to",
-        until,
-        "finite and not in the past (s)",
-    )
 }
