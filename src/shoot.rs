@@ -10,7 +10,7 @@ use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
 use crate::model::{BoxedLaws, Laws, Model};
-use crate::rod::Rod;
+use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Scene, Still};
 use crate::state::State;
 use crate::tropism::TropismLaw;
@@ -91,10 +91,9 @@ impl<M: Model> Shoot<M> {
         self.state.clone_from(state);
     }
 
-    /// The rod, to be perturbed. The next equilibrium starts from what is left here.
-    #[must_use]
-    pub fn rod_mut(&mut self) -> &mut Rod {
-        &mut self.state.rod
+    /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
+    pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
+        self.state.rod.set_intrinsic(strain);
     }
 
     /// How fine the elements are kept.

@@ -184,9 +184,32 @@ impl Rod {
         &self.points
     }
 
-    /// The material points, to be given an intrinsic strain or a section.
-    #[must_use]
-    pub fn points_mut(&mut self) -> &mut [MaterialPoint] {
+    /// Gives every material point an intrinsic strain: components along the directors, 1/m. The shape stays; the next
+    /// equilibrium starts from it.
+    ///
+    /// ```
+    /// # use morphorod::{Order, rod::Rod};
+    /// # use nalgebra::{UnitQuaternion, Vector3};
+    /// let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 4, Order::Eight)?;
+    /// // Bent about d2, the more the nearer to the apex.
+    /// rod.set_intrinsic(|point| Vector3::y() * (10.0 - 100.0 * point.apex_distance));
+    /// # Ok::<(), morphorod::ParameterError>(())
+    /// ```
+    pub fn set_intrinsic(&mut self, mut strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
+        for point in &mut self.points {
+            point.intrinsic = strain(point);
+        }
+    }
+
+    /// Makes all tissue mature: it left the growth zone at the time `exit` (s), from which its age counts.
+    pub fn set_mature(&mut self, exit: f64) {
+        self.first_growing = self.elements();
+        for point in &mut self.points {
+            point.exit_time = exit;
+        }
+    }
+
+    pub(crate) fn points_mut(&mut self) -> &mut [MaterialPoint] {
         &mut self.points
     }
 
