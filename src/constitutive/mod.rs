@@ -9,6 +9,7 @@ pub use linear::LinearElastic;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 use crate::rod::MaterialPoint;
 
 /// What an elastic law may know of a material point.
@@ -57,13 +58,7 @@ pub trait Constitutive {
     }
 }
 
-impl<C: Constitutive + ?Sized> Constitutive for Box<C> {
-    #[inline]
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        (**self).respond(tissue, strain)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        (**self).check()
-    }
-}
+forward_pointers!(Constitutive {
+    fn respond(tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
+    fn check() -> Result<(), ParameterError>;
+});
