@@ -2,11 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::StabilityError;
-use super::linear::Linearisation;
-use super::settled::{Settled, check_unforced};
+use super::error::StabilityError;
+use super::linear::{LinearProblem, precise_solver};
+use super::steady::{SteadyState, check_unforced};
 use crate::constitutive::Constitutive;
-use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver, Unloaded};
+use crate::equilibrium::{EquilibriumSolver, Unloaded};
 use crate::growth::GrowthLaw;
 use crate::integrator::visit_sites;
 use crate::load::Load;
@@ -81,38 +81,36 @@ impl StationarySolver {
         shoot.state.rod.set_base(shoot.scene.base(shoot.state.time));
         let mut iterations = self.find_shape(shoot)?;
         self.hold_shape(shoot);
-        let mut solver = NewtonSolver::with_tolerance(1e-13);
-        solver.branch = Branch::Nearest;
+        let mut solver = precise_solver();
         let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
+        let limit = iterations + self.max_iterations;
         let mut last = f64::INFINITY;
-        for polish in 0..=self.max_iterations {
+        loop {
             let mut rod = shoot.state.rod.clone();
             let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
-            let mut settled = Settled::of(shoot, rod, &shoot.load, &moment);
-            check_unforced(shoot, rod, &shoot.load, &settled)?;
-            let gradient = settled.largest();
-            let radius = settled.places.first().map_or(1.0, |place| place.radius);
-            if gradient * radius <= self.tolerance {
+            let steady = SteadyState::of(shoot, rod, &shoot.load, &moment);
+            check_unforced(shoot, rod, &shoot.load, &steady)?;
+            let gradient = steady.largest_gradient();
+            if gradient * steady.radius() <= self.tolerance {
                 return Ok(Stationary { iterations, gradient, negative: found.inertia.negative });
             }
-            if polish == self.max_iterations || !gradient.is_finite() || gradient > 10.0 * last {
+            if iterations == limit || !gradient.is_finite() || gradient > 10.0 * last {
                 return Err(StabilityError::NoStationaryState { iterations, gradient });
             }
             last = gradient;
             iterations += 1;
-            let linear = Linearisation::at(shoot, rod, &mut settled, &moment, &mut solver)?;
-            let step = linear.stationary_step(&settled);
+            let linear = LinearProblem::about(shoot, rod, &steady, &moment, &mut solver)?;
+            let step = linear.stationary_step(&steady);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
                 shoot.state.rod.points_mut()[first + i].intrinsic[c] += value;
             }
         }
-        Err(StabilityError::NoStationaryState { iterations, gradient: last })
     }
 
-    /// Newton's method for the visible strain with which the laws are content, on an unloaded copy of the rod.
+    /// Newton's method for the visible strain under which the laws ask for no change, on an unloaded copy of the rod.
     fn find_shape<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<usize, StabilityError>
     where
         T: TropismLaw,
@@ -122,79 +120,52 @@ impl StationarySolver {
         let moment = shoot.scene.moment(shoot.state.time);
         let rod = &shoot.state.rod;
         let p = rod.order().points();
-        let first = rod.first_growing() * p;
         let mut trial = rod.clone();
         for e in 0..rod.elements() {
             for g in 0..p {
                 trial.points_mut()[e * p + g].intrinsic = rod.strain(e, g);
             }
         }
-        let count = rod.points().len() - first;
-        let evaluate = |trial: &mut crate::rod::Rod| -> Result<Settled, StabilityError> {
+        let evaluate = |trial: &mut Rod| -> Result<SteadyState, StabilityError> {
             let _ = Unloaded.solve(trial, &shoot.constitutive, &(), &moment)?;
-            Ok(Settled::of(shoot, trial, &(), &moment))
+            Ok(SteadyState::of(shoot, trial, &(), &moment))
         };
-        let mut settled = evaluate(&mut trial)?;
-        check_unforced(shoot, &trial, &(), &settled)?;
-        let flatten = |settled: &Settled| DVector::from_fn(3 * count, |k, _| settled.gradients[k / 3][k % 3]);
-        let mut residual = flatten(&settled);
-        for iteration in 0..=self.max_iterations {
-            let radius = settled.places.first().map_or(1.0, |place| place.radius);
-            let gradient = settled.largest();
-            if gradient * radius <= 0.1 * self.tolerance {
-                let turn = unresolved(&trial);
-                if turn > RESOLVED {
-                    return Err(StabilityError::Unresolved { turn });
-                }
-                shoot.state.rod = trial;
-                return Ok(iteration);
+        let gradients = |trial: &mut Rod| Ok(flat(&evaluate(trial)?));
+        let mut steady = evaluate(&mut trial)?;
+        check_unforced(shoot, &trial, &(), &steady)?;
+        let mut iterations = 0;
+        loop {
+            let gradient = steady.largest_gradient();
+            if gradient * steady.radius() <= 0.1 * self.tolerance {
+                break;
             }
-            if iteration == self.max_iterations || !gradient.is_finite() {
-                return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+            let failed = StabilityError::NoStationaryState { iterations, gradient };
+            if iterations == self.max_iterations || !gradient.is_finite() {
+                return Err(failed);
             }
-            let mut jacobian = DMatrix::zeros(3 * count, 3 * count);
-            // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
-            let h = 1e-4 / trial.length();
-            let mut moved = trial.clone();
-            for k in 0..3 * count {
-                moved.clone_from(&trial);
-                moved.points_mut()[first + k / 3].intrinsic[k % 3] += h;
-                let plus = flatten(&evaluate(&mut moved)?);
-                moved.clone_from(&trial);
-                moved.points_mut()[first + k / 3].intrinsic[k % 3] -= h;
-                let minus = flatten(&evaluate(&mut moved)?);
-                jacobian.set_column(k, &((plus - minus) / (2.0 * h)));
-            }
-            // Components that nothing drives have rows and columns of zeros; they stay.
-            for k in 0..3 * count {
-                if jacobian.row(k).amax() == 0.0 {
-                    jacobian[(k, k)] = 1.0;
-                }
-            }
-            let Some(step) = jacobian.lu().solve(&residual) else {
-                return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
-            };
+            let residual = flat(&steady);
+            let step = jacobian(&trial, residual.len(), gradients)?.lu().solve(&residual).ok_or(failed.clone())?;
             let mut fraction = 1.0;
-            loop {
-                moved.clone_from(&trial);
-                for k in 0..3 * count {
-                    moved.points_mut()[first + k / 3].intrinsic[k % 3] -= fraction * step[k];
-                }
-                if let Ok(next) = evaluate(&mut moved) {
-                    let value = flatten(&next);
-                    if value.norm() < residual.norm() {
-                        (settled, residual) = (next, value);
-                        break;
-                    }
+            (trial, steady) = loop {
+                let mut moved = displaced(&trial, &(&step * -fraction));
+                if let Ok(next) = evaluate(&mut moved)
+                    && flat(&next).norm() < residual.norm()
+                {
+                    break (moved, next);
                 }
                 fraction *= 0.5;
                 if fraction < 1e-6 {
-                    return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+                    return Err(failed);
                 }
-            }
-            trial.clone_from(&moved);
+            };
+            iterations += 1;
         }
-        Err(StabilityError::NoStationaryState { iterations: self.max_iterations, gradient: residual.amax() })
+        let turn = unresolved(&trial);
+        if turn > RESOLVED {
+            return Err(StabilityError::Unresolved { turn });
+        }
+        shoot.state.rod = trial;
+        Ok(iterations)
     }
 
     /// Takes from the visible strain, which stands in the rod as if intrinsic, what the load makes of it.
@@ -211,6 +182,47 @@ impl StationarySolver {
             point.intrinsic -= elastic;
         }
     }
+}
+
+/// The gradients as one vector.
+fn flat(steady: &SteadyState) -> DVector<f64> {
+    DVector::from_iterator(3 * steady.gradients.len(), steady.gradients.iter().flatten().copied())
+}
+
+/// A rod whose growth zone is strained by a change of its intrinsic strain, point by point.
+fn displaced(rod: &Rod, change: &DVector<f64>) -> Rod {
+    let mut moved = rod.clone();
+    let first = rod.points().len() - change.len() / 3;
+    for (k, value) in change.iter().enumerate() {
+        moved.points_mut()[first + k / 3].intrinsic[k % 3] += value;
+    }
+    moved
+}
+
+/// The derivative of the gradients by the intrinsic strain, by central differences.
+fn jacobian(
+    rod: &Rod,
+    n: usize,
+    gradients: impl Fn(&mut Rod) -> Result<DVector<f64>, StabilityError>,
+) -> Result<DMatrix<f64>, StabilityError> {
+    let mut out = DMatrix::zeros(n, n);
+    // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
+    let h = 1e-4 / rod.length();
+    for k in 0..n {
+        let beside = |side: f64| {
+            let mut change = DVector::zeros(n);
+            change[k] = side * h;
+            gradients(&mut displaced(rod, &change))
+        };
+        out.set_column(k, &((beside(1.0)? - beside(-1.0)?) / (2.0 * h)));
+    }
+    // Components that nothing drives have rows and columns of zeros; they stay.
+    for k in 0..n {
+        if out.row(k).amax() == 0.0 {
+            out[(k, k)] = 1.0;
+        }
+    }
+    Ok(out)
 }
 
 /// A shape whose strains end in polynomials that turn a frame by more than this within an element is none, rad.
@@ -239,19 +251,4 @@ fn unresolved(rod: &Rod) -> f64 {
         largest = largest.max(2.0 * sum.norm() / 4.0_f64.powi(p as i32 - 1) * rod.element_length(e));
     }
     largest
-}
-
-impl Linearisation {
-    /// The change of the intrinsic strain that makes the laws content, to first order: the gradient settled under the
-    /// stimuli is T(0) X δu*/REGR.
-    pub(super) fn stationary_step(&self, settled: &Settled) -> Option<DVector<f64>> {
-        let all: Vec<usize> = (0..self.unknowns.len()).collect();
-        let matrix = self.matrix(nalgebra::Complex::ZERO, &all).0.map(|z| z.re);
-        let residual = DVector::from_fn(all.len(), |k, _| {
-            let (i, c) = self.unknowns[k];
-            settled.gradients[i][c] * self.transfers[self.kind[i]].rate
-        });
-        // M(0) = −T(0) X.
-        matrix.lu().solve(&residual)
-    }
 }

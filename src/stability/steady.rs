@@ -1,8 +1,8 @@
-//! What the laws of a shoot ask for when it has been as it is for ever.
+//! Stimuli, variables and gradients of a shoot whose state has lasted for ever.
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
-use super::StabilityError;
+use super::error::StabilityError;
 use crate::constitutive::Constitutive;
 use crate::integrator::visit_sites;
 use crate::load::Load;
@@ -14,19 +14,28 @@ use crate::tropism::{Growing, Site, TropismLaw};
 /// Turn of a frame for differences, rad: central ones then err by 1e-9 of a third derivative, and rounding by 1e-12.
 const TURN: f64 = 1e-4;
 
-/// Variables, stimuli and gradients of a shoot that has been as it is for ever.
-pub(super) struct Settled {
+/// The laws at every material point of the growth zone.
+pub(super) struct SteadyState {
     pub gradients: Vec<Vector3<f64>>,
     pub stimuli: Vec<Vec<f64>>,
     pub variables: Vec<Vec<f64>>,
     pub places: Vec<Growing>,
-    /// ∂stimuli/∂strain at each point; empty before it is [asked for](Self::differentiate).
-    pub local: Vec<DMatrix<f64>>,
-    /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad; empty likewise.
+}
+
+/// Derivatives of the stimuli at every material point of the growth zone.
+pub(super) struct StimulusDerivatives {
+    /// By the strain at the point itself.
+    pub strain: Vec<DMatrix<f64>>,
+    /// By the turn of its frame about the directors, 1/rad.
     pub turn: Vec<DMatrix<f64>>,
 }
 
-impl Settled {
+/// The gradient that a law asks for. It gets the present stimuli only if it reads them.
+fn gradient(law: &impl TropismLaw, at: &Growing, variables: &[f64], stimuli: &[f64]) -> Vector3<f64> {
+    law.gradient(at, variables, if law.senses_now() { stimuli } else { &[] })
+}
+
+impl SteadyState {
     /// Evaluates the laws of `shoot` on `rod` under `load`.
     pub fn of<G, T: TropismLaw, C: Constitutive, L, S>(
         shoot: &Shoot<G, T, C, L, S>,
@@ -43,53 +52,58 @@ impl Settled {
             stimuli: vec![vec![0.0; m]; points],
             variables: vec![vec![0.0; v]; points],
             places: vec![blank; points],
-            local: Vec::new(),
-            turn: Vec::new(),
         };
         visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
             law.sense(site, &mut out.stimuli[i]);
             law.settled(&out.stimuli[i], &mut out.variables[i]);
             out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
-            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], &out.stimuli[i]);
+            out.gradients[i] = gradient(law, &out.places[i], &out.variables[i], &out.stimuli[i]);
         });
         out
     }
 
-    /// Fills in the derivatives of the stimuli by the strain and by the turn of the frame.
-    pub fn differentiate<G, T: TropismLaw, C: Constitutive, L: Load, S>(
-        &mut self,
+    /// The largest gradient, 1/m; not a number if one of them is not.
+    pub fn largest_gradient(&self) -> f64 {
+        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+
+    /// The radius of the shoot at the base of the growth zone, m; one if nothing grows.
+    pub fn radius(&self) -> f64 {
+        self.places.first().map_or(1.0, |place| place.radius)
+    }
+}
+
+impl StimulusDerivatives {
+    /// Central differences of what the laws of `shoot` sense on `rod`.
+    pub fn of<G, T: TropismLaw, C: Constitutive, L: Load, S>(
         shoot: &Shoot<G, T, C, L, S>,
         rod: &Rod,
         moment: &Moment,
-    ) {
+    ) -> Self {
         let law = &shoot.tropism;
         let m = law.stimuli();
-        self.local = vec![DMatrix::zeros(m, 3); self.places.len()];
-        self.turn = self.local.clone();
+        let points = rod.points().len() - rod.first_growing() * rod.order().points();
+        let [mut strain, mut turn] = [(); 2].map(|()| vec![DMatrix::zeros(m, 3); points]);
+        let sensed = |site: &Site| {
+            let mut x = DVector::zeros(m);
+            law.sense(site, x.as_mut_slice());
+            x
+        };
         visit_sites(rod, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
-            let sensed = |site: &Site| {
-                let mut x = vec![0.0; m];
-                law.sense(site, &mut x);
-                DVector::from_vec(x)
-            };
             for c in 0..3 {
                 let axis = Vector3::ith(c, 1.0);
                 // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
                 let h = 1e-3 / site.radius;
                 let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
-                self.local[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+                strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
                 let turned = |sign: f64| {
                     let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
                     sensed(&Site { frame, ..*site })
                 };
-                self.turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
+                turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
             }
         });
-    }
-
-    /// The largest gradient asked for, 1/m.
-    pub fn largest(&self) -> f64 {
-        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        Self { strain, turn }
     }
 }
 
@@ -98,7 +112,7 @@ pub(super) fn check_unforced<G, T: TropismLaw, C: Constitutive, L, S: Scene>(
     shoot: &Shoot<G, T, C, L, S>,
     rod: &Rod,
     load: &impl Load,
-    settled: &Settled,
+    steady: &SteadyState,
 ) -> Result<(), StabilityError> {
     let law = &shoot.tropism;
     let time = shoot.state.time;
@@ -113,11 +127,10 @@ pub(super) fn check_unforced<G, T: TropismLaw, C: Constitutive, L, S: Scene>(
         visit_sites(rod, &shoot.constitutive, load, &moment, law.needs_position(), |i, site| {
             law.sense(site, &mut stimuli);
             law.settled(&stimuli, &mut variables);
-            let at = Growing { time: later, ..settled.places[i] };
-            change = change.max((law.gradient(&at, &variables, &stimuli) - settled.gradients[i]).norm());
+            let at = Growing { time: later, ..steady.places[i] };
+            change = change.max((gradient(law, &at, &variables, &stimuli) - steady.gradients[i]).norm());
         });
     }
     // Rounding of a gradient of the size of 1/radius.
-    let size = settled.places.first().map_or(1.0, |place| 1.0 / place.radius);
-    if change > 1e-12 * size { Err(StabilityError::Forced { change }) } else { Ok(()) }
+    if change > 1e-12 / steady.radius() { Err(StabilityError::Forced { change }) } else { Ok(()) }
 }
