@@ -167,7 +167,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let along = if along.dot(&self.tangent) < 0.0 { -along } else { along };
         let (to, expected) = self.extrapolate(along);
         let mut next = here.clone();
-        next.jump(to, expected, &(self.family)(&to)?)?;
+        next.advance(to, expected, &(self.family)(&to)?)?;
         next.correct(&Vector2::repeat(1.0), CLOSE, &mut self.family)?;
         let residual = (next.at - here.at).norm();
         let far = StabilityError::NoConvergence { what: "boundary of stability", residual };
@@ -208,7 +208,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let mut to = inside.at + (outside.at - inside.at) * share;
         to[k] = side;
         let mut end = outside.clone();
-        end.jump(to, inside.root + (outside.root - inside.root) * share, &(self.family)(&to)?)?;
+        end.advance(to, inside.root + (outside.root - inside.root) * share, &(self.family)(&to)?)?;
         end.correct(&Vector2::ith(1 - k, 1.0), CLOSE, &mut self.family)?;
         Ok(end)
     }

@@ -57,31 +57,26 @@ impl<const N: usize> Follower<N> {
         if self.root.im.abs() < 1e-9 * self.rate { 0.0 } else { self.root.im.abs() }
     }
 
-    /// Moves to other parameters, and corrects the derivatives by what the root does (Broyden's update).
-    ///
-    /// # Errors
-    /// A root that is not where it is expected.
-    pub fn advance(&mut self, to: SVector<f64, N>, linear: &Linearisation) -> Result<(), StabilityError> {
-        let step = (to - self.at).map(Complex::from);
-        let expected = self.root + self.slope.dot(&step);
-        self.jump(to, expected, linear)?;
-        self.slope += step * ((self.root - expected) / Complex::from(step.norm_squared()));
-        Ok(())
+    /// The root that the derivatives predict.
+    pub fn predict(&self, to: &SVector<f64, N>) -> Complex<f64> {
+        self.root + self.slope.dot(&(to - self.at).map(Complex::from))
     }
 
-    /// Moves to other parameters, where the root is expected at `expected`; the derivatives stay.
+    /// Moves to other parameters, where the root is expected, and corrects the derivatives by what the root has done
+    /// (Broyden's update).
     ///
     /// # Errors
     /// A root that is not where it is expected.
-    pub fn jump(
+    pub fn advance(
         &mut self,
         to: SVector<f64, N>,
         expected: Complex<f64>,
         linear: &Linearisation,
     ) -> Result<(), StabilityError> {
-        self.root = find(linear, self.part, expected)?;
-        self.rate = linear.slowest_rate();
-        self.at = to;
+        let root = find(linear, self.part, expected)?;
+        let step = (to - self.at).map(Complex::from);
+        self.slope += step * ((root - self.predict(&to)) / Complex::from((to - self.at).norm_squared()));
+        (self.at, self.root, self.rate) = (to, root, linear.slowest_rate());
         Ok(())
     }
 
@@ -103,7 +98,7 @@ impl<const N: usize> Follower<N> {
         for k in 0..N {
             let mut to = self.at;
             to[k] += difference;
-            self.advance(to, &family(&to)?)?;
+            self.advance(to, self.predict(&to), &family(&to)?)?;
         }
         Ok(())
     }
@@ -125,16 +120,16 @@ impl<const N: usize> Follower<N> {
             // What a step leaves is as much smaller as it is smaller than the one before.
             let left = if last.is_finite() { size * (size / last) } else { size };
             if left < close {
-                let expected = self.root + self.slope.dot(&step.map(Complex::from));
-                self.root = Complex::new(0.0, expected.im);
-                self.at += step;
+                let to = self.at + step;
+                self.root = Complex::new(0.0, self.predict(&to).im);
+                self.at = to;
                 return Ok(());
             }
             if !(size < CONTRACTION * last) {
                 break;
             }
             let to = self.at + step;
-            self.advance(to, &family(&to)?)?;
+            self.advance(to, self.predict(&to), &family(&to)?)?;
             last = size;
         }
         Err(StabilityError::NoConvergence { what: "boundary of stability", residual: last })

@@ -205,7 +205,8 @@ fn follow_to_axis(
     // A first small step to learn the slope.
     let mut next = unstable + 1e-3 * (stable - unstable);
     for _ in 0..40 {
-        if root.advance(Vector1::new(next), &family(next)?).is_err() {
+        let to = Vector1::new(next);
+        if root.advance(to, root.predict(&to), &family(next)?).is_err() {
             return Ok(None);
         }
         if root.is_on_axis(ON_AXIS) || (stable - unstable).abs() <= 1e-15 * next.abs() {
@@ -217,9 +218,8 @@ fn follow_to_axis(
             stable = next;
         }
         next += root.step_to_axis(&Vector1::new(1.0))[0];
-        // Strictly inside, with room for rounding at the ends.
         if !(next > stable.min(unstable) && next < stable.max(unstable)) {
-            next = 0.5 * (stable + unstable);
+            return Ok(None);
         }
     }
     Ok(root.is_on_axis(NEXT_TO_AXIS).then_some(root))
