@@ -13,14 +13,14 @@ use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
 use nalgebra::Vector3;
 
 const HOUR: f64 = 3600.0;
 const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
-const PROPRIOCEPTION: Proprioception = Proprioception { sensitivity: 20.0, memory: MEMORY };
+const PROPRIOCEPTION: Proprioception = Proprioception { sensitivity: 20.0 };
 
 /// Video 2: grows from 6.8 cm, nutates, lignifies. Returns the tip, so that nothing is optimised away.
 fn growing_shoot(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
@@ -32,8 +32,8 @@ fn growing_shoot(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
         .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
         .tropism((
             Oscillator::new(0.2, 1440.0),
-            Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths },
-            PROPRIOCEPTION,
+            Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY),
+            PROPRIOCEPTION.remembered(MEMORY),
         ))
         .load(Weight { density: 1000.0 })
         .build()
@@ -49,7 +49,10 @@ fn righting(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
         .radius(5e-4)
         .elements(elements)
         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
-        .tropism((Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths }, PROPRIOCEPTION))
+        .tropism((
+            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+            PROPRIOCEPTION.remembered(MEMORY),
+        ))
         .load(Weight { density: 1000.0 })
         .scene(Still::tilted(FRAC_PI_2))
         .build()

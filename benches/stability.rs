@@ -17,7 +17,7 @@ use morphorod::load::Weight;
 use morphorod::stability::{
     BoundaryPoint, BoundarySettings, Linearisation, StabilityError, StationarySolver, boundary, onset,
 };
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
 fn linear_problem(length: f64) -> Result<Linearisation, StabilityError> {
     upright(72e3, length, 3)
@@ -31,8 +31,8 @@ fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisati
         .elements(elements)
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: growth_time }))
         .tropism((
-            Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
-            Proprioception { sensitivity: 20.0, memory },
+            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+            Proprioception { sensitivity: 20.0 }.remembered(memory),
         ))
         .load(Weight { density: 1000.0 })
         .build()?;

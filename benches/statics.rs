@@ -17,7 +17,7 @@ use morphorod::{Order, Scene, Still};
 
 fn statics(c: &mut Criterion) {
     let scene = Still::tilted(FRAC_PI_2);
-    let moment = scene.moment(0.0);
+    let environment = scene.environment(0.0);
     let young = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
     let mut group = c.benchmark_group("horizontal base");
     for elements in [4, 5, 8, 16] {
@@ -26,16 +26,16 @@ fn statics(c: &mut Criterion) {
         group.bench_function(format!("from straight, {elements} elements"), |b| {
             b.iter(|| {
                 let mut rod = straight.clone();
-                let found = solver.solve(&mut rod, &young, &Weight { density: black_box(1000.0) }, &moment);
+                let found = solver.solve(&mut rod, &young, &Weight { density: black_box(1000.0) }, &environment);
                 (found, rod)
             });
         });
         let mut bent = straight.clone();
-        let _ = solver.solve(&mut bent, &young, &Weight { density: 1000.0 }, &moment).expect("an equilibrium");
+        let _ = solver.solve(&mut bent, &young, &Weight { density: 1000.0 }, &environment).expect("an equilibrium");
         group.bench_function(format!("from a neighbour, {elements} elements"), |b| {
             b.iter(|| {
                 let mut rod = bent.clone();
-                let found = solver.solve(&mut rod, &young, &Weight { density: black_box(1001.0) }, &moment);
+                let found = solver.solve(&mut rod, &young, &Weight { density: black_box(1001.0) }, &environment);
                 (found, rod)
             });
         });

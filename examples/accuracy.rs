@@ -18,7 +18,7 @@ use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::rod::Rod;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Order, Scene, Shoot, Still};
 use nalgebra::Vector3;
 
@@ -87,7 +87,7 @@ fn horizontal_base(order: Order, elements: usize) -> Result<(f64, f64), Box<dyn 
     for _ in 0..20 {
         let mut rod = Rod::uniform(0.0659, 5e-4, scene.base, elements, order)?;
         let clock = Instant::now();
-        let _ = solver.solve(&mut rod, &YOUNG, &Weight { density: 1000.0 }, &scene.moment(0.0))?;
+        let _ = solver.solve(&mut rod, &YOUNG, &Weight { density: 1000.0 }, &scene.environment(0.0))?;
         best = best.min(clock.elapsed().as_secs_f64());
         error = (rod.tip() - exact).norm() / 0.0659;
     }
@@ -104,8 +104,8 @@ fn growing_shoot(hours: f64, elements: usize, step: f64) -> Result<(f64, Vector3
         .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
         .tropism((
             Oscillator::new(0.2, 1440.0),
-            Gravitropism { sensitivity: 0.8, memory, statoliths: Statoliths { avalanche_time: 120.0 } },
-            Proprioception { sensitivity: 20.0, memory },
+            Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(memory),
+            Proprioception { sensitivity: 20.0 }.remembered(memory),
         ))
         .load((
             Weight { density: 1000.0 },

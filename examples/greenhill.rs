@@ -43,7 +43,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let tissue = LinearElastic { youngs_modulus, poissons_ratio: 0.5 };
     let weight = Weight { density: 1000.0 };
     let still = Still::upright();
-    let now = still.moment(0.0);
+    let now = still.environment(0.0);
     let straight = |length: f64| Rod::uniform(length, radius, still.base, 16, Order::Eight);
     let mut solver = NewtonSolver::default();
 

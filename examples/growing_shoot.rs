@@ -26,12 +26,12 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use common::{Opt, Options, Progress, Table, path_figure, shapes_figure};
-use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
-use morphorod::growth::{GrowthLaw, UniformGrowth};
-use morphorod::integrator::{FreshPast, Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Distributed, Load, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Statoliths, TropismLaw};
-use morphorod::{ParameterError, Scene, Shoot};
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps};
+use morphorod::load::{ApicalForce, Distributed, Weight};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
+use morphorod::{Model, ParameterError, Shoot};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -39,11 +39,7 @@ const HOUR: f64 = 3600.0;
 const DAY: f64 = 86400.0;
 
 /// The shoot, with every law of the model at work at once.
-fn growing_shoot(
-    alpha: f64,
-    elements: usize,
-    imperfect: bool,
-) -> Result<Shoot<impl GrowthLaw, impl TropismLaw, impl Constitutive, impl Load, impl Scene>, ParameterError> {
+fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<impl Model>, ParameterError> {
     let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
     let young = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
     let wind = Distributed(Vector3::new(0.0, -1e-6, 0.0));
@@ -55,8 +51,9 @@ fn growing_shoot(
         .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
         .tropism((
             Oscillator::new(alpha, 24.0 * MINUTE),
-            Gravitropism { sensitivity: 0.8, memory, statoliths: Statoliths { avalanche_time: 2.0 * MINUTE } },
-            Proprioception { sensitivity: 20.0, memory },
+            Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 2.0 * MINUTE } }
+                .remembered(memory),
+            Proprioception { sensitivity: 20.0 }.remembered(memory),
         ))
         .load((Weight { density: 1000.0 }, imperfect.then_some((wind, pull))))
         .build()
@@ -88,7 +85,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let progress = Progress::new("growing shoot");
     let clock = Instant::now();
 
-    let mut cost = integrator.start(&mut shoot, &FreshPast)?;
+    let mut cost = integrator.start(&mut shoot, &EmptyHistory)?;
     let rows = (end / HOUR * rows_per_hour).ceil() as usize;
     for row in 0..=rows {
         let time = (row as f64 * HOUR / rows_per_hour).min(end);

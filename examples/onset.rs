@@ -31,7 +31,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Root, StabilityError, onset};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
 use nalgebra::Complex;
 
 const MINUTE: f64 = 60.0;
@@ -62,18 +62,22 @@ impl Kind {
             // All of the shoot is growth zone; it differentiates, but does not get longer.
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * LENGTHS[1], time: self.growth_time }))
             .load(Weight { density: 1000.0 });
-        let bending = Proprioception { sensitivity: self.proprioception, memory: MEMORY };
+        let bending = Proprioception { sensitivity: self.proprioception }.remembered(MEMORY);
         let sensitivity = self.gravitropism;
         // Upright it is stationary as it is built. Of a tilted one the StationarySolver finds the stationary shape.
         if self.statoliths {
             let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
             Linearisation::about(
-                &shoot.tropism((Gravitropism { sensitivity, memory: MEMORY, statoliths }, bending)).build()?,
+                &shoot
+                    .tropism((Gravitropism { sensitivity, perception: statoliths }.remembered(MEMORY), bending))
+                    .build()?,
             )
         } else {
             let statoliths = SettledStatoliths;
             Linearisation::about(
-                &shoot.tropism((Gravitropism { sensitivity, memory: MEMORY, statoliths }, bending)).build()?,
+                &shoot
+                    .tropism((Gravitropism { sensitivity, perception: statoliths }.remembered(MEMORY), bending))
+                    .build()?,
             )
         }
     }

@@ -10,7 +10,7 @@
 //!
 //! # What to try
 //! `--lamp-x 4 --lamp-z 3`, a lamp that the shoot grows past; `--sensitivity 0`, no sense of light at all; a lamp that moves,
-//! for which [`Phototropism::sense`](TropismLaw::sense) finds the time in `site.moment`.
+//! for which [`Lamp::sense`](Perception::sense) finds the time in `site.environment`.
 
 mod common;
 
@@ -18,12 +18,15 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure};
-use morphorod::constitutive::{Constitutive, Response, Tissue};
+use morphorod::Shoot;
+use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::growth::GrowthLaw;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Growing, Memory, Proprioception, SettledStatoliths, Site, TropismLaw};
-use morphorod::{ParameterError, Shoot};
+use morphorod::tropism::{
+    Declaration, DirectionalTropism, Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths,
+    Site, Source,
+};
 use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;
@@ -47,68 +50,22 @@ impl GrowthLaw for FadingGrowth {
     }
 }
 
-/// `r u̇1* = −φ REGR M[l2]`, `r u̇2* = +φ REGR M[l1]`, with l the unit vector from the point to the lamp and lj = l·dj.
-///
-/// The memory has two stages, τ ẏ = l − y and τ ż = y − z, and is read some time later: `M[l](t) = z(t − delay)`.
-struct Phototropism {
+/// Tissue perceives where a lamp is: the signal is (l1, l2), with l the unit vector from the point to the lamp and lj = l·dj.
+struct Lamp {
     /// Where the lamp is, in the fixed frame with the base at its origin, m.
-    lamp: Vector3<f64>,
-    /// φ.
-    sensitivity: f64,
-    /// τ, s.
-    stage: f64,
-    /// Reaction time, s.
-    delay: f64,
+    position: Vector3<f64>,
 }
 
-impl TropismLaw for Phototropism {
-    fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        Vector3::new(-past[3], past[2], 0.0) * (self.sensitivity / at.radius)
-    }
+impl Perception for Lamp {
+    type Signal = [f64; 2];
 
-    // What is kept at every point: y1, y2, z1, z2. Only z is read, so y need not be remembered.
-    fn variables(&self) -> usize {
-        4
-    }
-
-    fn delays(&self, delays: &mut [f64]) {
-        delays.copy_from_slice(&[f64::INFINITY, f64::INFINITY, self.delay, self.delay]);
-    }
-
-    // What is seen from there: l1 and l2.
-    fn stimuli(&self) -> usize {
-        2
-    }
-
-    fn needs_position(&self) -> bool {
-        true
+    fn declare(&self, to: &mut Declaration) -> Source {
+        to.reads_position().stimulus_pair()
     }
 
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let light = site.along_directors(&(self.lamp - site.position).normalize());
+        let light = site.along_directors(&(self.position - site.position).normalize());
         stimuli.copy_from_slice(&[light.x, light.y]);
-    }
-
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let (y, z) = variables.split_at(2);
-        for j in 0..2 {
-            rates[j] = (stimuli[j] - y[j]) / self.stage;
-            rates[2 + j] = (y[j] - z[j]) / self.stage;
-        }
-    }
-
-    fn time_constants(&self, constants: &mut [f64]) {
-        constants.fill(self.stage);
-    }
-
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
-        variables.copy_from_slice(&[stimuli[0], stimuli[1], stimuli[0], stimuli[1]]);
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("phototropic sensitivity", self.sensitivity)?;
-        ParameterError::positive("stage of the phototropic memory", self.stage)?;
-        ParameterError::not_negative("phototropic reaction time", self.delay)
     }
 }
 
@@ -124,13 +81,13 @@ struct StrainStiffening {
 }
 
 impl Constitutive for StrainStiffening {
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let modulus = self.youngs_modulus * (1.0 + tissue.age / self.hardening);
         let b = modulus * std::f64::consts::PI * tissue.radius.powi(4) / 4.0;
         let c = 2.0 / 3.0 * b;
         let bend = Vector3::new(strain.x, strain.y, 0.0);
         let ratio = bend.norm_squared() / self.curvature.powi(2);
-        Response {
+        ElasticResponse {
             energy: 0.5 * b * bend.norm_squared() * (1.0 + 0.5 * ratio) + 0.5 * c * strain.z.powi(2),
             couple: bend * (b * (1.0 + ratio)) + Vector3::z() * (c * strain.z),
             tangent: Matrix3::from_diagonal(&Vector3::new(b * (1.0 + ratio), b * (1.0 + ratio), c))
@@ -154,15 +111,20 @@ fn run() -> Result<(), Box<dyn Error>> {
     let lamp = Vector3::new(options.get("lamp-x"), 0.0, options.get("lamp-z")) / 100.0;
     let out = options.out_dir();
 
+    // A plant does not answer at once: its memory of the light has two stages in a row, and then a reaction time.
+    let phototropism =
+        DirectionalTropism { sensitivity: options.get("sensitivity"), perception: Lamp { position: lamp } }
+            .remembered(Memory { time: 10.0 * MINUTE, delay: 0.0 })
+            .remembered(Memory { time: 10.0 * MINUTE, delay: 5.0 * MINUTE });
     let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
     let mut shoot = Shoot::builder(StrainStiffening { youngs_modulus: 1e7, curvature: 20.0, hardening: 4.0 * HOUR })
         .length(0.03)
         .radius(0.5e-3)
         .growth(FadingGrowth { zone_length: 0.04, time: 20.0 * HOUR })
         .tropism((
-            Phototropism { lamp, sensitivity: options.get("sensitivity"), stage: 10.0 * MINUTE, delay: 5.0 * MINUTE },
-            Gravitropism { sensitivity: 0.2, memory, statoliths: SettledStatoliths },
-            Proprioception { sensitivity: 20.0, memory },
+            phototropism,
+            Gravitropism { sensitivity: 0.2, perception: SettledStatoliths }.remembered(memory),
+            Proprioception { sensitivity: 20.0 }.remembered(memory),
         ))
         .load(Weight { density: 1000.0 })
         .build()?;

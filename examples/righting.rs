@@ -29,7 +29,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Shoot, Still};
 
 const MINUTE: f64 = 60.0;
@@ -63,8 +63,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         .elements(options.get("elements"))
         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
         .tropism((
-            Gravitropism { sensitivity: beta, memory, statoliths: SettledStatoliths },
-            Proprioception { sensitivity: eta, memory },
+            Gravitropism { sensitivity: beta, perception: SettledStatoliths }.remembered(memory),
+            Proprioception { sensitivity: eta }.remembered(memory),
         ))
         .load(Weight { density: 1000.0 })
         .scene(Still::tilted(FRAC_PI_2))

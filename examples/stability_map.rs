@@ -40,7 +40,7 @@ use morphorod::load::Weight;
 use morphorod::stability::{
     BoundaryPoint, BoundarySettings, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset,
 };
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
 const MINUTE: f64 = 60.0;
@@ -71,8 +71,8 @@ impl Kind {
     fn at(self, hours: f64, ratio: f64) -> Result<Linearisation, StabilityError> {
         let length = ratio * greenhill();
         let gravitropism =
-            Gravitropism { sensitivity: self.gravitropism, memory: self.memory, statoliths: SettledStatoliths };
-        let proprioception = Proprioception { sensitivity: self.proprioception, memory: self.memory };
+            Gravitropism { sensitivity: self.gravitropism, perception: SettledStatoliths }.remembered(self.memory);
+        let proprioception = Proprioception { sensitivity: self.proprioception }.remembered(self.memory);
         let shoot = Shoot::builder(TISSUE)
             .length(length)
             .radius(RADIUS)
@@ -175,7 +175,7 @@ fn is_right_of(curve: &[(BoundaryPoint, Option<Unstable>)], point: BoundaryPoint
 
 /// Greenhill's self-buckling length, m.
 fn greenhill() -> f64 {
-    let gravity = Still::upright().moment(0.0).gravity.norm();
+    let gravity = Still::upright().environment(0.0).gravity.norm();
     let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
     (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
 }

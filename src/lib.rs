@@ -15,7 +15,7 @@
 //! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::integrator::{Integrator, MethodOfSteps};
 //! use morphorod::load::Weight;
-//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths};
+//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 //! use morphorod::{Shoot, Still};
 //!
 //! let memory = Memory { time: 720.0, delay: 720.0 };
@@ -24,17 +24,17 @@
 //!     .radius(0.5e-3)
 //!     .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72_000.0 }))
 //!     .tropism((
-//!         Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths },
-//!         Proprioception { sensitivity: 20.0, memory },
+//!         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+//!         Proprioception { sensitivity: 20.0 }.remembered(memory),
 //!     ))
 //!     .load(Weight { density: 1000.0 })
 //!     .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
 //!     .build()?;
 //!
-//! let tally = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
+//! let statistics = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
 //! // The stationary end is known in closed form: 19.177114 mm along the base, 41.339853 mm up.
 //! assert!((shoot.tip().z - 0.041339853).abs() < 2e-8);
-//! assert_eq!(tally.steps, 486);
+//! assert_eq!(statistics.steps, 486);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -52,7 +52,7 @@
 //! let scene = Still::tilted(std::f64::consts::FRAC_PI_2);
 //! let mut rod = Rod::uniform(0.0659, 0.5e-3, scene.base, 8, Order::Eight)?;
 //! let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
-//! let found = NewtonSolver::default().solve(&mut rod, &tissue, &Weight { density: 1000.0 }, &scene.moment(0.0))?;
+//! let found = NewtonSolver::default().solve(&mut rod, &tissue, &Weight { density: 1000.0 }, &scene.environment(0.0))?;
 //! assert!((rod.tip().z + 0.030426176325).abs() < 1e-11);
 //! assert_eq!(found.inertia.negative, 0, "stable");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -71,6 +71,9 @@
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
+//! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
+//!
+//! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
 //!
 //! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
 //! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.
@@ -82,11 +85,14 @@ pub mod constitutive;
 pub mod equilibrium;
 mod error;
 pub mod growth;
+pub mod guide;
 pub mod integrator;
 pub mod load;
+mod model;
 pub mod quadrature;
 pub mod rod;
 mod scene;
+mod sensing;
 mod shoot;
 pub mod so3;
 pub mod stability;
@@ -95,8 +101,9 @@ pub mod tropism;
 
 pub use basis::Order;
 pub use error::ParameterError;
+pub use model::{BoxedLaws, Laws, Model};
 pub use nalgebra;
-pub use scene::{Moment, Scene, Still};
+pub use scene::{Environment, Scene, Still};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::State;
 
@@ -104,8 +111,3 @@ pub use state::State;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
-
-/// The programs of the guide, likewise.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/own-laws.md")]
-struct Guide;

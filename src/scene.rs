@@ -4,16 +4,16 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 
-/// An instant as loads and laws see it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moment {
+/// What surrounds the whole shoot at one time, as loads and laws see it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Environment {
     /// Time, s.
     pub time: f64,
     /// The acceleration of gravity in the fixed frame, m/s²; it points down. Weight and statoliths read the same vector.
     pub gravity: Vector3<f64>,
 }
 
-impl Moment {
+impl Environment {
     /// The unit vector that points up, −ĝ, or zero where there is no gravity.
     #[must_use]
     pub fn up(&self) -> Vector3<f64> {
@@ -32,7 +32,7 @@ pub trait Scene {
 
     /// The first time after `t` (s) at which gravity or base jump or have a jump of slope; infinite if there is none.
     /// A jump takes effect just after that time.
-    fn next_break(&self, _t: f64) -> f64 {
+    fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
@@ -45,8 +45,8 @@ pub trait Scene {
     }
 
     /// The instant at time `t`.
-    fn moment(&self, t: f64) -> Moment {
-        Moment { time: t, gravity: self.gravity(t) }
+    fn environment(&self, t: f64) -> Environment {
+        Environment { time: t, gravity: self.gravity(t) }
     }
 }
 
@@ -59,8 +59,8 @@ impl<S: Scene + ?Sized> Scene for Box<S> {
         (**self).base(t)
     }
 
-    fn next_break(&self, t: f64) -> f64 {
-        (**self).next_break(t)
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        (**self).next_discontinuity(t)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

@@ -1,10 +1,15 @@
 //! A shoot: a state together with the laws that it obeys, built and checked in one place.
 
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
 use crate::basis::Order;
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
+use crate::model::{BoxedLaws, Laws, Model};
 use crate::rod::Rod;
 use crate::scene::{Scene, Still};
 use crate::state::State;
@@ -25,32 +30,38 @@ pub struct Mesh {
 /// A shoot with its laws. Build one with [`Shoot::builder`], move it in time with an
 /// [`Integrator`](crate::integrator::Integrator).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shoot<G, T, C, L, S> {
-    pub(crate) growth: G,
-    pub(crate) tropism: T,
-    pub(crate) constitutive: C,
-    pub(crate) load: L,
-    pub(crate) scene: S,
+pub struct Shoot<M> {
+    pub(crate) model: M,
     pub(crate) mesh: Mesh,
     pub(crate) state: State,
 }
 
-impl<C: Constitutive> Shoot<NoGrowth, (), C, (), Still> {
+impl<C: Constitutive> Shoot<Laws<C>> {
     /// Begins a shoot of the given elastic law: by default without growth, tropism or load, upright under gravity.
-    pub fn builder(constitutive: C) -> ShootBuilder<C> {
-        ShootBuilder {
-            constitutive,
-            growth: NoGrowth,
-            tropism: (),
-            load: (),
-            scene: Still::upright(),
-            radius: |_| f64::NAN,
-            plan: Plan { length: f64::NAN, elements: 8, order: Order::default(), merge_tolerance: 1e-4 },
-        }
+    pub fn builder(constitutive: C) -> ShootBuilder<Laws<C>> {
+        Shoot::of(Laws { constitutive, growth: NoGrowth, tropism: (), load: (), scene: Still::upright() })
     }
 }
 
-impl<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene> Shoot<G, T, C, L, S> {
+impl<M: Model> Shoot<M> {
+    /// Begins a shoot of the given model.
+    pub fn of(model: M) -> ShootBuilder<M> {
+        ShootBuilder {
+            model,
+            section: Section::Uniform(f64::NAN),
+            length: f64::NAN,
+            elements: 8,
+            order: Order::default(),
+            merge_tolerance: 1e-4,
+        }
+    }
+
+    /// The laws.
+    #[must_use]
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
     /// The state: time, shape, intrinsic strains and history.
     #[must_use]
     pub fn state(&self) -> &State {
@@ -71,7 +82,7 @@ impl<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene> Shoot<G, T
 
     /// The position of the apex, the base at the origin, in the fixed frame, m.
     #[must_use]
-    pub fn tip(&self) -> nalgebra::Vector3<f64> {
+    pub fn tip(&self) -> Vector3<f64> {
         self.state.rod.tip()
     }
 
@@ -86,36 +97,6 @@ impl<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene> Shoot<G, T
         &mut self.state.rod
     }
 
-    /// The growth law.
-    #[must_use]
-    pub fn growth(&self) -> &G {
-        &self.growth
-    }
-
-    /// The tropism laws.
-    #[must_use]
-    pub fn tropism(&self) -> &T {
-        &self.tropism
-    }
-
-    /// The elastic law.
-    #[must_use]
-    pub fn constitutive(&self) -> &C {
-        &self.constitutive
-    }
-
-    /// The loads.
-    #[must_use]
-    pub fn load(&self) -> &L {
-        &self.load
-    }
-
-    /// Gravity and base.
-    #[must_use]
-    pub fn scene(&self) -> &S {
-        &self.scene
-    }
-
     /// How fine the elements are kept.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
@@ -126,113 +107,134 @@ impl<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene> Shoot<G, T
 /// Collects what a shoot is made of; [`build`](Self::build) checks it once.
 #[derive(Debug, Clone)]
 #[must_use]
-pub struct ShootBuilder<C, G = NoGrowth, T = (), L = (), S = Still, R = fn(f64) -> f64> {
-    constitutive: C,
-    growth: G,
-    tropism: T,
-    load: L,
-    scene: S,
-    radius: R,
-    plan: Plan,
-}
-
-/// The plain numbers of a builder.
-#[derive(Debug, Clone, Copy)]
-struct Plan {
+pub struct ShootBuilder<M> {
+    model: M,
+    section: Section,
     length: f64,
     elements: usize,
     order: Order,
     merge_tolerance: f64,
 }
 
-impl<C, G, T, L, S, R> ShootBuilder<C, G, T, L, S, R> {
+/// The radius of the section (m), as a function of the arc length from the base (m) if it varies.
+#[derive(Clone)]
+enum Section {
+    Uniform(f64),
+    Tapered(Arc<dyn Fn(f64) -> f64 + Send + Sync>),
+}
+
+impl Section {
+    fn radius(&self, s: f64) -> f64 {
+        match self {
+            Self::Uniform(radius) => *radius,
+            Self::Tapered(radius) => radius(s),
+        }
+    }
+}
+
+impl std::fmt::Debug for Section {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Section {{ radius at the base: {} m }}", self.radius(0.0))
+    }
+}
+
+impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
+    /// How the shoot grows.
+    pub fn growth<N: GrowthLaw>(self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S>> {
+        self.with(|Laws { constitutive, tropism, load, scene, .. }| Laws { constitutive, growth, tropism, load, scene })
+    }
+
+    /// How the shoot steers: a law, or a tuple of laws. Steering is differential growth: without
+    /// [`growth`](Self::growth) nothing comes of it.
+    pub fn tropism<N: TropismLaw>(self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
+        self.with(|Laws { constitutive, growth, load, scene, .. }| Laws { constitutive, growth, tropism, load, scene })
+    }
+
+    /// What loads the shoot: a load, or a tuple of loads.
+    pub fn load<N: Load>(self, load: N) -> ShootBuilder<Laws<C, G, T, N, S>> {
+        self.with(|Laws { constitutive, growth, tropism, scene, .. }| Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+        })
+    }
+
+    /// Gravity and the base.
+    pub fn scene<N: Scene>(self, scene: N) -> ShootBuilder<Laws<C, G, T, L, N>> {
+        self.with(|Laws { constitutive, growth, tropism, load, .. }| Laws {
+            constitutive,
+            growth,
+            tropism,
+            load,
+            scene,
+        })
+    }
+}
+
+impl<M> ShootBuilder<M> {
+    /// The same with another model.
+    fn with<N>(self, change: impl FnOnce(M) -> N) -> ShootBuilder<N> {
+        let Self { model, section, length, elements, order, merge_tolerance } = self;
+        ShootBuilder { model: change(model), section, length, elements, order, merge_tolerance }
+    }
+
     /// The length at t = 0, m.
     pub fn length(mut self, length: f64) -> Self {
-        self.plan.length = length;
+        self.length = length;
         self
     }
 
     /// The number of elements in the growth zone, or in the whole shoot if it has no zone; 8 by default. A zone that
     /// grows keeps at least so many.
     pub fn elements(mut self, elements: usize) -> Self {
-        self.plan.elements = elements;
+        self.elements = elements;
         self
     }
 
     /// The order of accuracy of the shape.
     pub fn order(mut self, order: Order) -> Self {
-        self.plan.order = order;
+        self.order = order;
         self
     }
 
     /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-4 by default: what
     /// is lost has no moments, so the tip feels far less.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
-        self.plan.merge_tolerance = tolerance;
+        self.merge_tolerance = tolerance;
         self
     }
 
     /// The radius of a uniform section, m.
-    pub fn radius(self, radius: f64) -> ShootBuilder<C, G, T, L, S, impl Fn(f64) -> f64> {
-        self.taper(move |_| radius)
+    pub fn radius(mut self, radius: f64) -> Self {
+        self.section = Section::Uniform(radius);
+        self
     }
 
     /// The radius of the section (m) as a function of the arc length from the base at t = 0 (m). It stays with the
     /// material.
-    pub fn taper<N: Fn(f64) -> f64>(self, radius: N) -> ShootBuilder<C, G, T, L, S, N> {
-        let Self { constitutive, growth, tropism, load, scene, plan, .. } = self;
-        ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
-    }
-
-    /// How the shoot grows.
-    pub fn growth<N>(self, growth: N) -> ShootBuilder<C, N, T, L, S, R> {
-        let Self { constitutive, tropism, load, scene, radius, plan, .. } = self;
-        ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
-    }
-
-    /// How the shoot steers: a law, or a tuple of laws. Steering is differential growth: without
-    /// [`growth`](Self::growth) nothing comes of it.
-    pub fn tropism<N>(self, tropism: N) -> ShootBuilder<C, G, N, L, S, R> {
-        let Self { constitutive, growth, load, scene, radius, plan, .. } = self;
-        ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
-    }
-
-    /// What loads the shoot: a load, or a tuple of loads.
-    pub fn load<N>(self, load: N) -> ShootBuilder<C, G, T, N, S, R> {
-        let Self { constitutive, growth, tropism, scene, radius, plan, .. } = self;
-        ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
-    }
-
-    /// Gravity and the base.
-    pub fn scene<N>(self, scene: N) -> ShootBuilder<C, G, T, L, N, R> {
-        let Self { constitutive, growth, tropism, load, radius, plan, .. } = self;
-        ShootBuilder { constitutive, growth, tropism, load, scene, radius, plan }
+    pub fn taper(mut self, radius: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
+        self.section = Section::Tapered(Arc::new(radius));
+        self
     }
 }
 
-impl<C, G, T, L, S, R> ShootBuilder<C, G, T, L, S, R>
-where
-    C: Constitutive,
-    G: GrowthLaw,
-    T: TropismLaw,
-    L: Load,
-    S: Scene,
-    R: Fn(f64) -> f64,
-{
+impl<M: Model> ShootBuilder<M> {
     /// Checks every parameter and makes a straight shoot without intrinsic strain, at t = 0. An integrator finds its
     /// first equilibrium when it starts.
     ///
     /// # Errors
     /// The first parameter that makes no sense.
-    pub fn build(self) -> Result<Shoot<G, T, C, L, S>, ParameterError> {
-        let Plan { length, elements, order, merge_tolerance } = self.plan;
+    pub fn build(self) -> Result<Shoot<M>, ParameterError> {
+        let Self { model, section, length, elements, order, merge_tolerance } = self;
         ParameterError::unless(
             length > 0.0 && length.is_finite(),
             "length",
             length,
             "positive and finite (m), given by `length`",
         )?;
-        let radius = (self.radius)(0.0);
+        let radius = section.radius(0.0);
         let slender = radius > 0.0 && radius < length;
         ParameterError::unless(
             slender,
@@ -242,42 +244,37 @@ where
         )?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::not_negative("merge tolerance", merge_tolerance)?;
-        self.growth.check(length)?;
-        self.tropism.check()?;
-        self.constitutive.check()?;
-        self.load.check()?;
-        self.scene.check()?;
-        let zone = self.growth.zone_length();
-        let grows = self.growth.elongates();
+        model.check(length)?;
+        let (growth, zone) = (model.growth(), model.growth().zone_length());
+        let grows = growth.elongates();
         ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
         // An element in the zone is never longer than this; a shoot of constant length is all of one piece.
         let longest = if grows && zone.is_finite() { zone } else { length } / elements as f64;
         let mature = if grows { (length - zone).max(0.0) } else { 0.0 };
         let wanted = length / longest;
         ParameterError::unless(wanted < 1e6, "number of elements over the whole length", wanted, "below 1e6")?;
-        // A whisker more than a whole number of elements is rounding.
+        // What exceeds a whole number of elements by rounding alone does not make another one.
         let count = |length: f64| (length / longest * (1.0 - 1e-12)).ceil() as usize;
         let below = count(mature);
         let above = count(length - mature).max(1);
         let mut nodes: Vec<f64> = (0..below).map(|i| mature * i as f64 / below as f64).collect();
         nodes.extend((0..=above).map(|i| mature + (length - mature) * i as f64 / above as f64));
-        let base = self.scene.base(0.0);
-        let mut rod = Rod::straight(&nodes, &self.radius, base, order)?;
+        let base = model.scene().base(0.0);
+        let mut rod = Rod::straight(&nodes, |s| section.radius(s), base, order)?;
         rod.first_growing = below;
         let p = order.points();
         for point in &mut rod.points[..below * p] {
-            point.exit_time = exit_before_start(&self.growth, point.apex_distance);
+            point.exit_time = exit_before_start(growth, point.apex_distance);
         }
         let volume = rod.volume();
         ParameterError::unless(volume.is_finite() && volume > 0.0, "volume", volume, "positive and finite (m³)")?;
-        Ok(Shoot {
-            growth: self.growth,
-            tropism: self.tropism,
-            constitutive: self.constitutive,
-            load: self.load,
-            scene: self.scene,
-            mesh: Mesh { growing: longest, mature: longest, merge_tolerance },
-            state: State::new(rod),
-        })
+        let mesh = Mesh { growing: longest, mature: longest, merge_tolerance };
+        Ok(Shoot { model, mesh, state: State::new(rod) })
     }
 }
+
+/// A shoot whose laws can cross threads can do so itself.
+const _: () = {
+    const fn crosses_threads<T: Send + Sync>() {}
+    crosses_threads::<Shoot<BoxedLaws>>();
+};

@@ -5,12 +5,10 @@ mod shoots;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use morphorod::constitutive::Constitutive;
-use morphorod::growth::GrowthLaw;
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
-use morphorod::load::{ApicalForce, Load};
-use morphorod::tropism::{Oscillator, TropismLaw};
-use morphorod::{Scene, Shoot};
+use morphorod::load::ApicalForce;
+use morphorod::tropism::Oscillator;
+use morphorod::{Model, Shoot};
 use nalgebra::Vector3;
 use shoots::{HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
 
@@ -62,12 +60,7 @@ fn the_counter_counts() {
 }
 
 /// Allocations in calls that carry a shoot by the given numbers of steps, after its history has reached its full length.
-fn in_calls<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
-    mut shoot: Shoot<G, T, C, L, S>,
-    mut run: impl Integrator,
-    step: f64,
-    calls: &[u32],
-) -> Vec<usize> {
+fn in_calls(mut shoot: Shoot<impl Model>, mut run: impl Integrator, step: f64, calls: &[u32]) -> Vec<usize> {
     // The first steps double from a sixty-fourth on; then the history fills for one delay.
     let mut until = 2.0 * MEMORY.delay + 4.0 * step;
     run.advance(&mut shoot, until).unwrap();

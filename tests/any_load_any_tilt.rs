@@ -28,7 +28,7 @@ fn straight(nodes: &[f64], scene: &Still) -> Rod {
 /// The default solver from a straight guess.
 fn solve(rod: &mut Rod, load: f64, scene: &Still) -> Equilibrium {
     let weight = Weight { density: density_for(load, LENGTH) };
-    NewtonSolver::default().solve(rod, &young_tissue(), &weight, &scene.moment(0.0)).expect("an equilibrium")
+    NewtonSolver::default().solve(rod, &young_tissue(), &weight, &scene.environment(0.0)).expect("an equilibrium")
 }
 
 #[test]
@@ -121,7 +121,8 @@ fn a_mesh_too_coarse_for_its_load_gives_an_answer_or_an_error_and_never_an_unsta
                     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).expect("a rod");
                     let before = rod.clone();
                     let weight = Weight { density: density_for(load, LENGTH) };
-                    let found = NewtonSolver::default().solve(&mut rod, &young_tissue(), &weight, &scene.moment(0.0));
+                    let found =
+                        NewtonSolver::default().solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0));
                     let case = format!("{order:?}, {elements} elements, load {load}, tilt {tilt}");
                     match found {
                         Ok(found) => assert_eq!(found.inertia.negative, 0, "{case}"),

@@ -7,7 +7,7 @@ use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{ParameterError, Shoot, Still};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
@@ -44,7 +44,7 @@ fn geometry_and_material() {
     refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).build());
     // A radius that makes no sense in one place only.
     refused("radius", &NOT_POSITIVE, |x| {
-        Shoot::builder(YOUNG).length(0.05).taper(|s| if s > 0.04 { x } else { RADIUS }).build()
+        Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).build()
     });
     refused("length", &[f64::NAN], |_| Shoot::builder(YOUNG).radius(RADIUS).build());
     refused("radius", &[f64::NAN], |_| Shoot::builder(YOUNG).length(0.05).build());
@@ -116,32 +116,30 @@ fn growth_laws_that_check_nothing() {
 
 #[test]
 fn tropisms() {
-    let gravitropism = Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths };
-    let bend = Proprioception { sensitivity: 20.0, memory: MEMORY };
-    refused("gravitropic sensitivity", &NOT_FINITE, |x| {
-        righting().tropism(Gravitropism { sensitivity: x, ..gravitropism }).build()
+    let gravitropism = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths };
+    let bend = Proprioception { sensitivity: 20.0 };
+    refused("tropic sensitivity", &NOT_FINITE, |x| {
+        righting().tropism(Gravitropism { sensitivity: x, ..gravitropism }.remembered(MEMORY)).build()
     });
     refused("proprioceptive sensitivity", &NOT_FINITE, |x| {
-        righting().tropism(Proprioception { sensitivity: x, ..bend }).build()
+        righting().tropism(Proprioception { sensitivity: x }.remembered(MEMORY)).build()
     });
     let memory = |time: f64, delay: f64| Memory { time, delay };
     for delay in [0.0, 720.0] {
         refused("memory time", &NOT_POSITIVE, |x| {
-            righting().tropism(Gravitropism { memory: memory(x, delay), ..gravitropism }).build()
+            righting().tropism(gravitropism.remembered(memory(x, delay))).build()
         });
         refused("memory time", &NOT_POSITIVE, |x| {
-            righting().tropism((gravitropism, Proprioception { memory: memory(x, delay), ..bend })).build()
+            righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(x, delay)))).build()
         });
     }
+    refused("reaction time", &NEGATIVE, |x| righting().tropism(gravitropism.remembered(memory(720.0, x))).build());
     refused("reaction time", &NEGATIVE, |x| {
-        righting().tropism(Gravitropism { memory: memory(720.0, x), ..gravitropism }).build()
-    });
-    refused("reaction time", &NEGATIVE, |x| {
-        righting().tropism((gravitropism, Proprioception { memory: memory(720.0, x), ..bend })).build()
+        righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(720.0, x)))).build()
     });
     refused("avalanche time", &NOT_POSITIVE, |x| {
         let statoliths = Statoliths { avalanche_time: x };
-        righting().tropism(Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths }).build()
+        righting().tropism(Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY)).build()
     });
     let oscillator = Oscillator::new(0.2, 1440.0);
     refused("oscillator", &NOT_POSITIVE, |x| righting().tropism(Oscillator { period: x, ..oscillator }).build());
@@ -150,7 +148,7 @@ fn tropisms() {
     // Inside an option, a box, a tuple.
     refused("oscillator", &NOT_POSITIVE, |x| righting().tropism(Some(Oscillator { period: x, ..oscillator })).build());
     refused("oscillator", &NOT_POSITIVE, |x| {
-        righting().tropism((bend, Box::new(Oscillator { period: x, ..oscillator }))).build()
+        righting().tropism((bend.remembered(MEMORY), Box::new(Oscillator { period: x, ..oscillator }))).build()
     });
 }
 

@@ -9,15 +9,17 @@ use std::time::Duration;
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{GivenPast, IntegrationError, Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{GivenHistory, IntegrationError, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::Weight;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Site, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Site, Statoliths,
+};
 use morphorod::{Shoot, Still};
 use proptest::prelude::*;
 use shoots::{BETA, ETA, HOUR, RADIUS, YOUNG, assert_sound, growing, righting};
 
 /// Fails unless the error names the parameter in the given words, with its value.
-fn assert_refused(answer: Result<morphorod::integrator::Tally, IntegrationError>, words: &str, value: f64) {
+fn assert_refused(answer: Result<morphorod::integrator::Statistics, IntegrationError>, words: &str, value: f64) {
     let error = answer.expect_err(words);
     assert!(error.to_string().contains(words) && error.to_string().contains(&value.to_string()), "{error}");
     assert!(matches!(error, IntegrationError::Parameter(_)), "{error:?}");
@@ -52,8 +54,8 @@ fn steps_and_ends_that_make_no_sense() {
 #[test]
 fn a_step_longer_than_the_delay() {
     let own = |delay: f64| Memory { time: 720.0, delay };
-    let gravity = |delay: f64| Gravitropism { sensitivity: BETA, memory: own(delay), statoliths: SettledStatoliths };
-    let bend = |delay: f64| Proprioception { sensitivity: ETA, memory: own(delay) };
+    let gravity = |delay: f64| Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(own(delay));
+    let bend = |delay: f64| Proprioception { sensitivity: ETA }.remembered(own(delay));
     // The shortest counts. Statoliths are read through the memory and have no delay of their own.
     let mut shoot = righting().tropism((gravity(720.0), bend(300.0))).build().unwrap();
     let before = shoot.state().clone();
@@ -76,24 +78,27 @@ fn a_step_longer_than_the_delay() {
 #[test]
 fn corrections_that_do_not_come_to_rest() {
     let present = Memory { time: 720.0, delay: 0.0 };
-    let laws = (Proprioception { sensitivity: ETA, memory: present },);
+    let laws = (Proprioception { sensitivity: ETA }.remembered(present),);
     let mut shoot = righting().tropism(laws).build().unwrap();
     let mut run = Iterated::new(90.0);
     run.max_corrections = 1;
     let before = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::NotSettled { corrections: 1, .. }) && error.is_recoverable(), "{error}");
+    assert!(
+        matches!(error, IntegrationError::NotConverged { corrections: 1, .. }) && error.is_recoverable(),
+        "{error}"
+    );
     assert!(&before == shoot.state());
 }
 
 #[test]
-fn a_past_that_is_no_number() {
+fn a_history_that_is_no_number() {
     let mut shoot = righting().build().unwrap();
     let before = shoot.state().clone();
     for value in [f64::NAN, f64::INFINITY] {
-        let past = GivenPast(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
+        let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
         let error = MethodOfSteps::new(90.0).start(&mut shoot, &past).unwrap_err();
-        assert!(error.to_string().contains("past"), "{error}");
+        assert!(error.to_string().contains("history"), "{error}");
         assert!(&before == shoot.state());
     }
 }
@@ -125,7 +130,7 @@ fn a_step_that_is_lost_in_the_rounding_of_time_does_not_hang() {
         run.advance(&mut shoot, HOUR).unwrap();
         // An hour plus 1e-13 s is an hour; 1e-11 s are 22 units in its last place.
         run.step = 1e-13;
-        let _ = sender.send(run.advance(&mut shoot, HOUR + 1e-11).map(|tally| tally.steps));
+        let _ = sender.send(run.advance(&mut shoot, HOUR + 1e-11).map(|statistics| statistics.steps));
     });
     let answer = receiver.recv_timeout(Duration::from_secs(5)).expect("it hangs");
     assert!(answer.is_err() || answer.is_ok_and(|steps| steps <= 100));
@@ -157,8 +162,9 @@ fn assert_error_or_sound(f: &[f64], tilt: f64) {
         .growth(UniformGrowth { zone_length: zone, time: 144e3 * f[4] })
         .tropism((
             Oscillator::new(0.2 * f[7], 1440.0),
-            Gravitropism { sensitivity: BETA * f[8], memory, statoliths: Statoliths { avalanche_time: 120.0 * f[9] } },
-            Proprioception { sensitivity: ETA * f[10], memory },
+            Gravitropism { sensitivity: BETA * f[8], perception: Statoliths { avalanche_time: 120.0 * f[9] } }
+                .remembered(memory),
+            Proprioception { sensitivity: ETA * f[10] }.remembered(memory),
         ))
         .load(Weight { density: 1000.0 * f[11] })
         .scene(Still::tilted(tilt))

@@ -7,7 +7,7 @@ use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
 use morphorod::equilibrium::{Branch, EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::load::{ApicalForce, Distributed, Load, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
-use morphorod::{Moment, Order, ParameterError, Scene, Still};
+use morphorod::{Environment, Order, ParameterError, Scene, Still};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 const NAN: f64 = f64::NAN;
@@ -100,10 +100,10 @@ fn fails(
     rod: &mut Rod,
     material: &impl Constitutive,
     load: &impl Load,
-    moment: &Moment,
+    environment: &Environment,
 ) -> EquilibriumError {
     let before = rod.clone();
-    let error = solver.solve(rod, material, load, moment).expect_err("an error");
+    let error = solver.solve(rod, material, load, environment).expect_err("an error");
     // Not-a-number strains differ from themselves, so the frames and the tip are what is compared.
     assert_eq!((rod.frames(), rod.tip()), (before.frames(), before.tip()), "{error}");
     error
@@ -118,7 +118,7 @@ fn an_iteration_that_is_cut_short_says_how_far_it_came_and_leaves_the_rod() {
         for branch in [Branch::Stable, Branch::Nearest] {
             let mut solver = NewtonSolver::default();
             (solver.max_iterations, solver.branch) = (bound, branch);
-            let error = fails(&mut solver, &mut rod, &young_tissue(), &weight, &scene.moment(0.0));
+            let error = fails(&mut solver, &mut rod, &young_tissue(), &weight, &scene.environment(0.0));
             assert!(error.is_recoverable());
             let EquilibriumError::NoConvergence { iterations, step, residual, force } = error else {
                 panic!("{error}")
@@ -133,8 +133,8 @@ fn an_iteration_that_is_cut_short_says_how_far_it_came_and_leaves_the_rod() {
     // Given its head the same solver and rod succeed, as if nothing had been tried.
     let mut fresh = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
     let mut solver = NewtonSolver::default();
-    let again = solver.solve(&mut rod, &young_tissue(), &weight, &scene.moment(0.0));
-    let first = NewtonSolver::default().solve(&mut fresh, &young_tissue(), &weight, &scene.moment(0.0));
+    let again = solver.solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0));
+    let first = NewtonSolver::default().solve(&mut fresh, &young_tissue(), &weight, &scene.environment(0.0));
     assert_eq!((again, rod), (first, fresh));
 }
 
@@ -156,17 +156,17 @@ fn numbers_that_are_none_are_found_out() {
     let weight = Weight { density: DENSITY };
     for bad in [NAN, INF, -INF] {
         for gravity in [Vector3::new(bad, 0.0, 0.0), Vector3::new(0.0, 0.0, bad)] {
-            let moment = Moment { time: 0.0, gravity };
-            let error = fails(&mut NewtonSolver::default(), &mut upright(4), &young_tissue(), &weight, &moment);
+            let environment = Environment { time: 0.0, gravity };
+            let error = fails(&mut NewtonSolver::default(), &mut upright(4), &young_tissue(), &weight, &environment);
             assert!(matches!(error, EquilibriumError::NotFinite { .. }) && !error.is_recoverable(), "{error}");
-            let inertia = NewtonSolver::default().inertia(&upright(4), &young_tissue(), &weight, &moment);
+            let inertia = NewtonSolver::default().inertia(&upright(4), &young_tissue(), &weight, &environment);
             assert!(matches!(inertia, Err(EquilibriumError::NotFinite { .. })), "{inertia:?}");
         }
         for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
             let mut rod = upright(4);
             rod.points_mut()[5].intrinsic = axis * bad;
-            let moment = Still::upright().moment(0.0);
-            let error = fails(&mut NewtonSolver::default(), &mut rod, &young_tissue(), &weight, &moment);
+            let environment = Still::upright().environment(0.0);
+            let error = fails(&mut NewtonSolver::default(), &mut rod, &young_tissue(), &weight, &environment);
             assert!(matches!(error, EquilibriumError::NotFinite { .. }), "{error}");
             let error = fails(&mut Unloaded, &mut rod, &young_tissue(), &(), &weightless());
             assert!(matches!(error, EquilibriumError::NotFinite { .. }), "{error}");
@@ -176,14 +176,14 @@ fn numbers_that_are_none_are_found_out() {
 
 #[test]
 fn the_solver_without_loads_refuses_every_load() {
-    let moment = Still::upright().moment(0.0);
+    let environment = Still::upright().environment(0.0);
     let weight = DENSITY * common::GRAVITY * std::f64::consts::PI * RADIUS * RADIUS * LENGTH;
-    let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &moment);
+    let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &environment);
     let EquilibriumError::Loaded { force } = error else { panic!("{error}") };
     // The whole weight, at the base; four roundings.
     assert!((force / weight - 1.0).abs() < 8.0 * f64::EPSILON, "{force} against {weight}");
     let pull = ApicalForce(|_: f64| Vector3::new(0.0, 0.0, 1e-150));
-    let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &pull, &moment);
+    let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &pull, &environment);
     assert!(matches!(error, EquilibriumError::Loaded { .. }), "{error}");
     // Weight without gravity is no load.
     assert!(Unloaded.solve(&mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &weightless()).is_ok());
@@ -202,14 +202,14 @@ fn no_size_of_anything_makes_the_solvers_panic() {
                         rod.points_mut().iter_mut().for_each(|p| p.intrinsic = Vector3::new(strain, 0.0, strain));
                         let before = rod.clone();
                         let tissue = LinearElastic { youngs_modulus: modulus, poissons_ratio: 0.3 };
-                        let moment = Moment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -gravity) };
+                        let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -gravity) };
                         let mut solver = NewtonSolver::default();
                         solver.max_iterations = 20;
-                        let answer = solver.solve(&mut rod, &tissue, &Weight { density: 1.0 }, &moment);
+                        let answer = solver.solve(&mut rod, &tissue, &Weight { density: 1.0 }, &environment);
                         // An answer is made of numbers; no answer, no change.
                         assert!(rod.frames().iter().all(|f| (f.norm() - 1.0).abs() < 1e-12), "{answer:?}");
                         assert!(answer.is_ok() || rod == before, "{answer:?}");
-                        let answer = Unloaded.solve(&mut rod, &tissue, &(), &moment);
+                        let answer = Unloaded.solve(&mut rod, &tissue, &(), &environment);
                         assert!(rod.frames().iter().all(|f| (f.norm() - 1.0).abs() < 1e-12), "{answer:?}");
                     }
                 }

@@ -5,7 +5,7 @@ mod shoots;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use morphorod::integrator::{Integrator, MethodOfSteps, Tally};
+use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Whirl;
 use nalgebra::Vector3;
 use shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, assert_sound, reduced};
@@ -79,13 +79,13 @@ fn assert_on_orbit(length: f64, hours: f64, steps_per_turn: u32) {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
     let mut shoot = reduced(length, GROWTH_TIME).elements(4).load((WEIGHT, whirl)).build().unwrap();
     let mut run = MethodOfSteps::new(period / f64::from(steps_per_turn));
-    let mut tally: Tally = run.advance(&mut shoot, hours * HOUR - 10.0 * period).unwrap();
+    let mut statistics: Statistics = run.advance(&mut shoot, hours * HOUR - 10.0 * period).unwrap();
     let (radius, height) = exact_orbit(length);
     let first = shoot.tip();
     let mut angle = 0.0;
     for quarter in 1..=40 {
         let before = shoot.tip();
-        tally += run.advance(&mut shoot, hours * HOUR - (10.0 - 0.25 * f64::from(quarter)) * period).unwrap();
+        statistics += run.advance(&mut shoot, hours * HOUR - (10.0 - 0.25 * f64::from(quarter)) * period).unwrap();
         let tip = shoot.tip();
         angle += before.xy().perp(&tip.xy()).atan2(before.xy().dot(&tip.xy()));
         // Fourth order at 45 s leaves 1e-8 of the period but 5e-6 of the radius: the orbit is where a weak instability
@@ -104,7 +104,10 @@ fn assert_on_orbit(length: f64, hours: f64, steps_per_turn: u32) {
     }
     // Some thirty thousand equilibria later the frames are as good as new.
     assert_sound(&shoot);
-    assert!(tally.equilibria <= tally.steps + 2 && 10 * tally.iterations <= 11 * tally.steps, "{tally:?}");
+    assert!(
+        statistics.equilibria <= statistics.steps + 2 && 10 * statistics.iterations <= 11 * statistics.steps,
+        "{statistics:?}"
+    );
 }
 
 #[test]

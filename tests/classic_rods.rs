@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use common::{back_to_base, cases, tight, weightless, young_tissue};
 use morphorod::Order;
-use morphorod::constitutive::{Constitutive, Response, Tissue};
+use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Unloaded};
 use morphorod::load::ApicalForce;
 use morphorod::rod::Rod;
@@ -150,10 +150,10 @@ impl SquareSection {
 }
 
 impl Constitutive for SquareSection {
-    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let couple = self.stiffness().component_mul(strain);
         let tangent = Matrix3::from_diagonal(&self.stiffness());
-        Response { energy: 0.5 * couple.dot(strain), couple, tangent }
+        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent }
     }
 }
 

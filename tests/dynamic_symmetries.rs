@@ -10,7 +10,7 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Sense, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Sense, Statoliths};
 use morphorod::{Shoot, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -49,12 +49,9 @@ impl Case {
                 .growth(UniformGrowth { zone_length: 0.065 * m, time: 20.0 * HOUR * s })
                 .tropism((
                     Oscillator { amplitude: 0.2, period: 24.0 * MINUTE * s, phase: self.phase, sense: self.sense },
-                    Gravitropism {
-                        sensitivity: BETA,
-                        memory,
-                        statoliths: Statoliths { avalanche_time: 2.0 * MINUTE * s },
-                    },
-                    Proprioception { sensitivity: ETA, memory },
+                    Gravitropism { sensitivity: BETA, perception: Statoliths { avalanche_time: 2.0 * MINUTE * s } }
+                        .remembered(memory),
+                    Proprioception { sensitivity: ETA }.remembered(memory),
                 ))
                 .load((
                     // The weight of a volume, ρ g, is what counts.

@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use common::{RADIUS, bending_stiffness, cases, tight, weightless, young_tissue};
-use morphorod::constitutive::{Constitutive, Response, Tissue};
+use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Inertia, NewtonSolver};
 use morphorod::load::ApicalForce;
 use morphorod::rod::Rod;
@@ -115,9 +115,9 @@ fn a_cantilever_bends_under_an_end_load_as_the_elliptic_integrals_say() {
 struct Section(Vector3<f64>);
 
 impl Constitutive for Section {
-    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let couple = self.0.component_mul(strain);
-        Response { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&self.0) }
+        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&self.0) }
     }
 }
 

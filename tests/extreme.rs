@@ -5,28 +5,23 @@ mod shoots;
 
 use std::f64::consts::TAU;
 
-use morphorod::constitutive::{Constitutive, LinearElastic};
-use morphorod::growth::{GrowthLaw, UniformGrowth};
+use morphorod::constitutive::LinearElastic;
+use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{Distributed, Load};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
-use morphorod::{Scene, Shoot, Still};
+use morphorod::load::Distributed;
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::{Model, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
-    BETA, Clinostat, DAY, ETA, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
-    steering,
+    BETA, Clinostat, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced,
+    righting, steering,
 };
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 /// Tips at the times (s); every state on the way must be sound and every pile of statoliths, if they are the first
 /// variables, a unit vector.
-fn sound_tips<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
-    mut shoot: Shoot<G, T, C, L, S>,
-    step: f64,
-    times: &[f64],
-    piles: bool,
-) -> Vec<Vector3<f64>> {
+fn sound_tips(mut shoot: Shoot<impl Model>, step: f64, times: &[f64], piles: bool) -> Vec<Vector3<f64>> {
     let mut run = MethodOfSteps::new(step);
     let tip = |t: &f64| {
         run.advance(&mut shoot, *t).unwrap();
@@ -61,7 +56,7 @@ impl Scene for Tilted {
     fn base(&self, t: f64) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), if t > 1.5 * HOUR { self.0 } else { 0.0 })
     }
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         if t < 1.5 * HOUR { 1.5 * HOUR } else { f64::INFINITY }
     }
 }
@@ -115,7 +110,7 @@ impl Scene for Launch {
     fn base(&self, _t: f64) -> UnitQuaternion<f64> {
         UnitQuaternion::identity()
     }
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         if t < HOUR { HOUR } else { f64::INFINITY }
     }
 }
@@ -130,7 +125,7 @@ fn weightlessness() {
     let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(steering(STATOLITHS)).scene(Launch).build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, HOUR + 20.0 * 60.0).unwrap();
-    let up = -shoot.scene().gravity(shoot.time()).normalize();
+    let up = -shoot.model().scene().gravity(shoot.time()).normalize();
     // The first point is next to the clamp, where the directors are those of the base.
     let h = Vector3::from_column_slice(&shoot.state().variables(0).unwrap()[..3]);
     assert!((h - up).norm() < 0.01, "{h:?} {up:?}");
@@ -157,8 +152,8 @@ fn statoliths_that_avalanche_faster_and_faster_approach_their_limit() {
 fn a_memory_that_is_far_shorter_than_the_step() {
     let quick = Memory { time: 1.0, delay: 720.0 };
     let laws = || {
-        let gravitropism = Gravitropism { sensitivity: BETA, memory: quick, statoliths: SettledStatoliths };
-        (gravitropism, Proprioception { sensitivity: ETA, memory: quick })
+        let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(quick);
+        (gravitropism, Proprioception { sensitivity: ETA }.remembered(quick))
     };
     let run = |step: f64| {
         let shoot = righting().elements(4).tropism(laws()).build().unwrap();
@@ -208,15 +203,14 @@ fn ten_growth_times() {
 #[test]
 fn a_zone_through_which_several_elements_pass_in_a_step() {
     let shoot = |elements: usize| {
-        let (gravitropism, proprioception) = steering(STATOLITHS);
         growing()
             .length(0.05)
             .elements(elements)
             .growth(UniformGrowth { zone_length: 0.03, time: 600.0 })
             .tropism((
                 Oscillator::new(0.01, 1440.0),
-                Gravitropism { sensitivity: 0.01, ..gravitropism },
-                Proprioception { sensitivity: 0.2, ..proprioception },
+                Gravitropism { sensitivity: 0.01, perception: STATOLITHS }.remembered(MEMORY),
+                Proprioception { sensitivity: 0.2 }.remembered(MEMORY),
             ))
             .build()
             .unwrap()

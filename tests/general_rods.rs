@@ -9,11 +9,11 @@ use common::{
     DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases, sag, tight,
     young_tissue,
 };
-use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic, Response, Tissue};
+use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
 use morphorod::rod::Rod;
-use morphorod::{Moment, Order, ParameterError, Scene, Still};
+use morphorod::{Environment, Order, ParameterError, Scene, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 use proptest::prelude::*;
 
@@ -74,7 +74,7 @@ fn a_tapered_shoot_sags_as_an_independent_integration_says_and_at_full_order() {
 /// whichever is worse; and what it may miss.
 fn imbalance<L: Load>(
     rod: &Rod,
-    moment: &Moment,
+    environment: &Environment,
     load: &L,
     uncertain: f64,
     strain: impl Fn(f64, &Vector3<f64>) -> Vector3<f64>,
@@ -83,7 +83,10 @@ fn imbalance<L: Load>(
     let area = PI * RADIUS * RADIUS;
     let force = |s: f64| {
         let beyond = length - s;
-        load.force(&morphorod::load::Cut { arc_length: s, length_beyond: beyond, volume_beyond: area * beyond }, moment)
+        load.force(
+            &morphorod::load::Cut { arc_length: s, length_beyond: beyond, volume_beyond: area * beyond },
+            environment,
+        )
     };
     let run = |apex: &UnitQuaternion<f64>| back_to_base(length, apex, 400, &strain, force);
     let known = run(&rod.apex_frame());
@@ -107,7 +110,7 @@ proptest! {
         (first, second) in (prop::array::uniform3(-2.0..2.0_f64), prop::array::uniform3(-2.0..2.0_f64)),
     ) {
         let base = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
-        let moment = Still::upright().moment(0.0);
+        let environment = Still::upright().environment(0.0);
         let unit = bending_stiffness() / LENGTH.powi(2);
         let apical = Vector3::from(push) * unit;
         let loads = (
@@ -125,7 +128,7 @@ proptest! {
             for point in rod.points_mut() {
                 point.intrinsic = intrinsic(LENGTH - point.apex_distance);
             }
-            let found = NewtonSolver::with_tolerance(1e-12).solve(&mut rod, &young_tissue(), &loads, &moment).expect("an equilibrium");
+            let found = NewtonSolver::with_tolerance(1e-12).solve(&mut rod, &young_tissue(), &loads, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             (rod, found)
         };
@@ -135,7 +138,7 @@ proptest! {
             + 4.0 * f64::EPSILON / found.inertia.margin;
         let stiffness = young_tissue().stiffness(RADIUS);
         let (missed, promised) =
-            imbalance(&rod, &moment, &loads, uncertain, |s, couple| intrinsic(s) + couple.component_div(&stiffness));
+            imbalance(&rod, &environment, &loads, uncertain, |s, couple| intrinsic(s) + couple.component_div(&stiffness));
         prop_assert!(missed < promised, "{missed:e} against {promised:e}");
         prop_assert!(promised < 1e-5, "the check is blunt: {promised:e}");
     }
@@ -164,11 +167,11 @@ impl Stiffening {
 }
 
 impl Constitutive for Stiffening {
-    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, _tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let square = strain.norm_squared();
         let secant = self.linear + self.cubic * square;
         let cubic = if self.crude_tangent { self.cubic } else { 2.0 * self.cubic };
-        Response {
+        ElasticResponse {
             energy: 0.5 * self.linear * square + 0.25 * self.cubic * square * square,
             couple: strain * secant,
             tangent: Matrix3::identity() * secant + strain * strain.transpose() * cubic,
@@ -190,19 +193,19 @@ fn stiffening(crude_tangent: bool) -> Stiffening {
 #[test]
 fn a_tissue_written_by_a_user_is_in_balance_and_stiffens() {
     let scene = Still::tilted(FRAC_PI_2);
-    let moment = scene.moment(0.0);
+    let environment = scene.environment(0.0);
     let unit = bending_stiffness() / LENGTH.powi(2);
     let loads = (Weight { density: 2.0 * DENSITY }, ApicalForce(move |_: f64| Vector3::new(0.0, 2.0, -1.0) * unit));
     let solve = |law: &Stiffening, elements: usize| {
         let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, Order::default()).expect("a rod");
-        let found = tight().solve(&mut rod, law, &loads, &moment).expect("an equilibrium");
+        let found = tight().solve(&mut rod, law, &loads, &environment).expect("an equilibrium");
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0));
         (rod, found)
     };
     let law = stiffening(false);
     let ((coarse, _), (rod, found)) = (solve(&law, 16), solve(&law, 32));
     let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error;
-    let (missed, promised) = imbalance(&rod, &moment, &loads, uncertain, |_, couple| law.strain(couple));
+    let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, |_, couple| law.strain(couple));
     assert!(missed < promised && promised < 1e-9, "{missed:e} against {promised:e}");
     // Newton's method squares its error only with the exact tangent. With the crude one it halves it at best, and the
     // same shape costs many more steps: the count is worth something.
@@ -247,7 +250,7 @@ fn sagged(law: &impl Constitutive, exit: f64) -> Vector3<f64> {
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 8, Order::default()).expect("a rod");
     rod.points_mut().iter_mut().for_each(|point| point.exit_time = exit);
     let weight = Weight { density: DENSITY };
-    let _ = tight().solve(&mut rod, law, &weight, &scene.moment(518_400.0)).expect("sags");
+    let _ = tight().solve(&mut rod, law, &weight, &scene.environment(518_400.0)).expect("sags");
     rod.tip()
 }
 
@@ -274,8 +277,8 @@ fn stiffnesses_are_those_of_a_circular_section_and_grow_as_the_tissue_lignifies(
 fn an_impossible_law_is_an_error_that_leaves_the_rod() {
     struct Broken;
     impl Constitutive for Broken {
-        fn respond(&self, _: &Tissue, strain: &Vector3<f64>) -> Response {
-            Response { energy: f64::NAN, couple: *strain, tangent: Matrix3::identity() }
+        fn respond(&self, _: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+            ElasticResponse { energy: f64::NAN, couple: *strain, tangent: Matrix3::identity() }
         }
     }
     let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, Order::default()).expect("a rod");

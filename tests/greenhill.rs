@@ -56,7 +56,7 @@ impl Shoot {
         let scene = self.scene();
         let rod = Rod::uniform(length, self.radius, scene.base, elements, Order::default()).expect("a rod");
         let weight = Weight { density: self.density };
-        solver.inertia(&rod, &self.tissue, &weight, &scene.moment(0.0)).expect("an inertia")
+        solver.inertia(&rod, &self.tissue, &weight, &scene.environment(0.0)).expect("an inertia")
     }
 
     /// The length at which the tangent of the straight upright shape loses its definiteness.
@@ -121,7 +121,7 @@ fn two_eigenvalues_change_sign_at_the_critical_length_and_two_more_at_every_furt
                 Rod::uniform(ratio * critical, RADIUS, scene.base, elements, Order::default()).expect("a rod");
             let straight = rod.clone();
             let weight = Weight { density: DENSITY };
-            let found = solver.solve(&mut rod, &shoot.tissue, &weight, &scene.moment(0.0)).expect("it is at rest");
+            let found = solver.solve(&mut rod, &shoot.tissue, &weight, &scene.environment(0.0)).expect("it is at rest");
             // A turn about either horizontal axis, and twist never buckles under a load fixed in space.
             assert_eq!((found.inertia.negative, found.inertia.neutral), (negative, 0), "{elements} elements, {ratio}");
             // Upright is an equilibrium by symmetry, whatever the length: the gradient there is exactly zero.
@@ -164,7 +164,7 @@ fn beyond_the_critical_length_a_shoot_bends_as_far_as_an_independent_integration
                 let mut rod = Rod::uniform(length, RADIUS, scene.base, elements, Order::default()).expect("a rod");
                 let weight = Weight { density: DENSITY };
                 let found = NewtonSolver::with_tolerance(PRECISION)
-                    .solve(&mut rod, &young_tissue(), &weight, &scene.moment(0.0))
+                    .solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0))
                     .expect("bends");
                 let signs = (found.inertia.negative, found.inertia.neutral);
                 assert_eq!(signs, (0, neutral), "{ratio}, {elements} elements, tilt {tilt}, azimuth {azimuth}");

@@ -35,27 +35,30 @@ fn largest_error(tips: &[Vector3<f64>]) -> f64 {
 #[test]
 fn the_tip_passes_through_the_reference_at_every_hour() {
     let mut shoot = growing().build().unwrap();
-    let (tips, tally) = tips(&mut shoot, 90.0, &hours());
+    let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
     let error = largest_error(&tips);
     // 1e-5 m is what the crate promises at its defaults. 90 s are a sixteenth of the oscillator's period, and the
     // fourth-order error of that is 1e-6 m on the tip's swing of a centimetre.
     assert!(error < 1e-5, "{error:e} m");
     // One equilibrium a step, which a guess extrapolated from the last three brings down to two iterations.
-    assert_eq!(tally.equilibria, tally.steps + 1);
-    assert!(tally.steps < 410, "{tally:?}");
-    assert!(tally.iterations <= 2 * tally.equilibria && tally.factorisations <= 2 * tally.equilibria, "{tally:?}");
+    assert_eq!(statistics.equilibria, statistics.steps + 1);
+    assert!(statistics.steps < 410, "{statistics:?}");
+    assert!(
+        statistics.iterations <= 2 * statistics.equilibria && statistics.factorisations <= 2 * statistics.equilibria,
+        "{statistics:?}"
+    );
     assert_sound(&shoot);
 }
 
 #[test]
 fn refined_it_meets_the_reference_to_a_tenth_of_a_micrometre() {
     let mut shoot = growing().elements(16).build().unwrap();
-    let (tips, tally) = tips(&mut shoot, 45.0, &hours());
+    let (tips, statistics) = tips(&mut shoot, 45.0, &hours());
     let error = largest_error(&tips);
     // Half the step: a sixteenth of the error of 1e-6 m at 90 s, and the reference's own 2e-9 m.
     assert!(error < 1e-7, "{error:e} m");
     // At half the step the extrapolated guess is so near that one iteration does.
-    assert!(10 * tally.iterations <= 11 * tally.equilibria, "{tally:?}");
+    assert!(10 * statistics.iterations <= 11 * statistics.equilibria, "{statistics:?}");
 }
 
 #[test]
@@ -98,11 +101,11 @@ fn the_boundary_of_the_growth_zone_is_always_between_two_elements() {
 fn merging_mature_elements_changes_no_more_than_its_tolerance() {
     let run = |tolerance: f64| {
         let mut shoot = growing().merge_tolerance(tolerance).build().unwrap();
-        let (tips, tally) = tips(&mut shoot, 90.0, &hours());
-        (tips, tally, shoot.rod().elements())
+        let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
+        (tips, statistics, shoot.rod().elements())
     };
-    let (exact, tally, all) = run(0.0);
-    assert_eq!(tally.merges, 0);
+    let (exact, statistics, all) = run(0.0);
+    assert_eq!(statistics.merges, 0);
     // Without merging every step leaves an element of its own behind the boundary.
     assert!(all > 350, "{all} elements");
     for tolerance in [1e-3, 1e-4, 1e-5] {

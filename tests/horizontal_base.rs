@@ -110,7 +110,7 @@ fn the_reported_error_is_the_error_that_is_left() {
         let density = DENSITY * f64::from(percent) / 100.0;
         let mut loose = straight(8, Order::default());
         let found = NewtonSolver::with_tolerance(1e-3)
-            .solve(&mut loose, &young_tissue(), &Weight { density }, &scene.moment(0.0))
+            .solve(&mut loose, &young_tissue(), &Weight { density }, &scene.environment(0.0))
             .expect("converges");
         let mut settled = loose.clone();
         let _ = sag(&mut settled, density, &scene);
@@ -127,7 +127,7 @@ fn tolerance_buys_accuracy_and_the_default_is_enough() {
         let mut rod = straight(32, Order::default());
         let scene = Still::tilted(FRAC_PI_2);
         let weight = Weight { density: DENSITY };
-        let found = solver.solve(&mut rod, &young_tissue(), &weight, &scene.moment(0.0)).expect("converges");
+        let found = solver.solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0)).expect("converges");
         assert!(found.error <= solver.tolerance);
         error(&rod)
     };

@@ -5,13 +5,12 @@ mod shoots;
 
 use std::f64::consts::FRAC_PI_2;
 
-use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{GivenPast, Integrator, Iterated, MethodOfSteps};
-use morphorod::load::{Load, Pulse, Whirl};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Site, TropismLaw};
-use morphorod::{Scene, Shoot, Still};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{GivenHistory, Integrator, Iterated, MethodOfSteps};
+use morphorod::load::{Pulse, Whirl};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
+use morphorod::{Model, Shoot, Still};
 use nalgebra::Vector3;
 use shoots::{BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering};
 
@@ -19,8 +18,8 @@ use shoots::{BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing
 const LEAST: f64 = 3.5;
 
 /// The largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for every step.
-fn errors<I: Integrator, G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
-    shoot: impl Fn() -> Shoot<G, T, C, L, S>,
+fn errors<M: Model, I: Integrator>(
+    shoot: impl Fn() -> Shoot<M>,
     integrator: impl Fn(f64) -> I,
     times: &[f64],
     steps: [f64; 4],
@@ -76,10 +75,10 @@ fn minutes(time: f64, delay: f64) -> Memory {
     Memory { time: time * MINUTE, delay: delay * MINUTE }
 }
 
-fn laws(gravity: Memory, bend: Memory) -> (Gravitropism, Proprioception) {
+fn laws(gravity: Memory, bend: Memory) -> (Remembered<Gravitropism>, Remembered<Proprioception>) {
     (
-        Gravitropism { sensitivity: BETA, memory: gravity, statoliths: SettledStatoliths },
-        Proprioception { sensitivity: ETA, memory: bend },
+        Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
+        Proprioception { sensitivity: ETA }.remembered(bend),
     )
 }
 
@@ -175,7 +174,7 @@ impl Circling {
             .radius(RADIUS)
             .elements(2)
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: self.growth_time }))
-            .tropism(Proprioception { sensitivity: ETA, memory: self.memory })
+            .tropism(Proprioception { sensitivity: ETA }.remembered(self.memory))
             .scene(Still::weightless())
             .build()
             .unwrap();
@@ -187,7 +186,7 @@ impl Circling {
             (STRAIN * (-self.decay * t).exp() * cos, STRAIN * (-self.decay * t).exp() * sin)
         };
         let (a, b) = (1.0 - self.decay * self.memory.time, self.rate * self.memory.time);
-        let past = GivenPast(|t: f64, _: &Site, y: &mut [f64]| {
+        let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| {
             let (u1, u2) = strain(t);
             y.copy_from_slice(&[(a * u1 + b * u2) / (a * a + b * b), (a * u2 - b * u1) / (a * a + b * b)]);
         });

@@ -28,14 +28,14 @@ proptest! {
         let unit = 3.0 * bending_stiffness() / (LENGTH * LENGTH);
         let force = if loaded { Vector3::from(pull) * (size * unit) } else { Vector3::zeros() };
         let loads = (heavy.then_some(Weight { density: DENSITY }), ApicalForce(move |_: f64| force));
-        let moment = Still::upright().moment(0.0);
+        let environment = Still::upright().environment(0.0);
 
         let tolerance = 10_f64.powf(exponent);
-        let found = NewtonSolver::with_tolerance(tolerance).solve(&mut rod, &young_tissue(), &loads, &moment);
+        let found = NewtonSolver::with_tolerance(tolerance).solve(&mut rod, &young_tissue(), &loads, &environment);
         let found = found.expect("an equilibrium");
         prop_assert!(found.error <= tolerance, "{:e} is more than {tolerance:e}", found.error);
         let mut settled = rod.clone();
-        let best = NewtonSolver::with_tolerance(1e-12).solve(&mut settled, &young_tissue(), &loads, &moment);
+        let best = NewtonSolver::with_tolerance(1e-12).solve(&mut settled, &young_tissue(), &loads, &environment);
         let best = best.expect("an equilibrium");
         let left = rod.frames().iter().zip(settled.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
         // An estimate from the last two steps gives the order of magnitude, so a factor of ten; beside it the error of

@@ -3,8 +3,8 @@
 mod shoots;
 
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::integrator::{FreshPast, GivenPast, Integrator, MethodOfSteps, SettledPast};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Site};
+use morphorod::integrator::{EmptyHistory, GivenHistory, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
 use nalgebra::Vector3;
 use shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 
@@ -47,8 +47,8 @@ fn it_ends_in_the_stationary_shape_whatever_its_memories() {
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.0), own(20.0, 8.0)), (own(30.0, 5.0), own(3.0, 12.0))] {
         let mut shoot = righting()
             .tropism((
-                Gravitropism { sensitivity: BETA, memory: gravity, statoliths: SettledStatoliths },
-                Proprioception { sensitivity: ETA, memory: bend },
+                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
+                Proprioception { sensitivity: ETA }.remembered(bend),
             ))
             .build()
             .unwrap();
@@ -62,7 +62,7 @@ fn it_ends_in_the_stationary_shape_whatever_its_memories() {
 
 /// The settled past of [`shoots::righting`], point by point: up and bend as they are in the first equilibrium.
 fn as_it_is(_t: f64, site: &Site, variables: &mut [f64]) {
-    let up = site.along_directors(&site.moment.up());
+    let up = site.along_directors(&site.environment.up());
     variables.copy_from_slice(&[up.x, up.y, site.strain.x, site.strain.y]);
 }
 
@@ -76,10 +76,10 @@ fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
         // Starting again begins a new history; at t = 0 it is the same shoot.
         let mut shoot = shoot.clone();
         let _ = match past {
-            0 => run.start(&mut shoot, &FreshPast),
-            1 => run.start(&mut shoot, &GivenPast(|_: f64, _: &Site, y: &mut [f64]| y.fill(0.0))),
-            2 => run.start(&mut shoot, &SettledPast),
-            _ => run.start(&mut shoot, &GivenPast(as_it_is)),
+            0 => run.start(&mut shoot, &EmptyHistory),
+            1 => run.start(&mut shoot, &GivenHistory(|_: f64, _: &Site, y: &mut [f64]| y.fill(0.0))),
+            2 => run.start(&mut shoot, &SteadyHistory),
+            _ => run.start(&mut shoot, &GivenHistory(as_it_is)),
         }
         .unwrap();
         times.map(|t| {
@@ -113,7 +113,7 @@ fn the_response_begins_when_the_delay_is_over() {
 fn a_settled_past_bends_the_shoot_at_a_constant_rate_for_one_delay() {
     let mut shoot = righting().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
-    let _ = run.start(&mut shoot, &SettledPast).unwrap();
+    let _ = run.start(&mut shoot, &SteadyHistory).unwrap();
     let past: Vec<Vec<f64>> = (0..32).map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
     run.advance(&mut shoot, MEMORY.delay).unwrap();
     for (point, y) in shoot.rod().points().iter().zip(past) {
@@ -132,7 +132,8 @@ fn a_past_that_varies_is_integrated_as_it_was() {
     let (scale, y0) = (6.0 * MINUTE, 0.3);
     let mut shoot = righting().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
-    let past = GivenPast(|t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]));
+    let past =
+        GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]));
     let _ = run.start(&mut shoot, &past).unwrap();
     for t in [4.0 * MINUTE, 12.0 * MINUTE] {
         run.advance(&mut shoot, t).unwrap();
@@ -153,8 +154,8 @@ fn delays_need_not_be_multiples_of_the_step() {
     let own = |time: f64, delay: f64| Memory { time: time * MINUTE, delay: delay * MINUTE };
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.3), own(20.0, 8.9))] {
         let laws = || {
-            let gravitropism = Gravitropism { sensitivity: BETA, memory: gravity, statoliths: SettledStatoliths };
-            (gravitropism, Proprioception { sensitivity: ETA, memory: bend })
+            let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity);
+            (gravitropism, Proprioception { sensitivity: ETA }.remembered(bend))
         };
         let run = |step: f64| tips(&mut righting().elements(4).tropism(laws()).build().unwrap(), step, &times).0;
         // 90 s is a fraction of 12 min, 97 s and 113 s are not: the same fourth order with the same constant, up to a

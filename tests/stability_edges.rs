@@ -12,7 +12,8 @@ use morphorod::stability::{
     onset,
 };
 use morphorod::tropism::{
-    Gravitropism, Growing, Memory, Proprioception, SettledStatoliths, Site, Statoliths, TropismLaw,
+    Declaration, Gravitropism, Growing, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site,
+    Statoliths, TropismLaw, Variable,
 };
 use morphorod::{Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -40,7 +41,8 @@ fn analyse<T: TropismLaw, L: Load, S: Scene>(
 }
 
 const WEIGHT: Weight = Weight { density: 1000.0 };
-const BENDING: Proprioception = Proprioception { sensitivity: 20.0, memory: MEMORY };
+const BENDING: Remembered<Proprioception> =
+    Remembered { response: Proprioception { sensitivity: 20.0 }, memory: MEMORY };
 
 /// Feels the turn or the strain about d2 (and d1 if it is not of one plane), through variables of its own.
 struct Own {
@@ -60,17 +62,13 @@ impl TropismLaw for Own {
         let (component, sign) = if self.plane == 0 || self.strain { (1 - self.plane, 1.0) } else { (0, -1.0) };
         Vector3::ith(component, sign * size * past[0])
     }
-    fn variables(&self) -> usize {
-        2
-    }
-    fn stimuli(&self) -> usize {
-        1
-    }
-    fn delays(&self, delays: &mut [f64]) {
-        delays.copy_from_slice(&[self.delay, f64::INFINITY]);
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(1);
+        to.variable(Variable::read_after(self.delay));
+        to.variable(Variable::unread());
     }
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli[0] = if self.strain { site.strain[1 - self.plane] } else { up[self.plane] };
     }
     fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
@@ -122,10 +120,8 @@ fn planes_that_differ_are_no_twins_however_slow_another_law_is() {
         plane,
     };
     let count = |slow: Option<f64>| {
-        let slow = slow.map(|time| Gravitropism {
-            sensitivity: 1e-9,
-            memory: Memory { time, delay: 0.0 },
-            statoliths: SettledStatoliths,
+        let slow = slow.map(|time| {
+            Gravitropism { sensitivity: 1e-9, perception: SettledStatoliths }.remembered(Memory { time, delay: 0.0 })
         });
         let laws = (plane(0, 720.0, 720.0), plane(1, 200.0, 100.0), BENDING, slow);
         analyse(laws, WEIGHT, Still::upright(), 20.0, 0.07, 6).unwrap().unstable().unwrap()
@@ -142,7 +138,7 @@ fn the_essential_spectrum_is_found_left_of_the_slowest_rate_and_without_memory()
     // 1 + b = 0 by Newton's method from many places, against what the crate says.
     for (time, delay, hours) in [(100.0, 900.0, 40.0), (300.0, 900.0, 40.0), (720.0, 720.0, 20.0)] {
         let memory = Memory { time, delay };
-        let laws = Proprioception { sensitivity: 20.0, memory };
+        let laws = Proprioception { sensitivity: 20.0 }.remembered(memory);
         let found = analyse(laws, (), Still::upright(), hours, 0.05, 2).unwrap().essential_spectrum().unwrap()[0];
         let growth = hours * HOUR;
         let mut best = f64::NEG_INFINITY;
@@ -168,14 +164,11 @@ fn the_essential_spectrum_is_found_left_of_the_slowest_rate_and_without_memory()
         fn gradient(&self, _at: &Growing, _past: &[f64], now: &[f64]) -> Vector3<f64> {
             Vector3::new(-20.0 * now[0], -20.0 * now[1], 0.0)
         }
-        fn stimuli(&self) -> usize {
-            2
+        fn declare(&self, to: &mut Declaration) {
+            to.reads_present().stimuli(2);
         }
         fn sense(&self, site: &Site, stimuli: &mut [f64]) {
             stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
-        }
-        fn senses_now(&self) -> bool {
-            true
         }
     }
     let found = analyse(AtOnce, (), Still::upright(), 20.0, 0.05, 2).unwrap().essential_spectrum().unwrap()[0];
@@ -190,14 +183,9 @@ fn an_isolated_root_crosses_at_zero() {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
             Vector3::y() * (self.0 * past[0])
         }
-        fn variables(&self) -> usize {
-            1
-        }
-        fn stimuli(&self) -> usize {
-            1
-        }
-        fn delays(&self, delays: &mut [f64]) {
-            delays[0] = 720.0;
+        fn declare(&self, to: &mut Declaration) {
+            to.stimuli(1);
+            to.variable(Variable::read_after(720.0));
         }
         fn sense(&self, site: &Site, stimuli: &mut [f64]) {
             let tangent = *site.rod.frames().last().unwrap() * Vector3::z();
@@ -230,7 +218,7 @@ fn what_depends_on_time_is_forced() {
             UnitQuaternion::identity()
         }
     }
-    let laws = || (Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths }, BENDING);
+    let laws = || (Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY), BENDING);
     let answer = analyse(laws(), WEIGHT, Clinostat, 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
     let pull = ApicalForce(|t: f64| Vector3::new(1e-7 * (2.0 * PI * t / 1440.0).sin(), 0.0, 0.0));
@@ -282,8 +270,8 @@ fn coarse_meshes_do_not_pass_for_stable() {
         for elements in [1, 2, 3, 4] {
             let memory = Memory { time, delay };
             let laws = (
-                Gravitropism { sensitivity: beta, memory, statoliths: SettledStatoliths },
-                Proprioception { sensitivity: eta, memory },
+                Gravitropism { sensitivity: beta, perception: SettledStatoliths }.remembered(memory),
+                Proprioception { sensitivity: eta }.remembered(memory),
             );
             let answer = analyse(laws, WEIGHT, Still::upright(), hours, length, elements).unwrap().unstable();
             let told = matches!(answer, Err(StabilityError::UnderResolved { .. }) | Ok(Unstable::Infinite { .. }));
@@ -295,7 +283,7 @@ fn coarse_meshes_do_not_pass_for_stable() {
 #[test]
 fn a_righted_shoot_with_slow_statoliths_has_its_roots() {
     let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
-    let laws = (Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths }, BENDING);
+    let laws = (Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY), BENDING);
     let growth = |length: f64, elements: usize| {
         let mut shoot = Shoot::builder(YOUNG)
             .length(length)
@@ -326,19 +314,14 @@ fn a_stationary_shoot_may_be_twisted_and_a_delay_must_make_sense() {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
             Vector3::z() * (-5.0 * past[0])
         }
-        fn variables(&self) -> usize {
-            1
-        }
-        fn stimuli(&self) -> usize {
-            1
-        }
-        fn delays(&self, delays: &mut [f64]) {
-            delays[0] = self.delay;
+        fn declare(&self, to: &mut Declaration) {
+            to.stimuli(1);
+            to.variable(Variable::read_after(self.delay));
         }
         fn sense(&self, site: &Site, stimuli: &mut [f64]) {
             stimuli[0] = site.strain.z - 10.0;
         }
-        fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
+        fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
             variables[0] = stimuli[0];
         }
         fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {

@@ -6,7 +6,8 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundaryPoint, BoundarySettings, Linearisation, StabilityError, boundary, onset};
 use morphorod::tropism::{
-    Gravitropism, Growing, LawDerivatives, Memory, Proprioception, SettledStatoliths, Site, TropismLaw,
+    Declaration, Gravitropism, Growing, LawDerivatives, Memory, Proprioception, Response, SettledStatoliths, Site,
+    TropismLaw, Variable,
 };
 use morphorod::{ParameterError, Shoot};
 use nalgebra::Vector3;
@@ -27,20 +28,17 @@ impl TropismLaw for Saturating {
         let answer = |c: f64| self.sensitivity / at.radius * (c / self.scale).tanh();
         Vector3::new(-answer(past[1]), answer(past[0]), 0.0)
     }
-    fn variables(&self) -> usize {
-        2
-    }
-    fn stimuli(&self) -> usize {
-        2
-    }
-    fn delays(&self, delays: &mut [f64]) {
-        delays.fill(self.memory.delay);
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(2);
+        for _ in 0..2 {
+            to.variable(Variable::read_after(self.memory.delay));
+        }
     }
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli.copy_from_slice(&[up.x * self.scale, up.y * self.scale]);
     }
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         variables.copy_from_slice(stimuli);
     }
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
@@ -71,7 +69,7 @@ fn problem(gravity: impl TropismLaw, length: f64) -> Result<Linearisation, Stabi
         .radius(5e-4)
         .elements(4)
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
-        .tropism((gravity, Proprioception { sensitivity: 20.0, memory: MEMORY }))
+        .tropism((gravity, Proprioception { sensitivity: 20.0 }.remembered(MEMORY)))
         .load(Weight { density: 1000.0 })
         .build()?;
     Linearisation::about(&shoot)
@@ -99,11 +97,9 @@ fn a_derivative_that_is_not_finite_is_told() {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
             Vector3::new(past[0].abs().sqrt().min(f64::NAN), past[0], 0.0)
         }
-        fn variables(&self) -> usize {
-            1
-        }
-        fn stimuli(&self) -> usize {
-            1
+        fn declare(&self, to: &mut Declaration) {
+            to.stimuli(1);
+            to.variable(Variable::read_now());
         }
         fn derivatives(&self, _at: &Growing, _y: &[f64], _x: &[f64], out: &mut LawDerivatives) {
             out.gradient_by_variables[(0, 0)] = f64::INFINITY;
@@ -196,7 +192,7 @@ fn a_boundary_says_what_is_wrong() {
     ] {
         assert!(matches!(follow(wrong), Err(StabilityError::Parameter(_))), "{wrong:?}");
     }
-    let gravity = Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths };
+    let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
     // Too long: it buckles, and the family says so.
     assert!(matches!(
         boundary(|_, _| problem(gravity, 0.081), &settings),

@@ -6,7 +6,7 @@ mod upright;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
 
 use nalgebra::Complex;
@@ -75,7 +75,7 @@ fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisatio
         .radius(5e-4)
         .elements(2)
         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
-        .tropism(Proprioception { sensitivity: eta, memory })
+        .tropism(Proprioception { sensitivity: eta }.remembered(memory))
         .scene(Still::weightless())
         .build()?;
     Linearisation::about(&shoot)
@@ -120,7 +120,7 @@ fn a_rigid_shoot_with_gravitropism_alone_is_always_stable() {
                 .radius(5e-4)
                 .elements(elements)
                 .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: hours * HOUR }))
-                .tropism(Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths })
+                .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY))
                 .load(Weight { density: 1000.0 })
                 .build()
                 .unwrap();
@@ -143,7 +143,7 @@ fn ranges_and_laws_without_an_onset_are_told() {
 
     let shoot = |law: bool, tilt: f64| {
         let oscillator = law.then(|| Oscillator::new(0.2, 24.0 * MINUTE));
-        let gravity = Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths };
+        let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
         Shoot::builder(YOUNG)
             .length(0.05)
             .radius(5e-4)

@@ -5,24 +5,19 @@ mod upright;
 
 use std::f64::consts::FRAC_PI_2;
 
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, MethodOfSteps, SettledPast};
-use morphorod::load::{Load, Weight};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, Polarisation, StabilityError, StationarySolver, Unstable};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
-use morphorod::{Scene, Shoot, Still};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths, TropismLaw};
+use morphorod::{Model, Shoot, Still};
 use nalgebra::{Complex, Vector3};
 use proptest::prelude::*;
 
 use upright::{HOUR, MEMORY, YOUNG};
 
 /// The reduced shoot of a length (m), on a base that leans (rad).
-fn shoot<T: TropismLaw>(
-    length: f64,
-    lean: f64,
-    elements: usize,
-    laws: T,
-) -> Shoot<impl GrowthLaw, T, impl morphorod::constitutive::Constitutive, impl Load, impl Scene> {
+fn shoot<T: TropismLaw>(length: f64, lean: f64, elements: usize, laws: T) -> Shoot<impl Model<Tropism = T>> {
     Shoot::builder(YOUNG)
         .length(length)
         .radius(5e-4)
@@ -47,7 +42,7 @@ fn root_in_time<T: TropismLaw>(length: f64, lean: f64, laws: T, wait: f64) -> (C
     }
     let mut run = MethodOfSteps::new(60.0);
     run.solver.tolerance = 1e-13;
-    run.start(&mut shoot, &SettledPast).unwrap();
+    run.start(&mut shoot, &SteadyHistory).unwrap();
     run.advance(&mut shoot, wait).unwrap();
     let every = 600.0;
     let mut signal = Vec::new();
@@ -75,10 +70,10 @@ fn root_in_time<T: TropismLaw>(length: f64, lean: f64, laws: T, wait: f64) -> (C
 
 #[test]
 fn small_disturbances_grow_and_turn_as_the_rightmost_root_says() {
-    let gravity = |memory| Gravitropism { sensitivity: 0.8, memory, statoliths: SettledStatoliths };
-    let bending = |memory| Proprioception { sensitivity: 20.0, memory };
+    let gravity = |memory| Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory);
+    let bending = |memory| Proprioception { sensitivity: 20.0 }.remembered(memory);
     let equal = (gravity(MEMORY), bending(MEMORY));
-    let slow = Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: Statoliths { avalanche_time: 120.0 } };
+    let slow = Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(MEMORY);
     let unequal = (slow, bending(Memory { time: 600.0, delay: 840.0 }));
     let cases = [
         ("below onset", root_in_time(0.060, 0.0, equal, 10.0 * HOUR)),
@@ -98,8 +93,8 @@ fn small_disturbances_grow_and_turn_as_the_rightmost_root_says() {
 fn an_upright_shoot_swings_in_any_plane_and_a_righted_one_in_its_own_or_across() {
     let laws = || {
         (
-            Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths },
-            Proprioception { sensitivity: 20.0, memory: MEMORY },
+            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
         )
     };
     let mut upright = shoot(0.067, 0.0, 4, laws());
@@ -129,8 +124,8 @@ fn a_stationary_shoot_has_its_closed_form_at_any_weight_and_stiffness() {
                 .elements(8)
                 .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
                 .tropism((
-                    Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths },
-                    Proprioception { sensitivity: 20.0, memory: MEMORY },
+                    Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+                    Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
                 ))
                 .load(Weight { density })
                 .scene(Still::tilted(FRAC_PI_2))
@@ -239,8 +234,8 @@ fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
     for elements in [3, 4, 6, 8, 12, 16, 24, 36, 48] {
         let memory = problem.memory;
         let laws = (
-            Gravitropism { sensitivity: problem.beta, memory, statoliths: SettledStatoliths },
-            (problem.eta > 0.0).then_some(Proprioception { sensitivity: problem.eta, memory }),
+            Gravitropism { sensitivity: problem.beta, perception: SettledStatoliths }.remembered(memory),
+            (problem.eta > 0.0).then_some(Proprioception { sensitivity: problem.eta }.remembered(memory)),
         );
         let shoot = Shoot::builder(YOUNG)
             .length(problem.length)
@@ -314,7 +309,7 @@ fn roots_next_to_the_essential_spectrum_and_without_proprioception_are_counted()
 fn every_root_that_is_counted_is_found_and_a_coarse_mesh_is_told() {
     // The short waves of fast gravitropism alone: four elements have roots of their own right of the axis, and the shoot
     // has none.
-    let gravity = || Gravitropism { sensitivity: 0.8, memory: MEMORY, statoliths: SettledStatoliths };
+    let gravity = || Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
     let fast = |length: f64, hours: f64, elements: usize| {
         let shoot = Shoot::builder(YOUNG)
             .length(length)

@@ -3,26 +3,21 @@
 
 mod shoots;
 
-use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SettledPast};
-use morphorod::load::{ApicalForce, Load, Whirl};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, SettledStatoliths, TropismLaw};
-use morphorod::{Scene, Shoot, State, Still};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
+use morphorod::load::{ApicalForce, Whirl};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::{Model, Scene, Shoot, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
     BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
 };
 
 /// Runs on from a kept state in several ways, to `t2`; all must end in the same bits.
-fn assert_repeats<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene, I: Integrator>(
-    mut shoot: Shoot<G, T, C, L, S>,
-    integrator: impl Fn() -> I,
-    t1: f64,
-    t2: f64,
-) where
-    Shoot<G, T, C, L, S>: Clone,
+fn assert_repeats<M: Model, I: Integrator>(mut shoot: Shoot<M>, integrator: impl Fn() -> I, t1: f64, t2: f64)
+where
+    Shoot<M>: Clone,
 {
     let mut run = integrator();
     run.advance(&mut shoot, t1).unwrap();
@@ -72,8 +67,8 @@ fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
     }
     let present = Memory { time: 12.0 * MINUTE, delay: 0.0 };
     let laws = || {
-        let gravitropism = Gravitropism { sensitivity: BETA, memory: present, statoliths: SettledStatoliths };
-        (gravitropism, Proprioception { sensitivity: ETA, memory: MEMORY })
+        let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(present);
+        (gravitropism, Proprioception { sensitivity: ETA }.remembered(MEMORY))
     };
     let shoot = righting().elements(4).tropism(laws()).build().unwrap();
     assert_repeats(shoot, || Iterated::new(100.0), 0.5 * HOUR, HOUR);
@@ -86,8 +81,8 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
         righting()
             .elements(4)
             .tropism((
-                Gravitropism { sensitivity: BETA, memory, statoliths: SettledStatoliths },
-                Proprioception { sensitivity: ETA, memory },
+                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+                Proprioception { sensitivity: ETA }.remembered(memory),
             ))
             .build()
             .unwrap()
@@ -121,7 +116,7 @@ fn states_that_differ_anywhere_are_not_equal() {
     let start = |settled: bool| {
         let mut shoot = righting().elements(4).build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
-        let _ = if settled { run.start(&mut shoot, &SettledPast) } else { run.advance(&mut shoot, 0.0) }.unwrap();
+        let _ = if settled { run.start(&mut shoot, &SteadyHistory) } else { run.advance(&mut shoot, 0.0) }.unwrap();
         shoot
     };
     assert_eq!(start(false).rod(), start(true).rod());
@@ -134,8 +129,8 @@ fn advancing_to_the_present_changes_nothing() {
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, 1.3 * HOUR).unwrap();
     let kept = shoot.state().clone();
-    let tally = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
-    assert_eq!(tally.steps, 0);
+    let statistics = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
+    assert_eq!(statistics.steps, 0);
     assert!(&kept == shoot.state());
 }
 

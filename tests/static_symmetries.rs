@@ -7,7 +7,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::rod::Rod;
-use morphorod::{Moment, Order};
+use morphorod::{Environment, Order};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
@@ -45,7 +45,7 @@ impl Case {
         let force = self.apical;
         let loads = (Weight { density: self.density }, ApicalForce(move |_: f64| force), Distributed(self.distributed));
         NewtonSolver::with_tolerance(PRECISION)
-            .solve(rod, &tissue, &loads, &Moment { time: 0.0, gravity: self.gravity })
+            .solve(rod, &tissue, &loads, &Environment { time: 0.0, gravity: self.gravity })
             .expect("an equilibrium")
     }
 }
@@ -181,7 +181,7 @@ proptest! {
 fn a_load_may_be_boxed_and_left_out() {
     let rod = || Rod::uniform(0.06, RADIUS, UnitQuaternion::identity(), 8, Order::default()).expect("a rod");
     let push = |_: f64| Vector3::new(1e-5, 2e-5, 0.0);
-    let moment = Moment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -GRAVITY) };
+    let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -GRAVITY) };
     let weight = Weight { density: 1000.0 };
     let boxed: Box<dyn morphorod::load::Load> = Box::new(ApicalForce(push));
     let absent: Option<Distributed> = None;
@@ -190,13 +190,13 @@ fn a_load_may_be_boxed_and_left_out() {
         &mut plain,
         &young_tissue(),
         &(weight, ApicalForce(push)),
-        &moment,
+        &environment,
     );
     let other = NewtonSolver::with_tolerance(PRECISION).solve(
         &mut dressed,
         &young_tissue(),
         &(weight, boxed, (), absent),
-        &moment,
+        &environment,
     );
     assert_eq!((one, plain), (other, dressed));
 }

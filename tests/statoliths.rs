@@ -4,11 +4,12 @@ mod shoots;
 
 use std::f64::consts::TAU;
 
+use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, MethodOfSteps, Tally};
-use morphorod::tropism::{Gravitropism, Statoliths};
-use morphorod::{Scene, Shoot};
+use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
+use morphorod::tropism::{Gravitropism, Remembered, Response, Statoliths};
+use morphorod::{Laws, Scene, Shoot};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
 
@@ -17,8 +18,8 @@ const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 /// A shoot that feels gravity but does not answer, in a scene.
 struct Cell<S> {
     run: MethodOfSteps<Unloaded>,
-    shoot: Shoot<Ongoing<UniformGrowth>, Gravitropism<Statoliths>, morphorod::constitutive::LinearElastic, (), S>,
-    tally: Tally,
+    shoot: Shoot<Laws<LinearElastic, Ongoing<UniformGrowth>, Remembered<Gravitropism<Statoliths>>, (), S>>,
+    statistics: Statistics,
 }
 
 impl<S: Scene> Cell<S> {
@@ -28,23 +29,23 @@ impl<S: Scene> Cell<S> {
             .radius(RADIUS)
             .elements(1)
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
-            .tropism(Gravitropism { sensitivity: 0.0, memory: MEMORY, statoliths: Statoliths { avalanche_time } })
+            .tropism(Gravitropism { sensitivity: 0.0, perception: Statoliths { avalanche_time } }.remembered(MEMORY))
             .scene(scene)
             .build()
             .unwrap();
-        Self { run: MethodOfSteps::with_solver(step, Unloaded), shoot, tally: Tally::default() }
+        Self { run: MethodOfSteps::with_solver(step, Unloaded), shoot, statistics: Statistics::default() }
     }
 
     /// The normal of the pile at time `t`, components along the directors.
     fn normal(&mut self, t: f64) -> Vector3<f64> {
-        self.tally += self.run.advance(&mut self.shoot, t).unwrap();
+        self.statistics += self.run.advance(&mut self.shoot, t).unwrap();
         Vector3::from_column_slice(&self.shoot.state().variables(0).unwrap()[..3])
     }
 
     /// The angle from the upward vertical to the normal, and by how much the normal's length is off 1.
     fn lean(&mut self, t: f64) -> (f64, f64) {
         let h = self.normal(t);
-        let up = -self.shoot.rod().frames()[0].inverse_transform_vector(&self.shoot.scene().gravity(t));
+        let up = -self.shoot.rod().frames()[0].inverse_transform_vector(&self.shoot.model().scene.gravity(t));
         (h.cross(&up).norm().atan2(h.dot(&up)), (h.norm() - 1.0).abs())
     }
 }
@@ -59,7 +60,7 @@ impl Scene for Tilted {
     fn base(&self, t: f64) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::y_axis(), if t > 100.0 { self.0 } else { 0.0 })
     }
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         if t < 100.0 { 100.0 } else { f64::INFINITY }
     }
 }
@@ -133,7 +134,7 @@ fn on_a_fast_clinostat_the_pile_slips() {
         let mut cell = Cell::new(avalanche, step, Clinostat(rate));
         let h = cell.normal(end);
         // Positive when the pile is behind.
-        let up = -cell.shoot.scene().gravity(end).normalize();
+        let up = -cell.shoot.model().scene.gravity(end).normalize();
         let lag = h.cross(&up).y.atan2(h.dot(&up));
         ((lag - phi + 0.5 * TAU).rem_euclid(TAU) - 0.5 * TAU).abs()
     });
@@ -151,7 +152,7 @@ impl Scene for Orbit {
     fn base(&self, _t: f64) -> UnitQuaternion<f64> {
         UnitQuaternion::identity()
     }
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         if t < 200.0 { 200.0 } else { f64::INFINITY }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Constitutive, LinearElastic, Response, Tissue};
+use super::{Constitutive, ElasticResponse, LinearElastic, Tissue};
 use crate::error::ParameterError;
 
 /// Equation (13): E = E0 in the growth zone, afterwards E1 − (E1 − E0) exp(−age/τℓ); the torsional stiffness in
@@ -34,7 +34,7 @@ impl Lignifying {
 
 impl Constitutive for Lignifying {
     #[inline]
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.young.scaled(self.ratio(tissue.age), tissue.radius, strain)
     }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Constitutive, Response, Tissue};
+use super::{Constitutive, ElasticResponse, Tissue};
 use crate::error::ParameterError;
 
 /// Equation (10): mj = Kj (uj − uj*) with K1 = K2 = E I, K3 = μ J, I = π r⁴/4, J = 2 I, μ = E / (2 (1 + ν)).
@@ -26,16 +26,16 @@ impl LinearElastic {
     }
 
     /// The response with every stiffness multiplied by `factor`.
-    pub(super) fn scaled(&self, factor: f64, radius: f64, strain: &Vector3<f64>) -> Response {
+    pub(super) fn scaled(&self, factor: f64, radius: f64, strain: &Vector3<f64>) -> ElasticResponse {
         let stiffness = self.stiffness(radius) * factor;
         let couple = stiffness.component_mul(strain);
-        Response { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&stiffness) }
+        ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&stiffness) }
     }
 }
 
 impl Constitutive for LinearElastic {
     #[inline]
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.scaled(1.0, tissue.radius, strain)
     }
 

@@ -21,7 +21,7 @@ pub struct Tissue {
 
 /// The answer of an elastic law to a strain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
+pub struct ElasticResponse {
     /// Elastic energy per unit length, J/m.
     pub energy: f64,
     /// Its gradient: the couple (bending about d1 and d2, twisting about d3), components along the directors, N m.
@@ -36,7 +36,7 @@ pub trait Constitutive {
     ///
     /// The energy must be zero at zero strain and the tangent must be the exact derivative of the couple, or Newton's
     /// method loses its quadratic convergence.
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response;
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
 
     /// Refuses parameters that make no sense.
     ///
@@ -49,7 +49,7 @@ pub trait Constitutive {
 
 impl<C: Constitutive + ?Sized> Constitutive for Box<C> {
     #[inline]
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> Response {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         (**self).respond(tissue, strain)
     }
 

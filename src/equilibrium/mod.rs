@@ -10,13 +10,11 @@ pub use unloaded::Unloaded;
 
 pub(crate) use element::tissue;
 
-use nalgebra::Vector3;
-
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::load::{Cut, Load};
+use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// Signs of the eigenvalues of the energy's second derivative: how stable an equilibrium is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,44 +111,30 @@ impl EquilibriumError {
 
 /// Finds the shape at rest.
 pub trait EquilibriumSolver {
-    /// Turns the frames of `rod` into an equilibrium under its intrinsic strains and the loads, starting from the
+    /// Turns the frames of `rod` into an equilibrium under its intrinsic strains and the force in it, starting from the
     /// frames that it has. The base frame stays.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod is then as it was.
-    fn solve<C: Constitutive, L: Load>(
+    fn equilibrate(
         &mut self,
         rod: &mut Rod,
-        material: &C,
-        load: &L,
-        moment: &Moment,
+        material: &impl Constitutive,
+        force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError>;
-}
 
-/// The force n(s) at every material point, in the fixed frame, N, written to `forces`.
-pub(crate) fn forces_at_points(rod: &Rod, load: &impl Load, moment: &Moment, forces: &mut Vec<Vector3<f64>>) {
-    let basis = rod.basis();
-    let p = basis.p;
-    let total = rod.length();
-    forces.clear();
-    forces.resize(rod.points().len(), Vector3::zeros());
-    // Summed from the apex, so that short elements near it keep their digits.
-    let (mut length, mut volume) = (0.0, 0.0);
-    for e in (0..rod.elements()).rev() {
-        let points = rod.element_points(e);
-        let area = |j: usize| std::f64::consts::PI * points[j].radius * points[j].radius;
-        for j in 0..p {
-            length += basis.weights[j] * points[j].jacobian;
-            volume += basis.weights[j] * points[j].jacobian * area(j);
-        }
-        for g in 0..p {
-            let (mut l, mut v) = (length, volume);
-            for j in 0..p {
-                l -= basis.upto[g][j] * points[j].jacobian;
-                v -= basis.upto[g][j] * points[j].jacobian * area(j);
-            }
-            let cut = Cut { arc_length: total - l, length_beyond: l, volume_beyond: v };
-            forces[e * p + g] = load.force(&cut, moment);
-        }
+    /// The same under a load.
+    ///
+    /// # Errors
+    /// See [`EquilibriumError`]; the rod is then as it was.
+    fn solve(
+        &mut self,
+        rod: &mut Rod,
+        material: &impl Constitutive,
+        load: &impl Load,
+        environment: &Environment,
+    ) -> Result<Equilibrium, EquilibriumError> {
+        let force = InternalForce::of(rod, load, environment);
+        self.equilibrate(rod, material, &force)
     }
 }

@@ -4,12 +4,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::element::{ElementData, ElementSystem};
 use super::tangent::Tangent;
-use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia, forces_at_points};
+use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::load::Load;
+use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
-use crate::scene::Moment;
+use crate::scene::Environment;
 use crate::so3;
 
 /// No step turns a frame further than this, rad: beyond it the quadratic model says nothing.
@@ -114,20 +114,19 @@ impl Clone for NewtonSolver {
 }
 
 impl EquilibriumSolver for NewtonSolver {
-    fn solve<C: Constitutive, L: Load>(
+    fn equilibrate(
         &mut self,
         rod: &mut Rod,
-        material: &C,
-        load: &L,
-        moment: &Moment,
+        material: &impl Constitutive,
+        force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
         self.work.initial.keep(rod);
         let answer = match rod.order.points() {
-            1 => self.run::<1>(rod, material, load, moment),
-            2 => self.run::<2>(rod, material, load, moment),
-            3 => self.run::<3>(rod, material, load, moment),
-            _ => self.run::<4>(rod, material, load, moment),
+            1 => self.run::<1>(rod, material, force),
+            2 => self.run::<2>(rod, material, force),
+            3 => self.run::<3>(rod, material, force),
+            _ => self.run::<4>(rod, material, force),
         };
         if answer.is_err() {
             self.work.initial.restore(rod);
@@ -141,15 +140,25 @@ impl NewtonSolver {
     ///
     /// # Errors
     /// An input that is not finite.
-    pub fn inertia<C: Constitutive, L: Load>(
+    pub fn inertia(
         &mut self,
         rod: &Rod,
-        material: &C,
-        load: &L,
-        moment: &Moment,
+        material: &impl Constitutive,
+        load: &impl Load,
+        environment: &Environment,
     ) -> Result<Inertia, EquilibriumError> {
-        forces_at_points(rod, load, moment, &mut self.work.forces);
-        let time = moment.time;
+        self.inertia_under(rod, material, &InternalForce::of(rod, load, environment))
+    }
+
+    fn inertia_under(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        force: &InternalForce,
+    ) -> Result<Inertia, EquilibriumError> {
+        self.work.forces.clear();
+        self.work.forces.extend_from_slice(force.at_points());
+        let time = force.environment().time;
         match rod.order.points() {
             1 => self.work.assemble::<1>(rod, material, time, 0.0),
             2 => self.work.assemble::<2>(rod, material, time, 0.0),
@@ -160,24 +169,23 @@ impl NewtonSolver {
     }
 
     /// Factorises the tangent at an equilibrium, for [`follow`](Self::follow).
-    pub(crate) fn factorise<C: Constitutive, L: Load>(
+    pub(crate) fn factorise(
         &mut self,
         rod: &Rod,
-        material: &C,
-        load: &L,
-        moment: &Moment,
+        material: &impl Constitutive,
+        force: &InternalForce,
     ) -> Result<(), EquilibriumError> {
-        self.inertia(rod, material, load, moment).map(|_| ())
+        self.inertia_under(rod, material, force).map(|_| ())
     }
 
     /// Moves the frames of an equilibrium whose intrinsic strain was disturbed a little to where they are in equilibrium
     /// again, to first order, with the factors of [`factorise`](Self::factorise).
-    pub(crate) fn follow<C: Constitutive>(&mut self, rod: &mut Rod, material: &C, moment: &Moment) {
+    pub(crate) fn follow<C: Constitutive>(&mut self, rod: &mut Rod, material: &C, force: &InternalForce) {
         match rod.order.points() {
-            1 => self.work.follow::<1>(rod, material, moment.time),
-            2 => self.work.follow::<2>(rod, material, moment.time),
-            3 => self.work.follow::<3>(rod, material, moment.time),
-            _ => self.work.follow::<4>(rod, material, moment.time),
+            1 => self.work.follow::<1>(rod, material, force.environment().time),
+            2 => self.work.follow::<2>(rod, material, force.environment().time),
+            3 => self.work.follow::<3>(rod, material, force.environment().time),
+            _ => self.work.follow::<4>(rod, material, force.environment().time),
         }
     }
 
@@ -185,16 +193,16 @@ impl NewtonSolver {
         &mut self,
         rod: &mut Rod,
         material: &impl Constitutive,
-        load: &impl Load,
-        moment: &Moment,
+        force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
         let work = &mut self.work;
-        forces_at_points(rod, load, moment, &mut work.forces);
-        let largest_force = work.forces.iter().map(Vector3::norm).fold(0.0, f64::max);
-        if !work.forces.iter().all(|f| f.norm().is_finite()) {
+        work.forces.clear();
+        work.forces.extend_from_slice(force.at_points());
+        let largest_force = force.largest();
+        if !largest_force.is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }
-        let time = moment.time;
+        let time = force.environment().time;
         let stable = self.branch == Branch::Stable;
         let mut outcome = Equilibrium::default();
         // The last shift that served, from which the next search for one starts.

@@ -8,9 +8,8 @@ use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
 use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::load::{Cut, Load};
+use crate::load::InternalForce;
 use crate::rod::{Rod, weighted};
-use crate::scene::Moment;
 use crate::so3::{self, Form};
 
 /// The solver of an unloaded scene: the frames follow from the intrinsic strain, element by element from the base.
@@ -21,22 +20,15 @@ use crate::so3::{self, Form};
 pub struct Unloaded;
 
 impl EquilibriumSolver for Unloaded {
-    fn solve<C: Constitutive, L: Load>(
+    fn equilibrate(
         &mut self,
         rod: &mut Rod,
-        _material: &C,
-        load: &L,
-        moment: &Moment,
+        _material: &impl Constitutive,
+        force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
-        let length = rod.length();
-        let volume = rod.volume();
-        for part in [1.0, 0.5, 0.0] {
-            let cut =
-                Cut { arc_length: length * (1.0 - part), length_beyond: length * part, volume_beyond: volume * part };
-            let force = load.force(&cut, moment).norm();
-            if force != 0.0 {
-                return Err(EquilibriumError::Loaded { force });
-            }
+        let force = force.largest();
+        if force != 0.0 {
+            return Err(EquilibriumError::Loaded { force });
         }
         let p = rod.order.points();
         let mut outcome = Equilibrium::default();

@@ -1,16 +1,11 @@
 //! Steps that are repeated with what they led to: for laws that respond without delay.
 
 use super::stepper::{Correction, Stepper};
-use super::steps::check_times;
-use super::{FreshPast, IntegrationError, Integrator, Past, Tally};
-use crate::constitutive::Constitutive;
+use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::Scene;
+use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// An implicit integrator for laws of any delay, none included: fourth order in time, a few equilibria in a step.
 ///
@@ -46,7 +41,7 @@ impl<E> Iterated<E> {
 }
 
 impl<E: Clone> Clone for Iterated<E> {
-    /// Clones the settings; the memory is made anew when it is needed.
+    /// Clones the settings; the workspace is made anew when it is needed.
     fn clone(&self) -> Self {
         Self {
             tolerance: self.tolerance,
@@ -57,40 +52,17 @@ impl<E: Clone> Clone for Iterated<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for Iterated<E> {
-    fn start<G, T, C, L, S, P>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, past: &P) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-        P: Past,
-    {
-        let solver = &mut self.solver;
-        self.stepper.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, past))
+    fn start(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        self.stepper.start(shoot, &mut self.solver, history)
     }
 
-    fn advance<G, T, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        until: f64,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
-        check_times(self.step, shoot.time(), until)?;
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
         let correction = Correction { tolerance: self.tolerance, most: self.max_corrections };
-        let (step, solver) = (self.step, &mut self.solver);
-        self.stepper.guarded(shoot, |stepper, shoot| {
-            if shoot.state.history.levels.is_empty() {
-                stepper.begin(shoot, solver, &FreshPast)?;
-            }
-            stepper.run(shoot, solver, until, step, Some(correction))
-        })
+        self.stepper.advance(shoot, &mut self.solver, until, self.step, Some(correction))
     }
 }

@@ -1,6 +1,6 @@
 //! Elements follow the tissue: cut as they stretch, cut at the boundary of the growth zone, merged behind it.
 
-use super::Tally;
+use super::Statistics;
 use crate::growth::GrowthLaw;
 use crate::shoot::Mesh;
 use crate::state::State;
@@ -13,13 +13,13 @@ const SLIVER: f64 = 1e-9;
 /// The point that will be on the boundary at the end of the step becomes a node now, while everything is still smooth
 /// across it. So the boundary is on a node at the end of every step, and the kink that it leaves in the intrinsic strain
 /// and in the stiffness never lies inside an element.
-pub(super) fn prepare(
+pub(super) fn adapt(
     state: &mut State,
     growth: &impl GrowthLaw,
     mesh: &Mesh,
     from: f64,
     to: f64,
-    tally: &mut Tally,
+    statistics: &mut Statistics,
 ) -> usize {
     if !growth.elongates() {
         return 0;
@@ -28,15 +28,15 @@ pub(super) fn prepare(
     if k >= 2 && mesh.merge_tolerance > 0.0 {
         let length = state.rod.element_length(k - 2) + state.rod.element_length(k - 1);
         if length <= mesh.mature && state.merge(k - 2, mesh.merge_tolerance) {
-            tally.merges += 1;
+            statistics.merges += 1;
         }
     }
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
-        // A whisker of rounding is no reason to cut.
+        // Rounding is no reason to cut.
         if state.rod.element_length(e) > mesh.growing * (1.0 + 1e-9) {
             state.split(e, 0.5);
-            tally.splits += 1;
+            statistics.splits += 1;
         } else {
             e += 1;
         }
@@ -52,7 +52,7 @@ pub(super) fn prepare(
         if boundary > b + sliver {
             let x = state.rod.coordinate_at_distance(e, boundary);
             state.split(e, x);
-            tally.splits += 1;
+            statistics.splits += 1;
             return e + 1 - first;
         }
     }

@@ -1,34 +1,36 @@
 //! Carries a shoot from one time to another, equilibrium included.
 
-mod feedback;
-mod guess;
+mod begin;
+mod collocation;
+mod gradient_integral;
+mod history_function;
 mod iterated;
-mod local;
 mod mesh;
-mod past;
-mod sensing;
-mod start;
+mod method_of_steps;
+mod phases;
+mod step_size;
 mod stepper;
-mod steps;
 
+pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use iterated::Iterated;
-pub(crate) use sensing::visit_sites;
+pub use method_of_steps::MethodOfSteps;
 
-pub use past::{FreshPast, GivenPast, Past, SettledPast};
-pub use steps::MethodOfSteps;
-
-use crate::constitutive::Constitutive;
-use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::{Equilibrium, EquilibriumError};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::Scene;
+use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
+
+/// The order in time. Stimuli are interpolated through so many levels, the variables are collocated at so many points, and
+/// between levels they are cubic. Three levels would give a third order, five still the fourth of the cubic.
+const ORDER: usize = 4;
+
+/// After a discontinuity the first step is this fraction of a full one, and the following ones double what has passed. Its
+/// stimuli are interpolated through two levels only: an error of third order, in a step 64 times shorter.
+const FIRST_STEP: f64 = 1.0 / 64.0;
 
 /// What a run has cost, and how accurate its parts say they were.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Tally {
+pub struct Statistics {
     /// Steps in time.
     pub steps: usize,
     /// Equilibria that were found.
@@ -49,7 +51,7 @@ pub struct Tally {
     pub equilibrium_error: f64,
 }
 
-impl std::ops::AddAssign for Tally {
+impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;
         self.equilibria += other.equilibria;
@@ -60,6 +62,16 @@ impl std::ops::AddAssign for Tally {
         self.merges += other.merges;
         self.halvings += other.halvings;
         self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
+    }
+}
+
+impl std::ops::AddAssign<Equilibrium> for Statistics {
+    fn add_assign(&mut self, found: Equilibrium) {
+        self.equilibria += 1;
+        self.iterations += found.iterations;
+        self.factorisations += found.factorisations;
+        self.evaluations += found.evaluations;
+        self.equilibrium_error = self.equilibrium_error.max(found.error);
     }
 }
 
@@ -88,11 +100,11 @@ pub enum IntegrationError {
         /// The shortest delay, s.
         delay: f64,
     },
-    /// The corrections of a step did not come to rest.
+    /// The corrections of a step did not converge.
     #[error(
-        "the step to {time} s was not settled after {corrections} corrections: the last changed an angle by {change:.3e} rad"
+        "the step to {time} s did not converge in {corrections} corrections: the last changed an angle by {change:.3e} rad"
     )]
-    NotSettled {
+    NotConverged {
         /// The end of the step, s.
         time: f64,
         /// Corrections done.
@@ -124,7 +136,7 @@ impl IntegrationError {
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Equilibrium { source, .. } => source.is_recoverable(),
-            Self::StepTooLong { .. } | Self::NotSettled { .. } | Self::Variables { .. } => true,
+            Self::StepTooLong { .. } | Self::NotConverged { .. } | Self::Variables { .. } => true,
             Self::Parameter(_) | Self::NotFinite { .. } => false,
         }
     }
@@ -132,37 +144,20 @@ impl IntegrationError {
 
 /// Carries a shoot in time.
 pub trait Integrator {
-    /// Finds the first equilibrium of a shoot at t = 0 and gives its laws a past. A run that is not started so starts
-    /// with [`FreshPast`]; starting again begins a new history at the present time.
+    /// Finds the equilibrium of a shoot at its present time and gives its laws a history. A run that is not started so
+    /// starts with [`EmptyHistory`]; starting again begins a new history.
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
-    fn start<G, T, C, L, S, P>(
+    fn start(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        past: &P,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-        P: Past;
+        shoot: &mut Shoot<impl Model>,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError>;
 
-    /// Carries the shoot exactly to time `until` (s), stepping onto every jump that loads and scene announce.
+    /// Carries the shoot exactly to time `until` (s), stepping onto every discontinuity that its laws announce.
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
-    fn advance<G, T, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        until: f64,
-    ) -> Result<Tally, IntegrationError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene;
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError>;
 }

@@ -1,28 +1,18 @@
-//! One step in time, shared by the integrators.
+//! The run and its steps, shared by the integrators.
 
 use nalgebra::Vector3;
 
-use super::feedback::Quadrature;
-use super::guess::extrapolate;
-use super::local::{Levels, LocalSolver};
-use super::sensing::visit_sites;
-use super::{IntegrationError, Tally, mesh};
-use crate::constitutive::Constitutive;
+use super::collocation::ExponentialCollocation;
+use super::gradient_integral::GradientIntegral;
+use super::step_size::next_stop;
+use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Statistics, mesh};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
-use crate::scene::{Moment, Scene};
+use crate::load::InternalForce;
+use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::state::Level;
-use crate::state::State;
-use crate::tropism::TropismLaw;
-
-/// Stimuli are interpolated in time through so many levels: fourth order.
-const LEVELS: usize = 4;
-/// After a jump the first step is this fraction of a full one, and the following ones double what has passed. Its stimuli
-/// are interpolated through two levels only: an error of third order, in a step 64 times shorter.
-const FIRST_STEP: f64 = 1.0 / 64.0;
+use crate::state::{Spare, State};
+use crate::tropism::Declaration;
 
 /// How often and how closely a step is repeated with what it led to.
 #[derive(Debug, Clone, Copy)]
@@ -35,422 +25,198 @@ pub(super) struct Correction {
 
 /// An interval of time, and how many growing elements leave the zone in it.
 #[derive(Debug, Clone, Copy)]
-struct Step {
-    from: f64,
-    to: f64,
-    leaving: usize,
+pub(super) struct Step {
+    pub from: f64,
+    pub to: f64,
+    pub leaving: usize,
 }
 
-/// Memory for stepping; no state.
+/// Workspace for stepping; no state.
 #[derive(Debug, Default)]
 pub(super) struct Stepper {
-    quadrature: Quadrature,
-    exit_quadrature: Quadrature,
-    local: LocalSolver,
-    delays: Vec<f64>,
+    pub laws: Declaration,
+    pub gradient_integral: GradientIntegral,
+    /// The same up to the exit of a point.
+    pub exit_integral: GradientIntegral,
+    pub collocation: ExponentialCollocation,
+    pub force: InternalForce,
     /// Intrinsic strain and distance from the apex of the zone's points at the start of the step.
-    starts: Vec<(Vector3<f64>, f64)>,
-    variables: Vec<f64>,
-    /// Rows of levels that are not in use.
-    spare: Vec<Vec<f64>>,
+    pub starts: Vec<(Vector3<f64>, f64)>,
+    pub spare: Spare,
+    pub statistics: Statistics,
     backup: Option<State>,
-    tally: Tally,
 }
 
 impl Stepper {
-    /// Runs `work` on the shoot; if it fails, puts the shoot back as it was.
-    pub fn guarded<G, T, C, L, S>(
+    /// Finds the first equilibrium and gives the laws a history. If that fails, the shoot is as it was.
+    pub fn start(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        work: impl FnOnce(&mut Self, &mut Shoot<G, T, C, L, S>) -> Result<(), IntegrationError>,
-    ) -> Result<Tally, IntegrationError> {
-        self.tally = Tally::default();
-        self.local.halvings = 0;
-        match &mut self.backup {
-            Some(backup) => backup.clone_from(&shoot.state),
-            None => self.backup = Some(shoot.state.clone()),
-        }
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        self.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, history))
+    }
+
+    /// Carries the shoot to `until` in steps of at most `size`, s. If that fails, the shoot is as it was.
+    pub fn advance(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        until: f64,
+        size: f64,
+        correction: Option<Correction>,
+    ) -> Result<Statistics, IntegrationError> {
+        ParameterError::positive("time step", size)?;
+        let ahead = until >= shoot.time() && until.is_finite();
+        ParameterError::unless(ahead, "time to advance to", until, "finite and not in the past (s)")?;
+        self.guarded(shoot, |stepper, shoot| {
+            if shoot.state.history.levels() == 0 {
+                stepper.begin(shoot, solver, &EmptyHistory)?;
+            }
+            stepper.run(shoot, solver, until, size, correction)
+        })
+    }
+
+    /// Runs `work` on the shoot; if it fails, puts the shoot back as it was.
+    fn guarded<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        work: impl FnOnce(&mut Self, &mut Shoot<M>) -> Result<(), IntegrationError>,
+    ) -> Result<Statistics, IntegrationError> {
+        self.statistics = Statistics::default();
+        self.collocation.halvings = 0;
+        self.laws.read(shoot.model.tropism());
+        let backup = self.backup.get_or_insert_with(|| shoot.state.clone());
+        backup.clone_from(&shoot.state);
         if let Err(error) = work(self, shoot) {
             if let Some(backup) = &self.backup {
                 shoot.state.clone_from(backup);
             }
             return Err(error);
         }
-        self.tally.halvings = self.local.halvings;
-        Ok(self.tally)
+        self.statistics.halvings = self.collocation.halvings;
+        Ok(self.statistics)
     }
 
-    /// How far back the laws look at least, s; zero if they read what is present.
-    pub fn shortest_delay(&mut self, tropism: &impl TropismLaw) -> f64 {
-        self.delays.resize(tropism.variables(), 0.0);
-        tropism.delays(&mut self.delays);
-        let shortest = self.delays.iter().copied().fold(f64::INFINITY, f64::min);
-        if tropism.senses_now() { 0.0 } else { shortest }
-    }
-
-    /// Carries the shoot to `until` in steps of at most `size`.
-    pub fn run<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
+    fn run(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         until: f64,
         size: f64,
         correction: Option<Correction>,
     ) -> Result<(), IntegrationError> {
-        self.check_history(shoot)?;
-        self.make_room(&mut shoot.state, size, until);
+        self.check_history(&shoot.state)?;
+        self.reserve_levels(&mut shoot.state, size, until);
         while shoot.state.time < until {
-            let t = shoot.state.time;
-            let jump = shoot.load.next_break(t).min(shoot.scene.next_break(t)).min(shoot.tropism.next_break(t));
-            let target = until.min(jump);
-            let since = t - shoot.state.smooth_since;
-            // Rounding must not turn a full step into two.
-            let mut step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
-            // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
-            let zone = shoot.growth.zone_length();
-            if shoot.growth.elongates() && zone.is_finite() {
-                while zone - shoot.growth.flow(zone, t + step, t).0 > shoot.mesh.growing {
-                    step *= 0.5;
-                }
-            }
-            let rest = target - t;
-            let end = if rest <= step * (1.0 + 1e-9) {
-                target
-            } else if rest < 2.0 * step {
-                // Two equal steps rather than one and a remnant, beside which interpolation would lose digits.
-                t + 0.5 * rest
-            } else {
-                t + step
-            };
-            let told = end > t;
-            ParameterError::unless(told, "time step", step, "long enough to be told from the time by rounding (s)")?;
-            self.step(shoot, solver, end, correction)?;
-            if end == jump {
-                self.pass_jump(shoot, solver)?;
+            let stop = next_stop(shoot, until, size)?;
+            self.step(shoot, solver, stop.time, correction)?;
+            if stop.discontinuity {
+                self.pass_discontinuity(shoot, solver)?;
             }
         }
         Ok(())
     }
 
     /// One step to time `to`.
-    fn step<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
+    fn step(
         &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
+        shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         to: f64,
         correction: Option<Correction>,
     ) -> Result<(), IntegrationError> {
-        let from = shoot.state.time;
-        let leaving = mesh::prepare(&mut shoot.state, &shoot.growth, &shoot.mesh, from, to, &mut self.tally);
-        let step = Step { from, to, leaving };
-        let rod = &shoot.state.rod;
-        let first = rod.first_growing() * rod.order().points();
-        self.starts.clear();
-        self.starts.extend(rod.points()[first..].iter().map(|point| (point.intrinsic, point.apex_distance)));
-        self.push_level(&mut shoot.state, to);
+        let step = self.open(shoot, to);
         self.drive(shoot, step)?;
-        self.grow(shoot, step);
-        extrapolate(&mut shoot.state, to);
+        self.elongate(shoot, step);
+        shoot.state.predictor.extrapolate(&mut shoot.state.rod, step.from, to);
         shoot.state.time = to;
-        let moment = place(shoot, to)?;
-        self.settle(shoot, solver, &moment)?;
-        self.sense(shoot, &moment)?;
+        self.equilibrate(shoot, solver, to)?;
+        self.sense(shoot)?;
         self.carry(shoot, step)?;
         if let Some(Correction { tolerance, most }) = correction {
-            for done in 0.. {
-                let change = self.drive(shoot, step)?;
-                if change <= tolerance {
-                    break;
+            let mut corrections = 0;
+            // What the new variables change of the intrinsic strain.
+            let mut change = self.drive(shoot, step)?;
+            while !(change <= tolerance) {
+                if corrections == most {
+                    return Err(IntegrationError::NotConverged { time: to, corrections, change });
                 }
-                if done == most {
-                    return Err(IntegrationError::NotSettled { time: to, corrections: most, change });
-                }
-                self.settle(shoot, solver, &moment)?;
-                self.sense(shoot, &moment)?;
+                corrections += 1;
+                self.equilibrate(shoot, solver, to)?;
+                self.sense(shoot)?;
                 self.carry(shoot, step)?;
+                change = self.drive(shoot, step)?;
             }
         }
-        shoot.state.mature(leaving);
-        self.forget(&mut shoot.state);
-        self.tally.steps += 1;
+        self.close(shoot, step);
         Ok(())
     }
 
-    /// Reads the laws' delays, and refuses a state whose history belongs to other laws.
-    fn check_history<G, T: TropismLaw, C, L, S>(&mut self, shoot: &Shoot<G, T, C, L, S>) -> Result<(), ParameterError> {
-        let (law, history) = (&shoot.tropism, &shoot.state.history);
-        self.delays.resize(law.variables(), 0.0);
-        law.delays(&mut self.delays);
-        for delay in &self.delays {
-            ParameterError::unless(*delay >= 0.0, "delay of a tropism law", *delay, "zero or positive (s)")?;
-        }
-        let known = (history.variables, history.stimuli) == (law.variables(), law.stimuli());
-        let stands = history.variables as f64;
+    /// Prepares the elements for a step to time `to`, keeps where it starts, and opens a level of the history.
+    fn open(&mut self, shoot: &mut Shoot<impl Model>, to: f64) -> Step {
+        let from = shoot.state.time;
+        let leaving = mesh::adapt(&mut shoot.state, shoot.model.growth(), &shoot.mesh, from, to, &mut self.statistics);
+        let rod = &shoot.state.rod;
+        self.starts.clear();
+        self.starts.extend(rod.points()[rod.zone()].iter().map(|point| (point.intrinsic, point.apex_distance)));
+        shoot.state.history.push(to, &mut self.spare);
+        Step { from, to, leaving }
+    }
+
+    /// Tissue leaves the zone, and levels of the history that nothing will read again are dropped.
+    fn close(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
+        shoot.state.mature(step.leaving);
+        shoot.state.history.forget(step.to - self.laws.longest_delay(), ORDER, &mut self.spare);
+        self.statistics.steps += 1;
+    }
+
+    /// Something has a discontinuity just after the present time: finds the shape after it and begins afresh from there.
+    fn pass_discontinuity(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+    ) -> Result<(), IntegrationError> {
+        let time = shoot.state.time;
+        self.equilibrate(shoot, solver, time.next_up())?;
+        shoot.state.history.push(time, &mut self.spare);
+        self.sense(shoot)?;
+        self.find_rates(shoot);
+        shoot.state.smooth_since = time;
+        shoot.state.predictor.forget();
+        Ok(())
+    }
+
+    /// Refuses a state whose history belongs to other laws.
+    fn check_history(&self, state: &State) -> Result<(), ParameterError> {
+        self.check_delays()?;
+        let size = self.laws.size();
+        let (variables, stimuli) = state.history.size();
+        let known = (variables, stimuli) == (size.variables, size.stimuli);
+        let stands = variables as f64;
         ParameterError::unless(known, "number of variables in the state", stands, "that of the shoot's laws")?;
-        let longest = longest(&self.delays);
-        let oldest = history.levels.front().map_or(f64::INFINITY, |level| level.time);
-        let reach = shoot.state.time - oldest;
+        let reach = state.history.oldest().map_or(f64::NEG_INFINITY, |oldest| state.time - oldest);
         ParameterError::unless(
-            reach >= longest * (1.0 - 1e-9),
+            reach >= self.laws.longest_delay() * (1.0 - 1e-9),
             "time that the state looks back",
             reach,
             "at least the longest delay of the shoot's laws (s)",
         )
     }
 
+    /// Refuses delays that make no sense.
+    pub fn check_delays(&self) -> Result<(), ParameterError> {
+        self.laws.delays().try_for_each(|delay| ParameterError::not_negative("delay of a tropism law", delay))
+    }
+
     /// Sets memory aside for all levels that the history will hold, so that no later step asks for any.
-    fn make_room(&mut self, state: &mut State, size: f64, until: f64) {
+    fn reserve_levels(&mut self, state: &mut State, size: f64, until: f64) {
         // Full steps over the longest delay, or to the end if that comes first, those of a start, and the ones around the
         // ends.
-        let (longest, known) = (longest(&self.delays), state.history.levels.len());
-        let full = (longest / size).min(known as f64 + (until - state.time) / size);
-        let wanted = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * LEVELS;
-        let history = &mut state.history;
-        let numbers = history.levels.back().map_or(0, |level| level.rows.len());
-        history.levels.reserve(wanted.saturating_sub(history.levels.len()));
-        self.spare.reserve(wanted.saturating_sub(self.spare.len()));
-        while self.spare.len() + history.levels.len() < wanted {
-            self.spare.push(Vec::with_capacity(numbers));
-        }
+        let known = state.history.levels() as f64;
+        let full = (self.laws.longest_delay() / size).min(known + (until - state.time) / size);
+        let levels = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;
+        state.history.reserve(levels, &mut self.spare);
     }
-
-    /// Appends a level at `time` whose variables go on at their present rates; the stimuli stay. A first guess: what
-    /// reads only the past does not see it.
-    fn push_level(&mut self, state: &mut State, time: f64) {
-        let history = &mut state.history;
-        let (v, width) = (history.variables, history.width());
-        let Some(last) = history.levels.back() else { return };
-        let mut rows = self.spare.pop().unwrap_or_default();
-        rows.clone_from(&last.rows);
-        let step = time - last.time;
-        for row in rows.chunks_exact_mut(width.max(1)) {
-            for i in 0..v {
-                row[i] += step * row[v + i];
-            }
-        }
-        history.levels.push_back(Level { time, rows });
-    }
-
-    /// Differential growth over the step: sets the intrinsic strain of every point of the zone, up to its exit. Returns
-    /// by how much that changes an angle, rad.
-    fn drive<G: GrowthLaw, T: TropismLaw, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        step: Step,
-    ) -> Result<f64, IntegrationError> {
-        let (growth, tropism) = (&shoot.growth, &shoot.tropism);
-        let Step { from, to, leaving } = step;
-        let smooth = tropism.senses_now().then(|| smooth_levels(&shoot.state));
-        let length = shoot.state.rod.length();
-        let rod = &mut shoot.state.rod;
-        let p = rod.order().points();
-        let first = rod.first_growing() * p;
-        let (levels, width) = (&shoot.state.history.levels, shoot.state.history.width());
-        self.quadrature.prepare(levels, &self.delays, smooth.clone(), from, to);
-        let mut largest = 0.0_f64;
-        for (i, (point, (intrinsic, place))) in rod.points[first..].iter_mut().zip(&self.starts).enumerate() {
-            let row = i * width..(i + 1) * width;
-            let motion = (*place, from);
-            let exit = if i < leaving * p { growth.exit_time(*place, from, to) } else { None };
-            let change = match exit {
-                Some(exit) => {
-                    self.exit_quadrature.prepare(levels, &self.delays, smooth.clone(), from, exit);
-                    self.exit_quadrature.integrate(growth, tropism, levels, row, point.radius, motion)
-                }
-                None => self.quadrature.integrate(growth, tropism, levels, row, point.radius, motion),
-            };
-            if !change.sum().is_finite() {
-                return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
-            }
-            let new = intrinsic + change;
-            largest = largest.max((new - point.intrinsic).norm());
-            point.intrinsic = new;
-        }
-        Ok(largest * length)
-    }
-
-    /// Moves the points and nodes of the zone; those of the first elements leave it.
-    fn grow<G: GrowthLaw, T, C, L, S>(&mut self, shoot: &mut Shoot<G, T, C, L, S>, step: Step) {
-        let growth = &shoot.growth;
-        if !growth.elongates() {
-            return;
-        }
-        let Step { from, to, leaving } = step;
-        let rod = &mut shoot.state.rod;
-        let p = rod.order().points();
-        let first = rod.first_growing();
-        for (i, point) in rod.points[first * p..].iter_mut().enumerate() {
-            let mut end = to;
-            if i < leaving * p {
-                // Points in front of the node on the boundary leave before it does, which is at the end of the step.
-                end = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
-                point.exit_time = end;
-            }
-            let (distance, stretch) = growth.flow(point.apex_distance, from, end);
-            point.apex_distance = distance;
-            point.jacobian *= stretch;
-        }
-        for node in &mut rod.node_distance[first..] {
-            *node = growth.flow(*node, from, to).0;
-        }
-    }
-
-    /// Finds the equilibrium.
-    pub fn settle<G, T, C: Constitutive, L: Load, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        solver: &mut impl EquilibriumSolver,
-        moment: &Moment,
-    ) -> Result<(), IntegrationError> {
-        let found = solver
-            .solve(&mut shoot.state.rod, &shoot.constitutive, &shoot.load, moment)
-            .map_err(|source| IntegrationError::Equilibrium { time: moment.time, source })?;
-        self.tally.equilibria += 1;
-        self.tally.iterations += found.iterations;
-        self.tally.factorisations += found.factorisations;
-        self.tally.evaluations += found.evaluations;
-        self.tally.equilibrium_error = self.tally.equilibrium_error.max(found.error);
-        Ok(())
-    }
-
-    /// Writes the stimuli of the present equilibrium to the last level.
-    pub fn sense<G, T: TropismLaw, C: Constitutive, L: Load, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        moment: &Moment,
-    ) -> Result<(), IntegrationError> {
-        if shoot.tropism.stimuli() == 0 {
-            return Ok(());
-        }
-        let history = &mut shoot.state.history;
-        let (v, width) = (history.variables, history.width());
-        let Some(level) = history.levels.back_mut() else { return Ok(()) };
-        let rows = &mut level.rows;
-        let position = shoot.tropism.needs_position();
-        let mut finite = true;
-        visit_sites(&shoot.state.rod, &shoot.constitutive, &shoot.load, moment, position, |i, site| {
-            let stimuli = &mut rows[i * width + 2 * v..(i + 1) * width];
-            shoot.tropism.sense(site, stimuli);
-            finite &= stimuli.iter().all(|x| x.is_finite());
-        });
-        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: "stimulus", time: moment.time }) }
-    }
-
-    /// Carries the variables from the last level but one to the last.
-    fn carry<G, T: TropismLaw, C, L, S>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        step: Step,
-    ) -> Result<(), IntegrationError> {
-        let tropism = &shoot.tropism;
-        let (v, width) = (shoot.state.history.variables, shoot.state.history.width());
-        if v == 0 {
-            return Ok(());
-        }
-        let smooth = smooth_levels(&shoot.state);
-        let size = step.to - step.from;
-        self.variables.resize(v, 0.0);
-        let levels = &mut shoot.state.history.levels;
-        let Some(mut new) = levels.pop_back() else { return Ok(()) };
-        let mut times = [0.0; LEVELS];
-        for (time, level) in times.iter_mut().zip(levels.range(smooth.start..)) {
-            *time = (level.time - step.from) / size;
-        }
-        let count = smooth.len();
-        times[count - 1] = 1.0;
-        self.local.prepare(tropism, size, Levels { count, times });
-        let mut failed = None;
-        for i in 0..new.rows.len() / width {
-            let row = i * width..(i + 1) * width;
-            let (past, target) = (&levels[levels.len() - 1].rows[row.clone()], &mut new.rows[row.clone()]);
-            self.variables.copy_from_slice(&past[..v]);
-            let (values, stimuli) = target.split_at_mut(2 * v);
-            let mut seen: [&[f64]; LEVELS] = [&[]; LEVELS];
-            for (to, level) in seen.iter_mut().zip(levels.range(smooth.start..)) {
-                *to = &level.rows[row.clone()][2 * v..];
-            }
-            seen[count - 1] = stimuli;
-            if !self.local.carry(tropism, &seen, &mut self.variables) {
-                failed = Some(i);
-                break;
-            }
-            let (now, rates) = values.split_at_mut(v);
-            now.copy_from_slice(&self.variables);
-            tropism.rates(now, stimuli, rates);
-        }
-        levels.push_back(new);
-        match failed {
-            None => Ok(()),
-            Some(i) => {
-                let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
-                Err(IntegrationError::Variables { time: step.to, point: first + i })
-            }
-        }
-    }
-
-    /// Drops the levels that nothing will read again.
-    fn forget(&mut self, state: &mut State) {
-        let horizon = state.time - longest(&self.delays);
-        let levels = &mut state.history.levels;
-        while levels.len() > LEVELS && levels[1].time <= horizon {
-            if let Some(level) = levels.pop_front() {
-                self.spare.push(level.rows);
-            }
-        }
-    }
-
-    /// A load or the scene jumps just after the present time: finds the shape after the jump and begins afresh from it.
-    fn pass_jump<G, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
-        &mut self,
-        shoot: &mut Shoot<G, T, C, L, S>,
-        solver: &mut impl EquilibriumSolver,
-    ) -> Result<(), IntegrationError> {
-        let after = shoot.state.time.next_up();
-        let moment = place(shoot, after)?;
-        self.settle(shoot, solver, &moment)?;
-        let time = shoot.state.time;
-        self.push_level(&mut shoot.state, time);
-        self.sense(shoot, &moment)?;
-        let (v, width) = (shoot.state.history.variables, shoot.state.history.width());
-        if let Some(level) = shoot.state.history.levels.back_mut() {
-            for row in level.rows.chunks_exact_mut(width.max(1)) {
-                let (values, stimuli) = row.split_at_mut(2 * v);
-                let (now, rates) = values.split_at_mut(v);
-                shoot.tropism.rates(now, stimuli, rates);
-            }
-        }
-        shoot.state.smooth_since = time;
-        shoot.state.known = 0;
-        Ok(())
-    }
-}
-
-/// Moves the base to where it is at `time`, and says what gravity is then.
-pub(super) fn place<G, T, C, L, S: Scene>(
-    shoot: &mut Shoot<G, T, C, L, S>,
-    time: f64,
-) -> Result<Moment, IntegrationError> {
-    let base = shoot.scene.base(time);
-    let moment = shoot.scene.moment(time);
-    // A quaternion that is no rotation would be normalised into one that nobody meant.
-    if !((base.norm() - 1.0).abs() < 1e-9) {
-        return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
-    }
-    if !moment.gravity.norm().is_finite() {
-        return Err(IntegrationError::NotFinite { what: "gravity", time });
-    }
-    shoot.state.rod.set_base(base);
-    Ok(moment)
-}
-
-/// The longest delay with which a variable is read, s.
-pub(super) fn longest(delays: &[f64]) -> f64 {
-    delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max)
-}
-
-/// The levels through which stimuli are interpolated: the last few, none from before a jump.
-fn smooth_levels(state: &State) -> std::ops::Range<usize> {
-    let levels = &state.history.levels;
-    let first = levels.partition_point(|level| level.time <= state.smooth_since).saturating_sub(1);
-    first.max(levels.len().saturating_sub(LEVELS))..levels.len()
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// A force on the apex, in the fixed frame, as a smooth function of time (s): any closure or function that gives newtons.
 ///
@@ -24,8 +24,8 @@ pub struct ApicalForce<F>(
 
 impl<F: Fn(f64) -> Vector3<f64>> Load for ApicalForce<F> {
     #[inline]
-    fn force(&self, _cut: &Cut, moment: &Moment) -> Vector3<f64> {
-        (self.0)(moment.time)
+    fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        (self.0)(environment.time)
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -49,12 +49,12 @@ pub struct Pulse {
 
 impl Load for Pulse {
     #[inline]
-    fn force(&self, _cut: &Cut, moment: &Moment) -> Vector3<f64> {
-        let phase = (moment.time - self.start) / self.duration;
+    fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        let phase = (environment.time - self.start) / self.duration;
         if (0.0..=1.0).contains(&phase) { self.peak * (PI * phase).sin() } else { Vector3::zeros() }
     }
 
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         let end = self.start + self.duration;
         if t < self.start {
             self.start

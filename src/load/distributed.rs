@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// A constant force per unit of current length, in the fixed frame, N/m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Distributed(
 
 impl Load for Distributed {
     #[inline]
-    fn force(&self, cut: &Cut, _moment: &Moment) -> Vector3<f64> {
+    fn force(&self, cut: &Cut, _moment: &Environment) -> Vector3<f64> {
         self.0 * cut.length_beyond
     }
 

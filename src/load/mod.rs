@@ -2,18 +2,20 @@
 
 mod apical;
 mod distributed;
+mod internal;
 mod weight;
 mod whirl;
 
 pub use apical::{ApicalForce, Pulse};
 pub use distributed::Distributed;
+pub use internal::InternalForce;
 pub use weight::Weight;
 pub use whirl::Whirl;
 
 use nalgebra::Vector3;
 
 use crate::error::ParameterError;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// A cut through the shoot, and what lies between it and the apex.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,10 +34,10 @@ pub struct Cut {
 pub trait Load {
     /// The total force on the part beyond the cut, in the fixed frame, N. This is n(s) of equation (11), since the
     /// apex is free.
-    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64>;
+    fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
     /// The first time after `t` (s) at which the load jumps or its slope does; infinite if there is none.
-    fn next_break(&self, _t: f64) -> f64 {
+    fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
@@ -50,12 +52,12 @@ pub trait Load {
 
 impl<L: Load + ?Sized> Load for Box<L> {
     #[inline]
-    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
-        (**self).force(cut, moment)
+    fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        (**self).force(cut, environment)
     }
 
-    fn next_break(&self, t: f64) -> f64 {
-        (**self).next_break(t)
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        (**self).next_discontinuity(t)
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -65,12 +67,12 @@ impl<L: Load + ?Sized> Load for Box<L> {
 
 impl<L: Load> Load for Option<L> {
     #[inline]
-    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
-        self.as_ref().map_or_else(Vector3::zeros, |l| l.force(cut, moment))
+    fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        self.as_ref().map_or_else(Vector3::zeros, |l| l.force(cut, environment))
     }
 
-    fn next_break(&self, t: f64) -> f64 {
-        self.as_ref().map_or(f64::INFINITY, |l| l.next_break(t))
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.as_ref().map_or(f64::INFINITY, |l| l.next_discontinuity(t))
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -82,12 +84,12 @@ macro_rules! tuple_of_loads {
     ($($name:ident $index:tt),*) => {
         impl<$($name: Load),*> Load for ($($name,)*) {
             #[inline]
-            fn force(&self, _cut: &Cut, _moment: &Moment) -> Vector3<f64> {
+            fn force(&self, _cut: &Cut, _moment: &Environment) -> Vector3<f64> {
                 Vector3::zeros() $(+ self.$index.force(_cut, _moment))*
             }
 
-            fn next_break(&self, _t: f64) -> f64 {
-                f64::INFINITY $(.min(self.$index.next_break(_t)))*
+            fn next_discontinuity(&self, _t: f64) -> f64 {
+                f64::INFINITY $(.min(self.$index.next_discontinuity(_t)))*
             }
 
             fn check(&self) -> Result<(), ParameterError> {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// Equation (12): n(s) = ρ g ∫ A ds over what lies beyond s, which is q (ℓ − s) ĝ for a uniform section.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,8 +16,8 @@ pub struct Weight {
 
 impl Load for Weight {
     #[inline]
-    fn force(&self, cut: &Cut, moment: &Moment) -> Vector3<f64> {
-        moment.gravity * (self.density * cut.volume_beyond)
+    fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        environment.gravity * (self.density * cut.volume_beyond)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// A horizontal apical force of constant size that turns about e3, from e1 towards e2, from t = 0 on, and ends after
 /// some turns. It brings a shoot near a circular orbit.
@@ -23,15 +23,15 @@ pub struct Whirl {
 
 impl Load for Whirl {
     #[inline]
-    fn force(&self, _cut: &Cut, moment: &Moment) -> Vector3<f64> {
-        if !(0.0..=self.period * self.turns).contains(&moment.time) {
+    fn force(&self, _cut: &Cut, environment: &Environment) -> Vector3<f64> {
+        if !(0.0..=self.period * self.turns).contains(&environment.time) {
             return Vector3::zeros();
         }
-        let (sin, cos) = (TAU * moment.time / self.period).sin_cos();
+        let (sin, cos) = (TAU * environment.time / self.period).sin_cos();
         Vector3::new(cos, sin, 0.0) * self.force
     }
 
-    fn next_break(&self, t: f64) -> f64 {
+    fn next_discontinuity(&self, t: f64) -> f64 {
         let end = self.period * self.turns;
         if t < end { end } else { f64::INFINITY }
     }

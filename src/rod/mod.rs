@@ -6,6 +6,8 @@ mod shape;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::weighted;
 
+use std::ops::Range;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::basis::Basis;
@@ -197,6 +199,12 @@ impl Rod {
     #[must_use]
     pub fn first_growing(&self) -> usize {
         self.first_growing
+    }
+
+    /// The indices of the material points in the growth zone.
+    #[must_use]
+    pub fn zone(&self) -> Range<usize> {
+        self.first_growing * self.order.points()..self.points.len()
     }
 
     /// The length of an element, m.

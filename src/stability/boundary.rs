@@ -151,8 +151,11 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
             self.places.extend(end.ok());
             return Ok(false);
         }
-        // Back at the start: one of the points next to it is within half a step.
-        let closed = self.places.len() >= 8 && (next.at - self.places[0].at).norm() < 0.6 * moved.norm();
+        // Back at the start: this step passes it.
+        let start = self.places[0].at - here.at;
+        let along = start.dot(&moved) / moved.norm_squared();
+        let passes = along > 0.0 && along <= 1.0 && (start - moved * along).norm() < 0.5 * moved.norm();
+        let closed = self.places.len() > 2 && passes;
         self.places.push(next);
         Ok(!closed)
     }

@@ -6,15 +6,14 @@ use super::analytic::AnalyticMatrix;
 use super::error::StabilityError;
 use super::steady::{SteadyState, StimulusDerivatives};
 use super::transfer::TransferFunction;
-use crate::constitutive::Constitutive;
 use crate::equilibrium::{Branch, NewtonSolver};
 use crate::growth::GrowthLaw;
-use crate::integrator::visit_sites;
-use crate::load::Load;
+use crate::load::InternalForce;
+use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::Moment;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Declaration, Size, TropismLaw};
 
 /// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
 /// of a third derivative, and rounding by 1e-14 over it.
@@ -52,26 +51,21 @@ impl LinearProblem {
     ///
     /// # Errors
     /// Laws that steer nothing, or derivatives that are not finite.
-    pub fn about<G, T, C, L, S>(
-        shoot: &Shoot<G, T, C, L, S>,
+    pub fn about(
+        shoot: &Shoot<impl Model>,
         rod: &Rod,
         steady: &SteadyState,
-        moment: &Moment,
+        force: &InternalForce,
         solver: &mut NewtonSolver,
-    ) -> Result<Self, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-    {
-        let StimulusDerivatives { strain, turn } = StimulusDerivatives::of(shoot, rod, moment);
-        let stimuli = shoot.tropism.stimuli();
+    ) -> Result<Self, StabilityError> {
+        let StimulusDerivatives { strain, turn } = StimulusDerivatives::of(shoot, rod, force);
+        let law = shoot.model.tropism();
+        let stimuli = Size::of(law).stimuli;
         let mut transfers: Vec<TransferFunction> = Vec::new();
         let mut kind = Vec::with_capacity(strain.len());
         for (i, (place, local)) in steady.places.iter().zip(&strain).enumerate() {
-            let rate = shoot.growth.regr(place.apex_distance, place.time);
-            let transfer = TransferFunction::of(&shoot.tropism, rate, steady, i, local)?;
+            let rate = shoot.model.growth().regr(place.apex_distance, place.time);
+            let transfer = TransferFunction::of(law, rate, steady, i, local)?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
@@ -84,7 +78,7 @@ impl LinearProblem {
         if unknowns.is_empty() {
             return Err(StabilityError::NothingDriven);
         }
-        let (response, displacement) = respond(shoot, rod, &unknowns, moment, solver)?;
+        let (response, displacement) = respond(shoot, rod, &unknowns, force, solver)?;
         let rigid_response = respond_rigidly(rod, &unknowns, &strain, &turn);
         let responses: Vec<&DMatrix<f64>> =
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
@@ -202,19 +196,20 @@ pub(super) fn precise_solver() -> NewtonSolver {
 }
 
 /// X and the displacements: frames by the factorised tangent, everything that follows from them by central differences.
-fn respond<G, T: TropismLaw, C: Constitutive, L: Load, S>(
-    shoot: &Shoot<G, T, C, L, S>,
+fn respond(
+    shoot: &Shoot<impl Model>,
     rod: &Rod,
     unknowns: &[(usize, usize)],
-    moment: &Moment,
+    force: &InternalForce,
     solver: &mut NewtonSolver,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), StabilityError> {
-    let law = &shoot.tropism;
-    let (p, m) = (rod.order().points(), law.stimuli());
+    let (law, material) = (shoot.model.tropism(), shoot.model.constitutive());
+    let laws = Declaration::of(law);
+    let (p, m) = (rod.order().points(), laws.size().stimuli);
     let first = rod.first_growing() * p;
     let mut response: DMatrix<f64> = DMatrix::zeros((rod.points().len() - first) * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
-    solver.factorise(rod, &shoot.constitutive, &shoot.load, moment)?;
+    solver.factorise(rod, material, force)?;
     let mut moved = rod.clone();
     for (j, &(i, c)) in unknowns.iter().enumerate() {
         let at = first + i;
@@ -222,9 +217,9 @@ fn respond<G, T: TropismLaw, C: Constitutive, L: Load, S>(
         for sign in [1.0, -1.0] {
             moved.clone_from(rod);
             moved.points_mut()[at].intrinsic[c] += sign * step;
-            solver.follow(&mut moved, &shoot.constitutive, moment);
+            solver.follow(&mut moved, material, force);
             let mut stimuli = vec![0.0; m];
-            visit_sites(&moved, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
+            visit_sites(&moved, material, force, laws.needs_position(), |i, site| {
                 law.sense(site, &mut stimuli);
                 for (k, x) in stimuli.iter().enumerate() {
                     response[(i * m + k, j)] += sign * x;

@@ -11,14 +11,12 @@ use super::modes::{Root, mode};
 use super::roots::{rightmost, roots_right_of, threshold};
 use super::spectrum::{Part, Spectrum};
 use super::steady::{SteadyState, check_unforced};
-use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
-use crate::load::Load;
+use crate::load::InternalForce;
+use crate::model::Model;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// The number of unstable roots.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,29 +45,23 @@ impl Linearisation {
     /// # Errors
     /// A state that is not stationary or mechanically unstable, laws that depend on time or steer nothing, or whose
     /// derivatives are not finite.
-    pub fn about<G, T, C, L, S>(shoot: &Shoot<G, T, C, L, S>) -> Result<Self, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
+    pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
         let mut solver = precise_solver();
-        let moment = shoot.scene.moment(shoot.state.time);
         let mut rod = shoot.state.rod.clone();
-        let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
+        let environment = shoot.model.scene().environment(shoot.state.time);
+        let force = InternalForce::of(&rod, shoot.model.load(), &environment);
+        let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
         if found.inertia.negative > 0 {
             return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
         }
-        let steady = SteadyState::of(shoot, &rod, &shoot.load, &moment);
-        check_unforced(shoot, &rod, &shoot.load, &steady)?;
+        let steady = SteadyState::of(shoot, &rod, &force);
+        check_unforced(shoot, &rod, shoot.model.load(), &steady)?;
         // What the equilibrium's own error lets the laws ask for, times a margin.
         let gradient = steady.largest_gradient();
         if !(gradient * steady.radius() < 1e-8) {
             return Err(StabilityError::NotStationary { gradient });
         }
-        let problem = Arc::new(LinearProblem::about(shoot, &rod, &steady, &moment, &mut solver)?);
+        let problem = Arc::new(LinearProblem::about(shoot, &rod, &steady, &force, &mut solver)?);
         let spectrum = Spectrum::of(&problem);
         Ok(Self { problem, spectrum })
     }

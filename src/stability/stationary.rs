@@ -5,15 +5,13 @@ use nalgebra::{DMatrix, DVector};
 use super::error::StabilityError;
 use super::linear::{LinearProblem, precise_solver};
 use super::steady::{SteadyState, check_unforced};
-use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumSolver, Unloaded};
-use crate::growth::GrowthLaw;
-use crate::integrator::visit_sites;
-use crate::load::Load;
+use crate::load::InternalForce;
+use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
 
 /// How a stationary state was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,18 +47,11 @@ impl Default for StationarySolver {
 
 impl StationarySolver {
     /// Brings the shoot into a stationary state at its present time. Start an integrator with
-    /// [`SettledPast`](crate::integrator::SettledPast) to keep it there.
+    /// [`SteadyHistory`](crate::integrator::SteadyHistory) to keep it there.
     ///
     /// # Errors
     /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was.
-    pub fn solve<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
+    pub fn solve(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
         let before = shoot.state.clone();
         let outcome = self.search(shoot);
         if outcome.is_err() {
@@ -69,16 +60,9 @@ impl StationarySolver {
         outcome
     }
 
-    fn search<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<Stationary, StabilityError>
-    where
-        G: GrowthLaw,
-        T: TropismLaw,
-        C: Constitutive,
-        L: Load,
-        S: Scene,
-    {
-        let moment = shoot.scene.moment(shoot.state.time);
-        shoot.state.rod.set_base(shoot.scene.base(shoot.state.time));
+    fn search(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
+        let environment = shoot.model.scene().environment(shoot.state.time);
+        shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time));
         let mut iterations = self.find_shape(shoot)?;
         self.hold_shape(shoot);
         let mut solver = precise_solver();
@@ -87,11 +71,12 @@ impl StationarySolver {
         let mut last = f64::INFINITY;
         loop {
             let mut rod = shoot.state.rod.clone();
-            let found = solver.solve(&mut rod, &shoot.constitutive, &shoot.load, &moment)?;
+            let force = InternalForce::of(&rod, shoot.model.load(), &environment);
+            let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
-            let steady = SteadyState::of(shoot, rod, &shoot.load, &moment);
-            check_unforced(shoot, rod, &shoot.load, &steady)?;
+            let steady = SteadyState::of(shoot, rod, &force);
+            check_unforced(shoot, rod, shoot.model.load(), &steady)?;
             let gradient = steady.largest_gradient();
             if gradient * steady.radius() <= self.tolerance {
                 return Ok(Stationary { iterations, gradient, negative: found.inertia.negative });
@@ -101,7 +86,7 @@ impl StationarySolver {
             }
             last = gradient;
             iterations += 1;
-            let linear = LinearProblem::about(shoot, rod, &steady, &moment, &mut solver)?;
+            let linear = LinearProblem::about(shoot, rod, &steady, &force, &mut solver)?;
             let step = linear.stationary_step(&steady);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
@@ -111,13 +96,8 @@ impl StationarySolver {
     }
 
     /// Newton's method for the visible strain under which the laws ask for no change, on an unloaded copy of the rod.
-    fn find_shape<G, T, C, L, S>(&self, shoot: &mut Shoot<G, T, C, L, S>) -> Result<usize, StabilityError>
-    where
-        T: TropismLaw,
-        C: Constitutive,
-        S: Scene,
-    {
-        let moment = shoot.scene.moment(shoot.state.time);
+    fn find_shape(&self, shoot: &mut Shoot<impl Model>) -> Result<usize, StabilityError> {
+        let environment = shoot.model.scene().environment(shoot.state.time);
         let rod = &shoot.state.rod;
         let p = rod.order().points();
         let mut trial = rod.clone();
@@ -127,8 +107,9 @@ impl StationarySolver {
             }
         }
         let evaluate = |trial: &mut Rod| -> Result<SteadyState, StabilityError> {
-            let _ = Unloaded.solve(trial, &shoot.constitutive, &(), &moment)?;
-            Ok(SteadyState::of(shoot, trial, &(), &moment))
+            let force = InternalForce::of(trial, &(), &environment);
+            let _ = Unloaded.equilibrate(trial, shoot.model.constitutive(), &force)?;
+            Ok(SteadyState::of(shoot, trial, &force))
         };
         let gradients = |trial: &mut Rod| Ok(flat(&evaluate(trial)?));
         let mut steady = evaluate(&mut trial)?;
@@ -169,12 +150,13 @@ impl StationarySolver {
     }
 
     /// Takes from the visible strain, which stands in the rod as if intrinsic, what the load makes of it.
-    fn hold_shape<G, T, C: Constitutive, L: Load, S: Scene>(&self, shoot: &mut Shoot<G, T, C, L, S>) {
-        let moment = shoot.scene.moment(shoot.state.time);
+    fn hold_shape(&self, shoot: &mut Shoot<impl Model>) {
+        let environment = shoot.model.scene().environment(shoot.state.time);
         let p = shoot.state.rod.order().points();
         let first = shoot.state.rod.first_growing() * p;
         let mut elastic = vec![nalgebra::Vector3::zeros(); shoot.state.rod.points().len() - first];
-        visit_sites(&shoot.state.rod, &shoot.constitutive, &shoot.load, &moment, false, |i, site| {
+        let force = InternalForce::of(&shoot.state.rod, shoot.model.load(), &environment);
+        visit_sites(&shoot.state.rod, shoot.model.constitutive(), &force, false, |i, site| {
             // The law's answer to the couple, from the visible strain: nothing of it is elastic yet.
             elastic[i] = site.strain - shoot.state.rod.points()[first + i].intrinsic;
         });

@@ -3,13 +3,13 @@
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 use super::error::StabilityError;
-use crate::constitutive::Constitutive;
-use crate::integrator::visit_sites;
-use crate::load::Load;
+use crate::load::{InternalForce, Load};
+use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::{Moment, Scene};
+use crate::scene::Scene;
+use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::{Growing, Site, TropismLaw};
+use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 
 /// Turn of a frame for differences, rad: central ones then err by 1e-9 of a third derivative, and rounding by 1e-12.
 const TURN: f64 = 1e-4;
@@ -30,34 +30,25 @@ pub(super) struct StimulusDerivatives {
     pub turn: Vec<DMatrix<f64>>,
 }
 
-/// The gradient that a law asks for. It gets the present stimuli only if it reads them.
-fn gradient(law: &impl TropismLaw, at: &Growing, variables: &[f64], stimuli: &[f64]) -> Vector3<f64> {
-    law.gradient(at, variables, if law.senses_now() { stimuli } else { &[] })
-}
-
 impl SteadyState {
-    /// Evaluates the laws of `shoot` on `rod` under `load`.
-    pub fn of<G, T: TropismLaw, C: Constitutive, L, S>(
-        shoot: &Shoot<G, T, C, L, S>,
-        rod: &Rod,
-        load: &impl Load,
-        moment: &Moment,
-    ) -> Self {
-        let law = &shoot.tropism;
-        let (v, m) = (law.variables(), law.stimuli());
-        let points = rod.points().len() - rod.first_growing() * rod.order().points();
-        let blank = Growing { time: moment.time, radius: 0.0, apex_distance: 0.0 };
+    /// Evaluates the laws of `shoot` on `rod`, in which there is a force.
+    pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
+        let law = shoot.model.tropism();
+        let laws = Declaration::of(law);
+        let size = laws.size();
+        let time = force.environment().time;
+        let points = points_of_zone(rod);
         let mut out = Self {
             gradients: vec![Vector3::zeros(); points],
-            stimuli: vec![vec![0.0; m]; points],
-            variables: vec![vec![0.0; v]; points],
-            places: vec![blank; points],
+            stimuli: vec![vec![0.0; size.stimuli]; points],
+            variables: vec![vec![0.0; size.variables]; points],
+            places: vec![Growing { time, radius: 0.0, apex_distance: 0.0 }; points],
         };
-        visit_sites(rod, &shoot.constitutive, load, moment, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
             law.sense(site, &mut out.stimuli[i]);
-            law.settled(&out.stimuli[i], &mut out.variables[i]);
-            out.places[i] = Growing { time: moment.time, radius: site.radius, apex_distance: site.apex_distance };
-            out.gradients[i] = gradient(law, &out.places[i], &out.variables[i], &out.stimuli[i]);
+            law.steady(&out.stimuli[i], &mut out.variables[i]);
+            out.places[i] = Growing { time, radius: site.radius, apex_distance: site.apex_distance };
+            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], size.present(&out.stimuli[i]));
         });
         out
     }
@@ -75,61 +66,60 @@ impl SteadyState {
 
 impl StimulusDerivatives {
     /// Central differences of what the laws of `shoot` sense on `rod`.
-    pub fn of<G, T: TropismLaw, C: Constitutive, L: Load, S>(
-        shoot: &Shoot<G, T, C, L, S>,
-        rod: &Rod,
-        moment: &Moment,
-    ) -> Self {
-        let law = &shoot.tropism;
-        let m = law.stimuli();
-        let points = rod.points().len() - rod.first_growing() * rod.order().points();
-        let [mut strain, mut turn] = [(); 2].map(|()| vec![DMatrix::zeros(m, 3); points]);
+    pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
+        let law = shoot.model.tropism();
+        let laws = Declaration::of(law);
+        let m = laws.size().stimuli;
+        let mut out = Self {
+            strain: vec![DMatrix::zeros(m, 3); points_of_zone(rod)],
+            turn: vec![DMatrix::zeros(m, 3); points_of_zone(rod)],
+        };
         let sensed = |site: &Site| {
             let mut x = DVector::zeros(m);
             law.sense(site, x.as_mut_slice());
             x
         };
-        visit_sites(rod, &shoot.constitutive, &shoot.load, moment, law.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
             for c in 0..3 {
                 let axis = Vector3::ith(c, 1.0);
                 // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
                 let h = 1e-3 / site.radius;
                 let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
-                strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+                out.strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
                 let turned = |sign: f64| {
                     let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
                     sensed(&Site { frame, ..*site })
                 };
-                turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
+                out.turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
             }
         });
-        Self { strain, turn }
+        out
     }
 }
 
+/// The number of material points of the growth zone.
+fn points_of_zone(rod: &Rod) -> usize {
+    rod.points().len() - rod.first_growing() * rod.order().points()
+}
+
 /// Refuses what depends on time: laws, loads, gravity, the base.
-pub(super) fn check_unforced<G, T: TropismLaw, C: Constitutive, L, S: Scene>(
-    shoot: &Shoot<G, T, C, L, S>,
+pub(super) fn check_unforced(
+    shoot: &Shoot<impl Model>,
     rod: &Rod,
     load: &impl Load,
     steady: &SteadyState,
 ) -> Result<(), StabilityError> {
-    let law = &shoot.tropism;
+    let scene = shoot.model.scene();
     let time = shoot.state.time;
-    let base = shoot.scene.base(time);
-    let (mut stimuli, mut variables) = (vec![0.0; law.stimuli()], vec![0.0; law.variables()]);
     let mut change = 0.0_f64;
     // Incommensurate times, from seconds to days: no period divides them all.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
-        let moment = shoot.scene.moment(later);
         // A base that has turned shows in nothing that is sensed on the rod as it is.
-        change = change.max(base.angle_to(&shoot.scene.base(later)) / rod.length());
-        visit_sites(rod, &shoot.constitutive, load, &moment, law.needs_position(), |i, site| {
-            law.sense(site, &mut stimuli);
-            law.settled(&stimuli, &mut variables);
-            let at = Growing { time: later, ..steady.places[i] };
-            change = change.max((gradient(law, &at, &variables, &stimuli) - steady.gradients[i]).norm());
-        });
+        change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
+        let then = SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &scene.environment(later)));
+        for (then, now) in then.gradients.iter().zip(&steady.gradients) {
+            change = change.max((then - now).norm());
+        }
     }
     // Rounding of a gradient of the size of 1/radius.
     if change > 1e-12 / steady.radius() { Err(StabilityError::Forced { change }) } else { Ok(()) }

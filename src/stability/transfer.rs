@@ -6,7 +6,7 @@ use super::analytic::AnalyticMatrix;
 use super::error::StabilityError;
 use super::steady::SteadyState;
 use crate::error::ParameterError;
-use crate::tropism::{LawDerivatives, TropismLaw};
+use crate::tropism::{Declaration, LawDerivatives, TropismLaw};
 
 /// Points whose laws linearise alike to this share one transfer function.
 const ALIKE: f64 = 1e-8;
@@ -38,10 +38,11 @@ impl TransferFunction {
         point: usize,
         local: &DMatrix<f64>,
     ) -> Result<Self, StabilityError> {
-        let (v, m) = (law.variables(), law.stimuli());
+        let laws = Declaration::of(law);
+        let (v, m) = (laws.size().variables, laws.size().stimuli);
         let mut out = Self {
             rate,
-            delays: vec![0.0; v],
+            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(f64::INFINITY)).collect(),
             rates_y: DMatrix::zeros(v, v),
             rates_x: DMatrix::zeros(v, m),
             gradient_y: DMatrix::zeros(3, v),
@@ -49,7 +50,6 @@ impl TransferFunction {
             local: local.clone(),
             own_rates: Vec::new(),
         };
-        law.delays(&mut out.delays);
         let mut derivatives = LawDerivatives {
             rates_by_variables: out.rates_y.view_mut((0, 0), (v, v)),
             rates_by_stimuli: out.rates_x.view_mut((0, 0), (v, m)),

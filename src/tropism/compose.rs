@@ -1,10 +1,11 @@
-//! Laws put together: tuples, options and boxes.
+//! Laws put together: tuples, options, boxes and references.
 
 use nalgebra::Vector3;
 
-use super::{Growing, LawDerivatives, Site, TropismLaw};
+use super::{Declaration, Growing, LawDerivatives, Site, Size, TropismLaw};
 use crate::error::ParameterError;
 
+/// Every method by way of another law.
 macro_rules! forward {
     ($self:ident => $law:expr) => {
         #[inline]
@@ -12,49 +13,29 @@ macro_rules! forward {
             $law.gradient(at, past, now)
         }
         #[inline]
-        fn variables(&$self) -> usize {
-            $law.variables()
-        }
-        #[inline]
-        fn stimuli(&$self) -> usize {
-            $law.stimuli()
-        }
-        #[inline]
-        fn delays(&$self, delays: &mut [f64]) {
-            $law.delays(delays);
+        fn declare(&$self, to: &mut Declaration) {
+            $law.declare(to);
         }
         #[inline]
         fn sense(&$self, site: &Site, stimuli: &mut [f64]) {
             $law.sense(site, stimuli);
-        }
-        fn at_rest(&$self, stimuli: &[f64], variables: &mut [f64]) {
-            $law.at_rest(stimuli, variables);
-        }
-        #[inline]
-        fn settled(&$self, stimuli: &[f64], variables: &mut [f64]) {
-            $law.settled(stimuli, variables);
         }
         #[inline]
         fn rates(&$self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
             $law.rates(variables, stimuli, rates);
         }
         #[inline]
-        fn time_constants(&$self, constants: &mut [f64]) {
-            $law.time_constants(constants);
+        fn steady(&$self, stimuli: &[f64], variables: &mut [f64]) {
+            $law.steady(stimuli, variables);
         }
-        #[inline]
-        fn senses_now(&$self) -> bool {
-            $law.senses_now()
-        }
-        #[inline]
-        fn needs_position(&$self) -> bool {
-            $law.needs_position()
+        fn at_rest(&$self, stimuli: &[f64], variables: &mut [f64]) {
+            $law.at_rest(stimuli, variables);
         }
         fn derivatives(&$self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
             $law.derivatives(at, variables, stimuli, out);
         }
-        fn next_break(&$self, t: f64) -> f64 {
-            $law.next_break(t)
+        fn next_discontinuity(&$self, t: f64) -> f64 {
+            $law.next_discontinuity(t)
         }
         fn check(&$self) -> Result<(), ParameterError> {
             $law.check()
@@ -70,6 +51,14 @@ impl<T: TropismLaw + ?Sized> TropismLaw for &T {
     forward!(self => (**self));
 }
 
+/// No law: nothing is kept and nothing steers.
+impl TropismLaw for () {
+    #[inline]
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
 /// A law that is absent keeps nothing and steers nowhere.
 impl<T: TropismLaw> TropismLaw for Option<T> {
     #[inline]
@@ -77,184 +66,106 @@ impl<T: TropismLaw> TropismLaw for Option<T> {
         self.as_ref().map_or_else(Vector3::zeros, |law| law.gradient(at, past, now))
     }
     #[inline]
-    fn variables(&self) -> usize {
-        self.as_ref().map_or(0, T::variables)
-    }
-    #[inline]
-    fn stimuli(&self) -> usize {
-        self.as_ref().map_or(0, T::stimuli)
-    }
-    #[inline]
-    fn delays(&self, delays: &mut [f64]) {
-        if let Some(law) = self {
-            law.delays(delays);
-        }
+    fn declare(&self, to: &mut Declaration) {
+        self.iter().for_each(|law| law.declare(to));
     }
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        if let Some(law) = self {
-            law.sense(site, stimuli);
-        }
-    }
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        if let Some(law) = self {
-            law.at_rest(stimuli, variables);
-        }
-    }
-    #[inline]
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
-        if let Some(law) = self {
-            law.settled(stimuli, variables);
-        }
+        self.iter().for_each(|law| law.sense(site, stimuli));
     }
     #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        if let Some(law) = self {
-            law.rates(variables, stimuli, rates);
-        }
+        self.iter().for_each(|law| law.rates(variables, stimuli, rates));
     }
     #[inline]
-    fn time_constants(&self, constants: &mut [f64]) {
-        if let Some(law) = self {
-            law.time_constants(constants);
-        }
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.iter().for_each(|law| law.steady(stimuli, variables));
     }
-    #[inline]
-    fn senses_now(&self) -> bool {
-        self.as_ref().is_some_and(T::senses_now)
-    }
-    #[inline]
-    fn needs_position(&self) -> bool {
-        self.as_ref().is_some_and(T::needs_position)
+    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.iter().for_each(|law| law.at_rest(stimuli, variables));
     }
     fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-        if let Some(law) = self {
-            law.derivatives(at, variables, stimuli, out);
-        }
+        self.iter().for_each(|law| law.derivatives(at, variables, stimuli, out));
     }
-    fn next_break(&self, t: f64) -> f64 {
-        self.as_ref().map_or(f64::INFINITY, |law| law.next_break(t))
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.as_ref().map_or(f64::INFINITY, |law| law.next_discontinuity(t))
     }
     fn check(&self) -> Result<(), ParameterError> {
         self.as_ref().map_or(Ok(()), T::check)
     }
 }
 
-/// The tuple of one law stands for the law; longer tuples are built from pairs, first law first.
+/// Two laws: what the first keeps and senses stands before what the second does, and the gradients add.
+impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
+    #[inline]
+    fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
+        let (a, b) = (Size::of(&self.0), Size::of(&self.1));
+        let past = past.split_at(a.variables);
+        let now = if a.reads_present || b.reads_present { now.split_at(a.stimuli) } else { (now, now) };
+        self.0.gradient(at, past.0, a.present(now.0)) + self.1.gradient(at, past.1, b.present(now.1))
+    }
+    #[inline]
+    fn declare(&self, to: &mut Declaration) {
+        self.0.declare(to);
+        self.1.declare(to);
+    }
+    #[inline]
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let stimuli = stimuli.split_at_mut(Size::of(&self.0).stimuli);
+        self.0.sense(site, stimuli.0);
+        self.1.sense(site, stimuli.1);
+    }
+    #[inline]
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        let first = Size::of(&self.0);
+        let (variables, stimuli) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
+        let rates = rates.split_at_mut(first.variables);
+        self.0.rates(variables.0, stimuli.0, rates.0);
+        self.1.rates(variables.1, stimuli.1, rates.1);
+    }
+    #[inline]
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        let first = Size::of(&self.0);
+        let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
+        self.0.steady(stimuli.0, variables.0);
+        self.1.steady(stimuli.1, variables.1);
+    }
+    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+        let first = Size::of(&self.0);
+        let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
+        self.0.at_rest(stimuli.0, variables.0);
+        self.1.at_rest(stimuli.1, variables.1);
+    }
+    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
+        let first = Size::of(&self.0);
+        let (y, x) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
+        self.0.derivatives(at, y.0, x.0, &mut out.part(0..y.0.len(), 0..x.0.len()));
+        let (rest_y, rest_x) = (y.0.len()..variables.len(), x.0.len()..stimuli.len());
+        self.1.derivatives(at, y.1, x.1, &mut out.part(rest_y, rest_x));
+    }
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.0.next_discontinuity(t).min(self.1.next_discontinuity(t))
+    }
+    fn check(&self) -> Result<(), ParameterError> {
+        self.0.check()?;
+        self.1.check()
+    }
+}
+
+impl<A: TropismLaw> TropismLaw for (A,) {
+    forward!(self => self.0);
+}
+
+/// Longer tuples are pairs of pairs.
 macro_rules! tuple_of_laws {
-    ($($name:ident $index:tt),*) => {
-        #[allow(unused_variables, unused_mut, unused_assignments)]
+    ($($name:ident)* => $self:ident $pairs:expr) => {
         impl<$($name: TropismLaw),*> TropismLaw for ($($name,)*) {
-            #[inline]
-            fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
-                let mut sum = Vector3::zeros();
-                let (mut v, mut m) = (0, 0);
-                $(
-                    let law = &self.$index;
-                    let (nv, nm) = (law.variables(), if law.senses_now() { law.stimuli() } else { 0 });
-                    let present = if nm > 0 { &now[m..m + nm] } else { &now[..0] };
-                    sum += law.gradient(at, &past[v..v + nv], present);
-                    v += nv;
-                    m += law.stimuli();
-                )*
-                sum
-            }
-            #[inline]
-            fn variables(&self) -> usize {
-                0 $(+ self.$index.variables())*
-            }
-            #[inline]
-            fn stimuli(&self) -> usize {
-                0 $(+ self.$index.stimuli())*
-            }
-            #[inline]
-            fn delays(&self, delays: &mut [f64]) {
-                let mut v = 0;
-                $(
-                    let nv = self.$index.variables();
-                    self.$index.delays(&mut delays[v..v + nv]);
-                    v += nv;
-                )*
-            }
-            #[inline]
-            fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-                let mut m = 0;
-                $(
-                    let nm = self.$index.stimuli();
-                    self.$index.sense(site, &mut stimuli[m..m + nm]);
-                    m += nm;
-                )*
-            }
-            fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-                let (mut v, mut m) = (0, 0);
-                $(
-                    let (nv, nm) = (self.$index.variables(), self.$index.stimuli());
-                    self.$index.at_rest(&stimuli[m..m + nm], &mut variables[v..v + nv]);
-                    v += nv;
-                    m += nm;
-                )*
-            }
-            #[inline]
-            fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
-                let (mut v, mut m) = (0, 0);
-                $(
-                    let (nv, nm) = (self.$index.variables(), self.$index.stimuli());
-                    self.$index.settled(&stimuli[m..m + nm], &mut variables[v..v + nv]);
-                    v += nv;
-                    m += nm;
-                )*
-            }
-            #[inline]
-            fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-                let (mut v, mut m) = (0, 0);
-                $(
-                    let (nv, nm) = (self.$index.variables(), self.$index.stimuli());
-                    self.$index.rates(&variables[v..v + nv], &stimuli[m..m + nm], &mut rates[v..v + nv]);
-                    v += nv;
-                    m += nm;
-                )*
-            }
-            #[inline]
-            fn time_constants(&self, constants: &mut [f64]) {
-                let mut v = 0;
-                $(
-                    let nv = self.$index.variables();
-                    self.$index.time_constants(&mut constants[v..v + nv]);
-                    v += nv;
-                )*
-            }
-            #[inline]
-            fn senses_now(&self) -> bool {
-                false $(|| self.$index.senses_now())*
-            }
-            #[inline]
-            fn needs_position(&self) -> bool {
-                false $(|| self.$index.needs_position())*
-            }
-            fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-                let (mut v, mut m) = (0, 0);
-                $(
-                    let (nv, nm) = (self.$index.variables(), self.$index.stimuli());
-                    let mut part = out.part(v..v + nv, m..m + nm);
-                    self.$index.derivatives(at, &variables[v..v + nv], &stimuli[m..m + nm], &mut part);
-                    v += nv;
-                    m += nm;
-                )*
-            }
-            fn next_break(&self, t: f64) -> f64 {
-                f64::INFINITY $(.min(self.$index.next_break(t)))*
-            }
-            fn check(&self) -> Result<(), ParameterError> {
-                $(self.$index.check()?;)*
-                Ok(())
-            }
+            forward!($self => $pairs);
         }
     };
 }
 
-tuple_of_laws!();
-tuple_of_laws!(A 0);
-tuple_of_laws!(A 0, B 1);
-tuple_of_laws!(A 0, B 1, C 2);
-tuple_of_laws!(A 0, B 1, C 2, D 3);
-tuple_of_laws!(A 0, B 1, C 2, D 3, E 4);
+tuple_of_laws!(A B C => self (&self.0, (&self.1, &self.2)));
+tuple_of_laws!(A B C D => self ((&self.0, &self.1), (&self.2, &self.3)));
+tuple_of_laws!(A B C D E => self ((&self.0, &self.1), (&self.2, (&self.3, &self.4))));
+tuple_of_laws!(A B C D E F => self ((&self.0, (&self.1, &self.2)), (&self.3, (&self.4, &self.5))));

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrixViewMut, DVector};
 
-use super::{Growing, TropismLaw};
+use super::{Growing, Size, TropismLaw};
 
 /// Step of the differences, relative to the argument or to one. Central differences then err by 1e-8 of a third derivative,
 /// and rounding by 1e-12.
@@ -16,10 +16,35 @@ const STEP: f64 = 1e-4;
 /// A law that offers its own should be held against differences:
 ///
 /// ```
-/// use morphorod::tropism::{Growing, LawDerivatives, Memory, Proprioception, TropismLaw};
-/// use nalgebra::DMatrix;
+/// use morphorod::tropism::{Declaration, Growing, LawDerivatives, TropismLaw, Variable};
+/// use nalgebra::{DMatrix, Vector3};
 ///
-/// let law = Proprioception { sensitivity: 20.0, memory: Memory { time: 720.0, delay: 720.0 } };
+/// /// Two variables relax to two stimuli; the gradient is a multiple of them.
+/// struct Own;
+///
+/// impl TropismLaw for Own {
+///     fn declare(&self, to: &mut Declaration) {
+///         to.stimuli(2);
+///         for _ in 0..2 {
+///             to.variable(Variable::read_after(720.0).relaxing_in(720.0));
+///         }
+///     }
+///     fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+///         rates.copy_from_slice(&[(x[0] - y[0]) / 720.0, (x[1] - y[1]) / 720.0]);
+///     }
+///     fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+///         Vector3::new(past[0], past[1], 0.0) * -20.0
+///     }
+///     fn derivatives(&self, _at: &Growing, _y: &[f64], _x: &[f64], out: &mut LawDerivatives) {
+///         for j in 0..2 {
+///             out.rates_by_variables[(j, j)] = -1.0 / 720.0;
+///             out.rates_by_stimuli[(j, j)] = 1.0 / 720.0;
+///             out.gradient_by_variables[(j, j)] = -20.0;
+///         }
+///     }
+/// }
+///
+/// let law = Own;
 /// let at = Growing { time: 0.0, radius: 5e-4, apex_distance: 0.01 };
 /// let (y, x) = ([3.0, -2.0], [1.0, 5.0]);
 /// let [own, differences] = [true, false].map(|own| {
@@ -47,7 +72,7 @@ pub struct LawDerivatives<'a> {
     pub rates_by_stimuli: DMatrixViewMut<'a, f64>,
     /// ∂gradient/∂y, three rows: the [gradient](TropismLaw::gradient) by the variables of some time ago.
     pub gradient_by_variables: DMatrixViewMut<'a, f64>,
-    /// ∂gradient/∂x, three rows; zero for a law that does not [sense the present](TropismLaw::senses_now).
+    /// ∂gradient/∂x, three rows; zero for a law that does not [read the present](super::Declaration::reads_present).
     pub gradient_by_stimuli: DMatrixViewMut<'a, f64>,
 }
 
@@ -72,19 +97,18 @@ impl LawDerivatives<'_> {
         variables: &[f64],
         stimuli: &[f64],
     ) {
+        let size = Size::of(law);
         let rates = |y: &[f64], x: &[f64]| {
             let mut out = DVector::zeros(y.len());
             law.rates(y, x, out.as_mut_slice());
             out
         };
-        let gradient = |y: &[f64], x: &[f64]| {
-            let now = if law.senses_now() { x } else { &[] };
-            DVector::from_column_slice(law.gradient(at, y, now).as_slice())
-        };
+        let gradient =
+            |y: &[f64], x: &[f64]| DVector::from_column_slice(law.gradient(at, y, size.present(x)).as_slice());
         differences(|y| rates(y, stimuli), variables, &mut self.rates_by_variables);
         differences(|x| rates(variables, x), stimuli, &mut self.rates_by_stimuli);
         differences(|y| gradient(y, stimuli), variables, &mut self.gradient_by_variables);
-        if law.senses_now() {
+        if size.reads_present {
             differences(|x| gradient(variables, x), stimuli, &mut self.gradient_by_stimuli);
         }
     }

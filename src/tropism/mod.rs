@@ -1,31 +1,35 @@
 //! How the shoot steers: laws of differential growth.
 
 mod compose;
+mod declaration;
 mod derivatives;
 mod gravitropism;
 mod memory;
 mod oscillator;
 mod proprioception;
+mod response;
 mod statoliths;
 
+pub use declaration::{Declaration, Rotation, Size, Source, Variable};
 pub use derivatives::LawDerivatives;
-pub use gravitropism::Gravitropism;
-pub use memory::Memory;
+pub use gravitropism::{DirectionalTropism, Gravitropism};
+pub use memory::{Memory, Remembered};
 pub use oscillator::{Oscillator, Sense};
-pub use proprioception::Proprioception;
-pub use statoliths::{Graviception, SettledStatoliths, Statoliths};
+pub use proprioception::{Proprioception, VisibleBending};
+pub use response::{Perception, Response, Signal};
+pub use statoliths::{SettledStatoliths, Statoliths};
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::scene::Moment;
+use crate::scene::Environment;
 
 /// What a law can see from a material point, at a moment when the shoot is in equilibrium.
 #[derive(Debug, Clone, Copy)]
 pub struct Site<'a> {
     /// Time and gravity.
-    pub moment: Moment,
+    pub environment: Environment,
     /// The frame: it turns e1, e2, e3 into the directors d1, d2, d3.
     pub frame: UnitQuaternion<f64>,
     /// The visible strain u = u* + ue, components along the directors, 1/m.
@@ -39,7 +43,7 @@ pub struct Site<'a> {
     /// Radius of the cross section, m.
     pub radius: f64,
     /// Position in the fixed frame, the base at the origin, m. Computed only for laws that
-    /// [ask for it](TropismLaw::needs_position); otherwise zero.
+    /// [ask for it](Declaration::reads_position); otherwise zero.
     pub position: Vector3<f64>,
     /// The whole shoot, for laws that sense elsewhere than they act, at the apex say.
     pub rod: &'a Rod,
@@ -66,77 +70,87 @@ pub struct Growing {
 
 /// A law of differential growth. It gives rates and never steps: the integrator owns time, and multiplies by REGR.
 ///
-/// A law may keep variables at every material point of the growth zone, driven by stimuli that it senses there:
+/// Most laws answer to what is remembered of a perception. For these [`Response`] is less to write, and
+/// [`Remembered`] makes a law of it. This trait is for all others, and is what the rest of the crate knows.
 ///
-/// 1. [`sense`](Self::sense) turns what can be seen from a point into a few numbers, the stimuli x, once in a step;
-/// 2. the variables y obey ẏ = [`rates`](Self::rates)(y, x(t));
-/// 3. [`gradient`](Self::gradient) turns the variables of some time ago into u̇*/REGR.
+/// A law may keep variables y at every material point of the growth zone, driven by stimuli x that it senses there:
 ///
-/// Laws compose by being put in a tuple: variables and stimuli stand side by side, the gradients add. `()` steers nowhere.
-/// A law without variables overrides only [`gradient`](Self::gradient).
+/// 1. [`declare`](Self::declare) says how many stimuli and variables there are: the lengths of all slices below;
+/// 2. [`sense`](Self::sense) turns what can be seen from a point into the stimuli, once in a step;
+/// 3. the variables obey ẏ = [`rates`](Self::rates)(y, x(t));
+/// 4. [`gradient`](Self::gradient) turns the variables of some time ago into u̇*/REGR.
+///
+/// Laws compose by being put in a tuple: variables and stimuli stand one behind the other, each law sees its own, and the
+/// gradients add. `()` steers nowhere. A law without variables overrides only [`gradient`](Self::gradient).
+///
+/// This one twists tissue until it is as warm as the shade; its variable is a temperature that follows the air's.
+///
+/// ```
+/// use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
+/// use nalgebra::Vector3;
+///
+/// struct Thermotwist {
+///     /// Of the tissue, s.
+///     time_constant: f64,
+/// }
+///
+/// impl TropismLaw for Thermotwist {
+///     fn declare(&self, to: &mut Declaration) {
+///         to.stimuli(1);
+///         to.variable(Variable::read_now().relaxing_in(self.time_constant));
+///     }
+///
+///     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+///         // Degrees above the shade: the sun is on the side of e1.
+///         stimuli[0] = 10.0 * site.along_directors(&Vector3::x()).x.max(0.0);
+///     }
+///
+///     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+///         rates[0] = (stimuli[0] - variables[0]) / self.time_constant;
+///     }
+///
+///     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+///         Vector3::z() * (0.01 * past[0] / at.radius)
+///     }
+/// }
+/// # assert_eq!(Declaration::of(&Thermotwist { time_constant: 60.0 }).size().variables, 1);
+/// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a tropism law",
+    note = "a response becomes a law by its memory: `response.remembered(memory)`"
+)]
 pub trait TropismLaw {
     /// The rate of the intrinsic strain divided by REGR, components along the directors, 1/m.
     ///
-    /// `past` holds every variable as it was its [delay](Self::delays) ago. `now` holds the present stimuli if
-    /// [`senses_now`](Self::senses_now), and is empty otherwise.
+    /// `past` holds every variable as it was its declared delay ago; what stands there for one that is declared unread has no
+    /// meaning. `now` holds the present stimuli if the law [reads the present](Declaration::reads_present), and is empty
+    /// otherwise.
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
 
-    /// How many variables the law keeps at a material point.
+    /// Declares the stimuli and the variables, in the order in which they stand in the slices. It must say the same at
+    /// every call.
     #[inline]
-    fn variables(&self) -> usize {
-        0
-    }
+    fn declare(&self, _to: &mut Declaration) {}
 
-    /// How many stimuli it senses there.
-    #[inline]
-    fn stimuli(&self) -> usize {
-        0
-    }
-
-    /// How long ago [`gradient`](Self::gradient) reads each variable, s; infinite for a variable that it does not read.
-    #[inline]
-    fn delays(&self, delays: &mut [f64]) {
-        delays.fill(0.0);
-    }
-
-    /// The stimuli x at a place.
+    /// Writes the stimuli x at a place, as many as are declared.
     #[inline]
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
-    /// The variables at t = 0 of a shoot without a past: the default past.
-    fn at_rest(&self, _stimuli: &[f64], variables: &mut [f64]) {
-        variables.fill(0.0);
-    }
-
-    /// The variables after these stimuli have lasted for ever: the settled past.
-    #[inline]
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.at_rest(stimuli, variables);
-    }
-
-    /// The rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit.
+    /// Writes the rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit.
     #[inline]
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(0.0);
     }
 
-    /// For each variable the time in which it relaxes, τ in ẏ = (… − y)/τ, s; infinite if it does not. The integrator
-    /// then treats −y/τ exactly, at any ratio of step to τ.
+    /// Writes the variables after these stimuli have lasted for ever.
     #[inline]
-    fn time_constants(&self, constants: &mut [f64]) {
-        constants.fill(f64::INFINITY);
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.at_rest(stimuli, variables);
     }
 
-    /// Whether [`gradient`](Self::gradient) reads the present stimuli, without delay.
-    #[inline]
-    fn senses_now(&self) -> bool {
-        false
-    }
-
-    /// Whether [`sense`](Self::sense) reads the position of the site.
-    #[inline]
-    fn needs_position(&self) -> bool {
-        false
+    /// Writes the variables at t = 0 of a shoot without a history: zero unless said otherwise.
+    fn at_rest(&self, _stimuli: &[f64], variables: &mut [f64]) {
+        variables.fill(0.0);
     }
 
     /// The derivatives of [`rates`](Self::rates) and [`gradient`](Self::gradient), for the stability of a shoot. By
@@ -146,9 +160,9 @@ pub trait TropismLaw {
         out.by_differences(self, at, variables, stimuli);
     }
 
-    /// The first time after `t` (s) at which what the law senses or asks for jumps, or has a jump of slope, of its own:
-    /// a lamp that is switched on. Infinite if there is none. An integrator steps onto it.
-    fn next_break(&self, _t: f64) -> f64 {
+    /// The first time after `t` (s) at which what the law senses or asks for has a discontinuity, or its slope has one, of
+    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it.
+    fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 

@@ -2,73 +2,57 @@
 
 use nalgebra::Vector3;
 
-use super::{Growing, LawDerivatives, Memory, Site, TropismLaw};
+use super::{Declaration, Growing, Perception, Response, Site, Source};
 use crate::error::ParameterError;
 
-/// Equation (8): `u̇j* = −η REGR M̄[uj]`, j = 1, 2: the shoot straightens. It senses the visible strain u, elastic and
-/// intrinsic together.
+/// The shoot straightens. Equation (8), with u the visible strain, elastic and intrinsic together, and M̄ what is
+/// remembered of it:
+///
+/// ```text
+/// u̇1* = −η REGR M̄[u1],   u̇2* = −η REGR M̄[u2].
+/// ```
+///
+/// The law asks for u̇*/REGR; [`remembered`](Response::remembered) adds M̄.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Proprioception {
     /// Sensitivity η.
     pub sensitivity: f64,
-    /// Memory and reaction time, τ̄m and τ̄r.
-    pub memory: Memory,
 }
 
-impl TropismLaw for Proprioception {
+impl Response for Proprioception {
+    type Perception = VisibleBending;
+
     #[inline]
-    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        Vector3::new(-self.sensitivity * past[0], -self.sensitivity * past[1], 0.0)
+    fn perception(&self) -> &VisibleBending {
+        &VisibleBending
     }
 
     #[inline]
-    fn variables(&self) -> usize {
-        2
+    fn gradient(&self, _at: &Growing, [u1, u2]: [f64; 2]) -> Vector3<f64> {
+        Vector3::new(u1, u2, 0.0) * -self.sensitivity
     }
 
-    #[inline]
-    fn stimuli(&self) -> usize {
-        2
+    fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::finite("proprioceptive sensitivity", self.sensitivity)
     }
+}
+
+/// Tissue perceives how it is bent: the signal is (u1, u2), 1/m.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct VisibleBending;
+
+impl Perception for VisibleBending {
+    type Signal = [f64; 2];
 
     #[inline]
-    fn delays(&self, delays: &mut [f64]) {
-        delays.fill(self.memory.delay);
+    fn declare(&self, to: &mut Declaration) -> Source {
+        to.stimulus_pair()
     }
 
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
-    }
-
-    #[inline]
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
-        variables.copy_from_slice(stimuli);
-    }
-
-    #[inline]
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        for ((rate, y), x) in rates.iter_mut().zip(variables).zip(stimuli) {
-            *rate = self.memory.rate(*y, *x);
-        }
-    }
-
-    #[inline]
-    fn time_constants(&self, constants: &mut [f64]) {
-        constants.fill(self.memory.time);
-    }
-
-    fn derivatives(&self, _at: &Growing, _variables: &[f64], _stimuli: &[f64], out: &mut LawDerivatives) {
-        for j in 0..2 {
-            out.rates_by_variables[(j, j)] = -1.0 / self.memory.time;
-            out.rates_by_stimuli[(j, j)] = 1.0 / self.memory.time;
-            out.gradient_by_variables[(j, j)] = -self.sensitivity;
-        }
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("proprioceptive sensitivity", self.sensitivity)?;
-        self.memory.check()
     }
 }

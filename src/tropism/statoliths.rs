@@ -1,86 +1,39 @@
-//! How a cell feels gravity: by the pile of its statoliths.
+//! How a cell perceives gravity: by the pile of its statoliths.
 
 use nalgebra::Vector3;
 
-use super::Site;
+use super::{Declaration, Perception, Rotation, Site, Source, Variable};
 use crate::error::ParameterError;
 
-/// A sense of gravity: gives the unit normal h of the pile of statoliths, components along the directors.
-///
-/// h points up when the pile is settled; then h1 and h2 are the components of the upward vertical along d1 and d2.
-pub trait Graviception {
-    /// How many variables it keeps at a material point.
-    fn variables(&self) -> usize;
-
-    /// How many stimuli it senses.
-    fn stimuli(&self) -> usize;
-
-    /// The stimuli at a place.
-    fn sense(&self, site: &Site, stimuli: &mut [f64]);
-
-    /// The variables when the pile has settled under these stimuli.
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]);
-
-    /// The rates of the variables, 1/s.
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
-
-    /// The times in which the variables relax, s.
-    fn time_constants(&self, constants: &mut [f64]);
-
-    /// The components (h1, h2) of the normal.
-    fn normal(&self, variables: &[f64], stimuli: &[f64]) -> (f64, f64);
-
-    /// Refuses parameters that make no sense.
-    ///
-    /// # Errors
-    /// The first such parameter.
-    fn check(&self) -> Result<(), ParameterError>;
-}
-
-/// The fast limit τa → 0: the pile is always settled, h = −ĝ. No variables.
+/// The fast limit τa → 0: the pile is always settled, h = −ĝ. No variables. The signal is (h1, h2), the components of the
+/// upward vertical along d1 and d2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SettledStatoliths;
 
-impl Graviception for SettledStatoliths {
-    #[inline]
-    fn variables(&self) -> usize {
-        0
-    }
+impl Perception for SettledStatoliths {
+    type Signal = [f64; 2];
 
     #[inline]
-    fn stimuli(&self) -> usize {
-        2
+    fn declare(&self, to: &mut Declaration) -> Source {
+        to.stimulus_pair()
     }
 
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli.copy_from_slice(&[up.x, up.y]);
-    }
-
-    #[inline]
-    fn settled(&self, _stimuli: &[f64], _variables: &mut [f64]) {}
-
-    #[inline]
-    fn rates(&self, _variables: &[f64], _stimuli: &[f64], _rates: &mut [f64]) {}
-
-    #[inline]
-    fn time_constants(&self, _constants: &mut [f64]) {}
-
-    #[inline]
-    fn normal(&self, _variables: &[f64], stimuli: &[f64]) -> (f64, f64) {
-        (stimuli[0], stimuli[1])
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        Ok(())
     }
 }
 
-/// Equation (6): `ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj`, the normal of a pile that avalanches towards the horizontal.
+/// The unit normal h of a pile that avalanches towards the horizontal. Equation (6):
+///
+/// ```text
+/// ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj.
+/// ```
 ///
 /// The rate acts on the components along the directors: the pile is carried by the cell. Without gravity nothing moves.
+/// The signal is (h1, h2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Statoliths {
@@ -88,36 +41,35 @@ pub struct Statoliths {
     pub avalanche_time: f64,
 }
 
-impl Graviception for Statoliths {
-    #[inline]
-    fn variables(&self) -> usize {
-        3
-    }
+impl Perception for Statoliths {
+    type Signal = [f64; 2];
 
     #[inline]
-    fn stimuli(&self) -> usize {
-        3
+    fn declare(&self, to: &mut Declaration) -> Source {
+        // The stimuli are the upward vertical. Near it h relaxes as ḣ = (up − h)/τa.
+        to.stimulus_pair();
+        to.stimulus(Rotation::Invariant);
+        let component = Variable::unread().relaxing_in(self.avalanche_time);
+        let h = to.variable(component.turning(Rotation::First));
+        to.variable(component.turning(Rotation::Second));
+        to.variable(component.turning(Rotation::Invariant));
+        h
     }
 
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let up = site.along_directors(&site.moment.up());
+        let up = site.along_directors(&site.environment.up());
         stimuli.copy_from_slice(up.as_slice());
     }
 
     #[inline]
-    fn settled(&self, stimuli: &[f64], variables: &mut [f64]) {
-        variables.copy_from_slice(stimuli);
-        // Without gravity a pile has nowhere to settle: it lies at the base end of its cell, and asks for nothing.
-        if stimuli.iter().all(|x| *x == 0.0) {
-            variables[2] = 1.0;
-        }
+    fn signal(&self, h: &[f64], _stimuli: &[f64]) -> [f64; 2] {
+        [h[0], h[1]]
     }
 
     #[inline]
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let h = Vector3::from_column_slice(variables);
-        let up = Vector3::from_column_slice(stimuli);
+    fn rates(&self, h: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        let (h, up) = (Vector3::from_column_slice(h), Vector3::from_column_slice(stimuli));
         // On the unit sphere this is equation (6). Off it, where only rounding leads, |h|² returns to 1 in τa whatever way
         // the pile points, and what is left beside −h/τa is small near the settled state in every direction.
         // `up` is zero where there is no gravity, and then nothing moves.
@@ -127,14 +79,12 @@ impl Graviception for Statoliths {
     }
 
     #[inline]
-    fn time_constants(&self, constants: &mut [f64]) {
-        // Near the settled state h relaxes as ḣ = (up − h)/τa.
-        constants.fill(self.avalanche_time);
-    }
-
-    #[inline]
-    fn normal(&self, variables: &[f64], _stimuli: &[f64]) -> (f64, f64) {
-        (variables[0], variables[1])
+    fn steady(&self, stimuli: &[f64], h: &mut [f64]) {
+        h.copy_from_slice(stimuli);
+        // Without gravity a pile has nowhere to settle: it lies at the base end of its cell, and asks for nothing.
+        if stimuli.iter().all(|x| *x == 0.0) {
+            h[2] = 1.0;
+        }
     }
 
     fn check(&self) -> Result<(), ParameterError> {

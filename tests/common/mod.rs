@@ -8,7 +8,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
-use morphorod::{Moment, Scene, Still};
+use morphorod::{Environment, Scene, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::ProptestConfig;
 
@@ -49,12 +49,12 @@ pub fn tight() -> NewtonSolver {
 
 /// Lets a rod of default tissue sag under its weight, with a tight tolerance.
 pub fn sag(rod: &mut Rod, density: f64, scene: &Still) -> Equilibrium {
-    tight().solve(rod, &young_tissue(), &Weight { density }, &scene.moment(0.0)).expect("sags")
+    tight().solve(rod, &young_tissue(), &Weight { density }, &scene.environment(0.0)).expect("sags")
 }
 
-/// The moment of a scene without gravity.
-pub fn weightless() -> Moment {
-    Still::weightless().moment(0.0)
+/// The environment of a scene without gravity.
+pub fn weightless() -> Environment {
+    Still::weightless().environment(0.0)
 }
 
 /// A number with the error that its own refinement shows.

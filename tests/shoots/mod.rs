@@ -4,12 +4,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
-use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, MethodOfSteps, Tally};
-use morphorod::load::{ApicalForce, Distributed, Load, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, SettledStatoliths, Statoliths, TropismLaw};
-use morphorod::{Scene, Shoot, ShootBuilder, Still};
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
+use morphorod::load::{ApicalForce, Distributed, Weight};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Perception, Proprioception, Remembered, Response, SettledStatoliths, Statoliths,
+};
+use morphorod::{Laws, Model, Scene, Shoot, ShootBuilder, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 pub const MINUTE: f64 = 60.0;
@@ -32,21 +34,29 @@ pub const STATOLITHS: Statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
 pub const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Response to gravity and to the own bend.
-pub type Steering<S = SettledStatoliths> = (Gravitropism<S>, Proprioception);
+pub type Steering<S = SettledStatoliths> = (Remembered<Gravitropism<S>>, Remembered<Proprioception>);
 
 /// The default steering with the given sense of gravity.
-pub fn steering<S>(statoliths: S) -> Steering<S> {
+pub fn steering<S: Perception<Signal = [f64; 2]>>(statoliths: S) -> Steering<S> {
     (
-        Gravitropism { sensitivity: BETA, memory: MEMORY, statoliths },
-        Proprioception { sensitivity: ETA, memory: MEMORY },
+        Gravitropism { sensitivity: BETA, perception: statoliths }.remembered(MEMORY),
+        Proprioception { sensitivity: ETA }.remembered(MEMORY),
     )
 }
 
+/// The laws of the reduced model.
+pub type Reduced = Laws<LinearElastic, Ongoing<UniformGrowth>, Steering, Weight>;
+
+/// The laws of the growing shoot.
+pub type Growing = Laws<
+    Lignifying,
+    UniformGrowth,
+    (Oscillator, Remembered<Gravitropism<Statoliths>>, Remembered<Proprioception>),
+    Imperfection,
+>;
+
 /// The reduced model: constant length (m), growth zone 7 cm, growth time in s, weight, h = −ĝ.
-pub fn reduced(
-    length: f64,
-    growth_time: f64,
-) -> ShootBuilder<LinearElastic, Ongoing<UniformGrowth>, Steering, Weight, Still, impl Fn(f64) -> f64> {
+pub fn reduced(length: f64, growth_time: f64) -> ShootBuilder<Reduced> {
     Shoot::builder(YOUNG)
         .length(length)
         .radius(RADIUS)
@@ -56,7 +66,7 @@ pub fn reduced(
 }
 
 /// The shoot that rights itself: reduced model, ℓ = 5 cm, base tangent along e1 (d1 = −e3, d2 = e2), τg = 20 h.
-pub fn righting() -> ShootBuilder<LinearElastic, Ongoing<UniformGrowth>, Steering, Weight, Still, impl Fn(f64) -> f64> {
+pub fn righting() -> ShootBuilder<Reduced> {
     reduced(0.05, 20.0 * HOUR).scene(Still::tilted(FRAC_PI_2))
 }
 
@@ -65,15 +75,7 @@ pub type Imperfection = (Weight, Distributed, ApicalForce<fn(f64) -> Vector3<f64
 
 /// The growing shoot ("video 2"): ℓ0 = 6.8 cm, ℓg = 7 cm, α = 0.2, τe = 24 min, τg = 40 h, lignification over 6 days from
 /// 10 MPa to 2 GPa, statoliths; with a lateral load of 1e-6 N/m along −e2 and an apical load of 1e-7 N along −e1 and −e2.
-#[allow(clippy::type_complexity, reason = "the type is the list of its laws")]
-pub fn growing() -> ShootBuilder<
-    Lignifying,
-    UniformGrowth,
-    (Oscillator, Gravitropism<Statoliths>, Proprioception),
-    Imperfection,
-    Still,
-    impl Fn(f64) -> f64,
-> {
+pub fn growing() -> ShootBuilder<Growing> {
     let (gravitropism, proprioception) = steering(STATOLITHS);
     Shoot::builder(Lignifying { young: YOUNG, mature_modulus: 200.0 * YOUNG.youngs_modulus, time: 6.0 * DAY })
         .length(0.068)
@@ -88,13 +90,9 @@ pub fn growing() -> ShootBuilder<
 }
 
 /// Carries a shoot to each of the times (s) in turn with the method of steps; the tips there and what it cost.
-pub fn tips<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(
-    shoot: &mut Shoot<G, T, C, L, S>,
-    step: f64,
-    times: &[f64],
-) -> (Vec<Vector3<f64>>, Tally) {
+pub fn tips(shoot: &mut Shoot<impl Model>, step: f64, times: &[f64]) -> (Vec<Vector3<f64>>, Statistics) {
     let mut run = MethodOfSteps::new(step);
-    let mut total = Tally::default();
+    let mut total = Statistics::default();
     let tips = times.iter().map(|t| {
         total += run.advance(shoot, *t).expect("this scene has a solution at all times");
         shoot.tip()
@@ -108,7 +106,7 @@ pub fn order(errors: &[f64]) -> f64 {
 }
 
 /// Fails unless every number of the shape is finite and every frame is orthonormal to 1e-12.
-pub fn assert_sound<G: GrowthLaw, T: TropismLaw, C: Constitutive, L: Load, S: Scene>(shoot: &Shoot<G, T, C, L, S>) {
+pub fn assert_sound(shoot: &Shoot<impl Model>) {
     let rod = shoot.rod();
     for frame in rod.frames() {
         let matrix = frame.to_rotation_matrix().into_inner();

@@ -7,7 +7,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, StationarySolver};
-use morphorod::tropism::{Graviception, Gravitropism, Memory, Proprioception};
+use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response};
 
 pub const MINUTE: f64 = 60.0;
 pub const HOUR: f64 = 3600.0;
@@ -20,7 +20,7 @@ pub fn linear_problem(
     growth_time: f64,
     beta: f64,
     eta: f64,
-    statoliths: impl Graviception,
+    statoliths: impl Perception<Signal = [f64; 2]>,
     elements: usize,
 ) -> Result<Linearisation, StabilityError> {
     let mut shoot = Shoot::builder(YOUNG)
@@ -29,8 +29,8 @@ pub fn linear_problem(
         .elements(elements)
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: growth_time }))
         .tropism((
-            Gravitropism { sensitivity: beta, memory: MEMORY, statoliths },
-            Proprioception { sensitivity: eta, memory: MEMORY },
+            Gravitropism { sensitivity: beta, perception: statoliths }.remembered(MEMORY),
+            Proprioception { sensitivity: eta }.remembered(MEMORY),
         ))
         .load(Weight { density: 1000.0 })
         .build()?;

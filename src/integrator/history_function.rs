@@ -1,22 +1,22 @@
-//! What came before t = 0: the variables on [−delay, 0].
+//! What came before the start of a run: the history function of the delay equations, on [−delay, 0].
 
 use crate::tropism::{Site, TropismLaw};
 
-/// The past of the laws' variables, at every material point.
-pub trait Past {
+/// The laws' variables before the start of a run, at every material point.
+pub trait HistoryFunction {
     /// Whether the variables were the same at all times before 0.
     fn is_constant(&self) -> bool;
 
-    /// The variables of `law` at time `t` ≤ 0 (s), at a place as it is in the first equilibrium, where the law senses
-    /// `stimuli`.
+    /// Writes the variables of `law` at time `t` ≤ 0 (s) before the start, at a place as it is in the first equilibrium,
+    /// where the law senses `stimuli`.
     fn variables(&self, law: &impl TropismLaw, t: f64, site: &Site, stimuli: &[f64], variables: &mut [f64]);
 }
 
-/// The default past: memories empty for t ≤ 0, statoliths settled in the first equilibrium.
+/// The default history: memories empty for t ≤ 0, statoliths settled in the first equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FreshPast;
+pub struct EmptyHistory;
 
-impl Past for FreshPast {
+impl HistoryFunction for EmptyHistory {
     fn is_constant(&self) -> bool {
         true
     }
@@ -26,29 +26,29 @@ impl Past for FreshPast {
     }
 }
 
-/// A settled past: the stimuli of the first equilibrium have lasted for ever.
+/// A steady history: the stimuli of the first equilibrium have lasted for ever.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SettledPast;
+pub struct SteadyHistory;
 
-impl Past for SettledPast {
+impl HistoryFunction for SteadyHistory {
     fn is_constant(&self) -> bool {
         true
     }
 
     fn variables(&self, law: &impl TropismLaw, _t: f64, _site: &Site, stimuli: &[f64], variables: &mut [f64]) {
-        law.settled(stimuli, variables);
+        law.steady(stimuli, variables);
     }
 }
 
-/// A past given as a smooth function of time (s, from minus the longest delay to 0) and place, which writes the
+/// A history given as a smooth function of time (s, from minus the longest delay to 0) and place, which writes the
 /// variables of the laws in the order of the tuple.
 #[derive(Debug, Clone, Copy)]
-pub struct GivenPast<F>(
+pub struct GivenHistory<F>(
     /// Writes the variables at a time and a place.
     pub F,
 );
 
-impl<F: Fn(f64, &Site, &mut [f64])> Past for GivenPast<F> {
+impl<F: Fn(f64, &Site, &mut [f64])> HistoryFunction for GivenHistory<F> {
     fn is_constant(&self) -> bool {
         false
     }

@@ -1,15 +1,17 @@
-//! The variables at one material point over one step, driven by stimuli that are polynomials in time.
+//! The variables at one material point over one step, driven by stimuli that are polynomials in time: exponential
+//! collocation.
 //!
 //! ẏ = N(y, x(t)) − y/τ with the relaxation −y/τ treated exactly: N is collocated on four Lobatto points and its integral
 //! against exp(−t/τ) is exact for the cubic through them, at any ratio of step to τ. For a memory, where N = x/τ is known,
 //! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
 //! iteration, node after node; if that does not contract fast, the interval is halved.
 
+use super::ORDER;
 use crate::quadrature::{lagrange, lobatto, rule};
-use crate::tropism::TropismLaw;
+use crate::tropism::{Declaration, TropismLaw};
 
-/// Collocation points.
-const NODES: usize = 4;
+/// Collocation points: the stimuli are polynomials through as many levels.
+const NODES: usize = ORDER;
 /// Sweeps after which an interval is halved: a contraction by 1/10 a sweep reaches the tolerance in them, and means that
 /// the nonlinearity is well resolved.
 const SWEEPS: usize = 12;
@@ -32,13 +34,14 @@ struct Weights {
     integral: Vec<[[f64; NODES]; NODES]>,
 }
 
-/// Solves for the variables; keeps nothing between calls but memory and weights.
+/// Solves for the variables; keeps nothing between calls but workspace and weights.
 #[derive(Debug, Default)]
-pub(super) struct LocalSolver {
+pub(super) struct ExponentialCollocation {
     nodes: Vec<f64>,
     levels: Levels,
     /// Interpolation weights of the stimuli at the nodes of the whole step.
-    at_nodes: [[f64; 4]; NODES],
+    at_nodes: [[f64; ORDER]; NODES],
+    stimuli_at_a_point: usize,
     constants: Vec<f64>,
     /// 1/τ.
     inverse: Vec<f64>,
@@ -54,25 +57,25 @@ pub(super) struct LocalSolver {
     budget: usize,
 }
 
-/// The times of up to four levels of stimuli; time counts in steps, 0 the start of the present one and 1 its end.
+/// The times of a few levels of stimuli; time counts in steps, 0 the start of the present one and 1 its end.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Levels {
     pub count: usize,
-    pub times: [f64; 4],
+    pub times: [f64; ORDER],
 }
 
 impl Levels {
     /// Interpolation weights at a time.
-    fn weights(&self, time: f64) -> [f64; 4] {
-        let mut weights = [0.0; 4];
+    fn weights(&self, time: f64) -> [f64; ORDER] {
+        let mut weights = [0.0; ORDER];
         lagrange(&self.times[..self.count], time, &mut weights[..self.count]);
         weights
     }
 }
 
-impl LocalSolver {
+impl ExponentialCollocation {
     /// Prepares for a step of `size` seconds with stimuli at the given levels.
-    pub fn prepare(&mut self, law: &impl TropismLaw, size: f64, levels: Levels) {
+    pub fn prepare(&mut self, laws: &Declaration, size: f64, levels: Levels) {
         if self.nodes.is_empty() {
             self.nodes = lobatto(NODES - 1);
             self.weights.resize_with(DEPTH + 1, Weights::default);
@@ -81,23 +84,24 @@ impl LocalSolver {
         for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
             *at = levels.weights(*c);
         }
-        let v = law.variables();
-        self.rates.resize(v, f64::INFINITY);
-        self.rates.fill(f64::INFINITY);
-        law.time_constants(&mut self.rates);
+        let v = laws.size().variables;
+        self.stimuli_at_a_point = laws.size().stimuli;
+        let constants = || laws.variables().iter().map(|variable| variable.time_constant);
         // Weights belong to a size of step and to the laws' time constants.
-        let known = self.weights[0].size == size && self.constants == self.rates;
-        self.constants.clone_from(&self.rates);
+        let known = self.weights[0].size == size && self.constants.iter().copied().eq(constants());
+        self.constants.clear();
+        self.constants.extend(constants());
         self.inverse.clear();
         self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
-        self.stimuli.resize(NODES * law.stimuli(), 0.0);
+        self.stimuli.resize(NODES * self.stimuli_at_a_point, 0.0);
+        self.rates.resize(v, 0.0);
         self.forcing.resize(NODES * v, 0.0);
         self.values.resize(NODES * v, 0.0);
         self.first_rates.resize(v, 0.0);
         if !known {
             for weights in &mut self.weights {
                 weights.size = 0.0;
-                // Room now, so that no later step asks for memory when it first halves its interval.
+                // Room now, so that no later step allocates when it first halves its interval.
                 weights.decay.reserve(v.saturating_sub(weights.decay.len()));
                 weights.integral.reserve(v.saturating_sub(weights.integral.len()));
             }
@@ -125,7 +129,7 @@ impl LocalSolver {
 
     /// Evaluates N = ẏ + y/τ at node `j`.
     fn force(&mut self, law: &impl TropismLaw, j: usize) {
-        let (v, m) = (self.constants.len(), law.stimuli());
+        let (v, m) = (self.constants.len(), self.stimuli_at_a_point);
         let values = &self.values[j * v..(j + 1) * v];
         law.rates(values, &self.stimuli[j * m..(j + 1) * m], &mut self.rates);
         if j == 0 {
@@ -137,7 +141,7 @@ impl LocalSolver {
     }
 
     /// Carries the variables `y` of a point over the step, under its stimuli at every level. Returns whether it succeeded.
-    pub fn carry(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; 4], y: &mut [f64]) -> bool {
+    pub fn carry(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; ORDER], y: &mut [f64]) -> bool {
         self.budget = BUDGET;
         self.advance(law, stimuli, y, 0.0, 0)
     }
@@ -147,12 +151,12 @@ impl LocalSolver {
     fn advance(
         &mut self,
         law: &impl TropismLaw,
-        stimuli: &[&[f64]; 4],
+        stimuli: &[&[f64]; ORDER],
         y: &mut [f64],
         start: f64,
         depth: usize,
     ) -> bool {
-        let (v, m) = (self.constants.len(), law.stimuli());
+        let (v, m) = (self.constants.len(), self.stimuli_at_a_point);
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);
@@ -175,7 +179,7 @@ impl LocalSolver {
             self.force(law, j);
         }
         for _ in 0..SWEEPS {
-            let (mut settled, mut finite) = (true, true);
+            let (mut converged, mut finite) = (true, true);
             // Each node uses what the ones before it have become in this sweep.
             for j in 1..NODES {
                 let weights = &self.weights[depth];
@@ -188,7 +192,7 @@ impl LocalSolver {
                     let old = std::mem::replace(&mut self.values[j * v + i], value);
                     // Every variable is measured against itself and its own motion: they need not share a unit.
                     let scale = value.abs() + weights.size * self.first_rates[i].abs();
-                    settled &= (value - old).abs() <= TOLERANCE * scale;
+                    converged &= (value - old).abs() <= TOLERANCE * scale;
                     finite &= value.is_finite();
                 }
                 self.force(law, j);
@@ -196,7 +200,7 @@ impl LocalSolver {
             if !finite {
                 break;
             }
-            if settled {
+            if converged {
                 y.copy_from_slice(&self.values[(NODES - 1) * v..]);
                 return true;
             }

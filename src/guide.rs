@@ -1,0 +1,15 @@
+//! Chapters: one for who writes a law, and two for who doubts the numbers.
+
+/// How to write a growth profile, a tropism and an elastic law.
+#[doc = include_str!("../docs/own-laws.md")]
+#[doc = concat!("<figure>\n", include_str!("../docs/pictures/own_law.svg"), "</figure>")]
+pub mod own_laws {}
+
+/// How the numbers come about, and where the method ends.
+#[doc = include_str!("../docs/method.md")]
+pub mod method {}
+
+/// How stationary shoots, characteristic roots and onsets are found, and what they cannot tell.
+#[doc = include_str!("../docs/stability.md")]
+#[doc = concat!("<figure>\n", include_str!("../docs/pictures/stability_map.svg"), "</figure>")]
+pub mod stability {}

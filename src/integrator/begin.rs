@@ -1,0 +1,75 @@
+//! The beginning of a run: the first equilibrium and the history before it.
+
+use super::stepper::Stepper;
+use super::{HistoryFunction, IntegrationError};
+use crate::equilibrium::EquilibriumSolver;
+use crate::model::Model;
+use crate::quadrature::lagrange_derivatives;
+use crate::sensing::visit_sites;
+use crate::shoot::Shoot;
+use crate::state::History;
+use crate::tropism::TropismLaw;
+
+/// Intervals into which a history that varies is sampled, over the longest delay.
+const SAMPLES: usize = 64;
+
+impl Stepper {
+    /// Finds the equilibrium at the present time and gives the laws a history.
+    pub fn begin(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        before: &impl HistoryFunction,
+    ) -> Result<(), IntegrationError> {
+        self.check_delays()?;
+        let now = shoot.state.time;
+        self.equilibrate(shoot, solver, now)?;
+        let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
+        state.predictor.make_room(&state.rod, now);
+        state.smooth_since = now;
+        let (size, longest) = (self.laws.size(), self.laws.longest_delay());
+        // Levels before now, and now twice: with the rates of the past, and with those that the stimuli cause.
+        let intervals = if before.is_constant() { 1 } else { SAMPLES };
+        let first = if longest == 0.0 { intervals } else { 0 };
+        let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
+        let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
+        let mut stimuli = vec![0.0; size.stimuli];
+        let position = self.laws.needs_position();
+        visit_sites(&state.rod, shoot.model.constitutive(), &self.force, position, |i, site| {
+            tropism.sense(site, &mut stimuli);
+            for level in 0..history.levels() {
+                let time = history.time(level) - now;
+                let point = history.at_mut(level, i);
+                before.variables(tropism, time, site, &stimuli, point.variables);
+                point.stimuli.copy_from_slice(&stimuli);
+            }
+        });
+        if !before.is_constant() && longest > 0.0 {
+            differentiate(&mut history);
+        }
+        state.history = history;
+        self.find_rates(shoot);
+        if shoot.state.history.is_finite() {
+            Ok(())
+        } else {
+            Err(IntegrationError::NotFinite { what: "history of the variables", time: now })
+        }
+    }
+}
+
+/// Fills in the rates of a sampled history by differentiating the polynomials through five samples: fourth order.
+fn differentiate(history: &mut History) {
+    // The last level is the present with the rates that follow from the stimuli.
+    let known = history.levels() - 1;
+    let times: Vec<f64> = (0..known).map(|level| history.time(level)).collect();
+    for level in 0..known {
+        let first = level.saturating_sub(2).min(known - 5);
+        let weights = lagrange_derivatives(&times[first..first + 5], times[level]);
+        for point in 0..history.points() {
+            for k in 0..history.size().0 {
+                let rate = (0..5).map(|j| weights[j] * history.at(first + j, point).variables[k]).sum();
+                history.at_mut(level, point).rates[k] = rate;
+            }
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The intrinsic strain over a step: the quadrature of the growth gradient, given the variables' past.
+//!
+//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. Between the times at which a delayed variable passes a level of the history,
+//! the variables are cubic (Hermite) in time and the integrand is smooth: three Gauss points on every such piece.
+
+use nalgebra::Vector3;
+
+use super::ORDER;
+use crate::growth::GrowthLaw;
+use crate::quadrature::{lagrange, rule};
+use crate::state::{History, Reading};
+use crate::tropism::{Declaration, Growing, Size, TropismLaw};
+
+/// The Gauss points of a step and how the past is read at each of them; the same for all material points.
+#[derive(Debug, Default)]
+pub(super) struct GradientIntegral {
+    nodes: Vec<Node>,
+    /// For every node, one entry for every variable; none for one that is not read.
+    readings: Vec<Option<Reading>>,
+    /// The ends of the pieces.
+    ends: Vec<f64>,
+    past: Vec<f64>,
+    present: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    time: f64,
+    weight: f64,
+    /// First of the levels through which the present stimuli are interpolated, and their weights.
+    first_level: usize,
+    interpolation: [f64; ORDER],
+}
+
+impl GradientIntegral {
+    /// Prepares for the interval from `from` to `to` (s). Present stimuli, if the laws read them, are interpolated through
+    /// the levels `smooth`.
+    pub fn prepare(
+        &mut self,
+        history: &History,
+        laws: &Declaration,
+        smooth: &std::ops::Range<usize>,
+        from: f64,
+        to: f64,
+    ) {
+        self.nodes.clear();
+        self.readings.clear();
+        self.ends.clear();
+        self.ends.extend([from, to]);
+        let variables = laws.variables();
+        for (v, variable) in variables.iter().enumerate() {
+            // Each delay once.
+            if let Some(delay) = variable.delay
+                && variables[..v].iter().all(|other| other.delay != Some(delay))
+            {
+                self.ends.extend(history.passings(delay, from, to));
+            }
+        }
+        self.ends.sort_unstable_by(f64::total_cmp);
+        let mut times = [0.0; ORDER];
+        for (time, level) in times.iter_mut().zip(smooth.clone()) {
+            *time = history.time(level);
+        }
+        let (x, w) = rule::<3>();
+        for piece in self.ends.windows(2) {
+            let [a, b] = [piece[0], piece[1]];
+            if b <= a {
+                continue;
+            }
+            for (x, w) in x.iter().zip(w) {
+                let time = a + (b - a) * x;
+                let mut interpolation = [0.0; ORDER];
+                if laws.size().reads_present {
+                    lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
+                }
+                self.nodes.push(Node { time, weight: w * (b - a), first_level: smooth.start, interpolation });
+                // Every Gauss point of a piece lies between the same two levels as its middle does.
+                let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
+                self.readings.extend(variables.iter().map(|variable| variable.delay.map(read)));
+            }
+        }
+    }
+
+    /// The change of the intrinsic strain of a point of the zone over the interval, 1/m, with its distance from the apex
+    /// (m) at the time `start` (s).
+    pub fn of(
+        &mut self,
+        growth: &impl GrowthLaw,
+        tropism: &impl TropismLaw,
+        history: &History,
+        point: usize,
+        radius: f64,
+        (distance, start): (f64, f64),
+    ) -> Vector3<f64> {
+        let size = Size::of(tropism);
+        self.past.resize(size.variables, 0.0);
+        self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
+        let moves = growth.elongates();
+        let mut sum = Vector3::zeros();
+        for (i, node) in self.nodes.iter().enumerate() {
+            let readings = &self.readings[i * size.variables..(i + 1) * size.variables];
+            for (v, reading) in readings.iter().enumerate() {
+                self.past[v] = reading.map_or(0.0, |reading| history.read(&reading, point, v));
+            }
+            for (m, value) in self.present.iter_mut().enumerate() {
+                let levels = (node.first_level..history.levels()).zip(node.interpolation);
+                *value = levels.map(|(level, w)| w * history.at(level, point).stimuli[m]).sum();
+            }
+            let apex_distance = if moves { growth.flow(distance, start, node.time).0 } else { distance };
+            let at = Growing { time: node.time, radius, apex_distance };
+            let rate = growth.regr(apex_distance, node.time);
+            sum += tropism.gradient(&at, &self.past, &self.present) * (rate * node.weight);
+        }
+        sum
+    }
+}

@@ -1,0 +1,142 @@
+//! The phases of a step: differential growth, elongation, equilibrium, sensing, and the variables.
+
+use super::collocation::Levels;
+use super::stepper::{Step, Stepper};
+use super::{IntegrationError, ORDER};
+use crate::equilibrium::EquilibriumSolver;
+use crate::growth::GrowthLaw;
+use crate::model::Model;
+use crate::scene::Scene;
+use crate::sensing::visit_sites;
+use crate::shoot::Shoot;
+use crate::tropism::TropismLaw;
+
+impl Stepper {
+    /// Differential growth over the step: sets the intrinsic strain of every point of the zone, up to its exit. Returns
+    /// by how much that changes an angle, rad.
+    pub fn drive(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<f64, IntegrationError> {
+        let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
+        let Step { from, to, leaving } = step;
+        let history = &state.history;
+        let smooth = history.smooth(state.smooth_since, ORDER);
+        let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
+        self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
+        let mut largest = 0.0_f64;
+        for (i, (point, (intrinsic, place))) in state.rod.points[zone].iter_mut().zip(&self.starts).enumerate() {
+            let exit = if i < leaving { growth.exit_time(*place, from, to) } else { None };
+            let integral = match exit {
+                Some(exit) => {
+                    self.exit_integral.prepare(history, &self.laws, &smooth, from, exit);
+                    &mut self.exit_integral
+                }
+                None => &mut self.gradient_integral,
+            };
+            let change = integral.of(growth, tropism, history, i, point.radius, (*place, from));
+            if !change.sum().is_finite() {
+                return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
+            }
+            let new = intrinsic + change;
+            largest = largest.max((new - point.intrinsic).norm());
+            point.intrinsic = new;
+        }
+        Ok(largest * length)
+    }
+
+    /// Moves the points and nodes of the zone; the points of the first elements leave it.
+    pub fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
+        let growth = shoot.model.growth();
+        if !growth.elongates() {
+            return;
+        }
+        let Step { from, to, leaving } = step;
+        let rod = &mut shoot.state.rod;
+        let (zone, first, leaving) = (rod.zone(), rod.first_growing(), leaving * rod.order().points());
+        for (i, point) in rod.points[zone].iter_mut().enumerate() {
+            let mut end = to;
+            if i < leaving {
+                // Points in front of the node on the boundary leave before it does, which is at the end of the step.
+                end = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
+                point.exit_time = end;
+            }
+            let (distance, stretch) = growth.flow(point.apex_distance, from, end);
+            point.apex_distance = distance;
+            point.jacobian *= stretch;
+        }
+        for node in &mut rod.node_distance[first..] {
+            *node = growth.flow(*node, from, to).0;
+        }
+    }
+
+    /// Moves the base to where it is at `time` (s), and finds the shape at rest under what acts then.
+    pub fn equilibrate(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        time: f64,
+    ) -> Result<(), IntegrationError> {
+        let (model, rod) = (&shoot.model, &mut shoot.state.rod);
+        let (base, environment) = (model.scene().base(time), model.scene().environment(time));
+        // A quaternion that is no rotation would be normalised into one that nobody meant.
+        if !((base.norm() - 1.0).abs() < 1e-9) {
+            return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
+        }
+        if !environment.gravity.norm().is_finite() {
+            return Err(IntegrationError::NotFinite { what: "gravity", time });
+        }
+        rod.set_base(base);
+        self.force.update(rod, model.load(), &environment);
+        let found = solver
+            .equilibrate(rod, model.constitutive(), &self.force)
+            .map_err(|source| IntegrationError::Equilibrium { time, source })?;
+        self.statistics += found;
+        Ok(())
+    }
+
+    /// Writes the stimuli of the present equilibrium to the last level.
+    pub fn sense(&mut self, shoot: &mut Shoot<impl Model>) -> Result<(), IntegrationError> {
+        if self.laws.size().stimuli == 0 {
+            return Ok(());
+        }
+        let (rod, history) = (&shoot.state.rod, &mut shoot.state.history);
+        let (tropism, last) = (shoot.model.tropism(), history.levels() - 1);
+        let mut finite = true;
+        visit_sites(rod, shoot.model.constitutive(), &self.force, self.laws.needs_position(), |i, site| {
+            let stimuli = history.at_mut(last, i).stimuli;
+            tropism.sense(site, stimuli);
+            finite &= stimuli.iter().all(|x| x.is_finite());
+        });
+        let time = self.force.environment().time;
+        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: "stimulus", time }) }
+    }
+
+    /// Carries the variables from the last level but one to the last.
+    pub fn carry(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<(), IntegrationError> {
+        if self.laws.size().variables == 0 {
+            return Ok(());
+        }
+        let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
+        let smooth = state.history.smooth(state.smooth_since, ORDER);
+        let (size, count) = (step.to - step.from, smooth.len());
+        // Time counts in steps.
+        let mut times = [0.0; ORDER];
+        for (time, level) in times.iter_mut().zip(smooth.clone()) {
+            *time = (state.history.time(level) - step.from) / size;
+        }
+        times[count - 1] = 1.0;
+        self.collocation.prepare(&self.laws, size, Levels { count, times });
+        let first = state.rod.zone().start;
+        let carried = state.history.each_step(smooth, |before, stimuli, variables, rates| {
+            variables.copy_from_slice(before);
+            let carried = self.collocation.carry(tropism, stimuli, variables);
+            tropism.rates(variables, stimuli[count - 1], rates);
+            carried
+        });
+        carried.map_err(|point| IntegrationError::Variables { time: step.to, point: first + point })
+    }
+
+    /// Writes the rates of the variables at the last level.
+    pub fn find_rates(&self, shoot: &mut Shoot<impl Model>) {
+        let tropism = shoot.model.tropism();
+        shoot.state.history.each_present(|point| tropism.rates(point.variables, point.stimuli, point.rates));
+    }
+}

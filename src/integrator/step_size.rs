@@ -1,0 +1,44 @@
+//! Where the next step ends.
+
+use super::FIRST_STEP;
+use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
+use crate::model::Model;
+use crate::shoot::Shoot;
+
+/// The end of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stop {
+    /// When, s.
+    pub time: f64,
+    /// Whether something has a discontinuity there.
+    pub discontinuity: bool,
+}
+
+/// The end of the next step of at most `size` (s) on the way to time `until`.
+pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Result<Stop, ParameterError> {
+    let (t, growth) = (shoot.state.time, shoot.model.growth());
+    let discontinuity = shoot.model.next_discontinuity(t);
+    let target = until.min(discontinuity);
+    let since = t - shoot.state.smooth_since;
+    // Rounding must not turn a full step into two.
+    let mut step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
+    // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
+    let zone = growth.zone_length();
+    if growth.elongates() && zone.is_finite() {
+        while zone - growth.flow(zone, t + step, t).0 > shoot.mesh.growing {
+            step *= 0.5;
+        }
+    }
+    let rest = target - t;
+    let time = if rest <= step * (1.0 + 1e-9) {
+        target
+    } else if rest < 2.0 * step {
+        // Two equal steps rather than one and a remnant, beside which interpolation would lose digits.
+        t + 0.5 * rest
+    } else {
+        t + step
+    };
+    ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
+    Ok(Stop { time, discontinuity: time == discontinuity })
+}

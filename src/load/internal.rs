@@ -1,0 +1,97 @@
+//! The force in the rod, which loads fixed in space make known before the shape is.
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector3;
+
+use super::{Cut, Load};
+use crate::basis::MAX_POINTS;
+use crate::rod::Rod;
+use crate::scene::Environment;
+
+/// The force n(s) of equation (11) at every material point of a rod, at one time.
+///
+/// It needs no frames, so it is computed once and serves the equilibrium and what is sensed in it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct InternalForce {
+    environment: Environment,
+    cuts: Vec<Cut>,
+    forces: Vec<Vector3<f64>>,
+    at_base: Vector3<f64>,
+}
+
+impl InternalForce {
+    /// The force in `rod` under `load`.
+    #[must_use]
+    pub fn of(rod: &Rod, load: &impl Load, environment: &Environment) -> Self {
+        let mut force = Self::default();
+        force.update(rod, load, environment);
+        force
+    }
+
+    /// Computes the force anew, for a rod that has grown or at another time, in the memory that is there.
+    pub fn update(&mut self, rod: &Rod, load: &impl Load, environment: &Environment) {
+        let basis = rod.basis();
+        let p = basis.p;
+        let total = rod.length();
+        self.environment = *environment;
+        self.cuts.resize(rod.points().len(), Cut { arc_length: 0.0, length_beyond: 0.0, volume_beyond: 0.0 });
+        // Summed from the apex, so that short elements near it keep their digits.
+        let (mut length, mut volume) = (0.0, 0.0);
+        for e in (0..rod.elements()).rev() {
+            let points = rod.element_points(e);
+            let mut area = [0.0; MAX_POINTS];
+            for j in 0..p {
+                area[j] = PI * points[j].radius * points[j].radius;
+            }
+            for g in 0..p {
+                let (mut length_beyond, mut volume_beyond) = (length, volume);
+                for j in 0..p {
+                    let part = (basis.weights[j] - basis.upto[g][j]) * points[j].jacobian;
+                    length_beyond += part;
+                    volume_beyond += part * area[j];
+                }
+                self.cuts[e * p + g] = Cut { arc_length: total - length_beyond, length_beyond, volume_beyond };
+            }
+            for j in 0..p {
+                length += basis.weights[j] * points[j].jacobian;
+                volume += basis.weights[j] * points[j].jacobian * area[j];
+            }
+        }
+        let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume };
+        self.at_base = load.force(&whole, environment);
+        self.forces.clear();
+        self.forces.extend(self.cuts.iter().map(|cut| load.force(cut, environment)));
+    }
+
+    /// Time and gravity.
+    #[must_use]
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// The cuts through the material points, from base to apex.
+    #[must_use]
+    pub fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
+    /// The force n at the material points, from base to apex, in the fixed frame, N.
+    #[must_use]
+    pub fn at_points(&self) -> &[Vector3<f64>] {
+        &self.forces
+    }
+
+    /// The force n at the base, in the fixed frame, N: the whole load, which the clamp holds.
+    #[must_use]
+    pub fn at_base(&self) -> Vector3<f64> {
+        self.at_base
+    }
+
+    /// The size of the largest force, N; not a number if a force is not.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        let all = self.forces.iter().chain([&self.at_base]);
+        all.map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+}

@@ -1,0 +1,128 @@
+//! The five laws of a shoot as one type.
+
+use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
+use crate::growth::{GrowthLaw, NoGrowth};
+use crate::load::Load;
+use crate::scene::{Scene, Still};
+use crate::tropism::TropismLaw;
+
+/// Everything that a shoot obeys: how it grows, steers, resists, what loads it and where it stands.
+///
+/// [`Laws`] is a model, and enough for nearly everybody. A type of your own may be one, too, if it is to carry more than
+/// its laws. Functions that take any shoot read `fn follow(shoot: &mut Shoot<impl Model>)`.
+pub trait Model {
+    /// How tissue elongates.
+    type Growth: GrowthLaw;
+    /// How the shoot steers.
+    type Tropism: TropismLaw;
+    /// How tissue resists.
+    type Constitutive: Constitutive;
+    /// What loads the shoot.
+    type Load: Load;
+    /// Gravity and the base.
+    type Scene: Scene;
+
+    /// How tissue elongates.
+    fn growth(&self) -> &Self::Growth;
+    /// How the shoot steers.
+    fn tropism(&self) -> &Self::Tropism;
+    /// How tissue resists.
+    fn constitutive(&self) -> &Self::Constitutive;
+    /// What loads the shoot.
+    fn load(&self) -> &Self::Load;
+    /// Gravity and the base.
+    fn scene(&self) -> &Self::Scene;
+
+    /// The first time after `t` (s) at which a load, the scene or a tropism law has a discontinuity; infinite if there is
+    /// none.
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        let forcing = self.load().next_discontinuity(t).min(self.scene().next_discontinuity(t));
+        forcing.min(self.tropism().next_discontinuity(t))
+    }
+
+    /// Refuses parameters that make no sense for a shoot of the given initial length (m).
+    ///
+    /// # Errors
+    /// The first such parameter.
+    fn check(&self, length: f64) -> Result<(), ParameterError> {
+        self.growth().check(length)?;
+        self.tropism().check()?;
+        self.constitutive().check()?;
+        self.load().check()?;
+        self.scene().check()
+    }
+}
+
+/// Five laws side by side: a [`Model`].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Laws<C, G = NoGrowth, T = (), L = (), S = Still> {
+    /// How tissue resists.
+    pub constitutive: C,
+    /// How tissue elongates.
+    pub growth: G,
+    /// How the shoot steers: a law, or a tuple of laws.
+    pub tropism: T,
+    /// What loads the shoot: a load, or a tuple of loads.
+    pub load: L,
+    /// Gravity and the base.
+    pub scene: S,
+}
+
+/// Laws that are chosen at run time.
+///
+/// ```
+/// use morphorod::constitutive::LinearElastic;
+/// use morphorod::growth::NoGrowth;
+/// use morphorod::load::Weight;
+/// use morphorod::{BoxedLaws, Shoot, Still};
+///
+/// let heavy = std::env::args().count() < 10;
+/// let laws = BoxedLaws {
+///     constitutive: Box::new(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }),
+///     growth: Box::new(NoGrowth),
+///     tropism: Box::new(()),
+///     load: if heavy { Box::new(Weight { density: 1000.0 }) } else { Box::new(()) },
+///     scene: Box::new(Still::upright()),
+/// };
+/// let mut shoots: Vec<Shoot<BoxedLaws>> = Vec::new();
+/// shoots.push(Shoot::of(laws).length(0.05).radius(5e-4).build()?);
+/// # Ok::<(), morphorod::ParameterError>(())
+/// ```
+pub type BoxedLaws = Laws<
+    Box<dyn Constitutive + Send + Sync>,
+    Box<dyn GrowthLaw + Send + Sync>,
+    Box<dyn TropismLaw + Send + Sync>,
+    Box<dyn Load + Send + Sync>,
+    Box<dyn Scene + Send + Sync>,
+>;
+
+impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene> Model for Laws<C, G, T, L, S> {
+    type Growth = G;
+    type Tropism = T;
+    type Constitutive = C;
+    type Load = L;
+    type Scene = S;
+
+    #[inline]
+    fn growth(&self) -> &G {
+        &self.growth
+    }
+    #[inline]
+    fn tropism(&self) -> &T {
+        &self.tropism
+    }
+    #[inline]
+    fn constitutive(&self) -> &C {
+        &self.constitutive
+    }
+    #[inline]
+    fn load(&self) -> &L {
+        &self.load
+    }
+    #[inline]
+    fn scene(&self) -> &S {
+        &self.scene
+    }
+}

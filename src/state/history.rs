@@ -1,0 +1,299 @@
+//! What was at the material points of the growth zone, at several times: the laws' variables, their rates, their stimuli.
+
+use std::collections::VecDeque;
+use std::ops::Range;
+
+use crate::basis::MAX_POINTS;
+
+/// Weights that turn the values at the points of an element into those at the points of a part of it.
+type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
+
+/// The history of the growth zone at a few times, the levels, oldest first. Two levels of one time mark a discontinuity of
+/// the rates.
+#[derive(Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct History {
+    /// Variables at a point.
+    variables: usize,
+    /// Stimuli at a point.
+    stimuli: usize,
+    levels: VecDeque<Level>,
+}
+
+/// The zone at one time.
+#[derive(Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Level {
+    time: f64,
+    /// For every point its variables, their rates and its stimuli.
+    rows: Vec<f64>,
+}
+
+/// A point at one level.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Record<'a> {
+    pub variables: &'a [f64],
+    pub stimuli: &'a [f64],
+}
+
+/// A point at one level, to be written.
+#[derive(Debug)]
+pub(crate) struct RecordMut<'a> {
+    pub variables: &'a mut [f64],
+    pub rates: &'a mut [f64],
+    pub stimuli: &'a mut [f64],
+}
+
+/// How the variables are read between two levels: by the cubic through values and rates (Hermite).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reading {
+    level: usize,
+    /// Of the older value and rate, of the newer value and rate.
+    weights: [f64; 4],
+}
+
+/// Levels that are not in use, whose memory serves again.
+pub(crate) type Spare = Vec<Vec<f64>>;
+
+impl Clone for Level {
+    fn clone(&self) -> Self {
+        Self { time: self.time, rows: self.rows.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.time = source.time;
+        self.rows.clone_from(&source.rows);
+    }
+}
+
+impl Clone for History {
+    fn clone(&self) -> Self {
+        Self { variables: self.variables, stimuli: self.stimuli, levels: self.levels.clone() }
+    }
+
+    /// Reuses the memory of `self`.
+    fn clone_from(&mut self, source: &Self) {
+        (self.variables, self.stimuli) = (source.variables, source.stimuli);
+        self.levels.truncate(source.levels.len());
+        for (to, from) in self.levels.iter_mut().zip(&source.levels) {
+            to.clone_from(from);
+        }
+        let kept = self.levels.len();
+        self.levels.extend(source.levels.range(kept..).cloned());
+    }
+}
+
+impl History {
+    /// Zeros at the given times for so many points, each with so many variables and stimuli.
+    pub fn zeros((variables, stimuli): (usize, usize), points: usize, times: impl Iterator<Item = f64>) -> Self {
+        let level = |time| Level { time, rows: vec![0.0; points * (2 * variables + stimuli)] };
+        Self { variables, stimuli, levels: times.map(level).collect() }
+    }
+
+    /// How many variables and stimuli there are at a point.
+    pub fn size(&self) -> (usize, usize) {
+        (self.variables, self.stimuli)
+    }
+
+    /// The number of levels; zero before a run has started.
+    pub fn levels(&self) -> usize {
+        self.levels.len()
+    }
+
+    /// The time of a level, s.
+    pub fn time(&self, level: usize) -> f64 {
+        self.levels[level].time
+    }
+
+    /// The time from which on something is known, s.
+    pub fn oldest(&self) -> Option<f64> {
+        self.levels.front().map(|level| level.time)
+    }
+
+    /// Numbers in a row.
+    fn width(&self) -> usize {
+        2 * self.variables + self.stimuli
+    }
+
+    fn row(&self, point: usize) -> Range<usize> {
+        point * self.width()..(point + 1) * self.width()
+    }
+
+    /// The number of points.
+    pub fn points(&self) -> usize {
+        self.levels.back().map_or(0, |level| level.rows.len()) / self.width().max(1)
+    }
+
+    /// What is known of a point at a level.
+    #[inline]
+    pub fn at(&self, level: usize, point: usize) -> Record<'_> {
+        Record::of(&self.levels[level].rows[self.row(point)], self.variables)
+    }
+
+    /// The same, to be written.
+    pub fn at_mut(&mut self, level: usize, point: usize) -> RecordMut<'_> {
+        let row = self.row(point);
+        RecordMut::of(&mut self.levels[level].rows[row], self.variables)
+    }
+
+    /// The variables of a point at the last level, if it has some.
+    pub fn present(&self, point: usize) -> Option<&[f64]> {
+        let row = self.row(point);
+        let row = self.levels.back()?.rows.get(row)?;
+        Some(&row[..self.variables])
+    }
+
+    /// Calls `visit` with every point at the last level, to be written.
+    pub fn each_present(&mut self, mut visit: impl FnMut(RecordMut)) {
+        let (width, variables) = (self.width().max(1), self.variables);
+        let rows = self.levels.back_mut().into_iter().flat_map(|level| level.rows.chunks_exact_mut(width));
+        rows.for_each(|row| visit(RecordMut::of(row, variables)));
+    }
+
+    /// Calls `visit` with every point: its variables at the last level but one, its stimuli at the levels of `levels`, at
+    /// most `N`, which end with the last, and its variables and their rates at the last level, to be written. Stops at the
+    /// first point for which `visit` fails, and returns its number.
+    pub fn each_step<const N: usize>(
+        &mut self,
+        levels: Range<usize>,
+        mut visit: impl FnMut(&[f64], &[&[f64]; N], &mut [f64], &mut [f64]) -> bool,
+    ) -> Result<(), usize> {
+        let (variables, points) = (self.variables, self.points());
+        let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
+        let failed = (0..points).find(|&point| {
+            let row = self.row(point);
+            let mut stimuli: [&[f64]; N] = [&[]; N];
+            for (to, level) in stimuli.iter_mut().zip(self.levels.range(levels.start..)) {
+                *to = &level.rows[row.clone()][2 * variables..];
+            }
+            let before = self.at(self.levels.len() - 1, point).variables;
+            let now = RecordMut::of(&mut last.rows[row], variables);
+            stimuli[levels.len() - 1] = now.stimuli;
+            !visit(before, &stimuli, now.variables, now.rates)
+        });
+        self.levels.push_back(last);
+        failed.map_or(Ok(()), Err)
+    }
+
+    /// Appends a level at `time` (s) at which the variables have gone on at their rates; the stimuli stay. A first guess:
+    /// what reads only the past does not see it.
+    pub fn push(&mut self, time: f64, spare: &mut Spare) {
+        let Some(last) = self.levels.back() else { return };
+        let mut rows = spare.pop().unwrap_or_default();
+        rows.clone_from(&last.rows);
+        let step = time - last.time;
+        self.levels.push_back(Level { time, rows });
+        self.each_present(|point| {
+            for (y, rate) in point.variables.iter_mut().zip(point.rates) {
+                *y += step * *rate;
+            }
+        });
+    }
+
+    /// Makes room for `levels` levels, so that none of them asks for memory later.
+    pub fn reserve(&mut self, levels: usize, spare: &mut Spare) {
+        let numbers = self.points() * self.width();
+        self.levels.reserve(levels.saturating_sub(self.levels.len()));
+        spare.reserve(levels.saturating_sub(spare.len()));
+        while spare.len() + self.levels.len() < levels {
+            spare.push(Vec::with_capacity(numbers));
+        }
+    }
+
+    /// Drops levels that nothing will read that looks back to `horizon` (s), keeping at least `least`.
+    pub fn forget(&mut self, horizon: f64, least: usize, spare: &mut Spare) {
+        while self.levels.len() > least && self.levels[1].time <= horizon {
+            spare.extend(self.levels.pop_front().map(|level| level.rows));
+        }
+    }
+
+    /// The last levels, at most `most`, none from before the time `since` (s): those through which one may interpolate.
+    pub fn smooth(&self, since: f64, most: usize) -> Range<usize> {
+        let first = self.levels.partition_point(|level| level.time <= since).saturating_sub(1);
+        first.max(self.levels.len().saturating_sub(most))..self.levels.len()
+    }
+
+    /// The times (s) between `from` and `to` at which what is read `delay` seconds ago passes a level.
+    pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> {
+        self.levels.iter().map(move |level| level.time + delay).filter(move |t| *t > from && *t < to)
+    }
+
+    /// How to read at `time` (s), on the piece between two levels that holds `inside` (s). Before the first level the
+    /// variables are constant.
+    pub fn reading(&self, inside: f64, time: f64) -> Reading {
+        let after = self.levels.partition_point(|level| level.time <= inside);
+        let level = after.clamp(1, self.levels.len() - 1) - 1;
+        let (a, b) = (self.levels[level].time, self.levels[level + 1].time);
+        let h = b - a;
+        if time <= a && after == 0 || h <= 0.0 {
+            return Reading { level, weights: [1.0, 0.0, 0.0, 0.0] };
+        }
+        let x = (time - a) / h;
+        let y = 1.0 - x;
+        let weights = [(1.0 + 2.0 * x) * y * y, x * y * y * h, x * x * (1.0 + 2.0 * y), -x * x * y * h];
+        Reading { level, weights }
+    }
+
+    /// A variable of a point at an earlier time.
+    #[inline]
+    pub fn read(&self, at: &Reading, point: usize, variable: usize) -> f64 {
+        let row = self.row(point);
+        let (old, new) = (&self.levels[at.level].rows[row.clone()], &self.levels[at.level + 1].rows[row]);
+        let rate = self.variables + variable;
+        at.weights[0] * old[variable]
+            + at.weights[1] * old[rate]
+            + at.weights[2] * new[variable]
+            + at.weights[3] * new[rate]
+    }
+
+    /// Replaces the `p` points from `first` on by the 2 `p` points of two parts, at every level.
+    pub fn split(&mut self, first: usize, p: usize, parts: [&PartWeights; 2]) {
+        let width = self.width();
+        let (at, size) = (first * width, p * width);
+        for level in &mut self.levels {
+            let rows = &mut level.rows;
+            let end = rows.len();
+            rows.resize(end + size, 0.0);
+            rows.copy_within(at + size..end, at + 2 * size);
+            for column in 0..width {
+                let old: [f64; MAX_POINTS] =
+                    std::array::from_fn(|g| if g < p { rows[at + g * width + column] } else { 0.0 });
+                for (part, weights) in parts.iter().enumerate() {
+                    for g in 0..p {
+                        let value = weights[g].iter().zip(old).map(|(w, v)| w * v).sum();
+                        rows[at + (part * p + g) * width + column] = value;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Drops the first `points` points at every level: they have left the zone.
+    pub fn drain(&mut self, points: usize) {
+        let gone = points * self.width();
+        for level in &mut self.levels {
+            level.rows.drain(..gone);
+        }
+    }
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.levels.iter().all(|level| level.rows.iter().all(|x| x.is_finite()))
+    }
+}
+
+impl<'a> Record<'a> {
+    #[inline]
+    fn of(row: &'a [f64], size: usize) -> Self {
+        Self { variables: &row[..size], stimuli: &row[2 * size..] }
+    }
+}
+
+impl<'a> RecordMut<'a> {
+    #[inline]
+    fn of(row: &'a mut [f64], size: usize) -> Self {
+        let (variables, rest) = row.split_at_mut(size);
+        let (rates, stimuli) = rest.split_at_mut(size);
+        Self { variables, rates, stimuli }
+    }
+}

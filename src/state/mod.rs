@@ -1,0 +1,99 @@
+//! Everything that the future of a shoot depends on, as one plain value.
+
+mod history;
+mod predictor;
+
+pub(crate) use history::{History, Reading, Spare};
+pub(crate) use predictor::Predictor;
+
+use crate::rod::{Rod, part_weights};
+
+/// The state of a shoot: material points with their intrinsic strains, frames, the laws' variables and their history,
+/// and time.
+///
+/// A plain value: clone it, compare it, keep it, give it back with [`Shoot::restore`](crate::Shoot::restore). A run that
+/// goes on from a restored state repeats the original bit by bit.
+#[derive(Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct State {
+    pub(crate) time: f64,
+    pub(crate) rod: Rod,
+    pub(crate) predictor: Predictor,
+    pub(crate) history: History,
+    /// When the run began or passed a discontinuity: no interpolation in time reaches back across it.
+    pub(crate) smooth_since: f64,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self {
+            time: self.time,
+            rod: self.rod.clone(),
+            predictor: self.predictor.clone(),
+            history: self.history.clone(),
+            smooth_since: self.smooth_since,
+        }
+    }
+
+    /// Reuses the memory of `self`.
+    fn clone_from(&mut self, source: &Self) {
+        (self.time, self.smooth_since) = (source.time, source.smooth_since);
+        self.rod.clone_from(&source.rod);
+        self.predictor.clone_from(&source.predictor);
+        self.history.clone_from(&source.history);
+    }
+}
+
+impl State {
+    /// A shoot at rest at t = 0 that no integrator has started yet.
+    pub(crate) fn new(rod: Rod) -> Self {
+        Self { time: 0.0, rod, predictor: Predictor::default(), history: History::default(), smooth_since: 0.0 }
+    }
+
+    /// Time, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The rod: its material points and its shape.
+    #[must_use]
+    pub fn rod(&self) -> &Rod {
+        &self.rod
+    }
+
+    /// The variables that the tropism laws keep at a material point of the growth zone, by the point's index among all
+    /// points of the rod; nothing for a mature point, or before an integrator has started.
+    #[must_use]
+    pub fn variables(&self, point: usize) -> Option<&[f64]> {
+        self.history.present(point.checked_sub(self.rod.zone().start)?)
+    }
+
+    /// Cuts an element at its coordinate `x`, with everything that lives on it now and in the past.
+    pub(crate) fn split(&mut self, e: usize, x: f64) {
+        let basis = self.rod.basis();
+        self.predictor.split(&self.rod, e, x);
+        if e >= self.rod.first_growing {
+            let parts = [part_weights(basis, 0.0, x), part_weights(basis, x, 1.0)];
+            self.history.split((e - self.rod.first_growing) * basis.p, basis.p, [&parts[0], &parts[1]]);
+        }
+        self.rod.split(e, x);
+    }
+
+    /// Makes two mature elements one if that loses no more than `tolerance`, rad.
+    pub(crate) fn merge(&mut self, e: usize, tolerance: f64) -> bool {
+        let first = self.rod.element_length(e);
+        let share = first / (first + self.rod.element_length(e + 1));
+        let merges = self.rod.merge(e, tolerance);
+        if merges {
+            self.predictor.merge(&self.rod, e, share);
+        }
+        merges
+    }
+
+    /// Takes the first `elements` growing elements out of the growth zone.
+    pub(crate) fn mature(&mut self, elements: usize) {
+        self.rod.first_growing += elements;
+        self.history.drain(elements * self.rod.order().points());
+    }
+}

@@ -1,0 +1,101 @@
+//! The first guess of an equilibrium, extrapolated in time from the last ones.
+
+use nalgebra::Vector3;
+
+use crate::quadrature::lagrange;
+use crate::rod::{Rod, merge_rotations, split_rotations};
+
+/// How many equilibria before the last are kept: a first guess is quadratic in time.
+const EARLIER: usize = 2;
+
+/// The rotation vectors of earlier equilibria, latest first.
+#[derive(Debug, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Predictor {
+    earlier: Vec<Earlier>,
+    /// How many of them there are; the rest is room.
+    known: usize,
+}
+
+/// The rotation vectors of an earlier equilibrium, on the present elements.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Earlier {
+    time: f64,
+    rotations: Vec<Vector3<f64>>,
+}
+
+impl Clone for Predictor {
+    fn clone(&self) -> Self {
+        Self { earlier: self.earlier.clone(), known: self.known }
+    }
+
+    /// Reuses the memory of `self`.
+    fn clone_from(&mut self, source: &Self) {
+        self.known = source.known;
+        self.earlier.truncate(source.earlier.len());
+        let kept = self.earlier.len();
+        for (to, from) in self.earlier.iter_mut().zip(&source.earlier) {
+            to.time = from.time;
+            to.rotations.clone_from(&from.rotations);
+        }
+        self.earlier.extend_from_slice(&source.earlier[kept..]);
+    }
+}
+
+impl Predictor {
+    /// Forgets earlier equilibria and makes room for as many as are extrapolated from.
+    pub fn make_room(&mut self, rod: &Rod, time: f64) {
+        self.known = 0;
+        self.earlier.clear();
+        let room = || Earlier { time, rotations: rod.rotations.clone() };
+        self.earlier.extend((0..EARLIER).map(|_| room()));
+    }
+
+    /// Forgets earlier equilibria: the shape has jumped since.
+    pub fn forget(&mut self) {
+        self.known = 0;
+    }
+
+    /// Keeps the present rotations of `rod`, at time `from` (s), and extrapolates them to time `to`.
+    pub fn extrapolate(&mut self, rod: &mut Rod, from: f64, to: f64) {
+        let known = self.known;
+        let mut times = [from; EARLIER + 1];
+        for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
+            *time = earlier.time;
+        }
+        let mut weights = [0.0; EARLIER + 1];
+        lagrange(&times[..=known], to, &mut weights[..=known]);
+        for (i, rotation) in rod.rotations.iter_mut().enumerate() {
+            let present = *rotation;
+            *rotation = present * weights[0];
+            for (earlier, weight) in self.earlier[..known].iter().zip(&weights[1..]) {
+                *rotation += earlier.rotations[i] * *weight;
+            }
+            // The oldest is no longer needed: the present takes its place.
+            if let Some(last) = self.earlier.last_mut() {
+                last.rotations[i] = present;
+            }
+        }
+        if let Some(last) = self.earlier.last_mut() {
+            last.time = from;
+        }
+        self.earlier.rotate_right(1);
+        self.known = (known + 1).min(self.earlier.len());
+        rod.chain_frames();
+    }
+
+    /// Cuts element `e` of `rod` at its coordinate `x`, in every equilibrium.
+    pub fn split(&mut self, rod: &Rod, e: usize, x: f64) {
+        for earlier in &mut self.earlier {
+            split_rotations(rod.basis(), &mut earlier.rotations, e, x);
+        }
+    }
+
+    /// Makes elements `e` and `e` + 1 one, of which the first is a `share`, in every equilibrium.
+    pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
+        for earlier in &mut self.earlier {
+            merge_rotations(rod.basis(), &mut earlier.rotations, e, share);
+        }
+    }
+}

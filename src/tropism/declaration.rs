@@ -1,0 +1,264 @@
+//! What a law keeps at a material point, and what it reads: said once, in one place.
+
+use super::TropismLaw;
+
+/// Where a number at a material point comes from; the indices count all laws of the shoot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Source {
+    /// A stimulus.
+    Stimulus(usize),
+    /// A variable.
+    Variable(usize),
+    /// A formula of the law's own.
+    #[default]
+    Computed,
+}
+
+impl Source {
+    /// The one that stands `k` places further on.
+    #[must_use]
+    #[inline]
+    pub fn offset(self, k: usize) -> Self {
+        match self {
+            Self::Stimulus(i) => Self::Stimulus(i + k),
+            Self::Variable(i) => Self::Variable(i + k),
+            Self::Computed => Self::Computed,
+        }
+    }
+}
+
+/// How a number changes when the directors d1 and d2 turn about d3, the rest of the world staying as it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Rotation {
+    /// The law says nothing of it.
+    #[default]
+    Undeclared,
+    /// It stays.
+    Invariant,
+    /// It is the component along d1 of a vector; the component along d2 stands next to it.
+    First,
+    /// It is the component along d2 of a vector; the component along d1 stands before it.
+    Second,
+}
+
+/// A variable that a law keeps at every material point of the growth zone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variable {
+    /// How long ago [`gradient`](TropismLaw::gradient) reads it, s; none if it does not.
+    pub delay: Option<f64>,
+    /// τ in ẏ = (… − y)/τ, s; infinite if it does not relax. The integrator treats −y/τ exactly, at any ratio of step
+    /// to τ.
+    pub time_constant: f64,
+    /// x, if the variable is a *linear memory*: τ ẏ = x − y with τ the time constant and nothing else.
+    pub remembers: Source,
+    /// How it changes when the directors turn about d3.
+    pub rotation: Rotation,
+}
+
+impl Variable {
+    /// A variable that the gradient reads as it is now, of which nothing else is known.
+    #[must_use]
+    #[inline]
+    pub fn read_now() -> Self {
+        Self::read_after(0.0)
+    }
+
+    /// A variable that the gradient reads as it was `delay` seconds ago.
+    #[must_use]
+    #[inline]
+    pub fn read_after(delay: f64) -> Self {
+        Self { delay: Some(delay), ..Self::unread() }
+    }
+
+    /// A variable that the gradient does not read: it acts through others.
+    #[must_use]
+    #[inline]
+    pub fn unread() -> Self {
+        Self { delay: None, time_constant: f64::INFINITY, remembers: Source::Computed, rotation: Rotation::Undeclared }
+    }
+
+    /// The same, relaxing in `time_constant` seconds.
+    #[must_use]
+    #[inline]
+    pub fn relaxing_in(self, time_constant: f64) -> Self {
+        Self { time_constant, ..self }
+    }
+
+    /// The same, with what is known of how it turns.
+    #[must_use]
+    #[inline]
+    pub fn turning(self, rotation: Rotation) -> Self {
+        Self { rotation, ..self }
+    }
+}
+
+/// How many numbers laws keep and sense at a material point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Size {
+    /// Variables.
+    pub variables: usize,
+    /// Stimuli.
+    pub stimuli: usize,
+    /// Whether [`gradient`](TropismLaw::gradient) reads the present stimuli.
+    pub reads_present: bool,
+}
+
+impl Size {
+    /// The numbers of a law. For a law whose declaration is known at compile time these are constants.
+    #[must_use]
+    #[inline]
+    pub fn of<T: TropismLaw + ?Sized>(law: &T) -> Self {
+        let mut counted = Declaration { counts_only: true, ..Declaration::default() };
+        law.declare(&mut counted);
+        counted.size
+    }
+
+    /// What [`gradient`](TropismLaw::gradient) is given of the stimuli `x`: all, or none if it does not read the present.
+    #[must_use]
+    #[inline]
+    pub fn present<'a>(&self, x: &'a [f64]) -> &'a [f64] {
+        if self.reads_present { x } else { &[] }
+    }
+}
+
+/// The stimuli that laws sense and the variables that they keep at a material point, in order.
+///
+/// A law writes its own with [`TropismLaw::declare`]; those of a tuple stand one behind the other.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Declaration {
+    size: Size,
+    reads_position: bool,
+    /// The lists below stay empty.
+    counts_only: bool,
+    stimuli: Vec<Rotation>,
+    variables: Vec<Variable>,
+}
+
+impl Declaration {
+    /// What a law declares.
+    #[must_use]
+    pub fn of<T: TropismLaw + ?Sized>(law: &T) -> Self {
+        let mut declaration = Self::default();
+        declaration.read(law);
+        declaration
+    }
+
+    /// Becomes what a law declares, in the memory that is there.
+    pub fn read<T: TropismLaw + ?Sized>(&mut self, law: &T) {
+        self.stimuli.clear();
+        self.variables.clear();
+        (self.size, self.reads_position) = (Size::default(), false);
+        law.declare(self);
+    }
+
+    /// Declares `number` stimuli, of which nothing is said but that they are sensed. Returns the first.
+    #[inline]
+    pub fn stimuli(&mut self, number: usize) -> Source {
+        let first = self.size.stimuli;
+        for _ in 0..number {
+            self.stimulus(Rotation::Undeclared);
+        }
+        Source::Stimulus(first)
+    }
+
+    /// Declares two stimuli that are the components along d1 and d2 of a vector. Returns the first.
+    #[inline]
+    pub fn stimulus_pair(&mut self) -> Source {
+        let first = self.stimulus(Rotation::First);
+        self.stimulus(Rotation::Second);
+        first
+    }
+
+    /// Declares one stimulus that turns in a given way.
+    #[inline]
+    pub fn stimulus(&mut self, rotation: Rotation) -> Source {
+        if !self.counts_only {
+            self.stimuli.push(rotation);
+        }
+        self.size.stimuli += 1;
+        Source::Stimulus(self.size.stimuli - 1)
+    }
+
+    /// Declares a variable.
+    #[inline]
+    pub fn variable(&mut self, variable: Variable) -> Source {
+        if !self.counts_only {
+            self.variables.push(variable);
+        }
+        self.size.variables += 1;
+        Source::Variable(self.size.variables - 1)
+    }
+
+    /// Declares `number` linear memories, τ ẏ = x − y, of what stands from `of` on; they turn as that does. `delay` is how
+    /// long ago the gradient reads them, s, if it does. Returns the first.
+    #[inline]
+    pub fn memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
+        let first = self.size.variables;
+        for k in 0..number {
+            let remembers = of.offset(k);
+            let rotation = self.rotation(remembers);
+            self.variable(Variable { delay, time_constant, remembers, rotation });
+        }
+        Source::Variable(first)
+    }
+
+    /// Declares that [`sense`](TropismLaw::sense) reads the position of the site.
+    #[inline]
+    pub fn reads_position(&mut self) -> &mut Self {
+        self.reads_position = true;
+        self
+    }
+
+    /// Declares that [`gradient`](TropismLaw::gradient) reads the present stimuli, without delay.
+    #[inline]
+    pub fn reads_present(&mut self) -> &mut Self {
+        self.size.reads_present = true;
+        self
+    }
+
+    /// How many stimuli and variables there are.
+    #[must_use]
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// The variables.
+    #[must_use]
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// Whether a law looks where its site is.
+    #[must_use]
+    pub fn needs_position(&self) -> bool {
+        self.reads_position
+    }
+
+    /// How a stimulus or a variable changes when the directors turn about d3.
+    #[must_use]
+    #[inline]
+    pub fn rotation(&self, of: Source) -> Rotation {
+        match of {
+            Source::Stimulus(i) => self.stimuli.get(i).copied().unwrap_or_default(),
+            Source::Variable(i) => self.variables.get(i).map_or(Rotation::Undeclared, |variable| variable.rotation),
+            Source::Computed => Rotation::Undeclared,
+        }
+    }
+
+    /// The delays with which variables are read, s.
+    pub fn delays(&self) -> impl Iterator<Item = f64> {
+        self.variables.iter().filter_map(|variable| variable.delay)
+    }
+
+    /// The longest delay, s; zero if nothing of the past is read.
+    #[must_use]
+    pub fn longest_delay(&self) -> f64 {
+        self.delays().fold(0.0, f64::max)
+    }
+
+    /// The shortest delay, s: zero if the laws read what is present, infinite if they read neither.
+    #[must_use]
+    pub fn shortest_delay(&self) -> f64 {
+        if self.size.reads_present { 0.0 } else { self.delays().fold(f64::INFINITY, f64::min) }
+    }
+}

@@ -1,0 +1,138 @@
+//! The common case of a law: tissue perceives something, and answers to what it remembers of it.
+
+use nalgebra::Vector3;
+
+use super::{Declaration, Growing, Memory, Remembered, Site, Source};
+use crate::error::ParameterError;
+
+/// A few numbers that are passed on from perception to response: `[f64; N]`.
+pub trait Signal: AsRef<[f64]> + Copy {
+    /// How many numbers.
+    const LENGTH: usize;
+
+    /// The first numbers of a slice, which must hold as many.
+    fn read(from: &[f64]) -> Self;
+}
+
+impl<const N: usize> Signal for [f64; N] {
+    const LENGTH: usize = N;
+
+    #[inline]
+    fn read(from: &[f64]) -> Self {
+        std::array::from_fn(|k| from[k])
+    }
+}
+
+/// What tissue perceives at its place: a signal, from what is sensed there and from variables of its own if it needs any.
+///
+/// A perception without variables says what its signal is, [`declare`](Self::declare)s its stimuli and
+/// [`sense`](Self::sense)s them. This one perceives where the light comes from:
+///
+/// ```
+/// use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Perception, Response, Site, Source};
+/// use nalgebra::Vector3;
+///
+/// struct Sunlight(Vector3<f64>);
+///
+/// impl Perception for Sunlight {
+///     type Signal = [f64; 2];
+///
+///     fn declare(&self, to: &mut Declaration) -> Source {
+///         to.stimulus_pair()
+///     }
+///
+///     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+///         let light = site.along_directors(&self.0);
+///         stimuli.copy_from_slice(&[light.x, light.y]);
+///     }
+/// }
+///
+/// // A law: tissue turns to where the light came from.
+/// let phototropism = DirectionalTropism { sensitivity: 0.8, perception: Sunlight(Vector3::x()) }
+///     .remembered(Memory { time: 600.0, delay: 300.0 });
+/// # let _ = phototropism;
+/// ```
+pub trait Perception {
+    /// The numbers that are passed on.
+    type Signal: Signal;
+
+    /// Declares the stimuli, and the variables if there are any, which the gradient does not read. Returns where the
+    /// signal stands among them.
+    #[inline]
+    fn declare(&self, to: &mut Declaration) -> Source {
+        to.stimuli(Self::Signal::LENGTH)
+    }
+
+    /// Writes the stimuli at a place, as many as are declared.
+    fn sense(&self, site: &Site, stimuli: &mut [f64]);
+
+    /// The signal, from the variables and the stimuli: the first stimuli unless said otherwise.
+    #[inline]
+    fn signal(&self, _variables: &[f64], stimuli: &[f64]) -> Self::Signal {
+        Self::Signal::read(stimuli)
+    }
+
+    /// Writes the rates of the variables, their unit per second.
+    #[inline]
+    fn rates(&self, _variables: &[f64], _stimuli: &[f64], _rates: &mut [f64]) {}
+
+    /// Writes the variables after these stimuli have lasted for ever.
+    #[inline]
+    fn steady(&self, _stimuli: &[f64], _variables: &mut [f64]) {}
+
+    /// Writes the variables at t = 0 of a shoot without a history: steady unless said otherwise.
+    #[inline]
+    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.steady(stimuli, variables);
+    }
+
+    /// The time by which the signal still lags when it is read, s.
+    #[inline]
+    fn delay(&self) -> f64 {
+        0.0
+    }
+
+    /// As [`TropismLaw::next_discontinuity`](super::TropismLaw::next_discontinuity).
+    fn next_discontinuity(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Refuses parameters that make no sense.
+    ///
+    /// # Errors
+    /// The first such parameter.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+}
+
+/// What tissue perceives, with the growth that it asks for in answer. [`remembered`](Self::remembered) makes a
+/// [`TropismLaw`](super::TropismLaw) of it.
+pub trait Response {
+    /// What perceives the signal.
+    type Perception: Perception;
+
+    /// What perceives the signal.
+    fn perception(&self) -> &Self::Perception;
+
+    /// The growth gradient that a signal asks for: the rate of the intrinsic strain divided by REGR, components along the
+    /// directors, 1/m.
+    fn gradient(&self, at: &Growing, signal: <Self::Perception as Perception>::Signal) -> Vector3<f64>;
+
+    /// Refuses parameters that make no sense.
+    ///
+    /// # Errors
+    /// The first such parameter.
+    fn check(&self) -> Result<(), ParameterError> {
+        self.perception().check()
+    }
+
+    /// The answer to what is remembered of the signal. Memories chain: the memory of a memory filters twice.
+    #[inline]
+    fn remembered(self, memory: Memory) -> Remembered<Self>
+    where
+        Self: Sized,
+    {
+        Remembered { response: self, memory }
+    }
+}
