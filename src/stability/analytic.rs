@@ -18,6 +18,15 @@ pub(super) struct Sample {
     pub nearness: f64,
 }
 
+/// Between which sizes of λ the zeros of functions are.
+pub(super) trait Scales {
+    /// A radius outside which there is no zero with Re λ ≥ `abscissa`, 1/s.
+    fn bound(&self, abscissa: f64) -> f64;
+
+    /// The slowest rate of the problem, 1/s: λ that are smaller by many digits are zero.
+    fn slowest_rate(&self) -> f64;
+}
+
 /// A function that is real on the real axis, tends to one far right, and is analytic right of a line but for the zeros of
 /// its [divisors](Self::divisors).
 pub(super) trait Analytic {
@@ -28,11 +37,8 @@ pub(super) trait Analytic {
         (self.at(z), 0.0)
     }
 
-    /// A radius outside which there is no zero with Re λ ≥ `abscissa`, 1/s.
-    fn bound(&self, abscissa: f64) -> f64;
-
-    /// The slowest rate of the problem, 1/s: λ that are smaller by many digits are zero.
-    fn slowest_rate(&self) -> f64;
+    /// Where its zeros are.
+    fn scales(&self) -> &dyn Scales;
 
     /// The denominators of a quotient. A zero next to one of their zeros is none of the problem.
     fn divisors(&self) -> Vec<&dyn Analytic> {

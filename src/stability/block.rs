@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Complex;
 
-use super::analytic::{Analytic, AnalyticMatrix, RESOLVED, Sample};
+use super::analytic::{Analytic, AnalyticMatrix, RESOLVED, Sample, Scales};
 use super::linear::{LinearProblem, Transfers};
 use super::short_waves::Element;
 
@@ -110,12 +110,8 @@ impl Analytic for Block {
         (sample, self.unresolved_share(z, &transfers, &sample))
     }
 
-    fn bound(&self, abscissa: f64) -> f64 {
-        self.problem.bound(abscissa)
-    }
-
-    fn slowest_rate(&self) -> f64 {
-        self.problem.slowest_rate()
+    fn scales(&self) -> &dyn Scales {
+        &*self.problem
     }
 
     fn divisors(&self) -> Vec<&dyn Analytic> {

@@ -220,10 +220,6 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
 /// The side of the unit square that a segment from the inside crosses first: the coordinate and its value.
 fn leaves(from: &Vector2<f64>, to: &Vector2<f64>) -> Option<(usize, f64)> {
     let crossing = |k: usize, side: f64| (side - from[k]) / (to[k] - from[k]);
-    let outside = (0..2).filter_map(|k| match to[k] {
-        x if x < 0.0 => Some((k, 0.0)),
-        x if x > 1.0 => Some((k, 1.0)),
-        _ => None,
-    });
+    let outside = (0..2).map(|k| (k, to[k].clamp(0.0, 1.0))).filter(|&(k, side)| to[k] != side);
     outside.min_by(|a, b| crossing(a.0, a.1).total_cmp(&crossing(b.0, b.1)))
 }

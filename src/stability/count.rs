@@ -24,20 +24,16 @@ pub(super) fn count_right_of(f: &dyn Analytic, abscissa: f64) -> Result<usize, S
     // From the real axis up to where no root is: the other half mirrors it, the arc far right contributes nothing
     // because f is real at its right end and within 1 of 1 beyond the bound. Octave by octave from what the line's
     // distance from zero resolves, since without proprioception roots accumulate there.
-    let top = 8.0 * f.bound(abscissa);
-    let slow = f.slowest_rate();
+    let top = 8.0 * f.scales().bound(abscissa);
+    let slow = f.scales().slowest_rate();
     let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
     let mut last = (0.0, on_line(0.0));
-    let mut turn = Some(0.0);
-    for octave in (0..=octaves).rev() {
+    let changes = (0..=octaves).rev().map(|octave| {
         let w = top * 0.5_f64.powi(octave);
-        let next = (w, on_line(w));
-        turn = turn.and_then(|sum| Some(sum + argument(&mut on_line, last, next, 0)?));
-        if turn.is_none() {
-            break;
-        }
-        last = next;
-    }
+        let from = std::mem::replace(&mut last, (w, on_line(w)));
+        argument(&mut on_line, from, last, 0)
+    });
+    let turn: Option<f64> = changes.sum();
     if !(share < RESOLVED) {
         return Err(StabilityError::UnderResolved { share });
     }
@@ -52,16 +48,16 @@ pub(super) fn count_right_of(f: &dyn Analytic, abscissa: f64) -> Result<usize, S
 /// The number of zeros less that of poles in a rectangle; none if one lies on its sides.
 pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f64>) -> Option<usize> {
     let corners = [low, Complex::new(high.re, low.im), high, Complex::new(low.re, high.im)];
-    let mut turn = 0.0;
-    for (i, &corner) in corners.iter().enumerate() {
-        let side = corners[(i + 1) % 4] - corner;
+    let changes = (0..4).map(|i| {
+        let side = corners[(i + 1) % 4] - corners[i];
         let mut on_side = |t: f64| {
-            let at = f.at(corner + side * t);
+            let at = f.at(corners[i] + side * t);
             Sample { log_derivative: at.log_derivative * side, nearness: at.nearness * side.norm(), ..at }
         };
         let ends = [on_side(0.0), on_side(1.0)];
-        turn += argument(&mut on_side, (0.0, ends[0]), (1.0, ends[1]), 0)?;
-    }
+        argument(&mut on_side, (0.0, ends[0]), (1.0, ends[1]), 0)
+    });
+    let turn: f64 = changes.sum::<Option<f64>>()?;
     whole(turn / std::f64::consts::TAU)
 }
 

@@ -14,18 +14,14 @@ pub enum StabilityError {
     Equilibrium(#[from] EquilibriumError),
     /// The equilibrium is unstable by itself, before any growth.
     #[error(
-        "the equilibrium is mechanically unstable, with {negative} negative eigenvalues: the shoot buckles or falls, \
-             whatever it senses; make it shorter, lighter or stiffer"
+        "the shoot buckles or falls: its equilibrium has {negative} unstable directions; make it shorter or stiffer"
     )]
     MechanicallyUnstable {
         /// Number of negative eigenvalues of the energy.
         negative: usize,
     },
     /// A law, a load, gravity or the base depends on time (an oscillator, say): nothing is stationary.
-    #[error(
-        "something depends on time: the laws ask for different growth at different times (by {change:.3e} 1/m), or the \
-             base turns; the shoot is forced, leave the forcing out"
-    )]
+    #[error("the shoot is forced: its laws or its base change in time, by {change:.3e} 1/m; leave the forcing out")]
     Forced {
         /// By how much the gradient changes, or the turn of the base over the length, 1/m.
         change: f64,
@@ -37,21 +33,16 @@ pub enum StabilityError {
         gradient: f64,
     },
     /// No stationary state was found; a tilted shoot without proprioception has none.
-    #[error(
-        "no stationary state after {iterations} iterations: the laws still ask for a gradient of {gradient:.3e} 1/m"
-    )]
+    #[error("no stationary state: after {iterations} iterations the laws ask for a gradient of {gradient:.3e} 1/m")]
     NoStationaryState {
         /// Iterations done.
         iterations: usize,
         /// The largest gradient still asked for, 1/m.
         gradient: f64,
     },
-    /// The laws are content at every material point, but the shape between them is not resolved: there is no such state, as
-    /// with a tilted shoot without proprioception, or the elements are too long for it.
-    #[error(
-        "the shape with which the laws are content is not resolved: within one element its strain departs from a \
-             polynomial of lower degree by {turn:.3e} rad"
-    )]
+    /// The laws ask for no change at any material point, but the shape between the points is not resolved: there is no
+    /// stationary state, as with a tilted shoot without proprioception, or the elements are too long for it.
+    #[error("the mesh does not resolve the stationary shape: waves inside an element turn it by {turn:.3e} rad")]
     Unresolved {
         /// The largest turn within an element by the highest polynomial of the strain, rad.
         turn: f64,
@@ -60,9 +51,7 @@ pub enum StabilityError {
     #[error("nothing is steered: there is no law, or its sensitivity is zero, or no tissue grows")]
     NothingDriven,
     /// The parameter range holds no crossing of the axis.
-    #[error(
-        "no root crosses the axis between {from} and {to}: {unstable_from} and {unstable_to} unstable roots at the ends"
-    )]
+    #[error("no root crosses the axis: {unstable_from} are unstable at {from}, {unstable_to} at {to}")]
     NoCrossing {
         /// Start of the range.
         from: f64,
@@ -81,10 +70,7 @@ pub enum StabilityError {
     },
     /// The mesh does not resolve waves that matter for the answer; take more elements. Next to the essential spectrum, and
     /// with fast growth and no proprioception, ever shorter waves matter, and it may be that no mesh resolves them.
-    #[error(
-        "the mesh does not resolve waves that matter: its error may change the characteristic function by {share:.1e} of \
-             itself; take more elements"
-    )]
+    #[error("short waves matter that the mesh does not resolve (to {share:.1e} of the function); take more elements")]
     UnderResolved {
         /// The share of itself by which the characteristic function may change, at the λ where this share is largest.
         share: f64,
@@ -96,10 +82,7 @@ pub enum StabilityError {
         what: &'static str,
     },
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
-    #[error(
-        "no isolated root lies right of the essential spectrum and of the laws' own rates; essential_spectrum() and \
-             unstable() have answers"
-    )]
+    #[error("no isolated root lies right of the essential spectrum; essential_spectrum() and unstable() have answers")]
     NoIsolatedRoot,
     /// A count of roots or a root did not come out to the accuracy asked for.
     #[error("{what} did not converge: {residual:.3e} is left")]

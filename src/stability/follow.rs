@@ -17,7 +17,7 @@ const CONTRACTION: f64 = 0.5;
 /// A root of a part of the spectrum at N parameters, and its derivatives by them as far as they are known.
 #[derive(Debug, Clone)]
 pub(super) struct Follower<const N: usize> {
-    part: Part,
+    pub part: Part,
     pub at: SVector<f64, N>,
     pub root: Complex<f64>,
     /// The derivatives.
@@ -40,11 +40,6 @@ impl<const N: usize> Follower<N> {
         let what = "start of the boundary (there is no root next to its frequency)";
         let none = StabilityError::NoConvergence { what, residual: frequency };
         nearest.map(|root| Self::new(linear, at, root)).ok_or(none)
-    }
-
-    /// Whether the essential spectrum is followed.
-    pub fn is_essential(&self) -> bool {
-        matches!(self.part, Part::Essential(_))
     }
 
     /// Whether |Re λ| is below a share of the root's size, or of the slowest rate.

@@ -2,9 +2,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::analytic::AnalyticMatrix;
+use super::analytic::{AnalyticMatrix, Scales};
 use super::error::StabilityError;
-use super::steady::{SteadyState, StimulusDerivatives};
+use super::steady::{SteadyState, stimulus_derivatives};
 use super::transfer::TransferFunction;
 use crate::equilibrium::{Branch, NewtonSolver};
 use crate::growth::GrowthLaw;
@@ -58,7 +58,7 @@ impl LinearProblem {
         force: &InternalForce,
         solver: &mut NewtonSolver,
     ) -> Result<Self, StabilityError> {
-        let StimulusDerivatives { strain, turn } = StimulusDerivatives::of(shoot, rod, force);
+        let (strain, turn) = stimulus_derivatives(shoot, rod, force);
         let law = shoot.model.tropism();
         let stimuli = Size::of(law).stimuli;
         let mut transfers: Vec<TransferFunction> = Vec::new();
@@ -137,23 +137,9 @@ impl LinearProblem {
         matrix.value.map(|z| z.re).lu().solve(&residual)
     }
 
-    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X. It holds for
-    /// the whole shoot, for an element by itself and for a point by itself. Stimuli and variables are measured by their
-    /// sizes, since laws have units of their own.
-    pub fn bound(&self, abscissa: f64) -> f64 {
-        let radii = self.transfers.iter().map(|transfer| transfer.radius(&self.sizes, abscissa));
-        1.001 * radii.fold(0.0, f64::max).max(self.slowest_rate() * 1e-3)
-    }
-
-    /// The inverse of the longest time in the laws' rates and delays, 1/s.
-    pub fn slowest_rate(&self) -> f64 {
-        let slowest = self.rates().fold(f64::INFINITY, f64::min);
-        if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
-    }
-
     /// Sizes of the laws' own rates, and the inverse delays, 1/s.
     fn rates(&self) -> impl Iterator<Item = f64> {
-        let delays = self.transfers.iter().flat_map(|t| &t.delays).filter(|d| d.is_finite()).map(|d| 1.0 / d);
+        let delays = self.transfers.iter().flat_map(|t| &t.delays).map(|d| 1.0 / d);
         let rates = self.transfers.iter().flat_map(|t| &t.own_rates).map(|rate| rate.norm());
         delays.chain(rates).filter(|rate| *rate > 0.0 && rate.is_finite())
     }
@@ -177,6 +163,22 @@ impl LinearProblem {
             Complex::from_polar(size, 0.4 + 0.13 * k as f64)
         };
         (0..=decades + 1).map(at).collect()
+    }
+}
+
+impl Scales for LinearProblem {
+    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X. It holds for
+    /// the whole shoot, for an element by itself and for a point by itself. Stimuli and variables are measured by their
+    /// sizes, since laws have units of their own.
+    fn bound(&self, abscissa: f64) -> f64 {
+        let radii = self.transfers.iter().map(|transfer| transfer.radius(&self.sizes, abscissa));
+        1.001 * radii.fold(0.0, f64::max).max(self.slowest_rate() * 1e-3)
+    }
+
+    /// The inverse of the longest time in the laws' rates and delays, 1/s.
+    fn slowest_rate(&self) -> f64 {
+        let slowest = self.rates().fold(f64::INFINITY, f64::min);
+        if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
     }
 }
 

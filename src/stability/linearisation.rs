@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Complex;
 
+use super::analytic::Scales;
+use super::block::Block;
 use super::count::count_right_of;
 use super::error::StabilityError;
 use super::linear::{LinearProblem, precise_solver};
@@ -81,7 +83,7 @@ impl Linearisation {
     pub fn unstable(&self) -> Result<Unstable, StabilityError> {
         for local in &self.spectrum.local {
             if count_right_of(local, threshold(local))? > 0 {
-                return Ok(Unstable::Infinite { abscissa: self.essential_abscissa()?.unwrap_or(0.0) });
+                return Ok(Unstable::Infinite { abscissa: abscissa(&self.essential()?).unwrap_or(0.0) });
             }
         }
         let mut sum = 0;
@@ -108,20 +110,20 @@ impl Linearisation {
         Ok(out)
     }
 
-    /// The isolated roots with Re λ > `abscissa` (1/s), rightmost first, with their modes. The line must lie right of the
+    /// The isolated roots with Re λ > `line` (1/s), rightmost first, with their modes. The line must lie right of the
     /// essential spectrum and of the laws' own rates, −1/τm.
     ///
     /// # Errors
     /// A line that does not, or a root that is not found.
-    pub fn roots(&self, abscissa: f64) -> Result<Vec<Root>, StabilityError> {
+    pub fn roots(&self, line: f64) -> Result<Vec<Root>, StabilityError> {
         const LINE: &str = "line right of which roots are sought";
-        ParameterError::finite(LINE, abscissa)?;
-        ParameterError::unless(abscissa >= self.problem.leftmost(), LINE, abscissa, "right of −0.9/τm (1/s)")?;
-        let essential = self.essential_abscissa()?.unwrap_or(f64::NEG_INFINITY);
-        ParameterError::unless(abscissa > essential, LINE, abscissa, "right of the essential spectrum (1/s)")?;
+        ParameterError::finite(LINE, line)?;
+        ParameterError::unless(line >= self.problem.leftmost(), LINE, line, "right of −0.9/τm (1/s)")?;
+        let essential = abscissa(&self.essential()?).unwrap_or(f64::NEG_INFINITY);
+        ParameterError::unless(line > essential, LINE, line, "right of the essential spectrum (1/s)")?;
         let mut found: Vec<Root> = Vec::new();
         for (_, block) in self.spectrum.blocks() {
-            found.extend(roots_right_of(block, abscissa)?.into_iter().map(|value| mode(block, value)));
+            found.extend(roots_right_of(block, line)?.into_iter().map(|value| mode(block, value)));
         }
         found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
         Ok(found)
@@ -133,28 +135,20 @@ impl Linearisation {
     /// None found right of the essential spectrum and of the laws' own rates, or a mesh that does not resolve the waves
     /// that matter.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
-        let left = self.left_of_isolated(self.essential_abscissa()?);
-        let mut best = None;
-        for (_, block) in self.spectrum.blocks() {
-            if let Some(z) = rightmost(block, left)?
-                && best.is_none_or(|(_, other): (_, Complex<f64>)| z.re > other.re)
-            {
-                best = Some((block, z));
-            }
-        }
-        best.map(|(block, z)| mode(block, z)).ok_or(StabilityError::NoIsolatedRoot)
+        let roots = self.isolated(&self.essential()?)?.into_iter();
+        let best = roots.reduce(|a, b| if b.2.re > a.2.re { b } else { a });
+        best.map(|(_, block, value)| mode(block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The rightmost root, isolated or essential, and the part that it belongs to.
     pub(super) fn leading(&self) -> Result<(Part, Complex<f64>), StabilityError> {
-        let mut roots = self.essential()?;
-        let left = self.left_of_isolated(roots.iter().map(|(_, z)| z.re).reduce(f64::max));
-        for (name, block) in self.spectrum.blocks() {
-            roots.extend(rightmost(block, left)?.map(|z| (name, z)));
-        }
+        let essential = self.essential()?;
+        let isolated = self.isolated(&essential)?.into_iter().map(|(name, _, value)| (name, value));
         // Of equal ones the first.
-        let leading = roots.into_iter().reduce(|a, b| if b.1.re > a.1.re + 1e-9 * b.1.norm() { b } else { a });
-        leading.ok_or(StabilityError::NoIsolatedRoot)
+        let further = |a: (Part, Complex<f64>), b: (Part, Complex<f64>)| {
+            if b.1.re > a.1.re + 1e-9 * b.1.norm() { b } else { a }
+        };
+        essential.iter().copied().chain(isolated).reduce(further).ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The inverse of the longest time in the laws, 1/s.
@@ -171,14 +165,22 @@ impl Linearisation {
         Ok(out)
     }
 
-    /// The largest real part of the essential spectrum.
-    fn essential_abscissa(&self) -> Result<Option<f64>, StabilityError> {
-        Ok(self.essential()?.into_iter().map(|(_, z)| z.re).reduce(f64::max))
+    /// The rightmost root of every block that has one right of the essential spectrum. Left of that the characteristic
+    /// function has poles; without proprioception all roots accumulate at zero.
+    fn isolated(
+        &self,
+        essential: &[(Part, Complex<f64>)],
+    ) -> Result<Vec<(Part, &Block, Complex<f64>)>, StabilityError> {
+        let left = abscissa(essential).unwrap_or(0.0) + 1e-4 * self.slowest_rate();
+        let mut out = Vec::new();
+        for (name, block) in self.spectrum.blocks() {
+            out.extend(rightmost(block, left.max(self.problem.leftmost()))?.map(|z| (name, block, z)));
+        }
+        Ok(out)
     }
+}
 
-    /// The line left of which no isolated root is sought, for an abscissa of the essential spectrum: left of that the
-    /// characteristic function has poles. Without proprioception all roots accumulate at zero.
-    fn left_of_isolated(&self, essential: Option<f64>) -> f64 {
-        self.problem.leftmost().max(essential.unwrap_or(0.0) + 1e-4 * self.problem.slowest_rate())
-    }
+/// The largest real part of some roots.
+fn abscissa(roots: &[(Part, Complex<f64>)]) -> Option<f64> {
+    roots.iter().map(|(_, z)| z.re).reduce(f64::max)
 }

@@ -57,11 +57,8 @@ pub(super) fn mode(block: &Block, value: Complex<f64>) -> Root {
     // No mode is orthogonal to this: its entries have no pattern.
     let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos()));
     for _ in 0..3 {
-        if let Some(next) = lu.solve(&v) {
-            let norm = next.norm();
-            if norm.is_finite() && norm > 0.0 {
-                v = next / Complex::from(norm);
-            }
+        if let Some(next) = lu.solve(&v).filter(|next| next.norm().is_normal()) {
+            v = next.normalize();
         }
     }
     let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());

@@ -43,7 +43,7 @@ impl Onset {
         Self {
             parameter: crossing.at[0],
             frequency: crossing.frequency(),
-            essential: crossing.is_essential(),
+            essential: matches!(crossing.part, Part::Essential(_)),
             residual: crossing.root.re.abs(),
             linearisations,
         }
@@ -70,7 +70,7 @@ pub fn onset(
     };
     let (first, last) = (at(from)?, at(to)?);
     let ends = [first.unstable()?, last.unstable()?];
-    let (stable_end, mut unstable, linear) = match ends.map(number) {
+    let (stable_end, unstable, linear) = match ends.map(number) {
         [0, n] if n > 0 => (from, to, last),
         [n, 0] if n > 0 => (to, from, first),
         [unstable_from, unstable_to] => {
@@ -93,22 +93,19 @@ pub fn onset(
                 let beyond = crossing.at[0] + (stable_end - crossing.at[0]).signum() * 1e-5 * (to - from).abs();
                 beyond.clamp(from.min(to), from.max(to))
             }
-            None => 0.5 * (stable + unstable),
+            None => 0.5 * (stable + leading.at[0]),
         };
         let linear = at(next)?;
         match (number(linear.unstable()?), crossing) {
             (0, Some(crossing)) => return Ok(Onset::of(&crossing, linearisations.get())),
             (0, None) => stable = next,
             (_, crossing) => {
-                if crossing.is_some() {
-                    stable = stable_end;
-                }
-                unstable = next;
-                leading = Follower::new(&linear, Vector1::new(unstable), linear.leading()?);
+                stable = if crossing.is_some() { stable_end } else { stable };
+                leading = Follower::new(&linear, Vector1::new(next), linear.leading()?);
             }
         }
     }
-    Err(StabilityError::NoConvergence { what: "onset", residual: (stable - unstable).abs() })
+    Err(StabilityError::NoConvergence { what: "onset", residual: leading.root.re })
 }
 
 /// Finds every value of a parameter between `from` and `to` at which roots cross the axis for good: the number of unstable

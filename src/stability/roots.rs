@@ -29,7 +29,7 @@ fn newton_step(f: &dyn Analytic, z: Complex<f64>) -> Complex<f64> {
 pub(super) fn polish(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
     let mut z = start;
     let mut last = f64::INFINITY;
-    let smallest = f.slowest_rate() * 1e-3;
+    let smallest = f.scales().slowest_rate() * 1e-3;
     for _ in 0..60 {
         let step = newton_step(f, z);
         z += step;
@@ -55,7 +55,7 @@ pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Comp
     let count = count_right_of(f, abscissa)?;
     let number = |found: &[Complex<f64>]| found.iter().map(with_conjugate).sum::<usize>();
     let mut found: Vec<Complex<f64>> = Vec::new();
-    let top = f.bound(abscissa);
+    let top = f.scales().bound(abscissa);
     for refinement in 0..2 {
         let lines = 1 + 2 * refinement;
         for line in 0..lines {
@@ -96,7 +96,7 @@ pub(super) fn rightmost(f: &dyn Analytic, left: f64) -> Result<Option<Complex<f6
 
 /// How far right of the axis a zero must lie to count as unstable, 1/s.
 pub(super) fn threshold(f: &dyn Analytic) -> f64 {
-    1e-6 * f.slowest_rate()
+    1e-6 * f.scales().slowest_rate()
 }
 
 /// Adds a root or its conjugate, whichever has Im λ ≥ 0, if it is new.
@@ -133,15 +133,16 @@ fn isolate(
         return Err(error);
     }
     let size = high - low;
+    let cut = |corner: Complex<f64>, share: f64| {
+        if size.re > size.im {
+            Complex::new(low.re + share * size.re, corner.im)
+        } else {
+            Complex::new(corner.re, low.im + share * size.im)
+        }
+    };
     // Off the middle, and elsewhere if a root lies on the cut.
     for share in [0.47, 0.61, 0.35] {
-        let (first_high, second_low) = if size.re > size.im {
-            let cut = low.re + share * size.re;
-            (Complex::new(cut, high.im), Complex::new(cut, low.im))
-        } else {
-            let cut = low.im + share * size.im;
-            (Complex::new(high.re, cut), Complex::new(low.re, cut))
-        };
+        let (first_high, second_low) = (cut(high, share), cut(low, share));
         let Some(first) = count_within(f, low, first_high) else { continue };
         if first <= number {
             isolate(f, (low, first_high), Some(first), depth + 1, found)?;
@@ -153,7 +154,7 @@ fn isolate(
 
 /// Zeros that Newton's method finds from a line; each may occur more than once.
 fn near_line(f: &dyn Analytic, re: f64, points: usize) -> Vec<Complex<f64>> {
-    let top = f.bound(re);
+    let top = f.scales().bound(re);
     let at = |i: usize| Complex::new(re, top * (i as f64 / points as f64).powi(2));
     let steps: Vec<f64> = (0..=points).map(|i| newton_step(f, at(i)).norm()).collect();
     let shortest = |i: usize| (i == 0 || steps[i] <= steps[i - 1]) && (i == points || steps[i] <= steps[i + 1]);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::analytic::{Analytic, AnalyticMatrix, Sample};
+use super::analytic::{Analytic, AnalyticMatrix, Sample, Scales};
 use super::linear::{LinearProblem, Transfers};
 
 /// Elements whose own problems differ by less than this share of their response are equal: rounding of the differences.
@@ -27,27 +27,20 @@ pub(super) struct LocalProblem {
 impl LocalProblem {
     pub fn matrix(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticMatrix {
         let transfer = &transfers[self.kind];
-        let local = &self.problem.transfers[self.kind].local;
+        let local = self.problem.transfers[self.kind].local.select_columns(&self.components).map(Complex::from);
         let mut out = AnalyticMatrix::lambda(z, self.components.len());
-        for (i, &row) in self.components.iter().enumerate() {
-            for (j, &column) in self.components.iter().enumerate() {
-                for (k, x) in local.column(column).iter().enumerate() {
-                    out.value[(i, j)] -= transfer.value[(row, k)] * *x;
-                    out.derivative[(i, j)] -= transfer.derivative[(row, k)] * *x;
-                }
-            }
-        }
+        out.value -= transfer.value.select_rows(&self.components) * &local;
+        out.derivative -= transfer.derivative.select_rows(&self.components) * &local;
         out
     }
 }
 
 /// det A/(λ + c)ⁿ, −c left of every line that is counted on.
 fn determinant_over_power(problem: &LinearProblem, z: Complex<f64>, matrix: AnalyticMatrix) -> Sample {
-    let n = matrix.value.nrows() as f64;
+    let n = matrix.value.nrows() as u32;
     let c = shifted(problem, z);
-    let scaled = AnalyticMatrix { value: matrix.value / c, derivative: matrix.derivative / c };
-    let (value, log_derivative) = scaled.determinant();
-    Sample { value, log_derivative: log_derivative - Complex::from(n) / c, nearness: 0.0 }
+    let (value, log_derivative) = matrix.determinant();
+    Sample { value: value / c.powu(n), log_derivative: log_derivative - c.inv() * f64::from(n), nearness: 0.0 }
 }
 
 /// λ + c.
@@ -69,12 +62,8 @@ impl Analytic for LocalProblem {
         out
     }
 
-    fn bound(&self, abscissa: f64) -> f64 {
-        self.problem.bound(abscissa)
-    }
-
-    fn slowest_rate(&self) -> f64 {
-        self.problem.slowest_rate()
+    fn scales(&self) -> &dyn Scales {
+        &*self.problem
     }
 }
 
@@ -135,8 +124,8 @@ impl Element {
         let n = driven.len();
         let own = self.local.matrix(z, transfers).value.try_inverse();
         let own = own.unwrap_or_else(|| DMatrix::from_element(n, n, Complex::from(f64::INFINITY)));
-        let turn = &transfers[self.local.kind].value * self.turn.map(Complex::from);
-        (&own * DMatrix::from_fn(n, n, |i, j| turn[(driven[i], driven[j])]), own)
+        let turn = self.turn.select_columns(driven).map(Complex::from);
+        (&own * (transfers[self.local.kind].value.select_rows(driven) * turn), own)
     }
 
     /// The inverse distance of the essential spectrum, s.
@@ -152,11 +141,7 @@ impl Analytic for Element {
         determinant_over_power(problem, z, self.matrix(z, &problem.transfers_at(z)))
     }
 
-    fn bound(&self, abscissa: f64) -> f64 {
-        self.local.bound(abscissa)
-    }
-
-    fn slowest_rate(&self) -> f64 {
-        self.local.slowest_rate()
+    fn scales(&self) -> &dyn Scales {
+        &*self.local.problem
     }
 }

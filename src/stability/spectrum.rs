@@ -112,15 +112,10 @@ fn sets_that_couple(
     // Couplings below rounding of the diagonal do not count either.
     let threshold = threshold.max(1e-9 * strength.diagonal().max());
     let mut label: Vec<usize> = (0..n).collect();
-    let mut changed = true;
-    while changed {
-        changed = false;
-        for (i, j) in pairs() {
-            if strength[(i, j)] > threshold && label[i] != label[j] {
-                let least = label[i].min(label[j]);
-                (label[i], label[j]) = (least, least);
-                changed = true;
-            }
+    for (i, j) in pairs().filter(|&at| strength[at] > threshold) {
+        let (least, other) = (label[i].min(label[j]), label[i].max(label[j]));
+        if least != other {
+            label.iter_mut().filter(|name| **name == other).for_each(|name| *name = least);
         }
     }
     // Each set is named by its least index.

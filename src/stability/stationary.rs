@@ -64,7 +64,6 @@ impl StationarySolver {
         let environment = shoot.model.scene().environment(shoot.state.time);
         shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time));
         let mut iterations = self.find_shape(shoot)?;
-        self.hold_shape(shoot);
         let mut solver = precise_solver();
         let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
         let limit = iterations + self.max_iterations;
@@ -95,7 +94,8 @@ impl StationarySolver {
         }
     }
 
-    /// Newton's method for the visible strain under which the laws ask for no change, on an unloaded copy of the rod.
+    /// Gives the shoot the shape in which the laws ask for no change, and the intrinsic strain that holds it. Newton's
+    /// method for the visible strain, on an unloaded copy of the rod.
     fn find_shape(&self, shoot: &mut Shoot<impl Model>) -> Result<usize, StabilityError> {
         let environment = shoot.model.scene().environment(shoot.state.time);
         let rod = &shoot.state.rod;
@@ -111,7 +111,6 @@ impl StationarySolver {
             let _ = Unloaded.equilibrate(trial, shoot.model.constitutive(), &force)?;
             Ok(SteadyState::of(shoot, trial, &force))
         };
-        let gradients = |trial: &mut Rod| Ok(flat(&evaluate(trial)?));
         let mut steady = evaluate(&mut trial)?;
         check_unforced(shoot, &trial, &(), &steady)?;
         let mut iterations = 0;
@@ -125,7 +124,7 @@ impl StationarySolver {
                 return Err(failed);
             }
             let residual = flat(&steady);
-            let step = jacobian(&trial, residual.len(), gradients)?.lu().solve(&residual).ok_or(failed.clone())?;
+            let step = jacobian(&trial, residual.len(), &evaluate)?.lu().solve(&residual).ok_or(failed.clone())?;
             let mut fraction = 1.0;
             (trial, steady) = loop {
                 let mut moved = displaced(&trial, &(&step * -fraction));
@@ -145,24 +144,15 @@ impl StationarySolver {
         if turn > RESOLVED {
             return Err(StabilityError::Unresolved { turn });
         }
-        shoot.state.rod = trial;
-        Ok(iterations)
-    }
-
-    /// Takes from the visible strain, which stands in the rod as if intrinsic, what the load makes of it.
-    fn hold_shape(&self, shoot: &mut Shoot<impl Model>) {
-        let environment = shoot.model.scene().environment(shoot.state.time);
-        let p = shoot.state.rod.order().points();
-        let first = shoot.state.rod.first_growing() * p;
-        let mut elastic = vec![nalgebra::Vector3::zeros(); shoot.state.rod.points().len() - first];
-        let force = InternalForce::of(&shoot.state.rod, shoot.model.load(), &environment);
-        visit_sites(&shoot.state.rod, shoot.model.constitutive(), &force, false, |i, site| {
-            // The law's answer to the couple, from the visible strain: nothing of it is elastic yet.
-            elastic[i] = site.strain - shoot.state.rod.points()[first + i].intrinsic;
+        // The law's answer to the couple is elastic strain: of the visible strain the rest is intrinsic.
+        let force = InternalForce::of(&trial, shoot.model.load(), &environment);
+        let mut change = DVector::zeros(3 * steady.gradients.len());
+        let first = trial.points().len() - steady.gradients.len();
+        visit_sites(&trial, shoot.model.constitutive(), &force, false, |i, site| {
+            change.fixed_rows_mut::<3>(3 * i).copy_from(&(trial.points()[first + i].intrinsic - site.strain));
         });
-        for (point, elastic) in shoot.state.rod.points_mut()[first..].iter_mut().zip(elastic) {
-            point.intrinsic -= elastic;
-        }
+        shoot.state.rod = displaced(&trial, &change);
+        Ok(iterations)
     }
 }
 
@@ -185,18 +175,15 @@ fn displaced(rod: &Rod, change: &DVector<f64>) -> Rod {
 fn jacobian(
     rod: &Rod,
     n: usize,
-    gradients: impl Fn(&mut Rod) -> Result<DVector<f64>, StabilityError>,
+    evaluate: impl Fn(&mut Rod) -> Result<SteadyState, StabilityError>,
 ) -> Result<DMatrix<f64>, StabilityError> {
     let mut out = DMatrix::zeros(n, n);
     // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
     let h = 1e-4 / rod.length();
     for k in 0..n {
-        let beside = |side: f64| {
-            let mut change = DVector::zeros(n);
-            change[k] = side * h;
-            gradients(&mut displaced(rod, &change))
-        };
-        out.set_column(k, &((beside(1.0)? - beside(-1.0)?) / (2.0 * h)));
+        let change = DVector::from_fn(n, |i, _| if i == k { h } else { 0.0 });
+        let [ahead, behind] = [evaluate(&mut displaced(rod, &change))?, evaluate(&mut displaced(rod, &-change))?];
+        out.set_column(k, &((flat(&ahead) - flat(&behind)) / (2.0 * h)));
     }
     // Components that nothing drives have rows and columns of zeros; they stay.
     for k in 0..n {

@@ -22,14 +22,6 @@ pub(super) struct SteadyState {
     pub places: Vec<Growing>,
 }
 
-/// Derivatives of the stimuli at every material point of the growth zone.
-pub(super) struct StimulusDerivatives {
-    /// By the strain at the point itself.
-    pub strain: Vec<DMatrix<f64>>,
-    /// By the turn of its frame about the directors, 1/rad.
-    pub turn: Vec<DMatrix<f64>>,
-}
-
 impl SteadyState {
     /// Evaluates the laws of `shoot` on `rod`, in which there is a force.
     pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
@@ -64,37 +56,38 @@ impl SteadyState {
     }
 }
 
-impl StimulusDerivatives {
-    /// Central differences of what the laws of `shoot` sense on `rod`.
-    pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
-        let law = shoot.model.tropism();
-        let laws = Declaration::of(law);
-        let m = laws.size().stimuli;
-        let mut out = Self {
-            strain: vec![DMatrix::zeros(m, 3); points_of_zone(rod)],
-            turn: vec![DMatrix::zeros(m, 3); points_of_zone(rod)],
-        };
-        let sensed = |site: &Site| {
-            let mut x = DVector::zeros(m);
-            law.sense(site, x.as_mut_slice());
-            x
-        };
-        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
-            for c in 0..3 {
-                let axis = Vector3::ith(c, 1.0);
-                // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
-                let h = 1e-3 / site.radius;
-                let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
-                out.strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
-                let turned = |sign: f64| {
-                    let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
-                    sensed(&Site { frame, ..*site })
-                };
-                out.turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
-            }
-        });
-        out
-    }
+/// The derivatives of the stimuli at every material point of the growth zone, by central differences: by the strain at the
+/// point itself, and by the turn of its frame about the directors, 1/rad.
+pub(super) fn stimulus_derivatives(
+    shoot: &Shoot<impl Model>,
+    rod: &Rod,
+    force: &InternalForce,
+) -> (Vec<DMatrix<f64>>, Vec<DMatrix<f64>>) {
+    let law = shoot.model.tropism();
+    let laws = Declaration::of(law);
+    let m = laws.size().stimuli;
+    let mut strain = vec![DMatrix::zeros(m, 3); points_of_zone(rod)];
+    let mut turn = strain.clone();
+    let sensed = |site: &Site| {
+        let mut x = DVector::zeros(m);
+        law.sense(site, x.as_mut_slice());
+        x
+    };
+    visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
+        for c in 0..3 {
+            let axis = Vector3::ith(c, 1.0);
+            // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
+            let h = 1e-3 / site.radius;
+            let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
+            strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+            let turned = |sign: f64| {
+                let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
+                sensed(&Site { frame, ..*site })
+            };
+            turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
+        }
+    });
+    (strain, turn)
 }
 
 /// The number of material points of the growth zone.

@@ -42,7 +42,7 @@ impl TransferFunction {
         let (v, m) = (laws.size().variables, laws.size().stimuli);
         let mut out = Self {
             rate,
-            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(f64::INFINITY)).collect(),
+            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(0.0)).collect(),
             rates_y: DMatrix::zeros(v, v),
             rates_x: DMatrix::zeros(v, m),
             gradient_y: DMatrix::zeros(3, v),
@@ -57,11 +57,15 @@ impl TransferFunction {
             gradient_by_stimuli: out.gradient_x.view_mut((0, 0), (3, m)),
         };
         law.derivatives(&steady.places[point], &steady.variables[point], &steady.stimuli[point], &mut derivatives);
-        if !out.size().is_finite() {
+        if !(rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite())) {
             return Err(StabilityError::NotFinite { what: "derivative of the laws" });
         }
-        for delay in &out.delays {
-            ParameterError::unless(*delay >= 0.0, "delay of a law", *delay, "not negative (s)")?;
+        for (j, variable) in laws.variables().iter().enumerate() {
+            match variable.delay {
+                Some(delay) => ParameterError::not_negative("delay of a law", delay)?,
+                // What is not read has no effect.
+                None => out.gradient_y.column_mut(j).fill(0.0),
+            }
         }
         if v > 0 {
             out.own_rates = out.rates_y.complex_eigenvalues().iter().copied().collect();
@@ -73,26 +77,19 @@ impl TransferFunction {
     }
 
     pub fn is_like(&self, other: &Self) -> bool {
-        let near = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
         (self.rate - other.rate).abs() <= ALIKE * self.rate.abs()
-            && near(&self.rates_y, &other.rates_y)
-            && near(&self.rates_x, &other.rates_x)
-            && near(&self.gradient_y, &other.gradient_y)
-            && near(&self.gradient_x, &other.gradient_x)
-            && near(&self.local, &other.local)
+            && self.derivatives().into_iter().zip(other.derivatives()).all(near)
     }
 
-    /// The sum of all derivatives' sizes: not finite if one of them is not.
-    fn size(&self) -> f64 {
-        let parts = [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local];
-        parts.iter().flat_map(|part| part.iter()).map(|x| x.abs()).sum::<f64>() + self.rate.abs()
+    fn derivatives(&self) -> [&DMatrix<f64>; 5] {
+        [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local]
     }
 
     /// The components of the intrinsic strain that answer to anything.
     pub fn driven(&self) -> Vec<usize> {
-        let reads = |c: usize| self.gradient_y.row(c).iter().zip(&self.delays).any(|(g, d)| *g != 0.0 && d.is_finite());
-        let senses = |c: usize| self.gradient_x.row(c).iter().any(|g| *g != 0.0);
-        (0..3).filter(|&c| self.rate != 0.0 && (reads(c) || senses(c))).collect()
+        let reads = |c: usize| self.gradient_y.row(c).amax() + self.gradient_x.row(c).amax() > 0.0;
+        (0..3).filter(|&c| self.rate != 0.0 && reads(c)).collect()
     }
 
     /// The largest |λ| with Re λ ≥ `abscissa` at which |λ| does not exceed the norm of T(λ) X, for stimuli X of these sizes.
@@ -108,7 +105,7 @@ impl TransferFunction {
         let inverse = DMatrix::from_diagonal(&sizes.map(|size| 1.0 / size));
         let sizes = DMatrix::from_diagonal(&sizes);
         let stimuli = DMatrix::from_diagonal(stimuli);
-        let longest = self.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let longest = self.delays.iter().copied().fold(0.0, f64::max);
         let grown = (-abscissa.min(0.0) * longest).exp();
         // Each stimulus divided by its size has norm one, all together √m.
         let all = self.rate * (stimuli.nrows() as f64).sqrt();
@@ -130,16 +127,13 @@ impl TransferFunction {
             let filter = DMatrix::from_diagonal_element(v, v, z) - self.rates_y.map(Complex::from);
             // Singular only where λ is one of the variables' own rates, left of every region that is searched.
             let filter = filter.lu();
-            let filtered = filter.solve(&self.rates_x.map(Complex::from));
-            let twice = filtered.as_ref().and_then(|f| filter.solve(f));
             let nan = || DMatrix::from_element(v, self.rates_x.ncols(), Complex::from(f64::NAN));
-            let (filtered, twice) = (filtered.unwrap_or_else(nan), twice.unwrap_or_else(nan));
-            // exp(−λd) ∂gradient/∂variables; a variable with an infinite delay is not read.
-            let lags = self.delays.iter().map(|d| if d.is_finite() { (-z * d).exp() } else { Complex::ZERO });
-            let lags: Vec<Complex<f64>> = lags.collect();
+            let solve = |right: &DMatrix<Complex<f64>>| filter.solve(right).unwrap_or_else(nan);
+            let filtered = solve(&self.rates_x.map(Complex::from));
+            let twice = solve(&filtered);
+            let lags: Vec<Complex<f64>> = self.delays.iter().map(|d| (-z * d).exp()).collect();
             let read = DMatrix::from_fn(3, v, |c, j| lags[j] * self.gradient_y[(c, j)]);
-            let delayed = |j: usize| if self.delays[j].is_finite() { self.delays[j] } else { 0.0 };
-            let later = DMatrix::from_fn(3, v, |c, j| -read[(c, j)] * delayed(j));
+            let later = DMatrix::from_fn(3, v, |c, j| -read[(c, j)] * self.delays[j]);
             derivative += later * &filtered - &read * twice;
             value += read * filtered;
         }
