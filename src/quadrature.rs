@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::sync::OnceLock;
 
 /// The Legendre polynomial of degree `n` and its derivative at `x` in [−1, 1].
-fn legendre(n: usize, x: f64) -> (f64, f64) {
+pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut current) = (1.0, x);
     if n == 0 {
         return (1.0, 0.0);

@@ -63,6 +63,7 @@ pub fn s_functions(x: f64) -> [f64; 8] {
 
 /// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives in x = |θ|².
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[must_use]
 pub struct Form {
     c1: [f64; 3],
     c2: [f64; 3],
@@ -70,21 +71,18 @@ pub struct Form {
 
 impl Form {
     /// exp(θ̂), from the values of [`s_functions`].
-    #[must_use]
     #[inline]
     pub fn exp(s: &[f64; 8]) -> Self {
         Self { c1: derivatives(s, 1), c2: derivatives(s, 2) }
     }
 
     /// The right Jacobian Jr(θ): for R = R₀ exp(θ̂) the Darboux vector in the moving frame is u = Jr(θ) θ'.
-    #[must_use]
     #[inline]
     pub fn right_jacobian(s: &[f64; 8]) -> Self {
-        Self { c1: derivatives(s, 2).map(|c| -c), c2: derivatives(s, 3) }
+        Self { c1: derivatives(s, 2), c2: derivatives(s, 3) }.transpose()
     }
 
     /// Jr(θ)⁻¹; its transpose is the inverse of the left Jacobian. The second derivative is not provided (zero).
-    #[must_use]
     #[inline]
     pub fn inverse_right_jacobian(s: &[f64; 8]) -> Self {
         // c2 = (1 − S1/(2 S2))/x = (2 S2 − S1)/(2 x S2), and 2 S2 − S1 = x (S3 − 2 S4).
@@ -95,6 +93,12 @@ impl Form {
         let c2 = 0.5 * numerator / s[2];
         let c2d = 0.5 * (s3d - 2.0 * s4d) / s[2] - c2 * s2d / s[2];
         Self { c1: [0.5, 0.0, 0.0], c2: [c2, c2d, 0.0] }
+    }
+
+    /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ = ∂(F(θ)ᵀ g)/∂θ.
+    #[inline]
+    pub fn transpose(&self) -> Self {
+        Self { c1: self.c1.map(|c| -c), c2: self.c2 }
     }
 
     /// F(θ) as a matrix.
@@ -141,20 +145,6 @@ impl Form {
         let r = y.cross(g);
         let radial = 2.0 * (self.c1[1] * theta.dot(&r) + self.c2[1] * (gt * ty - x * gy)) - 2.0 * self.c2[0] * gy;
         r * self.c1[0] + g * (self.c2[0] * ty) + y * (self.c2[0] * gt) + theta * radial
-    }
-
-    /// ∂²(g · F(θ) y)/∂θ∂y, row i the direction of θ, column j that of y. It does not depend on y.
-    #[must_use]
-    #[inline]
-    pub fn mixed(&self, theta: &Vector3<f64>, g: &Vector3<f64>) -> Matrix3<f64> {
-        let x = theta.norm_squared();
-        let gt = g.dot(theta);
-        let along = (g.cross(theta) * self.c1[1] + (theta * gt - g * x) * self.c2[1]) * 2.0 - g * (2.0 * self.c2[0]);
-        let mut m = theta * along.transpose() + g * (theta * self.c2[0]).transpose() - hat(g) * self.c1[0];
-        for i in 0..3 {
-            m[(i, i)] += self.c2[0] * gt;
-        }
-        m
     }
 
     /// ∂²(g · F(θ) y)/∂θ², symmetric.
@@ -284,7 +274,9 @@ mod tests {
                 prop_assert!((form.jacobian(&theta, &y) * d - value).norm() < tolerance);
                 let slope = (g.dot(&fp.apply(&plus, &y)) - g.dot(&fm.apply(&minus, &y))) / (2.0 * h);
                 prop_assert!((form.gradient(&theta, &g, &y).dot(&d) - slope).abs() < tolerance);
-                prop_assert!((form.mixed(&theta, &g) * y - form.gradient(&theta, &g, &y)).norm() < 1e-13);
+                let transposed = form.transpose();
+                prop_assert!((transposed.matrix(&theta) - form.matrix(&theta).transpose()).norm() == 0.0);
+                prop_assert!((transposed.jacobian(&theta, &g).tr_mul(&y) - form.gradient(&theta, &g, &y)).norm() < 1e-13);
                 if k < 2 {
                     let curvature = (fp.gradient(&plus, &g, &y) - fm.gradient(&minus, &g, &y)) / (2.0 * h);
                     prop_assert!((form.hessian(&theta, &g, &y) * d - curvature).norm() < tolerance);

@@ -1,6 +1,6 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
-//! The element's energy is ∫ W(u − u*) − n · d3 ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole element,
+//! The element's energy is ∫ W(u − u*) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole element,
 //! θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One element".
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -8,8 +8,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use super::Inertia;
 use crate::basis::{Basis, MAX_POINTS};
 use crate::constitutive::{Constitutive, Tissue};
-use crate::rod::MaterialPoint;
-use crate::rod::weighted;
+use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
 use crate::so3::{Form, hat, s_functions};
 
 /// Largest number of unknowns of an element: p rotation vectors and the turn of the whole.
@@ -32,7 +31,9 @@ pub(super) struct ElementData<'a> {
 /// are interior; [`condense`](Self::condense) eliminates them.
 #[derive(Debug, Clone)]
 pub(super) struct ElementSystem {
-    pub gradient: [f64; MAX],
+    gradient: [Vector3<f64>; MAX_POINTS + 1],
+    /// The gradient after the elimination, by components.
+    condensed: [f64; MAX],
     /// Lower triangle; after the elimination the interior columns hold the factor L and their diagonal the pivots.
     hessian: [[f64; MAX]; MAX],
     /// Jr(θ)⁻¹ at the last node: a turn of the last frame's change of its rotation vector.
@@ -45,13 +46,16 @@ pub(super) struct Condensed {
     /// Rows of the first frame, columns of the last.
     pub h01: Matrix3<f64>,
     pub h00: Matrix3<f64>,
-    pub g1: Vector3<f64>,
-    pub g0: Vector3<f64>,
 }
 
 impl Default for ElementSystem {
     fn default() -> Self {
-        Self { gradient: [0.0; MAX], hessian: [[0.0; MAX]; MAX], chain: Matrix3::identity() }
+        Self {
+            gradient: [Vector3::zeros(); MAX_POINTS + 1],
+            condensed: [0.0; MAX],
+            hessian: [[0.0; MAX]; MAX],
+            chain: Matrix3::identity(),
+        }
     }
 }
 
@@ -69,7 +73,7 @@ impl ElementSystem {
         material: &impl Constitutive,
         data: &ElementData,
     ) -> f64 {
-        self.gradient = [0.0; MAX];
+        self.gradient.fill(Vector3::zeros());
         if HESSIAN {
             for row in &mut self.hessian[..3 * (P + 1)] {
                 row.fill(0.0);
@@ -77,8 +81,6 @@ impl ElementSystem {
         }
         let rotate = data.frame.to_rotation_matrix().into_inner();
         let mut energy = 0.0;
-        let mut turn = Vector3::zeros();
-        let mut turn_turn = Matrix3::zeros();
         for g in 0..P {
             let point = &data.points[g];
             let inverse = 1.0 / point.jacobian;
@@ -90,31 +92,29 @@ impl ElementSystem {
             let strain = to_strain.apply(&theta, &slope);
             let response = material.respond(&tissue(point, data.time), &(strain - point.intrinsic));
             let force = rotate.tr_mul(&data.forces[g]);
-            let tangent = exp.apply(&theta, &Vector3::z());
-            energy += weight * (response.energy - force.dot(&tangent));
+            let along = centre_line_tangent();
+            let turned = exp.apply(&theta, &along);
+            energy += weight * (response.energy - force.dot(&turned));
 
             let jr = to_strain.matrix(&theta);
-            let by_theta = (to_strain.gradient(&theta, &response.couple, &slope)
-                - exp.gradient(&theta, &force, &Vector3::z()))
-                * weight;
+            let by_theta =
+                (to_strain.gradient(&theta, &response.couple, &slope) - exp.gradient(&theta, &force, &along)) * weight;
             let by_slope = jr.tr_mul(&response.couple) * (weight * inverse);
             for k in 0..P {
-                let value = by_theta * basis.shape[g][k] + by_slope * basis.slope[g][k];
-                for i in 0..3 {
-                    self.gradient[3 * k + i] += value[i];
-                }
+                self.gradient[k] += by_theta * basis.shape[g][k] + by_slope * basis.slope[g][k];
             }
-            turn -= tangent.cross(&force) * weight;
+            self.gradient[P] -= turned.cross(&force) * weight;
 
             if HESSIAN {
                 let strain_theta = to_strain.jacobian(&theta, &slope);
                 let c_theta = response.tangent * strain_theta;
                 let c_slope = response.tangent * jr;
                 let a = (strain_theta.tr_mul(&c_theta) + to_strain.hessian(&theta, &response.couple, &slope)
-                    - exp.hessian(&theta, &force, &Vector3::z()))
+                    - exp.hessian(&theta, &force, &along))
                     * weight;
-                let b =
-                    (strain_theta.tr_mul(&c_slope) + to_strain.mixed(&theta, &response.couple)) * (weight * inverse);
+                let b = (strain_theta.tr_mul(&c_slope)
+                    + to_strain.transpose().jacobian(&theta, &response.couple).transpose())
+                    * (weight * inverse);
                 let c = jr.tr_mul(&c_slope) * (weight * inverse * inverse);
                 let bt = b.transpose();
                 for l in 0..P {
@@ -126,22 +126,18 @@ impl ElementSystem {
                         self.add(3 * k, 3 * l, &block);
                     }
                 }
-                let turn_theta = hat(&force) * exp.jacobian(&theta, &Vector3::z()) * weight;
+                let turn_theta = hat(&force) * exp.jacobian(&theta, &along) * weight;
                 for k in 0..P {
                     self.add(3 * P, 3 * k, &(turn_theta * basis.shape[g][k]));
                 }
-                let outer = tangent * force.transpose();
-                turn_turn -=
-                    ((outer + outer.transpose()) * 0.5 - Matrix3::from_diagonal_element(force.dot(&tangent))) * weight;
+                let turn_turn =
+                    Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
+                self.add(3 * P, 3 * P, &(turn_turn * weight));
             }
         }
-        self.gradient[3 * P..3 * P + 3].copy_from_slice(turn.as_slice());
         // Also without a Hessian: a balance of couples on frames that have moved needs the present one.
         let theta = data.rotations[P - 1];
         self.chain = Form::inverse_right_jacobian(&s_functions(theta.norm_squared())).matrix(&theta);
-        if HESSIAN {
-            self.add(3 * P, 3 * P, &turn_turn);
-        }
         energy
     }
 
@@ -156,7 +152,7 @@ impl ElementSystem {
 
     #[inline]
     fn block(&self, row: usize, col: usize) -> Matrix3<f64> {
-        Matrix3::from_fn(|i, j| self.hessian[row + i][col + j])
+        Matrix3::from_fn(|i, j| self.hessian[(row + i).max(col + j)][(row + i).min(col + j)])
     }
 
     fn vector(values: &[f64; MAX], at: usize) -> Vector3<f64> {
@@ -165,25 +161,18 @@ impl ElementSystem {
 
     /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and passes from the rotation vector of
     /// the last node to the turn of the last frame. Counts the interior pivots.
-    pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: &[f64], inertia: &mut Inertia) -> Condensed {
+    pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: f64, inertia: &mut Inertia) -> Condensed {
         let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        for (k, value) in shift.iter().enumerate().take(P - 1) {
-            for i in 0..3 {
-                self.hessian[3 * k + i][3 * k + i] += value;
-            }
-        }
         let mut diagonal = [0.0; MAX];
-        for (k, value) in diagonal.iter_mut().enumerate().take(m) {
-            *value = self.hessian[k][k].abs();
+        for k in 0..m {
+            self.hessian[k][k] += shift;
+            diagonal[k] = self.hessian[k][k].abs();
         }
         for k in 0..m {
             let pivot = self.hessian[k][k];
             inertia.count(pivot, diagonal[k], super::tangent::NEUTRAL * diagonal[k]);
             let inverse = if pivot == 0.0 { 0.0 } else { 1.0 / pivot };
-            let mut column = [0.0; MAX];
-            for i in k + 1..n {
-                column[i] = self.hessian[i][k];
-            }
+            let column: [f64; MAX] = std::array::from_fn(|i| self.hessian[i][k]);
             for i in k + 1..n {
                 let l = column[i] * inverse;
                 for j in k + 1..=i {
@@ -193,57 +182,43 @@ impl ElementSystem {
             }
         }
         let theta = data.rotations[P - 1];
-        let s = s_functions(theta.norm_squared());
-        let inverse = Form::inverse_right_jacobian(&s);
-        let chain = self.chain;
+        let inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
+        let (chain, chain_t) = (self.chain, self.chain.transpose());
         // Second derivatives of the last rotation vector, contracted with the gradient there (docs/method.md).
-        let g = Self::vector(&self.gradient, m);
-        let bend = inverse_gradient_rows(&inverse, &theta, &g);
-        let back = inverse_gradient_rows(&inverse, &-theta, &g);
+        let g = self.gradient[P - 1];
+        let by_last = inverse.transpose().jacobian(&theta, &g);
+        let by_first = inverse.jacobian(&theta, &g);
         let (pp, tp, tt) = (self.block(m, m), self.block(m + 3, m), self.block(m + 3, m + 3));
-        let pp = symmetric_from_lower(&pp);
-        let tt = symmetric_from_lower(&tt);
-        let chain_t = chain.transpose();
-        let second_11 = bend * chain;
-        // The left Jacobian's inverse is the right one's at −θ; its derivative by θ changes sign with θ.
-        let second_00 = -(back * chain_t);
-        let (g1, g0) = self.condensed_gradient::<P>();
-        let mixed = chain_t * (tp.transpose() - pp * chain_t) - bend * chain_t;
+        let mixed = chain_t * (tp.transpose() - pp * chain_t) - by_last * chain_t;
         Condensed {
-            h11: chain_t * pp * chain + (second_11 + second_11.transpose()) * 0.5,
+            h11: chain_t * pp * chain + symmetric_part(&(by_last * chain)),
             h01: mixed.transpose(),
             h00: chain * pp * chain_t - chain * tp.transpose() - tp * chain_t
                 + tt
-                + (second_00 + second_00.transpose()) * 0.5,
-            g1,
-            g0,
+                + symmetric_part(&(by_first * chain_t)),
         }
     }
 
-    /// The gradient by the turns of the last and of the first frame after the elimination, whose factors stay.
-    pub fn condensed_gradient<const P: usize>(&self) -> (Vector3<f64>, Vector3<f64>) {
+    /// Eliminates from the gradient with the factors of [`condense`](Self::condense). Returns what is left: the gradient by
+    /// the turns of the last and of the first frame.
+    pub fn condense_gradient<const P: usize>(&mut self) -> (Vector3<f64>, Vector3<f64>) {
         let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        let mut g = self.gradient;
+        let mut g: [f64; MAX] = std::array::from_fn(|i| self.gradient[i / 3][i % 3]);
         for k in 0..m {
-            let value = g[k];
             for i in k + 1..n {
-                g[i] -= self.hessian[i][k] * value;
+                g[i] -= self.hessian[i][k] * g[k];
             }
         }
+        self.condensed = g;
         let last = Self::vector(&g, m);
         (self.chain.tr_mul(&last), Self::vector(&g, m + 3) - self.chain * last)
     }
 
-    /// The Newton step of the interior rotation vectors, given the turns of the last and of the first frame.
+    /// The Newton step of the interior rotation vectors from the gradient of
+    /// [`condense_gradient`](Self::condense_gradient), given the turns of the last and of the first frame.
     pub fn recover<const P: usize>(&self, last: &Vector3<f64>, first: &Vector3<f64>, steps: &mut [Vector3<f64>]) {
         let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        let mut x = self.gradient;
-        for k in 0..m {
-            let value = x[k];
-            for i in k + 1..m {
-                x[i] -= self.hessian[i][k] * value;
-            }
-        }
+        let mut x = self.condensed;
         let outer = self.chain * last - self.chain.tr_mul(first);
         x[m..m + 3].copy_from_slice(outer.as_slice());
         x[m + 3..n].copy_from_slice(first.as_slice());
@@ -262,18 +237,12 @@ impl ElementSystem {
 
     /// The derivative of the energy along a step: rotation vectors of the nodes 1 … p, and the turn of the element.
     pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
-        (0..P).map(|k| Self::vector(&self.gradient, 3 * k).dot(&steps[k])).sum::<f64>()
-            + Self::vector(&self.gradient, 3 * P).dot(first)
+        (0..P).map(|k| self.gradient[k].dot(&steps[k])).sum::<f64>() + self.gradient[P].dot(first)
     }
 }
 
-/// Row i: the derivative by θ of g · Jr(θ)⁻¹ ei.
-fn inverse_gradient_rows(inverse: &Form, theta: &Vector3<f64>, g: &Vector3<f64>) -> Matrix3<f64> {
-    inverse.mixed(theta, g).transpose()
-}
-
-fn symmetric_from_lower(m: &Matrix3<f64>) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, j| if i >= j { m[(i, j)] } else { m[(j, i)] })
+fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {
+    (m + m.transpose()) * 0.5
 }
 
 #[cfg(test)]
@@ -349,8 +318,7 @@ mod tests {
     /// The gradient by the turns of both frames, interior rotation vectors held.
     fn held_gradient<const P: usize>(order: Order, s: &Sample) -> [f64; 6] {
         let (_, system) = evaluate::<P>(order, s);
-        let end = ElementSystem::vector(&system.gradient, 3 * (P - 1));
-        let whole = ElementSystem::vector(&system.gradient, 3 * P);
+        let (end, whole) = (system.gradient[P - 1], system.gradient[P]);
         let (g1, g0) = (system.chain.tr_mul(&end), whole - system.chain * end);
         [g1.x, g1.y, g1.z, g0.x, g0.y, g0.z]
     }
@@ -386,7 +354,7 @@ mod tests {
         let s = sample(order);
         let (_, mut system) = evaluate::<1>(order, &s);
         let mut inertia = Inertia::default();
-        let blocks = system.condense::<1>(&s.data(), &[0.0], &mut inertia);
+        let blocks = system.condense::<1>(&s.data(), 0.0, &mut inertia);
         let h = 1e-5;
         for i in 0..6 {
             for j in 0..6 {
@@ -423,7 +391,7 @@ mod tests {
             };
             let (plus, minus) = (gradient(h), gradient(-h));
             for i in j..15 {
-                let expected = (plus[i] - minus[i]) / (2.0 * h);
+                let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
                 let value = system.hessian[i][j];
                 assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
             }

@@ -2,6 +2,8 @@
 
 mod element;
 mod newton;
+mod search;
+mod system;
 mod tangent;
 mod unloaded;
 

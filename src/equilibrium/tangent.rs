@@ -57,9 +57,9 @@ impl Tangent {
         self.blocks = blocks;
         self.values.fill(0.0);
         for unused in blocks..self.capacity {
-            *self.diagonal(unused, 0, 0) = 1.0;
-            *self.diagonal(unused, 1, 1) = 1.0;
-            *self.diagonal(unused, 2, 2) = 1.0;
+            for b in 0..3 {
+                *self.diagonal(unused, b, b) = 1.0;
+            }
         }
         Ok(())
     }
@@ -125,11 +125,11 @@ impl Tangent {
         }
     }
 
-    /// Factorises and counts the pivots by sign. Pivots are as many and of the signs of the eigenvalues (Sylvester).
-    pub fn factorise(&mut self) -> Result<Inertia, super::EquilibriumError> {
+    /// Factorises and adds the pivots to `inertia`. They are as many and of the signs of the eigenvalues (Sylvester).
+    pub fn factorise(&mut self, inertia: &mut Inertia) -> Result<(), super::EquilibriumError> {
         let n = 3 * self.capacity;
         let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
-            return Ok(Inertia::default());
+            return Ok(());
         };
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
         let matrix = SparseColMatRef::new(pattern, &self.values);
@@ -148,26 +148,21 @@ impl Tangent {
         if factorised.is_err() {
             return Err(super::EquilibriumError::NotFinite { what: "tangent" });
         }
-        let mut inertia = Inertia::default();
-        // Slivers have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
-        let largest =
-            |block: usize| (0..3).map(|b| self.values[self.col_ptr[3 * block + b + 1] - 1].abs()).fold(0.0, f64::max);
+        // Short elements have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
+        let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
+        let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
-        for block in 0..self.blocks {
-            for b in 0..3 {
-                let at = symbolic.col_ptr()[3 * block + b];
-                let pivot = self.factors[at];
-                let scale = *self.values.get(self.col_ptr[3 * block + b + 1] - 1).unwrap_or(&0.0);
-                let scale = scale.abs();
-                let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
-                if inertia.count(pivot, scale, neutral) == Sign::Neutral {
-                    // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
-                    // where a quotient of two rounding errors would send it anywhere.
-                    self.factors[at] = f64::INFINITY;
-                }
+        for column in 0..3 * self.blocks {
+            let at = symbolic.col_ptr()[column];
+            let scale = size(column);
+            let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
+            if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
+                // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
+                // where a quotient of two rounding errors would send it anywhere.
+                self.factors[at] = f64::INFINITY;
             }
         }
-        Ok(inertia)
+        Ok(())
     }
 
     /// Solves for the frames' rotations in place.

@@ -8,7 +8,7 @@
 
 use super::ORDER;
 use crate::quadrature::{lagrange, lobatto, rule};
-use crate::tropism::{Declaration, TropismLaw};
+use crate::tropism::{Declaration, Size, TropismLaw};
 
 /// Collocation points: the stimuli are polynomials through as many levels.
 const NODES: usize = ORDER;
@@ -41,7 +41,6 @@ pub(super) struct ExponentialCollocation {
     levels: Levels,
     /// Interpolation weights of the stimuli at the nodes of the whole step.
     at_nodes: [[f64; ORDER]; NODES],
-    stimuli_at_a_point: usize,
     constants: Vec<f64>,
     /// 1/τ.
     inverse: Vec<f64>,
@@ -85,7 +84,6 @@ impl ExponentialCollocation {
             *at = levels.weights(*c);
         }
         let v = laws.size().variables;
-        self.stimuli_at_a_point = laws.size().stimuli;
         let constants = || laws.variables().iter().map(|variable| variable.time_constant);
         // Weights belong to a size of step and to the laws' time constants.
         let known = self.weights[0].size == size && self.constants.iter().copied().eq(constants());
@@ -93,7 +91,7 @@ impl ExponentialCollocation {
         self.constants.extend(constants());
         self.inverse.clear();
         self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
-        self.stimuli.resize(NODES * self.stimuli_at_a_point, 0.0);
+        self.stimuli.resize(NODES * laws.size().stimuli, 0.0);
         self.rates.resize(v, 0.0);
         self.forcing.resize(NODES * v, 0.0);
         self.values.resize(NODES * v, 0.0);
@@ -129,7 +127,7 @@ impl ExponentialCollocation {
 
     /// Evaluates N = ẏ + y/τ at node `j`.
     fn force(&mut self, law: &impl TropismLaw, j: usize) {
-        let (v, m) = (self.constants.len(), self.stimuli_at_a_point);
+        let (v, m) = (self.constants.len(), Size::of(law).stimuli);
         let values = &self.values[j * v..(j + 1) * v];
         law.rates(values, &self.stimuli[j * m..(j + 1) * m], &mut self.rates);
         if j == 0 {
@@ -156,7 +154,7 @@ impl ExponentialCollocation {
         start: f64,
         depth: usize,
     ) -> bool {
-        let (v, m) = (self.constants.len(), self.stimuli_at_a_point);
+        let (v, m) = (self.constants.len(), Size::of(law).stimuli);
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);

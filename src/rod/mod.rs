@@ -4,8 +4,9 @@ mod remesh;
 mod shape;
 
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
-pub(crate) use shape::weighted;
+pub(crate) use shape::{centre_line_tangent, weighted};
 
+use shape::weighted_jacobian;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -210,8 +211,7 @@ impl Rod {
     /// The length of an element, m.
     #[must_use]
     pub fn element_length(&self, element: usize) -> f64 {
-        let basis = self.basis();
-        self.element_points(element).iter().zip(&basis.weights).map(|(point, w)| w * point.jacobian).sum()
+        weighted_jacobian(self.element_points(element), &self.basis().weights)
     }
 
     /// The length ℓ of the rod, m.

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
+use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
 use crate::basis::{Basis, MAX_POINTS};
+use crate::quadrature::legendre;
 use crate::so3;
 
 /// Weights that turn the values at the points of one element into those at the points of its part [from, to].
@@ -23,10 +25,7 @@ impl Rod {
         let p = basis.p;
         let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
         let first = self.node_distance[e];
-        let distance = |x: f64| {
-            let weights = basis.integral_upto(x);
-            first - old.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum::<f64>()
-        };
+        let distance = |x: f64| first - weighted_jacobian(&old, &basis.integral_upto(x));
         let mut new = [old[0]; 2 * MAX_POINTS];
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
             for (g, weights) in part_weights(basis, from, to).iter().enumerate().take(p) {
@@ -57,16 +56,8 @@ impl Rod {
 
     /// The coordinate in element `e` of the point at the given distance from the apex, which must lie inside.
     pub(crate) fn coordinate_at_distance(&self, e: usize, sigma: f64) -> f64 {
-        let basis = self.basis();
-        let points = self.element_points(e);
-        let sum = |weights: [f64; MAX_POINTS]| -> f64 { points.iter().zip(weights).map(|(p, w)| w * p.jacobian).sum() };
-        let target = self.node_distance[e] - sigma;
-        let mut x = (target / (self.node_distance[e] - self.node_distance[e + 1])).clamp(0.0, 1.0);
-        // Arc length is smooth and nearly linear in the coordinate: Newton reaches rounding in a few steps.
-        for _ in 0..8 {
-            x = (x - (sum(basis.integral_upto(x)) - target) / sum(basis.at_points(x))).clamp(0.0, 1.0);
-        }
-        x
+        let first = self.node_distance[e];
+        self.coordinate_at_length(e, first - sigma, first - self.node_distance[e + 1])
     }
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
@@ -96,10 +87,11 @@ impl Rod {
             // Legendre coefficients from the source points, evaluated at the new ones.
             let mut values = [0.0; MAX_POINTS];
             for k in 0..p {
+                let polynomial = |x: f64| legendre(k, 2.0 * x - 1.0).0;
                 let coefficient: f64 =
-                    source.iter().zip(&places).map(|(point, (x, w))| w * f(point) * shifted_legendre(k, *x)).sum();
+                    source.iter().zip(&places).map(|(point, (x, w))| w * f(point) * polynomial(*x)).sum();
                 for g in 0..p {
-                    values[g] += (2 * k + 1) as f64 * coefficient * shifted_legendre(k, basis.points[g]);
+                    values[g] += (2 * k + 1) as f64 * coefficient * polynomial(basis.points[g]);
                 }
             }
             values
@@ -139,20 +131,6 @@ impl Rod {
         }
         true
     }
-}
-
-/// The Legendre polynomial of degree `k` on [0, 1].
-fn shifted_legendre(k: usize, x: f64) -> f64 {
-    let t = 2.0 * x - 1.0;
-    let (mut previous, mut current) = (1.0, t);
-    if k == 0 {
-        return 1.0;
-    }
-    for n in 1..k {
-        let nf = n as f64;
-        (previous, current) = (current, ((2.0 * nf + 1.0) * t * current - nf * previous) / (nf + 1.0));
-    }
-    current
 }
 
 /// The rotation vectors of element `e` of a set, cut at `x`.

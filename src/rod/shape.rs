@@ -2,7 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::Rod;
+use super::{MaterialPoint, Rod};
 use crate::basis::MAX_POINTS;
 use crate::so3::{self, Form};
 
@@ -47,10 +47,8 @@ impl Rod {
         let mut sum = Vector3::zeros();
         for (y, w) in basis.points.iter().zip(&basis.weights) {
             let at = x * y;
-            let jacobian: f64 =
-                self.element_points(element).iter().zip(basis.at_points(at)).map(|(point, l)| l * point.jacobian).sum();
-            let d3 = so3::exp(&self.rotation_at(element, at)) * Vector3::z();
-            sum += d3 * (w * x * jacobian);
+            let jacobian = weighted_jacobian(self.element_points(element), &basis.at_points(at));
+            sum += so3::exp(&self.rotation_at(element, at)) * centre_line_tangent() * (w * x * jacobian);
         }
         self.frames[element] * sum
     }
@@ -61,8 +59,8 @@ impl Rod {
         let rotations = self.element_rotations(element);
         let mut sum = Vector3::zeros();
         for (g, point) in self.element_points(element).iter().enumerate() {
-            let d3 = so3::exp(&weighted(rotations, &basis.shape[g])) * Vector3::z();
-            sum += d3 * (basis.weights[g] * point.jacobian);
+            let tangent = so3::exp(&weighted(rotations, &basis.shape[g])) * centre_line_tangent();
+            sum += tangent * (basis.weights[g] * point.jacobian);
         }
         self.frames[element] * sum
     }
@@ -103,28 +101,27 @@ impl Rod {
     /// The element that holds arc length `s` (m), and the coordinate in it; `s` is taken into [0, ℓ].
     #[must_use]
     pub fn locate(&self, s: f64) -> (usize, f64) {
-        let basis = self.basis();
         let mut rest = if s > 0.0 { s } else { 0.0 };
-        let last = self.elements() - 1;
-        for e in 0..=last {
-            let h = self.element_length(e);
-            if rest > h && e < last {
-                rest -= h;
-                continue;
-            }
-            // Arc length is a smooth increasing function of the coordinate: Newton from the linear guess.
-            let mut x = (rest / h).clamp(0.0, 1.0);
-            for _ in 0..8 {
-                let points = self.element_points(e);
-                let at = |weights: [f64; MAX_POINTS]| -> f64 {
-                    points.iter().zip(weights).map(|(point, l)| l * point.jacobian).sum()
-                };
-                let slope = at(basis.at_points(x));
-                x = (x - (at(basis.integral_upto(x)) - rest) / slope).clamp(0.0, 1.0);
-            }
-            return (e, x);
+        let mut element = 0;
+        let mut length = self.element_length(element);
+        while rest > length && element + 1 < self.elements() {
+            rest -= length;
+            element += 1;
+            length = self.element_length(element);
         }
-        (last, 1.0)
+        (element, self.coordinate_at_length(element, rest, length))
+    }
+
+    /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
+    pub(super) fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
+        let (basis, points) = (self.basis(), self.element_points(element));
+        let mut x = (s / length).clamp(0.0, 1.0);
+        // Arc length is a smooth and nearly linear function of the coordinate: Newton reaches rounding in a few steps.
+        for _ in 0..8 {
+            let excess = weighted_jacobian(points, &basis.integral_upto(x)) - s;
+            x = (x - excess / weighted_jacobian(points, &basis.at_points(x))).clamp(0.0, 1.0);
+        }
+        x
     }
 
     /// The position (m, fixed frame) and the frame at arc length `s` (m).
@@ -140,4 +137,16 @@ impl Rod {
 #[inline]
 pub(crate) fn weighted(vectors: &[Vector3<f64>], weights: &[f64; MAX_POINTS]) -> Vector3<f64> {
     vectors.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w)
+}
+
+/// Σ weights · length per coordinate, m.
+pub(super) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f64 {
+    points.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum()
+}
+
+/// The derivative p′ of the centre line by arc length, components along the directors: d3, since the rod neither shears nor
+/// stretches. A frame turns it into the fixed frame.
+#[inline]
+pub(crate) fn centre_line_tangent() -> Vector3<f64> {
+    Vector3::z()
 }

@@ -211,7 +211,7 @@ fn respond(
     let first = rod.first_growing() * p;
     let mut response: DMatrix<f64> = DMatrix::zeros((rod.points().len() - first) * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
-    solver.factorise(rod, material, force)?;
+    let mut tangent = solver.linearise(rod, material, force)?;
     let mut moved = rod.clone();
     for (j, &(i, c)) in unknowns.iter().enumerate() {
         let at = first + i;
@@ -219,7 +219,7 @@ fn respond(
         for sign in [1.0, -1.0] {
             moved.clone_from(rod);
             moved.points_mut()[at].intrinsic[c] += sign * step;
-            solver.follow(&mut moved, material, force);
+            tangent.follow(&mut moved);
             let mut stimuli = vec![0.0; m];
             visit_sites(&moved, material, force, laws.needs_position(), |i, site| {
                 law.sense(site, &mut stimuli);

@@ -12,7 +12,7 @@ macro_rules! forward {
         fn gradient(&$self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
             $law.gradient(at, past, now)
         }
-        #[inline]
+        #[inline(always)]
         fn declare(&$self, to: &mut Declaration) {
             $law.declare(to);
         }
@@ -65,7 +65,7 @@ impl<T: TropismLaw> TropismLaw for Option<T> {
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
         self.as_ref().map_or_else(Vector3::zeros, |law| law.gradient(at, past, now))
     }
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) {
         self.iter().for_each(|law| law.declare(to));
     }
@@ -104,7 +104,7 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
         let now = if a.reads_present || b.reads_present { now.split_at(a.stimuli) } else { (now, now) };
         self.0.gradient(at, past.0, a.present(now.0)) + self.1.gradient(at, past.1, b.present(now.1))
     }
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) {
         self.0.declare(to);
         self.1.declare(to);

@@ -106,7 +106,7 @@ pub struct Size {
 impl Size {
     /// The numbers of a law. For a law whose declaration is known at compile time these are constants.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn of<T: TropismLaw + ?Sized>(law: &T) -> Self {
         let mut counted = Declaration { counts_only: true, ..Declaration::default() };
         law.declare(&mut counted);
@@ -152,54 +152,71 @@ impl Declaration {
     }
 
     /// Declares `number` stimuli, of which nothing is said but that they are sensed. Returns the first.
-    #[inline]
+    #[inline(always)]
     pub fn stimuli(&mut self, number: usize) -> Source {
-        let first = self.size.stimuli;
-        for _ in 0..number {
-            self.stimulus(Rotation::Undeclared);
-        }
-        Source::Stimulus(first)
+        self.add_stimuli(number, |_| Rotation::Undeclared)
     }
 
     /// Declares two stimuli that are the components along d1 and d2 of a vector. Returns the first.
-    #[inline]
+    #[inline(always)]
     pub fn stimulus_pair(&mut self) -> Source {
-        let first = self.stimulus(Rotation::First);
-        self.stimulus(Rotation::Second);
-        first
+        self.add_stimuli(2, |k| if k == 0 { Rotation::First } else { Rotation::Second })
     }
 
     /// Declares one stimulus that turns in a given way.
-    #[inline]
+    #[inline(always)]
     pub fn stimulus(&mut self, rotation: Rotation) -> Source {
-        if !self.counts_only {
-            self.stimuli.push(rotation);
-        }
-        self.size.stimuli += 1;
-        Source::Stimulus(self.size.stimuli - 1)
+        self.add_stimuli(1, |_| rotation)
     }
 
     /// Declares a variable.
-    #[inline]
+    #[inline(always)]
     pub fn variable(&mut self, variable: Variable) -> Source {
-        if !self.counts_only {
-            self.variables.push(variable);
-        }
-        self.size.variables += 1;
-        Source::Variable(self.size.variables - 1)
+        self.add_variables(1, |_, _| variable)
     }
 
     /// Declares `number` linear memories, τ ẏ = x − y, of what stands from `of` on; they turn as that does. `delay` is how
     /// long ago the gradient reads them, s, if it does. Returns the first.
-    #[inline]
+    #[inline(always)]
     pub fn memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
-        let first = self.size.variables;
-        for k in 0..number {
+        self.add_variables(number, |to, k| {
             let remembers = of.offset(k);
-            let rotation = self.rotation(remembers);
-            self.variable(Variable { delay, time_constant, remembers, rotation });
-        }
+            Variable { delay, time_constant, remembers, rotation: to.rotation(remembers) }
+        })
+    }
+
+    #[inline(always)]
+    fn add_stimuli(&mut self, number: usize, rotation: impl Fn(usize) -> Rotation) -> Source {
+        let first = self.size.stimuli;
+        self.size.stimuli += number;
+        self.list(|to| to.stimuli.extend((0..number).map(&rotation)));
+        Source::Stimulus(first)
+    }
+
+    #[inline(always)]
+    fn add_variables(&mut self, number: usize, variable: impl Fn(&Self, usize) -> Variable) -> Source {
+        let first = self.size.variables;
+        self.size.variables += number;
+        self.list(|to| {
+            for k in 0..number {
+                let variable = variable(to, k);
+                to.variables.push(variable);
+            }
+        });
         Source::Variable(first)
+    }
+
+    /// Writes to the lists, out of line: where only counts are asked for, a declaration is to vanish in compilation.
+    #[inline(always)]
+    fn list(&mut self, write: impl FnOnce(&mut Self)) {
+        #[cold]
+        #[inline(never)]
+        fn out_of_line(to: &mut Declaration, write: impl FnOnce(&mut Declaration)) {
+            write(to);
+        }
+        if !self.counts_only {
+            out_of_line(self, write);
+        }
     }
 
     /// Declares that [`sense`](TropismLaw::sense) reads the position of the site.

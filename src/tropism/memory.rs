@@ -58,7 +58,7 @@ impl<R: Response> Remembered<R> {
         variables.len() - SignalOf::<R>::LENGTH
     }
 
-    #[inline]
+    #[inline(always)]
     fn declare_memories(&self, to: &mut Declaration, delay: Option<f64>) -> Source {
         let signal = self.response.perception().declare(to);
         to.memories(SignalOf::<R>::LENGTH, signal, self.memory.time, delay)
@@ -68,7 +68,7 @@ impl<R: Response> Remembered<R> {
 impl<R: Response> Perception for Remembered<R> {
     type Signal = SignalOf<R>;
 
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         self.declare_memories(to, None)
     }
@@ -87,11 +87,11 @@ impl<R: Response> Perception for Remembered<R> {
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let perception = self.response.perception();
         let (own, memories) = variables.split_at(Self::perceiving(variables));
-        let (own_rates, rates) = rates.split_at_mut(own.len());
+        let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
         perception.rates(own, stimuli, own_rates);
         let signal = perception.signal(own, stimuli);
-        for ((rate, y), x) in rates.iter_mut().zip(memories).zip(signal.as_ref()) {
-            *rate = self.memory.rate(*y, *x);
+        for k in 0..SignalOf::<R>::LENGTH {
+            rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
         }
     }
 
@@ -145,7 +145,7 @@ impl<R: Response> TropismLaw for Remembered<R> {
         self.response.gradient(at, self.signal(past, &[]))
     }
 
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) {
         self.declare_memories(to, Some(self.delay()));
     }

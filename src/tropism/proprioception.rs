@@ -46,7 +46,7 @@ pub struct VisibleBending;
 impl Perception for VisibleBending {
     type Signal = [f64; 2];
 
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         to.stimulus_pair()
     }

@@ -58,7 +58,7 @@ pub trait Perception {
 
     /// Declares the stimuli, and the variables if there are any, which the gradient does not read. Returns where the
     /// signal stands among them.
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         to.stimuli(Self::Signal::LENGTH)
     }

@@ -14,7 +14,7 @@ pub struct SettledStatoliths;
 impl Perception for SettledStatoliths {
     type Signal = [f64; 2];
 
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         to.stimulus_pair()
     }
@@ -44,7 +44,7 @@ pub struct Statoliths {
 impl Perception for Statoliths {
     type Signal = [f64; 2];
 
-    #[inline]
+    #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         // The stimuli are the upward vertical. Near it h relaxes as ḣ = (up − h)/τa.
         to.stimulus_pair();

@@ -1,0 +1,256 @@
+//! The iteration of Newton's method on the energy of the frames, globalised: diagonal shift, bound on the step, line search.
+
+use nalgebra::Vector3;
+
+use super::system::System;
+use super::{Equilibrium, EquilibriumError, Inertia};
+use crate::constitutive::Constitutive;
+use crate::load::InternalForce;
+use crate::rod::Rod;
+
+/// No step turns a frame further than this, rad: beyond it the quadratic model says nothing.
+const LARGEST_TURN: f64 = 1.0;
+/// Steps shorter than this are taken without a line search, rad: the energy no longer tells them apart from rounding.
+const SMALL_TURN: f64 = 1e-4;
+/// Steps shorter than this are followed by one with the same factors, whose size tells the error.
+const CHORD_TURN: f64 = 0.05;
+/// Steps shorter than this leave nothing but rounding behind, rad: Newton's method squares them.
+const NEAR_TURN: f64 = 1e-8;
+/// A shifted step shorter than this finds next to no gradient, rad: the frames are at a saddle.
+const SADDLE_TURN: f64 = 1e-3 * SMALL_TURN;
+/// A saddle is left at most this often: in bending about d2, about d1, and in twist.
+const SADDLES: usize = 3;
+/// Fraction of the predicted decrease that a step must achieve (Armijo).
+const DECREASE: f64 = 1e-4;
+/// Couples are balanced to rounding when what is left of them is below this fraction of force times length.
+const BALANCED: f64 = 1e-14;
+
+/// One search for an equilibrium: what one iteration hands to the next.
+pub(super) struct Search<'a, C, const P: usize> {
+    system: &'a mut System,
+    material: &'a C,
+    force: &'a InternalForce,
+    /// Whether the equilibrium has to be stable.
+    stable: bool,
+    /// The largest acceptable error of a frame, rad.
+    tolerance: f64,
+    length: f64,
+    largest_force: f64,
+    /// The shift of the present tangent, N; zero where it is positive definite by itself.
+    shift: f64,
+    /// The last shift that was not zero, N; zero before there was one.
+    last_shift: f64,
+    /// The largest rotation in the present step, rad.
+    turn: f64,
+    /// Whether the present step is not much shorter than the one before.
+    stagnates: bool,
+    /// Number of saddles left.
+    saddles: usize,
+    /// The answer as far as it is known: counts, and energy and inertia of the last assembly.
+    found: Equilibrium,
+}
+
+impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
+    pub fn new(
+        system: &'a mut System,
+        rod: &Rod,
+        material: &'a C,
+        force: &'a InternalForce,
+        stable: bool,
+        tolerance: f64,
+    ) -> Self {
+        Self {
+            system,
+            material,
+            force,
+            stable,
+            tolerance,
+            length: rod.length(),
+            largest_force: force.largest(),
+            shift: 0.0,
+            last_shift: 0.0,
+            turn: f64::INFINITY,
+            stagnates: false,
+            saddles: 0,
+            found: Equilibrium::default(),
+        }
+    }
+
+    /// Moves the rod to an equilibrium in at most `bound` iterations.
+    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Equilibrium, EquilibriumError> {
+        for iteration in 1..=bound {
+            self.found.iterations = iteration;
+            self.find_tangent(rod)?;
+            self.find_step()?;
+            if self.is_at_saddle() {
+                self.leave_saddle(rod)?;
+                continue;
+            }
+            if self.is_balanced_to_rounding() {
+                self.found.error = self.turn;
+                return Ok(self.found);
+            }
+            let fraction = self.search_line(rod)?;
+            if fraction == 1.0 && self.shift == 0.0 && self.turn < CHORD_TURN {
+                let rest = self.follow_chord(rod);
+                if self.accepts(rod, rest)? {
+                    return Ok(self.found);
+                }
+            }
+        }
+        self.system.balance::<P>();
+        Err(EquilibriumError::NoConvergence {
+            iterations: bound,
+            step: self.turn,
+            residual: self.system.unbalanced,
+            force: self.largest_force,
+        })
+    }
+
+    fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {
+        self.system.assemble::<P>(rod, self.material, self.force, self.shift)
+    }
+
+    /// A force of the size that acts in the rod, N. Without load it is the strain energy per length.
+    fn force_scale(&self) -> f64 {
+        self.largest_force.max(self.found.energy.abs() / self.length).max(f64::MIN_POSITIVE)
+    }
+
+    /// Assembles and factorises the tangent, with growing shifts until no pivot is negative if the equilibrium has to be
+    /// stable.
+    fn find_tangent(&mut self, rod: &Rod) -> Result<(), EquilibriumError> {
+        self.shift = 0.0;
+        loop {
+            (self.found.energy, self.found.inertia) = self.assemble(rod)?;
+            self.found.factorisations += 1;
+            if !self.stable || self.found.inertia.negative == 0 {
+                break;
+            }
+            self.shift = if self.shift > 0.0 {
+                4.0 * self.shift
+            } else if self.last_shift > 0.0 {
+                self.last_shift / 16.0
+            } else {
+                // A shift of the size of the force in the rod makes any rod in tension or near it convex.
+                0.1 * self.force_scale()
+            };
+            if !self.shift.is_finite() {
+                return Err(EquilibriumError::NotFinite { what: "tangent" });
+            }
+        }
+        if self.shift > 0.0 {
+            self.last_shift = self.shift;
+        }
+        Ok(())
+    }
+
+    /// Solves for the Newton step.
+    fn find_step(&mut self) -> Result<(), EquilibriumError> {
+        self.system.solve::<P>();
+        let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
+        self.stagnates = self.turn > 0.5 * last;
+        if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
+    }
+
+    /// Whether there is next to no gradient, yet no minimum.
+    fn is_at_saddle(&self) -> bool {
+        self.stable && self.shift > 0.0 && self.turn < SADDLE_TURN
+    }
+
+    /// Bends the rod a little in a direction that breaks the symmetry, another one each time.
+    fn leave_saddle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
+        if self.saddles == SADDLES {
+            self.shift = 0.0;
+            return Err(EquilibriumError::Unstable { negative: self.assemble(rod)?.1.negative });
+        }
+        disturb(rod, self.saddles);
+        self.saddles += 1;
+        Ok(())
+    }
+
+    /// Whether couples balance to rounding of the largest: they cannot be balanced better. Where the shape is all but
+    /// free to move, rounding still turns the frames, by the present step, which is the error then.
+    fn is_balanced_to_rounding(&self) -> bool {
+        self.shift == 0.0
+            && self.stagnates
+            && self.turn < CHORD_TURN
+            && self.system.unbalanced <= BALANCED * self.force_scale() * self.length
+    }
+
+    /// Moves the rod along the step, by a fraction of it that lowers the energy enough. Returns the fraction.
+    fn search_line(&mut self, rod: &mut Rod) -> Result<f64, EquilibriumError> {
+        let mut fraction = (LARGEST_TURN / self.turn).min(1.0);
+        let slope = self.system.slope::<P>();
+        let energy = self.found.energy;
+        // The energy is known to rounding of its largest terms.
+        let slack = 64.0 * f64::EPSILON * energy.abs();
+        self.system.start.keep(rod);
+        loop {
+            self.system.advance::<P>(rod, fraction);
+            let trial = self.system.evaluate::<P>(rod, self.material, self.force);
+            self.found.evaluations += 1;
+            let small = fraction * self.turn < SMALL_TURN;
+            if trial.is_finite() && (small || !self.stable || trial <= energy + DECREASE * fraction * slope + slack) {
+                self.found.energy = trial;
+                return Ok(fraction);
+            }
+            self.system.start.restore(rod);
+            if small {
+                return Err(EquilibriumError::NotFinite { what: "energy" });
+            }
+            fraction *= 0.5;
+        }
+    }
+
+    /// The chord step: with the old factors from the gradient at the new frames, which the line search has left. It costs
+    /// little, and its size is the error that the Newton step left. Returns the size, rad.
+    fn follow_chord(&mut self, rod: &mut Rod) -> f64 {
+        self.system.balance::<P>();
+        self.system.solve::<P>();
+        let rest = self.system.largest_turn();
+        if self.shrinks_to(rest) {
+            self.system.start.keep(rod);
+            self.system.advance::<P>(rod, 1.0);
+        }
+        rest
+    }
+
+    /// Whether a chord step of size `rest` is clearly shorter than the Newton step; at rounding level it is not.
+    fn shrinks_to(&self, rest: f64) -> bool {
+        rest < 0.5 * self.turn
+    }
+
+    /// Whether the frames after a chord step of size `rest` are an equilibrium of the wanted kind, within the tolerance.
+    fn accepts(&mut self, rod: &Rod, rest: f64) -> Result<bool, EquilibriumError> {
+        // What the chord step leaves shrinks by the same ratio again, or by what the turn has changed of the tangent.
+        let shrinks = self.shrinks_to(rest);
+        let error = if shrinks { 4.0 * rest * (rest / self.turn).max(self.turn) } else { self.turn.max(rest) };
+        // The tangent was that of the last step's start, and its signs are those at the answer where its smallest pivot is
+        // safe from a change of that size. Where not, the answer is made as good as rounding allows, and a tangent is made
+        // there.
+        let safe = self.stable && self.found.inertia.margin >= 10.0 * self.turn;
+        if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEAR_TURN)) {
+            return Ok(false);
+        }
+        self.found.error = error;
+        if !safe {
+            self.found.inertia = self.assemble(rod)?.1;
+            self.found.factorisations += 1;
+        }
+        Ok(!self.stable || self.found.inertia.negative == 0)
+    }
+}
+
+/// Bends the rod a little: about d2 of the base the first time, then about d1, then twists it.
+fn disturb(rod: &mut Rod, time: usize) {
+    let axis = [Vector3::y(), Vector3::x(), Vector3::z()][time % SADDLES];
+    let basis = rod.basis();
+    let share = 0.1 / rod.length();
+    for e in 0..rod.elements() {
+        let h = rod.element_length(e);
+        for k in 0..basis.p {
+            rod.rotations[e * basis.p + k] += axis * (share * h * basis.nodes[k + 1]);
+        }
+    }
+    rod.chain_frames();
+}
