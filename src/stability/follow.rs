@@ -5,11 +5,10 @@ use nalgebra::{Complex, SVector};
 use super::error::StabilityError;
 use super::linearisation::Linearisation;
 use super::roots::polish;
-use super::spectrum::Part;
+use super::spectrum::{Found, Part};
 
-/// A root may lie by this share of itself, or of the slowest rate, from where it is expected; further off it is another
-/// one. Roots that answer k turns too late lie 1/k of themselves apart: up to the fifth, each is nearer than its
-/// neighbours.
+/// A root may lie by this share of itself, or of the slowest rate, from where it is expected; further off it is taken for
+/// another one. Roots that answer k turns too late lie 1/k of themselves apart: a tenth is at most half of that for k ≤ 5.
 const JUMP: f64 = 0.1;
 /// Step of the parameters, relative to the one before, beyond which Newton's method does not converge.
 const CONTRACTION: f64 = 0.5;
@@ -28,7 +27,7 @@ pub(super) struct Follower<const N: usize> {
 
 impl<const N: usize> Follower<N> {
     /// A root that is known.
-    pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): (Part, Complex<f64>)) -> Self {
+    pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): Found) -> Self {
         Self { part, at, root, slope: SVector::zeros(), rate: linear.slowest_rate() }
     }
 

@@ -213,6 +213,7 @@ fn respond(
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
     let mut tangent = solver.linearise(rod, material, force)?;
     let mut moved = rod.clone();
+    let mut stimuli = vec![0.0; m];
     for (j, &(i, c)) in unknowns.iter().enumerate() {
         let at = first + i;
         let step = ANGLE / (rod.basis().weights[at % p] * rod.points()[at].jacobian);
@@ -220,11 +221,10 @@ fn respond(
             moved.clone_from(rod);
             moved.points_mut()[at].intrinsic[c] += sign * step;
             tangent.follow(&mut moved);
-            let mut stimuli = vec![0.0; m];
             visit_sites(&moved, material, force, laws.needs_position(), |i, site| {
                 law.sense(site, &mut stimuli);
-                for (k, x) in stimuli.iter().enumerate() {
-                    response[(i * m + k, j)] += sign * x;
+                for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
+                    *sum += sign * x;
                 }
             });
             for (k, (_, position)) in moved.centre_line().iter().enumerate() {

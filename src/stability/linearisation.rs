@@ -5,13 +5,12 @@ use std::sync::Arc;
 use nalgebra::Complex;
 
 use super::analytic::Scales;
-use super::block::Block;
 use super::count::count_right_of;
 use super::error::StabilityError;
 use super::linear::{LinearProblem, precise_solver};
 use super::modes::{Root, mode};
 use super::roots::{rightmost, roots_right_of, threshold};
-use super::spectrum::{Part, Spectrum};
+use super::spectrum::{Found, Part, Spectrum};
 use super::steady::{SteadyState, check_unforced};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
@@ -136,19 +135,18 @@ impl Linearisation {
     /// that matter.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
         let roots = self.isolated(&self.essential()?)?.into_iter();
-        let best = roots.reduce(|a, b| if b.2.re > a.2.re { b } else { a });
-        best.map(|(_, block, value)| mode(block, value)).ok_or(StabilityError::NoIsolatedRoot)
+        let best = roots.reduce(|a, b| if b.1.re > a.1.re { b } else { a });
+        let named = |(name, value): Found| Some((self.spectrum.blocks().find(|(other, _)| *other == name)?.1, value));
+        best.and_then(named).map(|(block, value)| mode(block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The rightmost root, isolated or essential, and the part that it belongs to.
-    pub(super) fn leading(&self) -> Result<(Part, Complex<f64>), StabilityError> {
+    pub(super) fn leading(&self) -> Result<Found, StabilityError> {
         let essential = self.essential()?;
-        let isolated = self.isolated(&essential)?.into_iter().map(|(name, _, value)| (name, value));
+        let all = essential.iter().copied().chain(self.isolated(&essential)?);
         // Of equal ones the first.
-        let further = |a: (Part, Complex<f64>), b: (Part, Complex<f64>)| {
-            if b.1.re > a.1.re + 1e-9 * b.1.norm() { b } else { a }
-        };
-        essential.iter().copied().chain(isolated).reduce(further).ok_or(StabilityError::NoIsolatedRoot)
+        let leading = all.reduce(|a, b| if b.1.re > a.1.re + 1e-9 * b.1.norm() { b } else { a });
+        leading.ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The inverse of the longest time in the laws, 1/s.
@@ -157,7 +155,7 @@ impl Linearisation {
     }
 
     /// The rightmost root of every local problem that has one.
-    fn essential(&self) -> Result<Vec<(Part, Complex<f64>)>, StabilityError> {
+    fn essential(&self) -> Result<Vec<Found>, StabilityError> {
         let mut out = Vec::new();
         for (i, local) in self.spectrum.local.iter().enumerate() {
             out.extend(rightmost(local, self.problem.leftmost())?.map(|z| (Part::Essential(i), z)));
@@ -167,20 +165,17 @@ impl Linearisation {
 
     /// The rightmost root of every block that has one right of the essential spectrum. Left of that the characteristic
     /// function has poles; without proprioception all roots accumulate at zero.
-    fn isolated(
-        &self,
-        essential: &[(Part, Complex<f64>)],
-    ) -> Result<Vec<(Part, &Block, Complex<f64>)>, StabilityError> {
+    fn isolated(&self, essential: &[Found]) -> Result<Vec<Found>, StabilityError> {
         let left = abscissa(essential).unwrap_or(0.0) + 1e-4 * self.slowest_rate();
         let mut out = Vec::new();
         for (name, block) in self.spectrum.blocks() {
-            out.extend(rightmost(block, left.max(self.problem.leftmost()))?.map(|z| (name, block, z)));
+            out.extend(rightmost(block, left.max(self.problem.leftmost()))?.map(|z| (name, z)));
         }
         Ok(out)
     }
 }
 
 /// The largest real part of some roots.
-fn abscissa(roots: &[(Part, Complex<f64>)]) -> Option<f64> {
+fn abscissa(roots: &[Found]) -> Option<f64> {
     roots.iter().map(|(_, z)| z.re).reduce(f64::max)
 }

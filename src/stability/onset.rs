@@ -2,13 +2,13 @@
 
 use std::cell::Cell;
 
-use nalgebra::{Complex, Vector1};
+use nalgebra::Vector1;
 
 use super::error::StabilityError;
 use super::follow::Follower;
 use super::linearisation::{Linearisation, Unstable};
 use super::roots::{roots_right_of, threshold, with_conjugate};
-use super::spectrum::Part;
+use super::spectrum::{Found, Part};
 use crate::error::ParameterError;
 
 /// A root with |Re λ| below this share of its size, or of the slowest rate, is on the axis. Rounding is 1e-13.
@@ -176,7 +176,7 @@ fn number(unstable: Unstable) -> usize {
 }
 
 /// A root with its part of the spectrum, and how many roots it stands for.
-type Candidate = ((Part, Complex<f64>), usize);
+type Candidate = (Found, usize);
 
 /// The unstable root next to the axis.
 fn next_to_axis(linear: &Linearisation) -> Result<Option<Candidate>, StabilityError> {

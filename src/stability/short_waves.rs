@@ -49,8 +49,8 @@ fn shifted(problem: &LinearProblem, z: Complex<f64>) -> Complex<f64> {
 }
 
 impl Analytic for LocalProblem {
-    /// det D/(λ + c)ⁿ, times det(λ − ∂rates/∂variables)/(λ + c)ᵛ. This cancels the poles of T: where variables grow by
-    /// themselves they lie on the right.
+    /// det D/(λ + c)ⁿ, times det(λ − ∂rates/∂variables)/(λ + c)ᵛ. This cancels the poles of T, which lie
+    /// on the right if variables grow without being driven.
     fn at(&self, z: Complex<f64>) -> Sample {
         let problem = &self.problem;
         let mut out = determinant_over_power(problem, z, self.matrix(z, &problem.transfers_at(z)));

@@ -21,6 +21,9 @@ pub(super) enum Part {
     Essential(usize),
 }
 
+/// A root, and the part that it belongs to.
+pub(super) type Found = (Part, Complex<f64>);
+
 /// All parts of a linear problem.
 #[derive(Debug, Clone)]
 pub(super) struct Spectrum {
@@ -85,8 +88,8 @@ fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     }
 }
 
-/// Whether the laws at the points of a kind answer to the strain at their own place, or have variables that grow by
-/// themselves.
+/// Whether the laws at the points of a kind answer to the strain at their own place, or have variables that grow
+/// without being driven.
 fn has_short_waves(problem: &LinearProblem, kind: usize, probes: &[Complex<f64>]) -> bool {
     let transfer = &problem.transfers[kind];
     let answers = |z: &Complex<f64>| {

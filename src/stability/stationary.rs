@@ -124,7 +124,7 @@ impl StationarySolver {
                 return Err(failed);
             }
             let residual = flat(&steady);
-            let step = jacobian(&trial, residual.len(), &evaluate)?.lu().solve(&residual).ok_or(failed.clone())?;
+            let step = jacobian(&trial, residual.len(), evaluate)?.lu().solve(&residual).ok_or(failed.clone())?;
             let mut fraction = 1.0;
             (trial, steady) = loop {
                 let mut moved = displaced(&trial, &(&step * -fraction));

@@ -17,8 +17,9 @@ const TURN: f64 = 1e-4;
 /// The laws at every material point of the growth zone.
 pub(super) struct SteadyState {
     pub gradients: Vec<Vector3<f64>>,
-    pub stimuli: Vec<Vec<f64>>,
-    pub variables: Vec<Vec<f64>>,
+    /// One column for every point.
+    pub stimuli: DMatrix<f64>,
+    pub variables: DMatrix<f64>,
     pub places: Vec<Growing>,
 }
 
@@ -32,15 +33,16 @@ impl SteadyState {
         let points = points_of_zone(rod);
         let mut out = Self {
             gradients: vec![Vector3::zeros(); points],
-            stimuli: vec![vec![0.0; size.stimuli]; points],
-            variables: vec![vec![0.0; size.variables]; points],
+            stimuli: DMatrix::zeros(size.stimuli, points),
+            variables: DMatrix::zeros(size.variables, points),
             places: vec![Growing { time, radius: 0.0, apex_distance: 0.0 }; points],
         };
         visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
-            law.sense(site, &mut out.stimuli[i]);
-            law.steady(&out.stimuli[i], &mut out.variables[i]);
+            let (mut stimuli, mut variables) = (out.stimuli.column_mut(i), out.variables.column_mut(i));
+            law.sense(site, stimuli.as_mut_slice());
+            law.steady(stimuli.as_slice(), variables.as_mut_slice());
             out.places[i] = Growing { time, radius: site.radius, apex_distance: site.apex_distance };
-            out.gradients[i] = law.gradient(&out.places[i], &out.variables[i], size.present(&out.stimuli[i]));
+            out.gradients[i] = law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli.as_slice()));
         });
         out
     }

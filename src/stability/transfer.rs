@@ -56,7 +56,8 @@ impl TransferFunction {
             gradient_by_variables: out.gradient_y.view_mut((0, 0), (3, v)),
             gradient_by_stimuli: out.gradient_x.view_mut((0, 0), (3, m)),
         };
-        law.derivatives(&steady.places[point], &steady.variables[point], &steady.stimuli[point], &mut derivatives);
+        let (y, x) = (steady.variables.column(point), steady.stimuli.column(point));
+        law.derivatives(&steady.places[point], y.as_slice(), x.as_slice(), &mut derivatives);
         if !(rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite())) {
             return Err(StabilityError::NotFinite { what: "derivative of the laws" });
         }
