@@ -19,13 +19,10 @@ use std::process::ExitCode;
 
 use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::equilibrium::{EquilibriumSolver, GREENHILL, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
-
-/// Greenhill's constant α0.
-const GREENHILL: f64 = 7.837347438943883;
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(

@@ -35,6 +35,7 @@ use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
 use morphorod::constitutive::LinearElastic;
+use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{
@@ -45,8 +46,6 @@ use morphorod::{Scene, Shoot, Still};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
-/// Greenhill's constant α0.
-const GREENHILL: f64 = 7.837347438943484;
 /// The window of the map: growth time, h, and length over Greenhill's, up to where the shoot would buckle.
 const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
 /// Step along a curve, in fractions of the window's sides: more than 200 points a curve.

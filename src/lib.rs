@@ -89,6 +89,7 @@ pub mod guide;
 pub mod integrator;
 pub mod load;
 mod model;
+mod pointers;
 pub mod quadrature;
 pub mod rod;
 mod scene;

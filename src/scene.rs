@@ -3,6 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 
 /// What surrounds the whole shoot at one time, as loads and laws see it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,23 +51,13 @@ pub trait Scene {
     }
 }
 
-impl<S: Scene + ?Sized> Scene for Box<S> {
-    fn gravity(&self, t: f64) -> Vector3<f64> {
-        (**self).gravity(t)
-    }
-
-    fn base(&self, t: f64) -> UnitQuaternion<f64> {
-        (**self).base(t)
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        (**self).next_discontinuity(t)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        (**self).check()
-    }
-}
+forward_pointers!(Scene {
+    fn gravity(t: f64) -> Vector3<f64>;
+    fn base(t: f64) -> UnitQuaternion<f64>;
+    fn environment(t: f64) -> Environment;
+    fn next_discontinuity(t: f64) -> f64;
+    fn check() -> Result<(), ParameterError>;
+});
 
 /// Gravity and base that do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,10 +3,9 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::basis::MAX_POINTS;
-use crate::constitutive::Constitutive;
-use crate::equilibrium::tissue;
+use crate::constitutive::{Constitutive, Tissue};
 use crate::load::InternalForce;
-use crate::rod::Rod;
+use crate::rod::{Rod, centre_line_tangent};
 use crate::tropism::Site;
 
 /// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can
@@ -33,7 +32,7 @@ pub(crate) fn visit_sites(
         // −m′ = p′ × n.
         let mut couple_rates = [Vector3::zeros(); MAX_POINTS];
         for g in 0..p {
-            tangents[g] = frames[g] * Vector3::z();
+            tangents[g] = frames[g] * centre_line_tangent();
             couple_rates[g] = tangents[g].cross(&force.at_points()[e * p + g]);
         }
         for g in (0..p).rev() {
@@ -83,7 +82,7 @@ fn strain_from_couple(
 ) -> Vector3<f64> {
     let point = &rod.element_points(e)[g];
     let elastic = rod.strain(e, g) - point.intrinsic;
-    let response = material.respond(&tissue(point, time), &elastic);
+    let response = material.respond(&Tissue::of(point, time), &elastic);
     let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
     point.intrinsic + elastic + inverse * (couple - response.couple)
 }

@@ -10,7 +10,7 @@ use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
 use crate::model::{BoxedLaws, Laws, Model};
-use crate::rod::Rod;
+use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Scene, Still};
 use crate::state::State;
 use crate::tropism::TropismLaw;
@@ -48,7 +48,7 @@ impl<M: Model> Shoot<M> {
     pub fn of(model: M) -> ShootBuilder<M> {
         ShootBuilder {
             model,
-            section: Section::Uniform(f64::NAN),
+            section: Section(Arc::new(|_| f64::NAN)),
             length: f64::NAN,
             elements: 8,
             order: Order::default(),
@@ -88,13 +88,12 @@ impl<M: Model> Shoot<M> {
 
     /// Goes back, or forth, to a state of this shoot that was cloned before.
     pub fn restore(&mut self, state: &State) {
-        self.state.clone_from(state);
+        self.state.copy_from(state);
     }
 
-    /// The rod, to be perturbed. The next equilibrium starts from what is left here.
-    #[must_use]
-    pub fn rod_mut(&mut self) -> &mut Rod {
-        &mut self.state.rod
+    /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
+    pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
+        self.state.rod.set_intrinsic(strain);
     }
 
     /// How fine the elements are kept.
@@ -116,25 +115,13 @@ pub struct ShootBuilder<M> {
     merge_tolerance: f64,
 }
 
-/// The radius of the section (m), as a function of the arc length from the base (m) if it varies.
+/// The radius of the section (m) as a function of the arc length from the base (m).
 #[derive(Clone)]
-enum Section {
-    Uniform(f64),
-    Tapered(Arc<dyn Fn(f64) -> f64 + Send + Sync>),
-}
-
-impl Section {
-    fn radius(&self, s: f64) -> f64 {
-        match self {
-            Self::Uniform(radius) => *radius,
-            Self::Tapered(radius) => radius(s),
-        }
-    }
-}
+struct Section(Arc<dyn Fn(f64) -> f64 + Send + Sync>);
 
 impl std::fmt::Debug for Section {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Section {{ radius at the base: {} m }}", self.radius(0.0))
+        write!(f, "Section(radius {} m at the base)", (self.0)(0.0))
     }
 }
 
@@ -207,15 +194,14 @@ impl<M> ShootBuilder<M> {
     }
 
     /// The radius of a uniform section, m.
-    pub fn radius(mut self, radius: f64) -> Self {
-        self.section = Section::Uniform(radius);
-        self
+    pub fn radius(self, radius: f64) -> Self {
+        self.taper(move |_| radius)
     }
 
     /// The radius of the section (m) as a function of the arc length from the base at t = 0 (m). It stays with the
     /// material.
     pub fn taper(mut self, radius: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
-        self.section = Section::Tapered(Arc::new(radius));
+        self.section = Section(Arc::new(radius));
         self
     }
 }
@@ -234,7 +220,7 @@ impl<M: Model> ShootBuilder<M> {
             length,
             "positive and finite (m), given by `length`",
         )?;
-        let radius = section.radius(0.0);
+        let radius = (section.0)(0.0);
         let slender = radius > 0.0 && radius < length;
         ParameterError::unless(
             slender,
@@ -260,7 +246,7 @@ impl<M: Model> ShootBuilder<M> {
         let mut nodes: Vec<f64> = (0..below).map(|i| mature * i as f64 / below as f64).collect();
         nodes.extend((0..=above).map(|i| mature + (length - mature) * i as f64 / above as f64));
         let base = model.scene().base(0.0);
-        let mut rod = Rod::straight(&nodes, |s| section.radius(s), base, order)?;
+        let mut rod = Rod::straight(&nodes, |s| (section.0)(s), base, order)?;
         rod.first_growing = below;
         let p = order.points();
         for point in &mut rod.points[..below * p] {

@@ -16,9 +16,7 @@ use proptest::prelude::*;
 /// A straight rod of unit length with the given intrinsic strain.
 fn with_strain(elements: usize, order: Order, strain: impl Fn(f64) -> Vector3<f64>) -> Rod {
     let mut rod = Rod::uniform(1.0, 0.01, UnitQuaternion::identity(), elements, order).expect("a rod");
-    for point in rod.points_mut() {
-        point.intrinsic = strain(1.0 - point.apex_distance);
-    }
+    rod.set_intrinsic(|point| strain(1.0 - point.apex_distance));
     rod
 }
 
@@ -99,8 +97,8 @@ fn a_bend_that_undoes_itself_within_an_element_is_no_harder_than_another() {
             let bends: Vec<Vector3<f64>> =
                 (0..p).map(|g| Vector3::new(value(3 * g), value(3 * g + 1), value(3 * g + 2))).collect();
             let mean = bends.iter().sum::<Vector3<f64>>() / p as f64;
-            let points = rod.points_mut().iter_mut().enumerate();
-            points.for_each(|(i, point)| point.intrinsic = bends[i % p] - mean * (1.0 - 1e-9));
+            let mut bends = bends.iter().cycle();
+            rod.set_intrinsic(|_| bends.next().unwrap() - mean * (1.0 - 1e-9));
             let _ = relaxed(&rod);
         }
     }
@@ -164,7 +162,7 @@ const POLAR: SquareSection = SquareSection { torsion_constant: 1.0 / 6.0 };
 fn bend(section: &SquareSection, force: f64, elements: usize, order: Order) -> Rod {
     let length = 100.0 * FRAC_PI_4;
     let mut rod = Rod::uniform(length, 0.5, UnitQuaternion::identity(), elements, order).expect("a rod");
-    rod.points_mut().iter_mut().for_each(|point| point.intrinsic = Vector3::new(0.0, 0.01, 0.0));
+    rod.set_intrinsic(|_| Vector3::new(0.0, 0.01, 0.0));
     let pull = ApicalForce(|_: f64| Vector3::new(0.0, force, 0.0));
     let found = tight().solve(&mut rod, section, &pull, &weightless()).expect("bends");
     assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0));

@@ -10,7 +10,7 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight};
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Sense, Statoliths};
+use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Shoot, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -24,7 +24,7 @@ struct Case {
     pull: Vector3<f64>,
     wind: Vector3<f64>,
     phase: f64,
-    sense: Sense,
+    handedness: Handedness,
     /// Units of length, time and force.
     units: [f64; 3],
 }
@@ -48,7 +48,12 @@ impl Case {
                 .elements(4)
                 .growth(UniformGrowth { zone_length: 0.065 * m, time: 20.0 * HOUR * s })
                 .tropism((
-                    Oscillator { amplitude: 0.2, period: 24.0 * MINUTE * s, phase: self.phase, sense: self.sense },
+                    Oscillator {
+                        amplitude: 0.2,
+                        period: 24.0 * MINUTE * s,
+                        phase: self.phase,
+                        handedness: self.handedness,
+                    },
                     Gravitropism { sensitivity: BETA, perception: Statoliths { avalanche_time: 2.0 * MINUTE * s } }
                         .remembered(memory),
                     Proprioception { sensitivity: ETA }.remembered(memory),
@@ -98,7 +103,7 @@ fn turn() -> impl Strategy<Value = UnitQuaternion<f64>> {
 prop_compose! {
     fn cases()(base in turn(), pull in vector(5e-6), wind in vector(2e-5), phase in -3.0..3.0) -> Case {
         let gravity = Vector3::new(0.0, 0.0, -9.81);
-        Case { gravity, base, pull, wind, phase, sense: Sense::Positive, units: [1.0; 3] }
+        Case { gravity, base, pull, wind, phase, handedness: Handedness::Counterclockwise, units: [1.0; 3] }
     }
 }
 
@@ -137,7 +142,7 @@ proptest! {
             pull: mirror * case.pull,
             wind: mirror * case.wind,
             phase: if second { case.phase + PI } else { case.phase },
-            sense: Sense::Negative,
+            handedness: Handedness::Clockwise,
             ..case
         };
         let (one, other) = (case.run(), image.run());
@@ -161,7 +166,7 @@ fn the_unit_of_length_does_not_matter() {
         pull: Vector3::zeros(),
         wind: Vector3::zeros(),
         phase: -2.3675,
-        sense: Sense::Positive,
+        handedness: Handedness::Counterclockwise,
         units: [1.0; 3],
     };
     let one = case.run();
@@ -180,11 +185,11 @@ fn the_oscillators_sense_and_phase_matter() {
         pull: Vector3::new(1e-6, 0.0, 2e-6),
         wind: Vector3::new(0.0, 1e-5, 0.0),
         phase: 0.4,
-        sense: Sense::Positive,
+        handedness: Handedness::Counterclockwise,
         units: [1.0; 3],
     };
     let tip = |case: Case| *case.run().positions.last().unwrap();
-    let (plain, reversed) = (tip(case), tip(Case { sense: Sense::Negative, ..case }));
+    let (plain, reversed) = (tip(case), tip(Case { handedness: Handedness::Clockwise, ..case }));
     let shifted = tip(Case { phase: case.phase + PI, ..case });
     assert!((plain - reversed).norm() > 1e-4 && (plain - shifted).norm() > 1e-4);
 }

@@ -125,9 +125,7 @@ proptest! {
         };
         let solve = |elements: usize| {
             let mut rod = Rod::uniform(LENGTH, RADIUS, base, elements, Order::default()).expect("a rod");
-            for point in rod.points_mut() {
-                point.intrinsic = intrinsic(LENGTH - point.apex_distance);
-            }
+            rod.set_intrinsic(|point| intrinsic(LENGTH - point.apex_distance));
             let found = NewtonSolver::with_tolerance(1e-12).solve(&mut rod, &young_tissue(), &loads, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             (rod, found)
@@ -248,7 +246,7 @@ fn the_visible_strain_is_the_couple_over_the_stiffness_at_order_p_plus_1() {
 fn sagged(law: &impl Constitutive, exit: f64) -> Vector3<f64> {
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 8, Order::default()).expect("a rod");
-    rod.points_mut().iter_mut().for_each(|point| point.exit_time = exit);
+    rod.set_mature(exit);
     let weight = Weight { density: DENSITY };
     let _ = tight().solve(&mut rod, law, &weight, &scene.environment(518_400.0)).expect("sags");
     rod.tip()

@@ -6,17 +6,12 @@ use std::f64::consts::PI;
 
 use common::{DENSITY, GRAVITY, Hanging, Known, RADIUS, bending_stiffness, cases, density_for, sag, young_tissue};
 use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::{Branch, EquilibriumSolver, Inertia, NewtonSolver};
+use morphorod::equilibrium::{Branch, EquilibriumSolver, GREENHILL, Inertia, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-
-/// Greenhill's constant q ℓ³/(E I) at self-buckling, (9/4) j² with j = 1.866350858873895 the first zero of J₋₁⸝₃:
-/// A. G. Greenhill (1881), Determination of the greatest height consistent with stability that a vertical pole or mast
-/// can be made, Proc. Camb. Phil. Soc. 4, 65–73. All digits; the first test recomputes them.
-const GREENHILL: f64 = 7.837_347_438_943_484;
 
 /// The solution at the clamp of θ'' + α σ θ = 0, θ(0) = 1, θ'(0) = 0, σ from apex to base: Σ (−α)^k / Π (3 j − 1)(3 j).
 fn at_the_clamp(alpha: f64) -> f64 {

@@ -178,9 +178,7 @@ impl Circling {
             .scene(Still::weightless())
             .build()
             .unwrap();
-        for point in shoot.rod_mut().points_mut() {
-            point.intrinsic.x = STRAIN;
-        }
+        shoot.set_intrinsic(|_| Vector3::x() * STRAIN);
         let strain = |t: f64| {
             let (sin, cos) = (self.rate * t).sin_cos();
             (STRAIN * (-self.decay * t).exp() * cos, STRAIN * (-self.decay * t).exp() * sin)

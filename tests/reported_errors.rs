@@ -24,7 +24,7 @@ proptest! {
         let base = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
         let mut rod = Rod::uniform(LENGTH, RADIUS, base, 12, Order::default()).expect("a rod");
         let strain = Vector3::from(bend) * (size / LENGTH);
-        rod.points_mut().iter_mut().for_each(|point| point.intrinsic = strain);
+        rod.set_intrinsic(|_| strain);
         let unit = 3.0 * bending_stiffness() / (LENGTH * LENGTH);
         let force = if loaded { Vector3::from(pull) * (size * unit) } else { Vector3::zeros() };
         let loads = (heavy.then_some(Weight { density: DENSITY }), ApicalForce(move |_: f64| force));

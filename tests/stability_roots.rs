@@ -37,9 +37,7 @@ fn root_in_time<T: TropismLaw>(length: f64, lean: f64, laws: T, wait: f64) -> (C
     let roots = Linearisation::about(&shoot).unwrap().roots(-2e-4).unwrap();
     let rest = shoot.tip();
     // In the plane of the lean. Small, so that the cubic terms are 1e-8 of it even after it has grown a hundredfold.
-    for point in shoot.rod_mut().points_mut() {
-        point.intrinsic.y += 1e-4;
-    }
+    shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
     let mut run = MethodOfSteps::new(60.0);
     run.solver.tolerance = 1e-13;
     run.start(&mut shoot, &SteadyHistory).unwrap();

@@ -108,7 +108,7 @@ fn states_that_differ_anywhere_are_not_equal() {
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, HOUR).unwrap();
     let kept = shoot.state().clone();
-    shoot.rod_mut().points_mut()[5].intrinsic.x += 1e-9;
+    shoot.set_intrinsic(|point| point.intrinsic + Vector3::x() * 1e-9);
     assert!(&kept != shoot.state());
     shoot.restore(&kept);
     assert!(&kept == shoot.state());

@@ -33,14 +33,12 @@ impl Case {
     /// The rod at rest, from a straight guess.
     fn solve(&self) -> (Rod, Equilibrium) {
         let mut rod = Rod::uniform(self.length, self.radius, self.base, 12, Order::default()).expect("a rod");
-        for point in rod.points_mut() {
-            point.intrinsic = self.strain[0] + self.strain[1] * (1.0 - point.apex_distance / self.length);
-        }
-        let found = self.settle(&mut rod);
+        rod.set_intrinsic(|point| self.strain[0] + self.strain[1] * (1.0 - point.apex_distance / self.length));
+        let found = self.equilibrate(&mut rod);
         (rod, found)
     }
 
-    fn settle(&self, rod: &mut Rod) -> Equilibrium {
+    fn equilibrate(&self, rod: &mut Rod) -> Equilibrium {
         let tissue = LinearElastic { youngs_modulus: self.modulus, poissons_ratio: 0.3 };
         let force = self.apical;
         let loads = (Weight { density: self.density }, ApicalForce(move |_: f64| force), Distributed(self.distributed));
@@ -113,7 +111,7 @@ proptest! {
         // A solved rod that is turned with its scene is at rest.
         let mut carried = rod.clone();
         carried.set_base(turned.base);
-        prop_assert_eq!(turned.settle(&mut carried).iterations, 1);
+        prop_assert_eq!(turned.equilibrate(&mut carried).iterations, 1);
     }
 
     #[test]

@@ -9,6 +9,8 @@ pub use linear::LinearElastic;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
+use crate::rod::MaterialPoint;
 
 /// What an elastic law may know of a material point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +19,15 @@ pub struct Tissue {
     pub radius: f64,
     /// Time since the point left the growth zone, s; 0 while it is inside.
     pub age: f64,
+}
+
+impl Tissue {
+    /// The tissue at a material point at a time (s): in the growth zone the exit time is infinite and the age 0.
+    #[must_use]
+    #[inline]
+    pub fn of(point: &MaterialPoint, time: f64) -> Self {
+        Self { radius: point.radius, age: (time - point.exit_time).max(0.0) }
+    }
 }
 
 /// The answer of an elastic law to a strain.
@@ -47,13 +58,7 @@ pub trait Constitutive {
     }
 }
 
-impl<C: Constitutive + ?Sized> Constitutive for Box<C> {
-    #[inline]
-    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        (**self).respond(tissue, strain)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        (**self).check()
-    }
-}
+forward_pointers!(Constitutive {
+    fn respond(tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
+    fn check() -> Result<(), ParameterError>;
+});

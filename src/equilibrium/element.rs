@@ -59,12 +59,6 @@ impl Default for ElementSystem {
     }
 }
 
-/// Age of the tissue at a point: 0 in the growth zone, where the exit time is infinite.
-#[inline]
-pub(crate) fn tissue(point: &MaterialPoint, time: f64) -> Tissue {
-    Tissue { radius: point.radius, age: (time - point.exit_time).max(0.0) }
-}
-
 impl ElementSystem {
     /// Evaluates the energy and its gradient, and the Hessian if asked for. Returns the energy, J.
     pub fn evaluate<const P: usize, const HESSIAN: bool>(
@@ -90,7 +84,7 @@ impl ElementSystem {
             let s = s_functions(theta.norm_squared());
             let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
             let strain = to_strain.apply(&theta, &slope);
-            let response = material.respond(&tissue(point, data.time), &(strain - point.intrinsic));
+            let response = material.respond(&Tissue::of(point, data.time), &(strain - point.intrinsic));
             let force = rotate.tr_mul(&data.forces[g]);
             let along = centre_line_tangent();
             let turned = exp.apply(&theta, &along);

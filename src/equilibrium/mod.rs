@@ -10,13 +10,18 @@ mod unloaded;
 pub use newton::{Branch, NewtonSolver};
 pub use unloaded::Unloaded;
 
-pub(crate) use element::tissue;
-
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
 use crate::scene::Environment;
+
+/// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to buckle
+/// under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel function J₋₁⸝₃.
+///
+/// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast can be made*,
+/// Proc. Camb. Phil. Soc. 4, 65–73 (1881).
+pub const GREENHILL: f64 = 7.837_347_438_943_484;
 
 /// Signs of the eigenvalues of the energy's second derivative: how stable an equilibrium is.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,16 +23,6 @@ impl GrowthLaw for NoGrowth {
     fn elongates(&self) -> bool {
         false
     }
-
-    #[inline]
-    fn flow(&self, sigma: f64, _from: f64, _to: f64) -> (f64, f64) {
-        (sigma, 1.0)
-    }
-
-    #[inline]
-    fn exit_time(&self, _sigma: f64, _from: f64, _until: f64) -> Option<f64> {
-        None
-    }
 }
 
 /// The reduced model: constant length with ongoing differential growth.
@@ -60,16 +50,6 @@ impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
     #[inline]
     fn elongates(&self) -> bool {
         false
-    }
-
-    #[inline]
-    fn flow(&self, sigma: f64, _from: f64, _to: f64) -> (f64, f64) {
-        (sigma, 1.0)
-    }
-
-    #[inline]
-    fn exit_time(&self, _sigma: f64, _from: f64, _until: f64) -> Option<f64> {
-        None
     }
 
     fn check(&self, length: f64) -> Result<(), ParameterError> {

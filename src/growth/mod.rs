@@ -12,6 +12,7 @@ pub use trace::{Trace, length, trace};
 pub use uniform::UniformGrowth;
 
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 use crate::quadrature::rule;
 
 /// Growth of the part near the apex, equation (2): γ̇ = γ REGR.
@@ -47,13 +48,16 @@ pub trait GrowthLaw {
     /// its new distance from the apex, and the factor by which tissue there was stretched meanwhile.
     #[inline]
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
+        if !self.elongates() {
+            return (sigma, 1.0);
+        }
         integrate(self, sigma, from, to, steps_for(self, sigma, from, to))
     }
 
     /// When the point that is at `sigma` at time `from` leaves the zone, if it does so by time `until`.
     #[inline]
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
-        search_exit(self, sigma, from, until)
+        if self.elongates() { search_exit(self, sigma, from, until) } else { None }
     }
 
     /// Refuses parameters that make no sense for a shoot of the given initial length (m).
@@ -127,32 +131,12 @@ fn search_exit<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, until: f64
     Some(t)
 }
 
-impl<G: GrowthLaw + ?Sized> GrowthLaw for Box<G> {
-    #[inline]
-    fn regr(&self, sigma: f64, t: f64) -> f64 {
-        (**self).regr(sigma, t)
-    }
-    #[inline]
-    fn zone_length(&self) -> f64 {
-        (**self).zone_length()
-    }
-    #[inline]
-    fn elongates(&self) -> bool {
-        (**self).elongates()
-    }
-    #[inline]
-    fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
-        (**self).apical_speed(sigma, t)
-    }
-    #[inline]
-    fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
-        (**self).flow(sigma, from, to)
-    }
-    #[inline]
-    fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
-        (**self).exit_time(sigma, from, until)
-    }
-    fn check(&self, length: f64) -> Result<(), ParameterError> {
-        (**self).check(length)
-    }
-}
+forward_pointers!(GrowthLaw {
+    fn regr(sigma: f64, t: f64) -> f64;
+    fn zone_length() -> f64;
+    fn elongates() -> bool;
+    fn apical_speed(sigma: f64, t: f64) -> f64;
+    fn flow(sigma: f64, from: f64, to: f64) -> (f64, f64);
+    fn exit_time(sigma: f64, from: f64, until: f64) -> Option<f64>;
+    fn check(length: f64) -> Result<(), ParameterError>;
+});

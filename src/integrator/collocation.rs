@@ -6,6 +6,8 @@
 //! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
 //! iteration, node after node; if that does not contract fast, the interval is halved.
 
+use nalgebra::{Matrix4, Vector4};
+
 use super::ORDER;
 use crate::quadrature::{lagrange, lobatto, rule};
 use crate::tropism::{Declaration, Size, TropismLaw};
@@ -236,24 +238,8 @@ fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
     for m in 1..NODES {
         moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
     }
-    for (k, o) in out.iter_mut().enumerate() {
-        // Monomial coefficients of the polynomial of node k.
-        let mut coefficients = [0.0; NODES];
-        coefficients[0] = 1.0;
-        let mut degree = 0;
-        for (j, node) in nodes.iter().enumerate() {
-            if j == k {
-                continue;
-            }
-            let scale = 1.0 / (nodes[k] - node);
-            for d in (0..=degree).rev() {
-                let value = coefficients[d] * scale;
-                coefficients[d + 1] += value;
-                coefficients[d] = -node * value;
-            }
-            degree += 1;
-        }
-        *o = coefficients.iter().zip(moments).map(|(a, b)| a * b).sum();
-    }
-    out
+    // Weights that reproduce the moments reproduce the integral of every polynomial through the nodes. The nodes are
+    // distinct, so there are some.
+    let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
+    powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }

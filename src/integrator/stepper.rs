@@ -88,10 +88,10 @@ impl Stepper {
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
         let backup = self.backup.get_or_insert_with(|| shoot.state.clone());
-        backup.clone_from(&shoot.state);
+        backup.copy_from(&shoot.state);
         if let Err(error) = work(self, shoot) {
             if let Some(backup) = &self.backup {
-                shoot.state.clone_from(backup);
+                shoot.state.copy_from(backup);
             }
             return Err(error);
         }

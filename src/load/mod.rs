@@ -15,6 +15,7 @@ pub use whirl::Whirl;
 use nalgebra::Vector3;
 
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 use crate::scene::Environment;
 
 /// A cut through the shoot, and what lies between it and the apex.
@@ -50,20 +51,11 @@ pub trait Load {
     }
 }
 
-impl<L: Load + ?Sized> Load for Box<L> {
-    #[inline]
-    fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
-        (**self).force(cut, environment)
-    }
-
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        (**self).next_discontinuity(t)
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        (**self).check()
-    }
-}
+forward_pointers!(Load {
+    fn force(cut: &Cut, environment: &Environment) -> Vector3<f64>;
+    fn next_discontinuity(t: f64) -> f64;
+    fn check() -> Result<(), ParameterError>;
+});
 
 impl<L: Load> Load for Option<L> {
     #[inline]

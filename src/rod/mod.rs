@@ -54,7 +54,7 @@ mod infinite_as_none {
 /// the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is
 /// R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. It is objective and does not depend on the path by which the
 /// rotations came about.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rod {
     pub(crate) order: Order,
@@ -70,31 +70,6 @@ pub struct Rod {
     pub(crate) first_growing: usize,
     /// For every element, ∫ |u* − what is kept of it|² ds that merging has lost, 1/m.
     pub(crate) loss: Vec<f64>,
-}
-
-impl Clone for Rod {
-    fn clone(&self) -> Self {
-        Self {
-            order: self.order,
-            frames: self.frames.clone(),
-            rotations: self.rotations.clone(),
-            points: self.points.clone(),
-            node_distance: self.node_distance.clone(),
-            first_growing: self.first_growing,
-            loss: self.loss.clone(),
-        }
-    }
-
-    /// Reuses the memory of `self`.
-    fn clone_from(&mut self, source: &Self) {
-        self.order = source.order;
-        self.frames.clone_from(&source.frames);
-        self.rotations.clone_from(&source.rotations);
-        self.points.clone_from(&source.points);
-        self.node_distance.clone_from(&source.node_distance);
-        self.first_growing = source.first_growing;
-        self.loss.clone_from(&source.loss);
-    }
 }
 
 impl Rod {
@@ -184,9 +159,32 @@ impl Rod {
         &self.points
     }
 
-    /// The material points, to be given an intrinsic strain or a section.
-    #[must_use]
-    pub fn points_mut(&mut self) -> &mut [MaterialPoint] {
+    /// Gives every material point an intrinsic strain: components along the directors, 1/m. The shape stays; the next
+    /// equilibrium starts from it.
+    ///
+    /// ```
+    /// # use morphorod::{Order, rod::Rod};
+    /// # use nalgebra::{UnitQuaternion, Vector3};
+    /// let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 4, Order::Eight)?;
+    /// // Bent about d2, the more the nearer to the apex.
+    /// rod.set_intrinsic(|point| Vector3::y() * (10.0 - 100.0 * point.apex_distance));
+    /// # Ok::<(), morphorod::ParameterError>(())
+    /// ```
+    pub fn set_intrinsic(&mut self, mut strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
+        for point in &mut self.points {
+            point.intrinsic = strain(point);
+        }
+    }
+
+    /// Makes all tissue mature: it left the growth zone at the time `exit` (s), from which its age counts.
+    pub fn set_mature(&mut self, exit: f64) {
+        self.first_growing = self.elements();
+        for point in &mut self.points {
+            point.exit_time = exit;
+        }
+    }
+
+    pub(crate) fn points_mut(&mut self) -> &mut [MaterialPoint] {
         &mut self.points
     }
 
@@ -237,6 +235,16 @@ impl Rod {
             *frame = UnitQuaternion::new_normalize((turn * *frame).into_inner());
         }
         self.frames[0] = base;
+    }
+
+    /// Becomes equal to `source`, in the memory that is there.
+    pub(crate) fn copy_from(&mut self, source: &Self) {
+        (self.order, self.first_growing) = (source.order, source.first_growing);
+        self.frames.clone_from(&source.frames);
+        self.rotations.clone_from(&source.rotations);
+        self.points.clone_from(&source.points);
+        self.node_distance.clone_from(&source.node_distance);
+        self.loss.clone_from(&source.loss);
     }
 
     pub(crate) fn basis(&self) -> &'static Basis {

@@ -10,7 +10,7 @@ type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
 /// The history of the growth zone at a few times, the levels, oldest first. Two levels of one time mark a discontinuity of
 /// the rates.
-#[derive(Debug, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct History {
     /// Variables at a point.
@@ -21,7 +21,7 @@ pub(crate) struct History {
 }
 
 /// The zone at one time.
-#[derive(Debug, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Level {
     time: f64,
@@ -55,39 +55,21 @@ pub(crate) struct Reading {
 /// Levels that are not in use, whose memory serves again.
 pub(crate) type Spare = Vec<Vec<f64>>;
 
-impl Clone for Level {
-    fn clone(&self) -> Self {
-        Self { time: self.time, rows: self.rows.clone() }
-    }
-
-    fn clone_from(&mut self, source: &Self) {
-        self.time = source.time;
-        self.rows.clone_from(&source.rows);
-    }
-}
-
-impl Clone for History {
-    fn clone(&self) -> Self {
-        Self { variables: self.variables, stimuli: self.stimuli, levels: self.levels.clone() }
-    }
-
-    /// Reuses the memory of `self`.
-    fn clone_from(&mut self, source: &Self) {
-        (self.variables, self.stimuli) = (source.variables, source.stimuli);
-        self.levels.truncate(source.levels.len());
-        for (to, from) in self.levels.iter_mut().zip(&source.levels) {
-            to.clone_from(from);
-        }
-        let kept = self.levels.len();
-        self.levels.extend(source.levels.range(kept..).cloned());
-    }
-}
-
 impl History {
     /// Zeros at the given times for so many points, each with so many variables and stimuli.
     pub fn zeros((variables, stimuli): (usize, usize), points: usize, times: impl Iterator<Item = f64>) -> Self {
         let level = |time| Level { time, rows: vec![0.0; points * (2 * variables + stimuli)] };
         Self { variables, stimuli, levels: times.map(level).collect() }
+    }
+
+    /// Becomes equal to `source`, in the memory that is there.
+    pub fn copy_from(&mut self, source: &Self) {
+        (self.variables, self.stimuli) = (source.variables, source.stimuli);
+        self.levels.resize_with(source.levels.len(), Level::default);
+        for (to, from) in self.levels.iter_mut().zip(&source.levels) {
+            to.time = from.time;
+            to.rows.clone_from(&from.rows);
+        }
     }
 
     /// How many variables and stimuli there are at a point.

@@ -13,7 +13,7 @@ use crate::rod::{Rod, part_weights};
 ///
 /// A plain value: clone it, compare it, keep it, give it back with [`Shoot::restore`](crate::Shoot::restore). A run that
 /// goes on from a restored state repeats the original bit by bit.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct State {
     pub(crate) time: f64,
@@ -24,30 +24,18 @@ pub struct State {
     pub(crate) smooth_since: f64,
 }
 
-impl Clone for State {
-    fn clone(&self) -> Self {
-        Self {
-            time: self.time,
-            rod: self.rod.clone(),
-            predictor: self.predictor.clone(),
-            history: self.history.clone(),
-            smooth_since: self.smooth_since,
-        }
-    }
-
-    /// Reuses the memory of `self`.
-    fn clone_from(&mut self, source: &Self) {
-        (self.time, self.smooth_since) = (source.time, source.smooth_since);
-        self.rod.clone_from(&source.rod);
-        self.predictor.clone_from(&source.predictor);
-        self.history.clone_from(&source.history);
-    }
-}
-
 impl State {
     /// A shoot at rest at t = 0 that no integrator has started yet.
     pub(crate) fn new(rod: Rod) -> Self {
         Self { time: 0.0, rod, predictor: Predictor::default(), history: History::default(), smooth_since: 0.0 }
+    }
+
+    /// Becomes equal to `source`, in the memory that is there.
+    pub(crate) fn copy_from(&mut self, source: &Self) {
+        (self.time, self.smooth_since) = (source.time, source.smooth_since);
+        self.rod.copy_from(&source.rod);
+        self.predictor.copy_from(&source.predictor);
+        self.history.copy_from(&source.history);
     }
 
     /// Time, s.

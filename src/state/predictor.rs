@@ -9,7 +9,7 @@ use crate::rod::{Rod, merge_rotations, split_rotations};
 const EARLIER: usize = 2;
 
 /// The rotation vectors of earlier equilibria, latest first.
-#[derive(Debug, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Predictor {
     earlier: Vec<Earlier>,
@@ -18,32 +18,24 @@ pub(crate) struct Predictor {
 }
 
 /// The rotation vectors of an earlier equilibrium, on the present elements.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Earlier {
     time: f64,
     rotations: Vec<Vector3<f64>>,
 }
 
-impl Clone for Predictor {
-    fn clone(&self) -> Self {
-        Self { earlier: self.earlier.clone(), known: self.known }
-    }
-
-    /// Reuses the memory of `self`.
-    fn clone_from(&mut self, source: &Self) {
+impl Predictor {
+    /// Becomes equal to `source`, in the memory that is there.
+    pub fn copy_from(&mut self, source: &Self) {
         self.known = source.known;
-        self.earlier.truncate(source.earlier.len());
-        let kept = self.earlier.len();
+        self.earlier.resize_with(source.earlier.len(), Earlier::default);
         for (to, from) in self.earlier.iter_mut().zip(&source.earlier) {
             to.time = from.time;
             to.rotations.clone_from(&from.rotations);
         }
-        self.earlier.extend_from_slice(&source.earlier[kept..]);
     }
-}
 
-impl Predictor {
     /// Forgets earlier equilibria and makes room for as many as are extrapolated from.
     pub fn make_room(&mut self, rod: &Rod, time: f64) {
         self.known = 0;

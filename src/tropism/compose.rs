@@ -1,5 +1,7 @@
 //! Laws put together: tuples, options, boxes and references.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::{Declaration, Growing, LawDerivatives, Site, Size, TropismLaw};
@@ -48,6 +50,10 @@ impl<T: TropismLaw + ?Sized> TropismLaw for Box<T> {
 }
 
 impl<T: TropismLaw + ?Sized> TropismLaw for &T {
+    forward!(self => (**self));
+}
+
+impl<T: TropismLaw + ?Sized> TropismLaw for Arc<T> {
     forward!(self => (**self));
 }
 

@@ -14,7 +14,7 @@ pub use declaration::{Declaration, Rotation, Size, Source, Variable};
 pub use derivatives::LawDerivatives;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use memory::{Memory, Remembered};
-pub use oscillator::{Oscillator, Sense};
+pub use oscillator::{Handedness, Oscillator};
 pub use proprioception::{Proprioception, VisibleBending};
 pub use response::{Perception, Response, Signal};
 pub use statoliths::{SettledStatoliths, Statoliths};

@@ -7,15 +7,16 @@ use nalgebra::Vector3;
 use super::{Growing, TropismLaw};
 use crate::error::ParameterError;
 
-/// The sense in which the oscillator's gradient turns, seen from the apex towards the base (d1 towards d2 is positive).
+/// The way in which the oscillator's gradient turns about d3, seen from the apex towards the base: from above, on an upright
+/// shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Sense {
+pub enum Handedness {
     /// From d1 towards d2, as equation (5) is printed.
     #[default]
-    Positive,
+    Counterclockwise,
     /// From d1 towards −d2.
-    Negative,
+    Clockwise,
 }
 
 /// Equation (5): r u̇1* = α REGR cos(2πt/τe + φ), r u̇2* = ±α REGR sin(2πt/τe + φ).
@@ -30,15 +31,15 @@ pub struct Oscillator {
     pub period: f64,
     /// Phase φ at t = 0, rad.
     pub phase: f64,
-    /// Sense of turning.
-    pub sense: Sense,
+    /// Which way it turns.
+    pub handedness: Handedness,
 }
 
 impl Oscillator {
-    /// An oscillator in the positive sense that starts at phase zero.
+    /// An oscillator that turns counterclockwise and starts at phase zero.
     #[must_use]
     pub fn new(amplitude: f64, period: f64) -> Self {
-        Self { amplitude, period, phase: 0.0, sense: Sense::Positive }
+        Self { amplitude, period, phase: 0.0, handedness: Handedness::Counterclockwise }
     }
 }
 
@@ -47,7 +48,7 @@ impl TropismLaw for Oscillator {
     fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
         let size = self.amplitude / at.radius;
-        let sin = if self.sense == Sense::Positive { sin } else { -sin };
+        let sin = if self.handedness == Handedness::Counterclockwise { sin } else { -sin };
         Vector3::new(size * cos, size * sin, 0.0)
     }
 

@@ -1,0 +1,22 @@
+//! A law behind a pointer is a law.
+
+/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by way of `T`, method by method.
+macro_rules! forward_pointers {
+    (@ $Trait:ident, $Pointer:ty, { $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)* }) => {
+        impl<T: $Trait + ?Sized> $Trait for $Pointer {
+            $(
+                #[inline]
+                fn $name(&self $(, $arg: $ty)*) $(-> $answer)? {
+                    (**self).$name($($arg),*)
+                }
+            )*
+        }
+    };
+    ($Trait:ident $methods:tt) => {
+        forward_pointers!(@ $Trait, Box<T>, $methods);
+        forward_pointers!(@ $Trait, std::sync::Arc<T>, $methods);
+        forward_pointers!(@ $Trait, &T, $methods);
+    };
+}
+
+pub(crate) use forward_pointers;
