@@ -14,7 +14,9 @@ use morphorod::Shoot;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundaryPoint, Linearisation, StabilityError, StationarySolver, boundary, onset};
+use morphorod::stability::{
+    BoundaryPoint, BoundarySettings, Linearisation, StabilityError, StationarySolver, boundary, onset,
+};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
 fn linear_problem(length: f64) -> Result<Linearisation, StabilityError> {
@@ -45,11 +47,18 @@ fn stability(c: &mut Criterion) {
     let linear = linear_problem(0.066).expect("an upright shoot below its buckling length");
     group.bench_function("number of unstable roots", |b| b.iter(|| black_box(&linear).unstable()));
     group.bench_function("onset", |b| b.iter(|| onset(linear_problem, black_box(0.06), 0.07)));
-    let start = BoundaryPoint { parameters: [72e3, 0.0656], frequency: 0.0012 };
+    let settings = BoundarySettings {
+        start: BoundaryPoint { parameters: [72e3, 0.0656], frequency: 0.0012 },
+        direction: [-1.0, 0.0],
+        low: [16e3, 0.02],
+        high: [72e3, 0.078],
+        step: 0.005,
+        points: 200,
+    };
     group.bench_function("boundary, 200 points, 4 elements", |b| {
         b.iter(|| {
             let family = |growth_time, length| upright(growth_time, length, 4);
-            boundary(family, black_box(start), [-1.0, 0.0], [[16e3, 0.02], [72e3, 0.078]], 0.005, 200)
+            boundary(family, black_box(&settings))
         });
     });
     group.finish();

@@ -88,9 +88,9 @@ impl Kind {
             let linear = self.at(length, elements)?;
             // Isolated roots lie right of the essential spectrum, where ever shorter waves pile up that no mesh
             // resolves. Without proprioception they pile up at zero instead.
-            let line = linear.essential()?.first().map_or(0.002 / MEMORY.time, |root| 0.6 * root.re);
+            let line = linear.essential_spectrum()?.first().map_or(0.002 / MEMORY.time, |root| 0.6 * root.re);
             match linear.roots(line) {
-                Err(StabilityError::Coarse { .. }) => {}
+                Err(StabilityError::UnderResolved { .. }) => {}
                 other => return other.map(Some),
             }
         }

@@ -38,7 +38,9 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundaryPoint, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset};
+use morphorod::stability::{
+    BoundaryPoint, BoundarySettings, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset,
+};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
@@ -92,7 +94,7 @@ impl Kind {
         for elements in [self.elements, 2 * self.elements] {
             match (Self { elements, ..self }).at(hours, ratio)?.unstable() {
                 Ok(number) => return Ok(Some(number)),
-                Err(StabilityError::Coarse { .. }) => {}
+                Err(StabilityError::UnderResolved { .. }) => {}
                 Err(error) => return Err(error),
             }
         }
@@ -109,7 +111,7 @@ impl Kind {
         let mut elements = self.elements;
         loop {
             match crossings(|parameter| family(Self { elements, ..self }, parameter), from, to) {
-                Err(StabilityError::Coarse { .. }) if elements < 20 => elements += 4,
+                Err(StabilityError::UnderResolved { .. }) if elements < 20 => elements += 4,
                 other => return other,
             }
         }
@@ -125,9 +127,11 @@ impl Kind {
             cost.linearisations += 1;
             self.at(hours, ratio)
         };
-        let mut points = boundary(&mut family, start, [0.0, -1.0], WINDOW, STEP, 4000)?;
+        let [low, high] = WINDOW;
+        let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
+        let mut points = boundary(&mut family, &BoundarySettings { direction: [0.0, -1.0], ..up })?;
         points.reverse();
-        points.extend(boundary(&mut family, start, [0.0, 1.0], WINDOW, STEP, 4000)?.into_iter().skip(1));
+        points.extend(boundary(&mut family, &up)?.into_iter().skip(1));
         cost.points += points.len();
         // The number changes only where curves cross: look at every 32nd point, and between two that differ.
         let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];

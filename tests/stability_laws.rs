@@ -4,7 +4,7 @@ mod upright;
 
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundaryPoint, Linearisation, StabilityError, boundary, onset};
+use morphorod::stability::{BoundaryPoint, BoundarySettings, Linearisation, StabilityError, boundary, onset};
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, LawDerivatives, Memory, Proprioception, Response, SettledStatoliths, Site,
     TropismLaw, Variable,
@@ -105,7 +105,7 @@ fn a_derivative_that_is_not_finite_is_told() {
             out.gradient_by_variables[(0, 0)] = f64::INFINITY;
         }
     }
-    assert!(matches!(problem(Broken, 0.05), Err(StabilityError::Parameter(_))));
+    assert!(matches!(problem(Broken, 0.05), Err(StabilityError::NotFinite { .. })));
 }
 
 #[test]
@@ -120,11 +120,7 @@ fn the_boundary_of_stability_goes_through_the_known_onsets_and_ends_on_the_side(
                 linearisations += 1;
                 family(hours, length)
             },
-            start,
-            [1.0, 0.0],
-            [low, high],
-            step,
-            1000,
+            &BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 },
         )
         .unwrap()
     };
@@ -162,7 +158,9 @@ fn a_boundary_goes_around_a_fold() {
         parameters: [10.0 * (1.0 / 3.0 - (q - 1.0).powi(2)), q],
         frequency: 0.860_333_589 / MEMORY.delay,
     };
-    let curve = boundary(family, start, [0.0, 1.0], [[0.0, 0.0], [4.0, 2.0]], 0.02, 1000).unwrap();
+    let settings =
+        BoundarySettings { start, direction: [0.0, 1.0], low: [0.0, 0.0], high: [4.0, 2.0], step: 0.02, points: 1000 };
+    let curve = boundary(family, &settings).unwrap();
     for point in &curve {
         let [p, q] = point.parameters;
         // Three elements leave 1e-9 of the length, times the slope of growth time by length (10) and the factor 10.
@@ -176,17 +174,28 @@ fn a_boundary_goes_around_a_fold() {
 fn a_boundary_says_what_is_wrong() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
-    let follow = |start, direction, window, step| boundary(family, start, direction, window, step, 50);
-    let window = [[9.0, 0.045], [45.0, 0.078]];
+    let settings = BoundarySettings {
+        start,
+        direction: [1.0, 0.0],
+        low: [9.0, 0.045],
+        high: [45.0, 0.078],
+        step: 0.01,
+        points: 50,
+    };
+    let follow = |settings: BoundarySettings| boundary(family, &settings);
     let off = BoundaryPoint { frequency: 3.0 / MEMORY.delay, ..start };
-    assert!(matches!(follow(off, [1.0, 0.0], window, 0.01), Err(StabilityError::NoConvergence { .. })));
-    assert!(matches!(follow(start, [0.0, 0.0], window, 0.01), Err(StabilityError::Parameter(_))));
-    assert!(matches!(follow(start, [1.0, 0.0], [window[1], window[0]], 0.01), Err(StabilityError::Parameter(_))));
-    assert!(matches!(follow(start, [1.0, 0.0], window, -1.0), Err(StabilityError::Parameter(_))));
+    assert!(matches!(follow(BoundarySettings { start: off, ..settings }), Err(StabilityError::NoConvergence { .. })));
+    for wrong in [
+        BoundarySettings { direction: [0.0, 0.0], ..settings },
+        BoundarySettings { low: settings.high, high: settings.low, ..settings },
+        BoundarySettings { step: -1.0, ..settings },
+    ] {
+        assert!(matches!(follow(wrong), Err(StabilityError::Parameter(_))), "{wrong:?}");
+    }
     let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
     // Too long: it buckles, and the family says so.
     assert!(matches!(
-        boundary(|_, _| problem(gravity, 0.081), start, [1.0, 0.0], window, 0.01, 50),
+        boundary(|_, _| problem(gravity, 0.081), &settings),
         Err(StabilityError::MechanicallyUnstable { .. })
     ));
 }

@@ -88,7 +88,7 @@ fn without_delay_the_essential_spectrum_is_that_of_a_quadratic() {
     for hours in [0.5, 3.0, 20.0] {
         let growth_time: f64 = hours * HOUR;
         let linear = weightless(eta, growth_time, Memory { time, delay: 0.0 }).unwrap();
-        let root = linear.essential().unwrap()[0];
+        let root = linear.essential_spectrum().unwrap()[0];
         let expected =
             0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
         // The law's own derivatives are exact; Newton's method leaves 1e-13 of a root of 1e-3/s.

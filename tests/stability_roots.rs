@@ -245,10 +245,10 @@ fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
             .build()
             .unwrap();
         let linear = Linearisation::about(&shoot).unwrap();
-        essential = linear.essential().unwrap().first().map_or(f64::NEG_INFINITY, |z| z.re);
+        essential = linear.essential_spectrum().unwrap().first().map_or(f64::NEG_INFINITY, |z| z.re);
         match linear.unstable() {
             Ok(number) => counts.push(number),
-            Err(StabilityError::Coarse { .. }) => {}
+            Err(StabilityError::UnderResolved { .. }) => {}
             Err(error) => panic!("{elements} elements: {error}"),
         }
         if counts.len() == 2 {
@@ -327,5 +327,5 @@ fn every_root_that_is_counted_is_found_and_a_coarse_mesh_is_told() {
     // Residuals are relative to |M| |v|: rounding.
     assert!(roots.iter().all(|root| root.residual < 1e-13 && root.growth_rate() > 0.0));
     let coarse = fast(0.0714, 2.0, 4).unstable();
-    assert!(matches!(coarse, Err(StabilityError::Coarse { blur }) if blur > 0.5), "{coarse:?}");
+    assert!(matches!(coarse, Err(StabilityError::UnderResolved { share }) if share > 0.5), "{coarse:?}");
 }

@@ -1,19 +1,16 @@
 //! The linear problem of small disturbances about a stationary shoot.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::StabilityError;
-use super::characteristic::Pair;
-use super::settled::{Settled, check_unforced};
-use super::short_waves::Element;
-use super::transfer::Transfer;
-use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
-use crate::error::ParameterError;
+use super::analytic::{AnalyticMatrix, Scales};
+use super::error::StabilityError;
+use super::steady::{SteadyState, stimulus_derivatives};
+use super::transfer::TransferFunction;
+use crate::equilibrium::{Branch, NewtonSolver};
 use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Size, TropismLaw};
@@ -22,238 +19,142 @@ use crate::tropism::{Declaration, Size, TropismLaw};
 /// of a third derivative, and rounding by 1e-14 over it.
 const ANGLE: f64 = 3e-5;
 
-/// T(λ) and T'(λ) of every kind of point.
-pub(super) type Transfers = Vec<Pair>;
+/// T(λ) of every kind of point.
+pub(super) type Transfers = Vec<AnalyticMatrix>;
 
-/// The linear problem M(λ) δu* = 0 about a stationary shoot.
-#[derive(Debug, Clone)]
-pub struct Linearisation {
-    /// Distinct transfer functions, and which of them each material point has.
-    pub(super) transfers: Vec<Transfer>,
-    pub(super) kind: Vec<usize>,
+/// M(λ) δu* = 0 with M = λ − T(λ) X: complete when it is made, and never changed.
+#[derive(Debug)]
+pub(super) struct LinearProblem {
+    /// Distinct transfer functions, and which of them each material point of the growth zone has.
+    pub transfers: Vec<TransferFunction>,
+    pub kind: Vec<usize>,
     /// The unknowns: material point and component of its intrinsic strain.
-    pub(super) unknowns: Vec<(usize, usize)>,
-    /// Sets of unknowns that do not couple: planes of an upright shoot, say.
-    pub(super) blocks: Vec<Vec<usize>>,
-    /// For every block the first one with the same characteristic function: the planes of an upright shoot are twins.
-    pub(super) twins: Vec<usize>,
-    /// The same for the local problem of every kind of point that senses its strain: kind and components.
-    pub(super) local_blocks: Vec<(usize, Vec<usize>)>,
-    /// For every block the elements' own problems.
-    pub(super) elements: Vec<Vec<Element>>,
-    /// For every block the elastic share of its response to a turn.
-    pub(super) elasticity: Vec<f64>,
+    pub unknowns: Vec<(usize, usize)>,
     /// X: rows (point, stimulus), columns unknowns.
-    pub(super) response: DMatrix<f64>,
+    pub response: DMatrix<f64>,
+    /// X of a shoot that is rigid but for what is disturbed: the strain at a point and the turn of the frames beyond it.
+    pub rigid_response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
-    pub(super) displacement: DMatrix<f64>,
-    pub(super) stimuli: usize,
+    pub displacement: DMatrix<f64>,
+    /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad.
+    pub turn: Vec<DMatrix<f64>>,
+    /// Lengths of the elements of the growth zone, m.
+    pub lengths: Vec<f64>,
+    pub stimuli: usize,
+    /// The size of every stimulus: the largest norm of its rows in either response, and at a point by itself.
+    sizes: DVector<f64>,
 }
 
-impl Linearisation {
-    /// Linearises a shoot about its present state, which must be stationary. Growth is frozen: length, stiffness and
-    /// zone stay as they are. The shoot is not changed.
+impl LinearProblem {
+    /// Linearises `shoot` about `rod`, whose laws are in the steady state given, with a solver to find the response by.
+    /// The rod must be in equilibrium; the laws may ask for gradients.
     ///
     /// # Errors
-    /// A state that is not stationary or mechanically unstable, laws that depend on time or steer nothing.
-    pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
-        let mut solver = NewtonSolver::with_tolerance(1e-13);
-        solver.branch = Branch::Nearest;
-        let environment = shoot.model.scene().environment(shoot.state.time);
-        let mut rod = shoot.state.rod.clone();
-        let force = InternalForce::of(&rod, shoot.model.load(), &environment);
-        let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
-        if found.inertia.negative > 0 {
-            return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
-        }
-        let mut settled = Settled::of(shoot, &rod, &force);
-        check_unforced(shoot, &rod, shoot.model.load(), &settled)?;
-        // What the equilibrium's own error lets the laws ask for, times a margin.
-        let radius = settled.places.first().map_or(1.0, |place| place.radius);
-        let gradient = settled.largest();
-        if !(gradient * radius < 1e-8) {
-            return Err(StabilityError::NotStationary { gradient });
-        }
-        Self::at(shoot, &rod, &mut settled, &force, &mut solver)
-    }
-
-    /// Linearises about `rod`, stationary or not.
-    pub(super) fn at(
+    /// Laws that steer nothing, or derivatives that are not finite.
+    pub fn about(
         shoot: &Shoot<impl Model>,
         rod: &Rod,
-        settled: &mut Settled,
+        steady: &SteadyState,
         force: &InternalForce,
         solver: &mut NewtonSolver,
     ) -> Result<Self, StabilityError> {
-        settled.differentiate(shoot, rod, force);
-        let settled = &*settled;
+        let (strain, turn) = stimulus_derivatives(shoot, rod, force);
         let law = shoot.model.tropism();
-        let m = Size::of(law).stimuli;
-        let mut transfers: Vec<Transfer> = Vec::new();
-        let mut kind = Vec::with_capacity(settled.places.len());
-        for (i, place) in settled.places.iter().enumerate() {
+        let stimuli = Size::of(law).stimuli;
+        let mut transfers: Vec<TransferFunction> = Vec::new();
+        let mut kind = Vec::with_capacity(strain.len());
+        for (i, (place, local)) in steady.places.iter().zip(&strain).enumerate() {
             let rate = shoot.model.growth().regr(place.apex_distance, place.time);
-            let transfer = Transfer::of(law, rate, settled, i)?;
+            let transfer = TransferFunction::of(law, rate, steady, i, local)?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
                 transfers.push(transfer);
             }
         }
-        let unknowns: Vec<(usize, usize)> = (0..settled.places.len())
-            .flat_map(|i| (0..3).map(move |c| (i, c)))
-            .filter(|&(i, c)| transfers[kind[i]].drives(c))
-            .collect();
+        let driven: Vec<Vec<usize>> = transfers.iter().map(TransferFunction::driven).collect();
+        let unknowns: Vec<(usize, usize)> =
+            kind.iter().enumerate().flat_map(|(i, &kind)| driven[kind].iter().map(move |&c| (i, c))).collect();
         if unknowns.is_empty() {
             return Err(StabilityError::NothingDriven);
         }
-        let mut out = Self {
-            transfers,
-            kind,
-            response: DMatrix::zeros(settled.places.len() * m, unknowns.len()),
-            displacement: DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len()),
-            unknowns,
-            blocks: Vec::new(),
-            local_blocks: Vec::new(),
-            elements: Vec::new(),
-            elasticity: Vec::new(),
-            twins: Vec::new(),
-            stimuli: m,
-        };
-        out.respond(shoot, rod, force, solver)?;
-        out.find_blocks();
-        out.find_elements(rod, settled);
-        out.find_elasticity(rod, settled);
-        out.find_twins();
-        Ok(out)
+        let (response, displacement) = respond(shoot, rod, &unknowns, force, solver)?;
+        let rigid_response = respond_rigidly(rod, &unknowns, &strain, &turn);
+        let responses: Vec<&DMatrix<f64>> =
+            [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
+        let sizes = sizes(stimuli, &responses);
+        let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.element_length(e)).collect();
+        Ok(Self { transfers, kind, unknowns, response, rigid_response, displacement, turn, lengths, stimuli, sizes })
     }
 
-    /// Fills in X and the displacements: frames by the factorised tangent, everything that follows from them by central
-    /// differences.
-    fn respond(
-        &mut self,
-        shoot: &Shoot<impl Model>,
-        rod: &Rod,
-        force: &InternalForce,
-        solver: &mut NewtonSolver,
-    ) -> Result<(), StabilityError> {
-        let law = shoot.model.tropism();
-        let m = self.stimuli;
-        let (p, first) = (rod.order().points(), rod.first_growing() * rod.order().points());
-        let mut tangent = solver.linearise(rod, shoot.model.constitutive(), force)?;
-        let position = Declaration::of(law).needs_position();
-        let mut moved = rod.clone();
-        let mut sensed = [DVector::zeros(self.response.nrows()), DVector::zeros(self.response.nrows())];
-        let mut places = [DVector::zeros(self.displacement.nrows()), DVector::zeros(self.displacement.nrows())];
-        for (j, &(i, c)) in self.unknowns.clone().iter().enumerate() {
-            let at = first + i;
-            let weight = rod.basis().weights[at % p] * rod.points()[at].jacobian;
-            let step = ANGLE / weight;
-            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
-                moved.clone_from(rod);
-                moved.points_mut()[at].intrinsic[c] += sign * step;
-                tangent.follow(&mut moved);
-                visit_sites(&moved, shoot.model.constitutive(), force, position, |i, site| {
-                    law.sense(site, &mut sensed[side].as_mut_slice()[i * m..(i + 1) * m]);
-                });
-                for (k, (_, position)) in moved.centre_line().iter().enumerate() {
-                    places[side].rows_mut(3 * k, 3).copy_from(position);
-                }
-            }
-            self.response.set_column(j, &((&sensed[0] - &sensed[1]) / (2.0 * step)));
-            self.displacement.set_column(j, &((&places[0] - &places[1]) / (2.0 * step)));
-        }
-        if self.response.iter().all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err(ParameterError { name: "response of the stimuli", value: f64::NAN, requirement: "finite" }.into())
-        }
-    }
-
-    /// The number of unknowns.
-    #[must_use]
-    pub fn unknowns(&self) -> usize {
-        self.unknowns.len()
+    /// The material points of an element.
+    pub fn points_per_element(&self) -> usize {
+        self.kind.len() / self.lengths.len()
     }
 
     /// T(λ) of every kind of point.
-    pub(super) fn transfers_at(&self, z: Complex<f64>) -> Transfers {
+    pub fn transfers_at(&self, z: Complex<f64>) -> Transfers {
         self.transfers.iter().map(|transfer| transfer.at(z)).collect()
     }
 
-    /// M(λ) and M'(λ) of a block of unknowns.
-    pub(super) fn block_matrix(&self, z: Complex<f64>, transfers: &Transfers, block: &[usize]) -> Pair {
-        let unknowns: Vec<(usize, usize)> = block.iter().map(|&unknown| self.unknowns[unknown]).collect();
-        self.assemble(z, transfers, &unknowns, &self.response, block, 0)
-    }
-
-    /// The same, with the transfer functions evaluated for it.
-    pub(super) fn matrix(&self, z: Complex<f64>, block: &[usize]) -> Pair {
-        self.block_matrix(z, &self.transfers_at(z), block)
-    }
-
-    /// λ − T X and its derivative for some unknowns, from columns of a response whose rows begin with the stimuli at
-    /// the point `first`.
-    pub(super) fn assemble(
+    /// λ − T X for some unknowns, with one or the other response X.
+    pub fn matrix(
         &self,
         z: Complex<f64>,
         transfers: &Transfers,
-        unknowns: &[(usize, usize)],
         response: &DMatrix<f64>,
-        columns: &[usize],
-        first: usize,
-    ) -> Pair {
-        let n = unknowns.len();
-        let mut value = DMatrix::from_diagonal_element(n, n, z);
-        let mut slope = DMatrix::identity(n, n);
-        for (row, &(i, c)) in unknowns.iter().enumerate() {
-            let (t, dt) = &transfers[self.kind[i]];
+        unknowns: &[usize],
+    ) -> AnalyticMatrix {
+        let mut out = AnalyticMatrix::lambda(z, unknowns.len());
+        for (row, &unknown) in unknowns.iter().enumerate() {
+            let (i, c) = self.unknowns[unknown];
+            let transfer = &transfers[self.kind[i]];
             for k in 0..self.stimuli {
-                let (t, dt) = (t[(c, k)], dt[(c, k)]);
+                let (t, dt) = (transfer.value[(c, k)], transfer.derivative[(c, k)]);
                 if t == Complex::ZERO && dt == Complex::ZERO {
                     continue;
                 }
-                for (col, &column) in columns.iter().enumerate() {
-                    let x = response[((i - first) * self.stimuli + k, column)];
-                    value[(row, col)] -= t * x;
-                    slope[(row, col)] -= dt * x;
+                for (column, &other) in unknowns.iter().enumerate() {
+                    let x = response[(i * self.stimuli + k, other)];
+                    out.value[(row, column)] -= t * x;
+                    out.derivative[(row, column)] -= dt * x;
                 }
             }
         }
-        (value, slope)
+        out
     }
 
-    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X.
-    pub(super) fn bound(&self, abscissa: f64) -> f64 {
-        // The size of every stimulus, on the whole shoot, in an element by itself, at a point by itself: the norm of its
-        // rows. Stimuli and variables are measured by their sizes, since laws have units of their own.
-        let m = self.stimuli;
-        let mut stimuli = DVector::zeros(m);
-        let own = self.elements.iter().flatten().map(|element| &element.response);
-        for response in own.chain([&self.response]).chain(self.transfers.iter().map(|t| &t.local)) {
-            for k in 0..m {
-                let rows = (k..response.nrows()).step_by(m).map(|row| response.row(row).norm_squared());
-                stimuli[k] = f64::max(stimuli[k], rows.sum::<f64>().sqrt());
-            }
-        }
-        let radius = self.transfers.iter().map(|transfer| transfer.radius(&stimuli, abscissa)).fold(0.0, f64::max);
-        1.001 * radius.max(self.slowest_rate() * 1e-3)
+    /// The change of the unknowns after which the laws ask for no gradient, to first order: they ask for REGR times that
+    /// of the steady state, and T(0) X changes it.
+    pub fn stationary_step(&self, steady: &SteadyState) -> Option<DVector<f64>> {
+        let all: Vec<usize> = (0..self.unknowns.len()).collect();
+        let matrix = self.matrix(Complex::ZERO, &self.transfers_at(Complex::ZERO), &self.response, &all);
+        let residual = DVector::from_fn(all.len(), |k, _| {
+            let (i, c) = self.unknowns[k];
+            steady.gradients[i][c] * self.transfers[self.kind[i]].rate
+        });
+        // M(0) = −T(0) X.
+        matrix.value.map(|z| z.re).lu().solve(&residual)
     }
 
-    /// A rate, 1/s: the inverse of the longest time in the laws' rates and delays.
-    pub(super) fn slowest_rate(&self) -> f64 {
-        let delays = self.transfers.iter().flat_map(|t| &t.delays).copied().filter(|d| d.is_finite() && *d > 0.0);
-        let rates = self.transfers.iter().flat_map(|t| &t.memory).map(|rate| rate.norm()).filter(|r| *r > 0.0);
-        let slowest = delays.map(|d| 1.0 / d).chain(rates).fold(f64::INFINITY, f64::min);
-        if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
+    /// Sizes of the laws' own rates, and the inverse delays, 1/s.
+    fn rates(&self) -> impl Iterator<Item = f64> {
+        let delays = self.transfers.iter().flat_map(|t| &t.delays).map(|d| 1.0 / d);
+        let rates = self.transfers.iter().flat_map(|t| &t.own_rates).map(|rate| rate.norm());
+        delays.chain(rates).filter(|rate| *rate > 0.0 && rate.is_finite())
     }
 
-    /// Some λ to tell functions apart at: from the slowest to the fastest rate of the laws, off the axes.
-    pub(super) fn probes(&self) -> Vec<Complex<f64>> {
+    /// The line left of which nothing is sought, 1/s: nine tenths of the way to the laws' own rates, where T has poles.
+    pub fn leftmost(&self) -> f64 {
+        let rates = self.transfers.iter().flat_map(|t| &t.own_rates).map(|rate| rate.re);
+        0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
+    }
+
+    /// Some λ at which functions that differ have different values: from the slowest to the fastest rate of the laws, off
+    /// the axes.
+    pub fn probes(&self) -> Vec<Complex<f64>> {
         let slow = self.slowest_rate();
-        let delays = self.transfers.iter().flat_map(|t| &t.delays).filter(|d| **d > 0.0).map(|d| 1.0 / d);
-        let rates = self.transfers.iter().flat_map(|t| &t.memory).map(|rate| rate.norm());
-        let fast = delays.chain(rates).fold(slow, f64::max);
+        let fast = self.rates().fold(slow, f64::max);
         // Two, and one more for every factor of ten between them.
         let decades = (fast / slow).log10().ceil().clamp(0.0, 12.0) as usize;
         let at = |k: usize| {
@@ -263,4 +164,105 @@ impl Linearisation {
         };
         (0..=decades + 1).map(at).collect()
     }
+}
+
+impl Scales for LinearProblem {
+    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X. It holds for
+    /// the whole shoot, for an element by itself and for a point by itself. Stimuli and variables are measured by their
+    /// sizes, since laws have units of their own.
+    fn bound(&self, abscissa: f64) -> f64 {
+        let radii = self.transfers.iter().map(|transfer| transfer.radius(&self.sizes, abscissa));
+        1.001 * radii.fold(0.0, f64::max).max(self.slowest_rate() * 1e-3)
+    }
+
+    /// The inverse of the longest time in the laws' rates and delays, 1/s.
+    fn slowest_rate(&self) -> f64 {
+        let slowest = self.rates().fold(f64::INFINITY, f64::min);
+        if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
+    }
+}
+
+/// For every stimulus the largest norm of its rows.
+fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
+    let size = |of: &DMatrix<f64>, k: usize| {
+        (k..of.nrows()).step_by(stimuli).map(|row| of.row(row).norm_squared()).sum::<f64>().sqrt()
+    };
+    DVector::from_fn(stimuli, |k, _| responses.iter().map(|of| size(of, k)).fold(0.0, f64::max))
+}
+
+/// A solver for the equilibrium next to the present one, to the last digits.
+pub(super) fn precise_solver() -> NewtonSolver {
+    let mut solver = NewtonSolver::with_tolerance(1e-13);
+    solver.branch = Branch::Nearest;
+    solver
+}
+
+/// X and the displacements: frames by the factorised tangent, everything that follows from them by central differences.
+fn respond(
+    shoot: &Shoot<impl Model>,
+    rod: &Rod,
+    unknowns: &[(usize, usize)],
+    force: &InternalForce,
+    solver: &mut NewtonSolver,
+) -> Result<(DMatrix<f64>, DMatrix<f64>), StabilityError> {
+    let (law, material) = (shoot.model.tropism(), shoot.model.constitutive());
+    let laws = Declaration::of(law);
+    let (p, m) = (rod.order().points(), laws.size().stimuli);
+    let first = rod.first_growing() * p;
+    let mut response: DMatrix<f64> = DMatrix::zeros((rod.points().len() - first) * m, unknowns.len());
+    let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
+    let mut tangent = solver.linearise(rod, material, force)?;
+    let mut moved = rod.clone();
+    let mut stimuli = vec![0.0; m];
+    for (j, &(i, c)) in unknowns.iter().enumerate() {
+        let at = first + i;
+        let step = ANGLE / (rod.basis().weights[at % p] * rod.points()[at].jacobian);
+        for sign in [1.0, -1.0] {
+            moved.clone_from(rod);
+            moved.points_mut()[at].intrinsic[c] += sign * step;
+            tangent.follow(&mut moved);
+            visit_sites(&moved, material, force, laws.needs_position(), |i, site| {
+                law.sense(site, &mut stimuli);
+                for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
+                    *sum += sign * x;
+                }
+            });
+            for (k, (_, position)) in moved.centre_line().iter().enumerate() {
+                let mut rows = displacement.fixed_view_mut::<3, 1>(3 * k, j);
+                rows += position * sign;
+            }
+        }
+        response.column_mut(j).unscale_mut(2.0 * step);
+        displacement.column_mut(j).unscale_mut(2.0 * step);
+    }
+    if response.iter().all(|x| x.is_finite()) {
+        Ok((response, displacement))
+    } else {
+        Err(StabilityError::NotFinite { what: "response of the stimuli" })
+    }
+}
+
+/// X of a rigid shoot: a bend turns all frames beyond it.
+fn respond_rigidly(
+    rod: &Rod,
+    unknowns: &[(usize, usize)],
+    strain: &[DMatrix<f64>],
+    turn: &[DMatrix<f64>],
+) -> DMatrix<f64> {
+    let (p, first, basis) = (rod.order().points(), rod.first_growing(), rod.basis());
+    let m = turn.first().map_or(0, DMatrix::nrows);
+    let frames: Vec<_> = (0..turn.len()).map(|i| rod.frame_at_point(first + i / p, i % p)).collect();
+    let mut out = DMatrix::zeros(turn.len() * m, unknowns.len());
+    for (column, &(j, c)) in unknowns.iter().enumerate() {
+        let axis = frames[j] * Vector3::ith(c, rod.points()[first * p + j].jacobian);
+        // From the first point of its element on.
+        for i in j / p * p..turn.len() {
+            let weight = if i / p == j / p { basis.upto[i % p][j % p] } else { basis.weights[j % p] };
+            let about_directors = frames[i].inverse() * axis * weight;
+            out.view_mut((i * m, column), (m, 1)).gemm(1.0, &turn[i], &about_directors, 0.0);
+        }
+        let mut own = out.view_mut((j * m, column), (m, 1));
+        own += strain[j].column(c);
+    }
+    out
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DVector, Vector3};
 
-use super::Linearisation;
+use super::block::Block;
 
 /// How a mode moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,46 +48,39 @@ impl Root {
     }
 }
 
-impl Linearisation {
-    /// The mode of a root of a block, by inverse iteration.
-    pub(super) fn mode(&self, value: Complex<f64>, block: usize, multiplicity: usize) -> Root {
-        let indices = &self.blocks[block];
-        let (matrix, _) = self.matrix(value, indices);
-        let lu = matrix.clone().lu();
-        let n = indices.len();
-        // No mode is orthogonal to this: its entries have no pattern.
-        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos()));
-        for _ in 0..3 {
-            if let Some(next) = lu.solve(&v) {
-                let norm = next.norm();
-                if norm.is_finite() && norm > 0.0 {
-                    v = next / Complex::from(norm);
-                }
-            }
+/// The mode of a root of a block, by inverse iteration.
+pub(super) fn mode(block: &Block, value: Complex<f64>) -> Root {
+    let problem = &block.problem;
+    let matrix = block.matrix(value, &problem.transfers_at(value)).value;
+    let lu = matrix.clone().lu();
+    let n = block.unknowns.len();
+    // No mode is orthogonal to this: its entries have no pattern.
+    let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos()));
+    for _ in 0..3 {
+        if let Some(next) = lu.solve(&v).filter(|next| next.norm().is_normal()) {
+            v = next.normalize();
         }
-        let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
-        let mut all: DVector<Complex<f64>> = DVector::zeros(self.unknowns.len());
-        for (i, &unknown) in indices.iter().enumerate() {
-            all[unknown] = v[i];
-        }
-        let moved: DVector<Complex<f64>> = self.displacement.map(Complex::from) * &all;
-        let rows = moved.nrows();
-        let apex = moved.rows(rows - 3, 3);
-        // Moved by 1 m, and the component that moves most is real.
-        let most = apex.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
-        let scale = if most.norm() > 0.0 { most.conj() / (most.norm() * apex.norm()) } else { Complex::ONE };
-        let displacement: Vec<Vector3<Complex<f64>>> =
-            (0..rows / 3).map(|k| Vector3::from_fn(|i, _| moved[3 * k + i] * scale)).collect();
-        let mut strain = vec![Vector3::zeros(); self.kind.len()];
-        for (&(i, c), z) in self.unknowns.iter().zip(all.iter()) {
-            strain[i][c] = *z * scale;
-        }
-        let polarisation = match displacement.last() {
-            Some(tip) if multiplicity == 1 => polarisation(tip),
-            _ => Polarisation::Isotropic,
-        };
-        Root { value, residual, multiplicity, polarisation, strain, displacement }
     }
+    let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
+    let moved = problem.displacement.select_columns(&block.unknowns).map(Complex::from) * &v;
+    let rows = moved.nrows();
+    let apex = moved.rows(rows - 3, 3);
+    // Moved by 1 m, and the component that moves most is real.
+    let most = apex.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
+    let scale = if most.norm() > 0.0 { most.conj() / (most.norm() * apex.norm()) } else { Complex::ONE };
+    let displacement: Vec<Vector3<Complex<f64>>> =
+        (0..rows / 3).map(|k| Vector3::from_fn(|i, _| moved[3 * k + i] * scale)).collect();
+    let mut strain = vec![Vector3::zeros(); problem.kind.len()];
+    for (&unknown, z) in block.unknowns.iter().zip(v.iter()) {
+        let (i, c) = problem.unknowns[unknown];
+        strain[i][c] = *z * scale;
+    }
+    let multiplicity = block.multiplicity;
+    let polarisation = match displacement.last() {
+        Some(tip) if multiplicity == 1 => polarisation(tip),
+        _ => Polarisation::Isotropic,
+    };
+    Root { value, residual, multiplicity, polarisation, strain, displacement }
 }
 
 /// A displacement a exp(iωt) is planar if its real and imaginary parts are parallel.

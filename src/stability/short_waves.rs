@@ -1,210 +1,147 @@
-//! What short waves feel: a point by itself, an element by itself.
+//! Short waves: a point by itself, an element by itself.
 //!
 //! Waves that are short against everything leave the couple as it is. What is left of the linear problem is the strain at
 //! a point and the turn of the frames above it, a Volterra operator, which has no roots of its own. Its discretisation
 //! has some, where |a| h is not small, a the gain from turn to strain and h the length of an element. They are divided out.
 
-use nalgebra::{Complex, DMatrix, Vector3};
+use std::sync::Arc;
 
-use super::Linearisation;
-use super::characteristic::{Pair, Part, Sample};
-use super::linear::Transfers;
-use super::settled::Settled;
-use crate::rod::Rod;
+use nalgebra::{Complex, DMatrix};
 
-/// Elements whose own problems differ by less than this share of their response are alike: rounding of the differences.
-const ALIKE: f64 = 1e-8;
+use super::analytic::{Analytic, AnalyticMatrix, Sample, Scales};
+use super::linear::{LinearProblem, Transfers};
 
-/// An error of the short waves that changes the characteristic function by less than this share of itself does not change
-/// the number of its zeros (Rouché asks for less than one; the error is an estimate, hence a quarter).
-pub(super) const BLURRED: f64 = 0.25;
-/// Steeper than this the function is only next to a root, which the error moves.
-const STEEP: f64 = 10.0;
+/// Elements whose own problems differ by less than this share of their response are equal: rounding of the differences.
+const EQUAL: f64 = 1e-8;
 
-/// The own problem of an element in a block: the frame at its start and its elastic strain are kept.
+/// The local problem D(λ) = λ − T ∂x/∂u of the points of one kind, for components that couple: infinitely short waves.
+/// Their elastic strain and their turn of the shoot vanish, so a point senses its own intrinsic strain alone. The zeros of
+/// det D are in the essential spectrum.
 #[derive(Debug, Clone)]
-pub(super) struct Element {
-    /// The first of its material points, and how many it has.
-    first: usize,
-    points: usize,
-    /// Its length, m.
-    length: f64,
-    /// ∂stimuli/∂turn of the frame, where it is largest.
-    turn: DMatrix<f64>,
-    /// Its unknowns: point and component.
-    pub unknowns: Vec<(usize, usize)>,
-    /// Its response: rows (point of the element, stimulus), columns its unknowns.
-    pub response: DMatrix<f64>,
-    /// How many elements of the block are like it.
-    pub number: usize,
+pub(super) struct LocalProblem {
+    pub problem: Arc<LinearProblem>,
+    pub kind: usize,
+    pub components: Vec<usize>,
 }
 
-impl Linearisation {
-    /// Finds the own problems of the elements of every block.
-    pub(super) fn find_elements(&mut self, rod: &Rod, settled: &Settled) {
-        let (p, m) = (rod.order().points(), self.stimuli);
-        self.elements.clear();
-        for block in &self.blocks {
-            let mut elements: Vec<Element> = Vec::new();
-            let mut of_block: Vec<(usize, usize)> = block.iter().map(|&unknown| self.unknowns[unknown]).collect();
-            of_block.sort_unstable();
-            for unknowns in of_block.chunk_by(|a, b| a.0 / p == b.0 / p) {
-                let (e, first) = (unknowns[0].0 / p, unknowns[0].0 / p * p);
-                let points = rod.element_points(rod.first_growing() + e);
-                let response = DMatrix::from_fn(p * m, unknowns.len(), |row, col| {
-                    let (g, k) = (row / m, row % m);
-                    let (j, c) = (unknowns[col].0 - first, unknowns[col].1);
-                    let turn = rod.basis().upto[g][j] * points[j].jacobian;
-                    let own = if g == j { settled.local[first + g][(k, c)] } else { 0.0 };
-                    own + settled.turn[first + g][(k, c)] * turn
-                });
-                let turns = settled.turn[first..first + p].iter();
-                let element = Element {
-                    first,
-                    points: p,
-                    length: rod.element_length(rod.first_growing() + e),
-                    turn: turns.max_by(|a, b| a.norm().total_cmp(&b.norm())).cloned().unwrap_or_default(),
-                    unknowns: unknowns.to_vec(),
-                    response,
-                    number: 1,
-                };
-                match elements.iter_mut().find(|other| self.are_alike(other, &element)) {
-                    Some(other) => other.number += 1,
-                    None => elements.push(element),
-                }
-            }
-            self.elements.push(elements);
+impl LocalProblem {
+    pub fn matrix(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticMatrix {
+        let transfer = &transfers[self.kind];
+        let local = self.problem.transfers[self.kind].local.select_columns(&self.components).map(Complex::from);
+        let mut out = AnalyticMatrix::lambda(z, self.components.len());
+        out.value -= transfer.value.select_rows(&self.components) * &local;
+        out.derivative -= transfer.derivative.select_rows(&self.components) * &local;
+        out
+    }
+}
+
+/// det A/(λ + c)ⁿ, −c left of every line that is counted on.
+fn determinant_over_power(problem: &LinearProblem, z: Complex<f64>, matrix: AnalyticMatrix) -> Sample {
+    let n = matrix.value.nrows() as u32;
+    let c = shifted(problem, z);
+    let (value, log_derivative) = matrix.determinant();
+    Sample { value: value / c.powu(n), log_derivative: log_derivative - c.inv() * f64::from(n), nearness: 0.0 }
+}
+
+/// λ + c.
+fn shifted(problem: &LinearProblem, z: Complex<f64>) -> Complex<f64> {
+    z + Complex::from(problem.slowest_rate() - 2.0 * problem.leftmost())
+}
+
+impl Analytic for LocalProblem {
+    /// det D/(λ + c)ⁿ, times det(λ − ∂rates/∂variables)/(λ + c)ᵛ. This cancels the poles of T, which lie
+    /// on the right if variables grow without being driven.
+    fn at(&self, z: Complex<f64>) -> Sample {
+        let problem = &self.problem;
+        let mut out = determinant_over_power(problem, z, self.matrix(z, &problem.transfers_at(z)));
+        let c = shifted(problem, z);
+        for rate in &problem.transfers[self.kind].own_rates {
+            out.value *= (z - rate) / c;
+            out.log_derivative += (z - rate).inv() - c.inv();
+        }
+        out
+    }
+
+    fn scales(&self) -> &dyn Scales {
+        &*self.problem
+    }
+}
+
+/// The own problem Mₑ of an element in a block: the frame at its start and its elastic strain are kept. Its roots belong to
+/// the mesh.
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    /// The local problem at its first point.
+    local: LocalProblem,
+    pub unknowns: Vec<usize>,
+    /// Its length, m.
+    pub length: f64,
+    /// ∂stimuli/∂turn of the frame where that is largest, 1/rad.
+    turn: DMatrix<f64>,
+}
+
+impl Element {
+    /// That of some unknowns, all in one element.
+    pub fn new(problem: &Arc<LinearProblem>, unknowns: &[usize]) -> Self {
+        let p = problem.points_per_element();
+        let (point, _) = problem.unknowns[unknowns[0]];
+        let here = unknowns.iter().map(|&unknown| problem.unknowns[unknown]).take_while(|(i, _)| *i == point);
+        let components = here.map(|(_, c)| c).collect();
+        let turns = problem.turn[point / p * p..][..p].iter();
+        Self {
+            local: LocalProblem { problem: Arc::clone(problem), kind: problem.kind[point], components },
+            unknowns: unknowns.to_vec(),
+            length: problem.lengths[point / p],
+            turn: turns.max_by(|a, b| a.norm().total_cmp(&b.norm())).cloned().unwrap_or_default(),
         }
     }
 
-    fn are_alike(&self, a: &Element, b: &Element) -> bool {
-        let places =
-            |of: &Element| -> Vec<_> { of.unknowns.iter().map(|&(i, c)| (i - of.first, c, self.kind[i])).collect() };
-        places(a) == places(b) && (&a.response - &b.response).amax() <= ALIKE * a.response.amax()
+    pub fn matrix(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticMatrix {
+        let problem = &self.local.problem;
+        problem.matrix(z, transfers, &problem.rigid_response, &self.unknowns)
     }
 
-    /// The matrix of an element's own problem and its derivative.
-    pub(super) fn element_matrix(&self, z: Complex<f64>, transfers: &Transfers, element: &Element) -> Pair {
-        let columns: Vec<usize> = (0..element.unknowns.len()).collect();
-        self.assemble(z, transfers, &element.unknowns, &element.response, &columns, element.first)
+    /// Whether an element has the same problem.
+    pub fn equals(&self, other: &Self) -> bool {
+        let ((places, response), (others, of_other)) = (self.shape(), other.shape());
+        places == others && (&response - of_other).amax() <= EQUAL * response.amax()
     }
 
-    /// By what share of itself the characteristic function of a block may change at λ for the error of the short waves.
-    ///
-    /// They go as exp(Gs), G the gain from turn to strain, and Gauss collocation makes of exp(Gh) its diagonal Padé
-    /// approximant. Waves that are not resolved matter as far as the function feels them: by elasticity, which couples the
-    /// far end of the shoot, where they have grown, to its base.
-    pub(super) fn blur(&self, z: Complex<f64>, transfers: &Transfers, at: &Sample, part: Part) -> f64 {
-        let Part::Block(block) = part else { return 0.0 };
-        let (mut error, mut waves, mut growth, mut local) = (0.0, 0.0, 0.0, 0.0_f64);
-        for element in &self.elements[block] {
-            let p = element.points as u32;
-            let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
-            let factor = factorial(p).powi(2) / (factorial(2 * p) * factorial(2 * p + 1));
-            let (gain, own) = self.gain(z, transfers, element);
-            if !gain.iter().all(|x| x.is_finite()) {
-                return f64::INFINITY;
-            }
-            let (wave, number) = (gain.norm() * element.length, element.number as f64);
-            error += number * factor * wave.powi(2 * p as i32 + 1);
-            waves += number * wave;
-            let symmetric = (&gain + gain.adjoint()) * Complex::from(0.5 * element.length);
-            growth += number * symmetric.symmetric_eigenvalues().max();
-            local = local.max((own * z).norm());
-        }
-        if !(error > 0.1 * BLURRED / STEEP) {
-            return 0.0;
-        }
-        // What waves that have grown along the shoot may have of the function ...
-        let expected = self.elasticity[block] * local * growth.exp() / (waves * waves).max(1.0);
-        // ... and what they have of what the mesh makes of it: a share A exp(−κℓ) varies by |A κ'| ℓ, where κ' is of the
-        // size of κ over the distance to zero or to the essential spectrum, whichever is nearer.
-        let found = at.log_slope.norm() / (at.nearness.max(1.0 / z.norm()) * waves.max(1.0));
-        expected.max(found).min(STEEP) * f64::min(error, 1.0)
+    /// Where its unknowns are in the element, their kinds, and their response.
+    fn shape(&self) -> (Vec<(usize, usize, usize)>, DMatrix<f64>) {
+        let problem = &self.local.problem;
+        let p = problem.points_per_element();
+        let unknowns = self.unknowns.iter().map(|&unknown| problem.unknowns[unknown]);
+        let first = problem.unknowns[self.unknowns[0]].0 / p * p * problem.stimuli;
+        let places = unknowns.map(|(i, c)| (i % p, c, problem.kind[i])).collect();
+        let rows = problem.rigid_response.rows(first, p * problem.stimuli);
+        (places, rows.select_columns(&self.unknowns))
     }
 
-    /// The gain from turn to strain of an element, (λ − T ∂x/∂u)⁻¹ T ∂x/∂φ in 1/m, and its first factor.
-    fn gain(&self, z: Complex<f64>, transfers: &Transfers, element: &Element) -> Pair {
-        let (kind, driven) = self.first_point(element);
+    /// The gain from turn to strain, (λ − T ∂x/∂u)⁻¹ T ∂x/∂φ in 1/m, and its first factor.
+    pub fn gain(&self, z: Complex<f64>, transfers: &Transfers) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+        let driven = &self.local.components;
         let n = driven.len();
-        let own = self.local_matrix(z, transfers, kind, &driven).0.try_inverse();
+        let own = self.local.matrix(z, transfers).value.try_inverse();
         let own = own.unwrap_or_else(|| DMatrix::from_element(n, n, Complex::from(f64::INFINITY)));
-        let turn = &transfers[kind].0 * element.turn.map(Complex::from);
-        let gain = &own * DMatrix::from_fn(n, n, |i, j| turn[(driven[i], driven[j])]);
-        (gain, own)
+        let turn = self.turn.select_columns(driven).map(Complex::from);
+        (&own * (transfers[self.local.kind].value.select_rows(driven) * turn), own)
     }
 
-    /// How much of the response to a turn is elastic, in every block: its norm relative to that of a rigid shoot. One at
-    /// most: next to buckling it has no bound, but what grows there is the longest wave.
-    pub(super) fn find_elasticity(&mut self, rod: &Rod, settled: &Settled) {
-        let (p, m, first) = (rod.order().points(), self.stimuli, rod.first_growing());
-        let points = settled.places.len();
-        let frames: Vec<_> = (0..points).map(|point| rod.frame_at_point(first + point / p, point % p)).collect();
-        let weight = |i: usize, j: usize| {
-            let at = |point: usize| rod.element_points(first + point / p)[point % p].jacobian;
-            match (j / p).cmp(&(i / p)) {
-                std::cmp::Ordering::Less => rod.basis().weights[j % p] * at(j),
-                std::cmp::Ordering::Equal => rod.basis().upto[i % p][j % p] * at(j),
-                std::cmp::Ordering::Greater => 0.0,
-            }
-        };
-        self.elasticity.clear();
-        for block in &self.blocks {
-            let (mut elastic, mut rigid) = (vec![0.0; m], vec![0.0; m]);
-            // A unit of every unknown, in the fixed frame.
-            let axes: Vec<Vector3<f64>> = block
-                .iter()
-                .map(|&unknown| self.unknowns[unknown])
-                .map(|(j, c)| frames[j] * Vector3::ith(c, 1.0))
-                .collect();
-            for i in 0..points {
-                let back = frames[i].inverse();
-                for (&unknown, axis) in block.iter().zip(&axes) {
-                    let (j, c) = self.unknowns[unknown];
-                    // The turn at i, along its directors, by a bend at j.
-                    let turn = back * axis * weight(i, j);
-                    for k in 0..m {
-                        let turned: f64 = (0..3).map(|d| settled.turn[i][(k, d)] * turn[d]).sum();
-                        let own = if i == j { settled.local[i][(k, c)] } else { 0.0 };
-                        rigid[k] += turned * turned;
-                        elastic[k] += (self.response[(i * m + k, unknown)] - own - turned).powi(2);
-                    }
-                }
-            }
-            let shares = elastic.iter().zip(&rigid).filter(|(_, rigid)| **rigid > 0.0).map(|(e, r)| (e / r).sqrt());
-            self.elasticity.push(shares.fold(0.0, f64::max).min(1.0));
-        }
+    /// The inverse distance of the essential spectrum, s.
+    pub fn nearness(&self, z: Complex<f64>, transfers: &Transfers) -> f64 {
+        let AnalyticMatrix { value, derivative } = self.local.matrix(z, transfers);
+        value.lu().solve(&derivative).map_or(f64::INFINITY, |quotient| quotient.norm())
+    }
+}
+
+impl Analytic for Element {
+    fn at(&self, z: Complex<f64>) -> Sample {
+        let problem = &self.local.problem;
+        determinant_over_power(problem, z, self.matrix(z, &problem.transfers_at(z)))
     }
 
-    /// The inverse distance of the essential spectrum of an element's first point, s.
-    pub(super) fn nearness(&self, z: Complex<f64>, transfers: &Transfers, element: &Element) -> f64 {
-        let (kind, driven) = self.first_point(element);
-        let (own, slope) = self.local_matrix(z, transfers, kind, &driven);
-        own.lu().solve(&slope).map_or(f64::INFINITY, |quotient| quotient.norm())
-    }
-
-    /// The kind of the first point of an element, and the components that are driven there.
-    fn first_point(&self, element: &Element) -> (usize, Vec<usize>) {
-        let (point, _) = element.unknowns[0];
-        let here = element.unknowns.iter().take_while(|unknown| unknown.0 == point);
-        (self.kind[point], here.map(|unknown| unknown.1).collect())
-    }
-
-    /// The local problem at the points of one kind: what infinitely short waves feel. Their elastic strain and their
-    /// turn of the shoot vanish, so a point sees its own intrinsic strain alone.
-    pub(super) fn local_matrix(&self, z: Complex<f64>, transfers: &Transfers, kind: usize, driven: &[usize]) -> Pair {
-        let (t, dt) = &transfers[kind];
-        let n = driven.len();
-        let local = self.transfers[kind].local.map(Complex::from);
-        let (t, dt) = (t * &local, dt * &local);
-        let value = DMatrix::from_fn(n, n, |i, j| {
-            let diagonal = if i == j { z } else { Complex::ZERO };
-            diagonal - t[(driven[i], driven[j])]
-        });
-        let slope = DMatrix::from_fn(n, n, |i, j| {
-            let diagonal: Complex<f64> = if i == j { Complex::ONE } else { Complex::ZERO };
-            diagonal - dt[(driven[i], driven[j])]
-        });
-        (value, slope)
+    fn scales(&self) -> &dyn Scales {
+        &*self.local.problem
     }
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::StabilityError;
-use super::linear::Linearisation;
-use super::settled::{Settled, check_unforced};
-use crate::equilibrium::{Branch, EquilibriumSolver, NewtonSolver, Unloaded};
+use super::error::StabilityError;
+use super::linear::{LinearProblem, precise_solver};
+use super::steady::{SteadyState, check_unforced};
+use crate::equilibrium::{EquilibriumSolver, Unloaded};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -64,135 +64,134 @@ impl StationarySolver {
         let environment = shoot.model.scene().environment(shoot.state.time);
         shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time));
         let mut iterations = self.find_shape(shoot)?;
-        self.hold_shape(shoot);
-        let mut solver = NewtonSolver::with_tolerance(1e-13);
-        solver.branch = Branch::Nearest;
+        let mut solver = precise_solver();
         let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
+        let limit = iterations + self.max_iterations;
         let mut last = f64::INFINITY;
-        for polish in 0..=self.max_iterations {
+        loop {
             let mut rod = shoot.state.rod.clone();
             let force = InternalForce::of(&rod, shoot.model.load(), &environment);
             let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
             shoot.state.rod = rod;
             let rod = &shoot.state.rod;
-            let mut settled = Settled::of(shoot, rod, &force);
-            check_unforced(shoot, rod, shoot.model.load(), &settled)?;
-            let gradient = settled.largest();
-            let radius = settled.places.first().map_or(1.0, |place| place.radius);
-            if gradient * radius <= self.tolerance {
+            let steady = SteadyState::of(shoot, rod, &force);
+            check_unforced(shoot, rod, shoot.model.load(), &steady)?;
+            let gradient = steady.largest_gradient();
+            if gradient * steady.radius() <= self.tolerance {
                 return Ok(Stationary { iterations, gradient, negative: found.inertia.negative });
             }
-            if polish == self.max_iterations || !gradient.is_finite() || gradient > 10.0 * last {
+            if iterations == limit || !gradient.is_finite() || gradient > 10.0 * last {
                 return Err(StabilityError::NoStationaryState { iterations, gradient });
             }
             last = gradient;
             iterations += 1;
-            let linear = Linearisation::at(shoot, rod, &mut settled, &force, &mut solver)?;
-            let step = linear.stationary_step(&settled);
+            let linear = LinearProblem::about(shoot, rod, &steady, &force, &mut solver)?;
+            let step = linear.stationary_step(&steady);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
                 shoot.state.rod.points_mut()[first + i].intrinsic[c] += value;
             }
         }
-        Err(StabilityError::NoStationaryState { iterations, gradient: last })
     }
 
-    /// Newton's method for the visible strain with which the laws are content, on an unloaded copy of the rod.
+    /// Gives the shoot the shape in which the laws ask for no change, and the intrinsic strain that holds it. Newton's
+    /// method for the visible strain, on an unloaded copy of the rod.
     fn find_shape(&self, shoot: &mut Shoot<impl Model>) -> Result<usize, StabilityError> {
         let environment = shoot.model.scene().environment(shoot.state.time);
         let rod = &shoot.state.rod;
         let p = rod.order().points();
-        let first = rod.first_growing() * p;
         let mut trial = rod.clone();
         for e in 0..rod.elements() {
             for g in 0..p {
                 trial.points_mut()[e * p + g].intrinsic = rod.strain(e, g);
             }
         }
-        let count = rod.points().len() - first;
-        let evaluate = |trial: &mut crate::rod::Rod| -> Result<Settled, StabilityError> {
+        let evaluate = |trial: &mut Rod| -> Result<SteadyState, StabilityError> {
             let force = InternalForce::of(trial, &(), &environment);
             let _ = Unloaded.equilibrate(trial, shoot.model.constitutive(), &force)?;
-            Ok(Settled::of(shoot, trial, &force))
+            Ok(SteadyState::of(shoot, trial, &force))
         };
-        let mut settled = evaluate(&mut trial)?;
-        check_unforced(shoot, &trial, &(), &settled)?;
-        let flatten = |settled: &Settled| DVector::from_fn(3 * count, |k, _| settled.gradients[k / 3][k % 3]);
-        let mut residual = flatten(&settled);
-        for iteration in 0..=self.max_iterations {
-            let radius = settled.places.first().map_or(1.0, |place| place.radius);
-            let gradient = settled.largest();
-            if gradient * radius <= 0.1 * self.tolerance {
-                let turn = unresolved(&trial);
-                if turn > RESOLVED {
-                    return Err(StabilityError::Unresolved { turn });
-                }
-                shoot.state.rod = trial;
-                return Ok(iteration);
+        let mut steady = evaluate(&mut trial)?;
+        check_unforced(shoot, &trial, &(), &steady)?;
+        let mut iterations = 0;
+        loop {
+            let gradient = steady.largest_gradient();
+            if gradient * steady.radius() <= 0.1 * self.tolerance {
+                break;
             }
-            if iteration == self.max_iterations || !gradient.is_finite() {
-                return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+            let failed = StabilityError::NoStationaryState { iterations, gradient };
+            if iterations == self.max_iterations || !gradient.is_finite() {
+                return Err(failed);
             }
-            let mut jacobian = DMatrix::zeros(3 * count, 3 * count);
-            // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
-            let h = 1e-4 / trial.length();
-            let mut moved = trial.clone();
-            for k in 0..3 * count {
-                moved.clone_from(&trial);
-                moved.points_mut()[first + k / 3].intrinsic[k % 3] += h;
-                let plus = flatten(&evaluate(&mut moved)?);
-                moved.clone_from(&trial);
-                moved.points_mut()[first + k / 3].intrinsic[k % 3] -= h;
-                let minus = flatten(&evaluate(&mut moved)?);
-                jacobian.set_column(k, &((plus - minus) / (2.0 * h)));
-            }
-            // Components that nothing drives have rows and columns of zeros; they stay.
-            for k in 0..3 * count {
-                if jacobian.row(k).amax() == 0.0 {
-                    jacobian[(k, k)] = 1.0;
-                }
-            }
-            let Some(step) = jacobian.lu().solve(&residual) else {
-                return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
-            };
+            let residual = flat(&steady);
+            let step = jacobian(&trial, residual.len(), evaluate)?.lu().solve(&residual).ok_or(failed.clone())?;
             let mut fraction = 1.0;
-            loop {
-                moved.clone_from(&trial);
-                for k in 0..3 * count {
-                    moved.points_mut()[first + k / 3].intrinsic[k % 3] -= fraction * step[k];
-                }
-                if let Ok(next) = evaluate(&mut moved) {
-                    let value = flatten(&next);
-                    if value.norm() < residual.norm() {
-                        (settled, residual) = (next, value);
-                        break;
-                    }
+            (trial, steady) = loop {
+                let mut moved = displaced(&trial, &(&step * -fraction));
+                if let Ok(next) = evaluate(&mut moved)
+                    && flat(&next).norm() < residual.norm()
+                {
+                    break (moved, next);
                 }
                 fraction *= 0.5;
                 if fraction < 1e-6 {
-                    return Err(StabilityError::NoStationaryState { iterations: iteration, gradient });
+                    return Err(failed);
                 }
-            }
-            trial.clone_from(&moved);
+            };
+            iterations += 1;
         }
-        Err(StabilityError::NoStationaryState { iterations: self.max_iterations, gradient: residual.amax() })
-    }
-
-    /// Takes from the visible strain, which stands in the rod as if intrinsic, what the load makes of it.
-    fn hold_shape(&self, shoot: &mut Shoot<impl Model>) {
-        let environment = shoot.model.scene().environment(shoot.state.time);
-        let p = shoot.state.rod.order().points();
-        let first = shoot.state.rod.first_growing() * p;
-        let mut elastic = vec![nalgebra::Vector3::zeros(); shoot.state.rod.points().len() - first];
-        let force = InternalForce::of(&shoot.state.rod, shoot.model.load(), &environment);
-        visit_sites(&shoot.state.rod, shoot.model.constitutive(), &force, false, |i, site| {
-            // The law's answer to the couple, from the visible strain: nothing of it is elastic yet.
-            elastic[i] = site.strain - shoot.state.rod.points()[first + i].intrinsic;
+        let turn = unresolved(&trial);
+        if turn > RESOLVED {
+            return Err(StabilityError::Unresolved { turn });
+        }
+        // The law's answer to the couple is elastic strain: of the visible strain the rest is intrinsic.
+        let force = InternalForce::of(&trial, shoot.model.load(), &environment);
+        let mut change = DVector::zeros(3 * steady.gradients.len());
+        let first = trial.points().len() - steady.gradients.len();
+        visit_sites(&trial, shoot.model.constitutive(), &force, false, |i, site| {
+            change.fixed_rows_mut::<3>(3 * i).copy_from(&(trial.points()[first + i].intrinsic - site.strain));
         });
-        for (point, elastic) in shoot.state.rod.points_mut()[first..].iter_mut().zip(elastic) {
-            point.intrinsic -= elastic;
+        shoot.state.rod = displaced(&trial, &change);
+        Ok(iterations)
+    }
+}
+
+/// The gradients as one vector.
+fn flat(steady: &SteadyState) -> DVector<f64> {
+    DVector::from_iterator(3 * steady.gradients.len(), steady.gradients.iter().flatten().copied())
+}
+
+/// A rod whose growth zone is strained by a change of its intrinsic strain, point by point.
+fn displaced(rod: &Rod, change: &DVector<f64>) -> Rod {
+    let mut moved = rod.clone();
+    let first = rod.points().len() - change.len() / 3;
+    for (k, value) in change.iter().enumerate() {
+        moved.points_mut()[first + k / 3].intrinsic[k % 3] += value;
+    }
+    moved
+}
+
+/// The derivative of the gradients by the intrinsic strain, by central differences.
+fn jacobian(
+    rod: &Rod,
+    n: usize,
+    evaluate: impl Fn(&mut Rod) -> Result<SteadyState, StabilityError>,
+) -> Result<DMatrix<f64>, StabilityError> {
+    let mut out = DMatrix::zeros(n, n);
+    // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
+    let h = 1e-4 / rod.length();
+    for k in 0..n {
+        let change = DVector::from_fn(n, |i, _| if i == k { h } else { 0.0 });
+        let [ahead, behind] = [evaluate(&mut displaced(rod, &change))?, evaluate(&mut displaced(rod, &-change))?];
+        out.set_column(k, &((flat(&ahead) - flat(&behind)) / (2.0 * h)));
+    }
+    // Components that nothing drives have rows and columns of zeros; they stay.
+    for k in 0..n {
+        if out.row(k).amax() == 0.0 {
+            out[(k, k)] = 1.0;
         }
     }
+    Ok(out)
 }
 
 /// A shape whose strains end in polynomials that turn a frame by more than this within an element is none, rad.
@@ -221,19 +220,4 @@ fn unresolved(rod: &Rod) -> f64 {
         largest = largest.max(2.0 * sum.norm() / 4.0_f64.powi(p as i32 - 1) * rod.element_length(e));
     }
     largest
-}
-
-impl Linearisation {
-    /// The change of the intrinsic strain that makes the laws content, to first order: the gradient settled under the
-    /// stimuli is T(0) X δu*/REGR.
-    pub(super) fn stationary_step(&self, settled: &Settled) -> Option<DVector<f64>> {
-        let all: Vec<usize> = (0..self.unknowns.len()).collect();
-        let matrix = self.matrix(nalgebra::Complex::ZERO, &all).0.map(|z| z.re);
-        let residual = DVector::from_fn(all.len(), |k, _| {
-            let (i, c) = self.unknowns[k];
-            settled.gradients[i][c] * self.transfers[self.kind[i]].rate
-        });
-        // M(0) = −T(0) X.
-        matrix.lu().solve(&residual)
-    }
 }

@@ -2,7 +2,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::settled::Settled;
+use super::analytic::AnalyticMatrix;
+use super::error::StabilityError;
+use super::steady::SteadyState;
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, LawDerivatives, TropismLaw};
 
@@ -11,7 +13,7 @@ const ALIKE: f64 = 1e-8;
 
 /// Derivatives of the laws at one material point.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Transfer {
+pub(super) struct TransferFunction {
     /// REGR, 1/s.
     pub rate: f64,
     pub delays: Vec<f64>,
@@ -23,24 +25,30 @@ pub(super) struct Transfer {
     pub gradient_x: DMatrix<f64>,
     /// ∂stimuli/∂strain at the point itself, three columns.
     pub local: DMatrix<f64>,
-    /// The own rates of the variables: the eigenvalues of ∂rates/∂variables.
-    pub memory: Vec<Complex<f64>>,
+    /// The variables' own rates, 1/s: the eigenvalues of ∂rates/∂variables.
+    pub own_rates: Vec<Complex<f64>>,
 }
 
-impl Transfer {
-    /// Of a law at a place where it has settled.
-    pub fn of(law: &impl TropismLaw, rate: f64, settled: &Settled, point: usize) -> Result<Self, ParameterError> {
+impl TransferFunction {
+    /// Linearises `law` about its steady state at a point that elongates at `rate`, 1/s; `local` is ∂stimuli/∂strain.
+    pub fn of(
+        law: &impl TropismLaw,
+        rate: f64,
+        steady: &SteadyState,
+        point: usize,
+        local: &DMatrix<f64>,
+    ) -> Result<Self, StabilityError> {
         let laws = Declaration::of(law);
         let (v, m) = (laws.size().variables, laws.size().stimuli);
         let mut out = Self {
             rate,
-            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(f64::INFINITY)).collect(),
+            delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(0.0)).collect(),
             rates_y: DMatrix::zeros(v, v),
             rates_x: DMatrix::zeros(v, m),
             gradient_y: DMatrix::zeros(3, v),
             gradient_x: DMatrix::zeros(3, m),
-            local: settled.local[point].clone(),
-            memory: Vec::new(),
+            local: local.clone(),
+            own_rates: Vec::new(),
         };
         let mut derivatives = LawDerivatives {
             rates_by_variables: out.rates_y.view_mut((0, 0), (v, v)),
@@ -48,38 +56,41 @@ impl Transfer {
             gradient_by_variables: out.gradient_y.view_mut((0, 0), (3, v)),
             gradient_by_stimuli: out.gradient_x.view_mut((0, 0), (3, m)),
         };
-        law.derivatives(&settled.places[point], &settled.variables[point], &settled.stimuli[point], &mut derivatives);
-        ParameterError::finite("derivative of the laws", out.size())?;
-        for delay in &out.delays {
-            ParameterError::unless(*delay >= 0.0, "delay of a law", *delay, "not negative (s)")?;
+        let (y, x) = (steady.variables.column(point), steady.stimuli.column(point));
+        law.derivatives(&steady.places[point], y.as_slice(), x.as_slice(), &mut derivatives);
+        if !(rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite())) {
+            return Err(StabilityError::NotFinite { what: "derivative of the laws" });
+        }
+        for (j, variable) in laws.variables().iter().enumerate() {
+            match variable.delay {
+                Some(delay) => ParameterError::not_negative("delay of a law", delay)?,
+                // What is not read has no effect.
+                None => out.gradient_y.column_mut(j).fill(0.0),
+            }
+        }
+        if v > 0 {
+            out.own_rates = out.rates_y.complex_eigenvalues().iter().copied().collect();
         }
         // Rounding of differences is no rate.
         let noise = 1e-9 * out.rates_y.amax();
-        out.memory = if v > 0 { out.rates_y.complex_eigenvalues().iter().copied().collect() } else { Vec::new() };
-        out.memory.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
+        out.own_rates.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
         Ok(out)
     }
 
     pub fn is_like(&self, other: &Self) -> bool {
-        let near = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
         (self.rate - other.rate).abs() <= ALIKE * self.rate.abs()
-            && near(&self.rates_y, &other.rates_y)
-            && near(&self.rates_x, &other.rates_x)
-            && near(&self.gradient_y, &other.gradient_y)
-            && near(&self.gradient_x, &other.gradient_x)
-            && near(&self.local, &other.local)
+            && self.derivatives().into_iter().zip(other.derivatives()).all(near)
     }
 
-    /// The sum of all derivatives' sizes: not finite if one of them is not.
-    fn size(&self) -> f64 {
-        let parts = [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local];
-        parts.iter().flat_map(|part| part.iter()).map(|x| x.abs()).sum::<f64>() + self.rate.abs()
+    fn derivatives(&self) -> [&DMatrix<f64>; 5] {
+        [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local]
     }
 
-    /// Whether component `c` of the intrinsic strain answers to anything.
-    pub fn drives(&self, c: usize) -> bool {
-        let reads = self.gradient_y.row(c).iter().zip(&self.delays).any(|(g, d)| *g != 0.0 && d.is_finite());
-        self.rate != 0.0 && (reads || self.gradient_x.row(c).iter().any(|g| *g != 0.0))
+    /// The components of the intrinsic strain that answer to anything.
+    pub fn driven(&self) -> Vec<usize> {
+        let reads = |c: usize| self.gradient_y.row(c).amax() + self.gradient_x.row(c).amax() > 0.0;
+        (0..3).filter(|&c| self.rate != 0.0 && reads(c)).collect()
     }
 
     /// The largest |λ| with Re λ ≥ `abscissa` at which |λ| does not exceed the norm of T(λ) X, for stimuli X of these sizes.
@@ -95,7 +106,7 @@ impl Transfer {
         let inverse = DMatrix::from_diagonal(&sizes.map(|size| 1.0 / size));
         let sizes = DMatrix::from_diagonal(&sizes);
         let stimuli = DMatrix::from_diagonal(stimuli);
-        let longest = self.delays.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
+        let longest = self.delays.iter().copied().fold(0.0, f64::max);
         let grown = (-abscissa.min(0.0) * longest).exp();
         // Each stimulus divided by its size has norm one, all together √m.
         let all = self.rate * (stimuli.nrows() as f64).sqrt();
@@ -107,32 +118,26 @@ impl Transfer {
         0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt())
     }
 
-    /// T(λ), the rate of the three components of the strain by the stimuli, and T'(λ).
-    pub fn at(&self, z: Complex<f64>) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
+    /// T(λ), the rate of the three components of the strain by the stimuli.
+    pub fn at(&self, z: Complex<f64>) -> AnalyticMatrix {
         let v = self.delays.len();
         let rate = Complex::from(self.rate);
         let mut value = self.gradient_x.map(Complex::from);
-        let mut slope = DMatrix::zeros(value.nrows(), value.ncols());
+        let mut derivative = DMatrix::zeros(value.nrows(), value.ncols());
         if v > 0 {
-            let mut filter = -self.rates_y.map(Complex::from);
-            for i in 0..v {
-                filter[(i, i)] += z;
-            }
-            // Singular only where λ is a rate of the memories, left of every region that is searched.
+            let filter = DMatrix::from_diagonal_element(v, v, z) - self.rates_y.map(Complex::from);
+            // Singular only where λ is one of the variables' own rates, left of every region that is searched.
             let filter = filter.lu();
-            let filtered = filter.solve(&self.rates_x.map(Complex::from));
-            let twice = filtered.as_ref().and_then(|f| filter.solve(f));
             let nan = || DMatrix::from_element(v, self.rates_x.ncols(), Complex::from(f64::NAN));
-            let (filtered, twice) = (filtered.unwrap_or_else(nan), twice.unwrap_or_else(nan));
-            let lag = |delay: f64| if delay.is_finite() { (-z * delay).exp() } else { Complex::ZERO };
-            let read = DMatrix::from_fn(3, v, |c, j| lag(self.delays[j]) * self.gradient_y[(c, j)]);
-            let slower = DMatrix::from_fn(3, v, |c, j| {
-                let delay = self.delays[j];
-                if delay.is_finite() { -read[(c, j)] * delay } else { Complex::ZERO }
-            });
-            slope += slower * &filtered - &read * twice;
+            let solve = |right: &DMatrix<Complex<f64>>| filter.solve(right).unwrap_or_else(nan);
+            let filtered = solve(&self.rates_x.map(Complex::from));
+            let twice = solve(&filtered);
+            let lags: Vec<Complex<f64>> = self.delays.iter().map(|d| (-z * d).exp()).collect();
+            let read = DMatrix::from_fn(3, v, |c, j| lags[j] * self.gradient_y[(c, j)]);
+            let later = DMatrix::from_fn(3, v, |c, j| -read[(c, j)] * self.delays[j]);
+            derivative += later * &filtered - &read * twice;
             value += read * filtered;
         }
-        (value * rate, slope * rate)
+        AnalyticMatrix { value: value * rate, derivative: derivative * rate }
     }
 }

@@ -1,0 +1,95 @@
+//! Why a question of stability has no answer.
+
+use crate::equilibrium::EquilibriumError;
+use crate::error::ParameterError;
+
+/// Why a question of stability has no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StabilityError {
+    /// A setting makes no sense.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No mechanical equilibrium was found.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
+    /// The equilibrium is unstable by itself, before any growth.
+    #[error(
+        "the shoot buckles or falls: its equilibrium has {negative} unstable directions; make it shorter or stiffer"
+    )]
+    MechanicallyUnstable {
+        /// Number of negative eigenvalues of the energy.
+        negative: usize,
+    },
+    /// A law, a load, gravity or the base depends on time (an oscillator, say): nothing is stationary.
+    #[error("the shoot is forced: its laws or its base change in time, by {change:.3e} 1/m; leave the forcing out")]
+    Forced {
+        /// By how much the gradient changes, or the turn of the base over the length, 1/m.
+        change: f64,
+    },
+    /// The shoot is not stationary.
+    #[error("the shoot is not stationary: the laws ask for a gradient of {gradient:.3e} 1/m")]
+    NotStationary {
+        /// The largest gradient asked for, 1/m.
+        gradient: f64,
+    },
+    /// No stationary state was found; a tilted shoot without proprioception has none.
+    #[error("no stationary state: after {iterations} iterations the laws ask for a gradient of {gradient:.3e} 1/m")]
+    NoStationaryState {
+        /// Iterations done.
+        iterations: usize,
+        /// The largest gradient still asked for, 1/m.
+        gradient: f64,
+    },
+    /// The laws ask for no change at any material point, but the shape between the points is not resolved: there is no
+    /// stationary state, as with a tilted shoot without proprioception, or the elements are too long for it.
+    #[error("the mesh does not resolve the stationary shape: waves inside an element turn it by {turn:.3e} rad")]
+    Unresolved {
+        /// The largest turn within an element by the highest polynomial of the strain, rad.
+        turn: f64,
+    },
+    /// No law acts on any point of the growth zone.
+    #[error("nothing is steered: there is no law, or its sensitivity is zero, or no tissue grows")]
+    NothingDriven,
+    /// The parameter range holds no crossing of the axis.
+    #[error("no root crosses the axis: {unstable_from} are unstable at {from}, {unstable_to} at {to}")]
+    NoCrossing {
+        /// Start of the range.
+        from: f64,
+        /// End of the range.
+        to: f64,
+        /// Unstable roots at the start.
+        unstable_from: usize,
+        /// Unstable roots at the end.
+        unstable_to: usize,
+    },
+    /// Infinitely many roots are unstable: the essential spectrum lies right of the axis.
+    #[error("infinitely many roots are unstable: the essential spectrum reaches {abscissa:.3e} 1/s")]
+    InfinitelyMany {
+        /// Largest real part of the essential spectrum, 1/s.
+        abscissa: f64,
+    },
+    /// The mesh does not resolve waves that matter for the answer; take more elements. Next to the essential spectrum, and
+    /// with fast growth and no proprioception, ever shorter waves matter, and it may be that no mesh resolves them.
+    #[error("short waves matter that the mesh does not resolve (to {share:.1e} of the function); take more elements")]
+    UnderResolved {
+        /// The share of itself by which the characteristic function may change, at the λ where this share is largest.
+        share: f64,
+    },
+    /// A number that follows from the shoot and its laws is infinite or not a number.
+    #[error("the {what} is not finite")]
+    NotFinite {
+        /// What was computed.
+        what: &'static str,
+    },
+    /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
+    #[error("no isolated root lies right of the essential spectrum; essential_spectrum() and unstable() have answers")]
+    NoIsolatedRoot,
+    /// A count of roots or a root did not come out to the accuracy asked for.
+    #[error("{what} did not converge: {residual:.3e} is left")]
+    NoConvergence {
+        /// What was sought.
+        what: &'static str,
+        /// What is left of the residual.
+        residual: f64,
+    },
+}

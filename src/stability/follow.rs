@@ -1,0 +1,140 @@
+//! A root that is followed along parameters.
+
+use nalgebra::{Complex, SVector};
+
+use super::error::StabilityError;
+use super::linearisation::Linearisation;
+use super::roots::polish;
+use super::spectrum::{Found, Part};
+
+/// A root may lie by this share of itself, or of the slowest rate, from where it is expected; further off it is taken for
+/// another one. Roots that answer k turns too late lie 1/k of themselves apart: a tenth is at most half of that for k ≤ 5.
+const JUMP: f64 = 0.1;
+/// Step of the parameters, relative to the one before, beyond which Newton's method does not converge.
+const CONTRACTION: f64 = 0.5;
+
+/// A root of a part of the spectrum at N parameters, and its derivatives by them as far as they are known.
+#[derive(Debug, Clone)]
+pub(super) struct Follower<const N: usize> {
+    pub part: Part,
+    pub at: SVector<f64, N>,
+    pub root: Complex<f64>,
+    /// The derivatives.
+    pub slope: SVector<Complex<f64>, N>,
+    /// The slowest rate of the laws there, 1/s.
+    rate: f64,
+}
+
+impl<const N: usize> Follower<N> {
+    /// A root that is known.
+    pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): Found) -> Self {
+        Self { part, at, root, slope: SVector::zeros(), rate: linear.slowest_rate() }
+    }
+
+    /// The root next to an angular frequency (1/s) on the axis.
+    pub fn on_axis(linear: &Linearisation, at: SVector<f64, N>, frequency: f64) -> Result<Self, StabilityError> {
+        let start = Complex::new(0.0, frequency);
+        let roots = linear.spectrum.names().filter_map(|name| Some((name, find(linear, name, start).ok()?)));
+        let nearest = roots.min_by(|a, b| (a.1 - start).norm().total_cmp(&(b.1 - start).norm()));
+        let what = "start of the boundary (there is no root next to its frequency)";
+        let none = StabilityError::NoConvergence { what, residual: frequency };
+        nearest.map(|root| Self::new(linear, at, root)).ok_or(none)
+    }
+
+    /// Whether |Re λ| is below a share of the root's size, or of the slowest rate.
+    pub fn is_on_axis(&self, share: f64) -> bool {
+        self.root.re.abs() <= share * self.root.norm().max(self.rate)
+    }
+
+    /// The angular frequency, 1/s; zero up to rounding is zero.
+    pub fn frequency(&self) -> f64 {
+        if self.root.im.abs() < 1e-9 * self.rate { 0.0 } else { self.root.im.abs() }
+    }
+
+    /// The root that the derivatives predict.
+    pub fn predict(&self, to: &SVector<f64, N>) -> Complex<f64> {
+        self.root + self.slope.dot(&(to - self.at).map(Complex::from))
+    }
+
+    /// Moves to other parameters, where the root is expected, and corrects the derivatives by what the root has done
+    /// (Broyden's update).
+    ///
+    /// # Errors
+    /// A root that is not where it is expected.
+    pub fn advance(
+        &mut self,
+        to: SVector<f64, N>,
+        expected: Complex<f64>,
+        linear: &Linearisation,
+    ) -> Result<(), StabilityError> {
+        let root = find(linear, self.part, expected)?;
+        let step = (to - self.at).map(Complex::from);
+        self.slope += step * ((root - self.predict(&to)) / Complex::from((to - self.at).norm_squared()));
+        (self.at, self.root, self.rate) = (to, root, linear.slowest_rate());
+        Ok(())
+    }
+
+    /// The shortest step of the free parameters (one where free, zero where not) that brings the root to the axis.
+    pub fn step_to_axis(&self, free: &SVector<f64, N>) -> SVector<f64, N> {
+        let across = self.slope.map(|z| z.re).component_mul(free);
+        across * (-self.root.re / across.norm_squared())
+    }
+
+    /// Finds the derivatives by differences, and moves by as much.
+    ///
+    /// # Errors
+    /// What `family` reports, or a root that is not where it is expected.
+    pub fn differentiate(
+        &mut self,
+        difference: f64,
+        family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
+    ) -> Result<(), StabilityError> {
+        for k in 0..N {
+            let mut to = self.at;
+            to[k] += difference;
+            self.advance(to, self.predict(&to), &family(&to)?)?;
+        }
+        Ok(())
+    }
+
+    /// Moves the free parameters until they are as close as `close` to where the root is on the axis.
+    ///
+    /// # Errors
+    /// What `family` reports, or a root that is not where it is expected.
+    pub fn correct(
+        &mut self,
+        free: &SVector<f64, N>,
+        close: f64,
+        family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
+    ) -> Result<(), StabilityError> {
+        let mut last = f64::INFINITY;
+        for _ in 0..8 {
+            let step = self.step_to_axis(free);
+            let size = step.norm();
+            // What a step leaves is as much smaller as it is smaller than the one before.
+            let left = if last.is_finite() { size * (size / last) } else { size };
+            if left < close {
+                let to = self.at + step;
+                self.root = Complex::new(0.0, self.predict(&to).im);
+                self.at = to;
+                return Ok(());
+            }
+            if !(size < CONTRACTION * last) {
+                break;
+            }
+            let to = self.at + step;
+            self.advance(to, self.predict(&to), &family(&to)?)?;
+            last = size;
+        }
+        Err(StabilityError::NoConvergence { what: "boundary of stability", residual: last })
+    }
+}
+
+/// The root of a part next to where it is expected.
+fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
+    let lost = |residual| StabilityError::NoConvergence { what: "root that is followed", residual };
+    // A part may be missing for some parameters.
+    let root = polish(linear.spectrum.part(part).ok_or_else(|| lost(f64::NAN))?, expected)?;
+    let jump = (root - expected).norm();
+    if jump < JUMP * expected.norm().max(linear.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
+}

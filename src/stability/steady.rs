@@ -1,0 +1,121 @@
+//! Stimuli, variables and gradients of a shoot whose state has lasted for ever.
+
+use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
+
+use super::error::StabilityError;
+use crate::load::{InternalForce, Load};
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::scene::Scene;
+use crate::sensing::visit_sites;
+use crate::shoot::Shoot;
+use crate::tropism::{Declaration, Growing, Site, TropismLaw};
+
+/// Turn of a frame for differences, rad: central ones then err by 1e-9 of a third derivative, and rounding by 1e-12.
+const TURN: f64 = 1e-4;
+
+/// The laws at every material point of the growth zone.
+pub(super) struct SteadyState {
+    pub gradients: Vec<Vector3<f64>>,
+    /// One column for every point.
+    pub stimuli: DMatrix<f64>,
+    pub variables: DMatrix<f64>,
+    pub places: Vec<Growing>,
+}
+
+impl SteadyState {
+    /// Evaluates the laws of `shoot` on `rod`, in which there is a force.
+    pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
+        let law = shoot.model.tropism();
+        let laws = Declaration::of(law);
+        let size = laws.size();
+        let time = force.environment().time;
+        let points = points_of_zone(rod);
+        let mut out = Self {
+            gradients: vec![Vector3::zeros(); points],
+            stimuli: DMatrix::zeros(size.stimuli, points),
+            variables: DMatrix::zeros(size.variables, points),
+            places: vec![Growing { time, radius: 0.0, apex_distance: 0.0 }; points],
+        };
+        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
+            let (mut stimuli, mut variables) = (out.stimuli.column_mut(i), out.variables.column_mut(i));
+            law.sense(site, stimuli.as_mut_slice());
+            law.steady(stimuli.as_slice(), variables.as_mut_slice());
+            out.places[i] = Growing { time, radius: site.radius, apex_distance: site.apex_distance };
+            out.gradients[i] = law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli.as_slice()));
+        });
+        out
+    }
+
+    /// The largest gradient, 1/m; not a number if one of them is not.
+    pub fn largest_gradient(&self) -> f64 {
+        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+
+    /// The radius of the shoot at the base of the growth zone, m; one if nothing grows.
+    pub fn radius(&self) -> f64 {
+        self.places.first().map_or(1.0, |place| place.radius)
+    }
+}
+
+/// The derivatives of the stimuli at every material point of the growth zone, by central differences: by the strain at the
+/// point itself, and by the turn of its frame about the directors, 1/rad.
+pub(super) fn stimulus_derivatives(
+    shoot: &Shoot<impl Model>,
+    rod: &Rod,
+    force: &InternalForce,
+) -> (Vec<DMatrix<f64>>, Vec<DMatrix<f64>>) {
+    let law = shoot.model.tropism();
+    let laws = Declaration::of(law);
+    let m = laws.size().stimuli;
+    let mut strain = vec![DMatrix::zeros(m, 3); points_of_zone(rod)];
+    let mut turn = strain.clone();
+    let sensed = |site: &Site| {
+        let mut x = DVector::zeros(m);
+        law.sense(site, x.as_mut_slice());
+        x
+    };
+    visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
+        for c in 0..3 {
+            let axis = Vector3::ith(c, 1.0);
+            // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
+            let h = 1e-3 / site.radius;
+            let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
+            strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
+            let turned = |sign: f64| {
+                let frame = site.frame * UnitQuaternion::from_scaled_axis(axis * (sign * TURN));
+                sensed(&Site { frame, ..*site })
+            };
+            turn[i].set_column(c, &((turned(1.0) - turned(-1.0)) / (2.0 * TURN)));
+        }
+    });
+    (strain, turn)
+}
+
+/// The number of material points of the growth zone.
+fn points_of_zone(rod: &Rod) -> usize {
+    rod.points().len() - rod.first_growing() * rod.order().points()
+}
+
+/// Refuses what depends on time: laws, loads, gravity, the base.
+pub(super) fn check_unforced(
+    shoot: &Shoot<impl Model>,
+    rod: &Rod,
+    load: &impl Load,
+    steady: &SteadyState,
+) -> Result<(), StabilityError> {
+    let scene = shoot.model.scene();
+    let time = shoot.state.time;
+    let mut change = 0.0_f64;
+    // Incommensurate times, from seconds to days: no period divides them all.
+    for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
+        // A base that has turned shows in nothing that is sensed on the rod as it is.
+        change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
+        let then = SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &scene.environment(later)));
+        for (then, now) in then.gradients.iter().zip(&steady.gradients) {
+            change = change.max((then - now).norm());
+        }
+    }
+    // Rounding of a gradient of the size of 1/radius.
+    if change > 1e-12 / steady.radius() { Err(StabilityError::Forced { change }) } else { Ok(()) }
+}
