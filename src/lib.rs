@@ -80,7 +80,6 @@
 
 #![forbid(unsafe_code)]
 
-mod basis;
 pub mod constitutive;
 pub mod equilibrium;
 mod error;
@@ -91,6 +90,7 @@ pub mod load;
 mod model;
 mod pointers;
 pub mod quadrature;
+mod reference_element;
 pub mod rod;
 mod scene;
 mod sensing;
@@ -100,10 +100,10 @@ pub mod stability;
 mod state;
 pub mod tropism;
 
-pub use basis::Order;
 pub use error::ParameterError;
 pub use model::{BoxedLaws, Laws, Model};
 pub use nalgebra;
+pub use reference_element::Order;
 pub use scene::{Environment, Scene, Still};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::State;

@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::basis::MAX_POINTS;
 use crate::constitutive::{Constitutive, Tissue};
 use crate::load::InternalForce;
+use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, centre_line_tangent};
 use crate::tropism::Site;
 
@@ -20,8 +20,8 @@ pub(crate) fn visit_sites(
     with_position: bool,
     mut visit: impl FnMut(usize, &Site),
 ) {
-    let basis = rod.basis();
-    let p = basis.p;
+    let reference = rod.reference();
+    let p = reference.p;
     let first = rod.zone().start;
     let mut end_couple = Vector3::zeros();
     let mut end_position = if with_position { rod.tip() } else { Vector3::zeros() };
@@ -40,7 +40,7 @@ pub(crate) fn visit_sites(
             let mut position = end_position;
             for j in 0..p {
                 // The part of the element beyond the point.
-                let beyond = (basis.weights[j] - basis.upto[g][j]) * points[j].jacobian;
+                let beyond = (reference.weights[j] - reference.upto[g][j]) * points[j].jacobian;
                 couple += couple_rates[j] * beyond;
                 if with_position {
                     position -= tangents[j] * beyond;
@@ -62,7 +62,7 @@ pub(crate) fn visit_sites(
             visit(e * p + g - first, &site);
         }
         for j in 0..p {
-            let whole = basis.weights[j] * points[j].jacobian;
+            let whole = reference.weights[j] * points[j].jacobian;
             end_couple += couple_rates[j] * whole;
             if with_position {
                 end_position -= tangents[j] * whole;

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::basis::Order;
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
 use crate::model::{BoxedLaws, Laws, Model};
+use crate::reference_element::Order;
 use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Scene, Still};
 use crate::state::State;

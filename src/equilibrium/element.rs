@@ -6,8 +6,8 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::Inertia;
-use crate::basis::{Basis, MAX_POINTS};
 use crate::constitutive::{Constitutive, Tissue};
+use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
 use crate::so3::{Form, hat, s_functions};
 
@@ -63,7 +63,7 @@ impl ElementSystem {
     /// Evaluates the energy and its gradient, and the Hessian if asked for. Returns the energy, J.
     pub fn evaluate<const P: usize, const HESSIAN: bool>(
         &mut self,
-        basis: &Basis,
+        reference: &ReferenceElement,
         material: &impl Constitutive,
         data: &ElementData,
     ) -> f64 {
@@ -78,9 +78,9 @@ impl ElementSystem {
         for g in 0..P {
             let point = &data.points[g];
             let inverse = 1.0 / point.jacobian;
-            let weight = basis.weights[g] * point.jacobian;
-            let theta = weighted(data.rotations, &basis.shape[g]);
-            let slope = weighted(data.rotations, &basis.slope[g]) * inverse;
+            let weight = reference.weights[g] * point.jacobian;
+            let theta = weighted(data.rotations, &reference.shape[g]);
+            let slope = weighted(data.rotations, &reference.slope[g]) * inverse;
             let s = s_functions(theta.norm_squared());
             let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
             let strain = to_strain.apply(&theta, &slope);
@@ -95,7 +95,7 @@ impl ElementSystem {
                 (to_strain.gradient(&theta, &response.couple, &slope) - exp.gradient(&theta, &force, &along)) * weight;
             let by_slope = jr.tr_mul(&response.couple) * (weight * inverse);
             for k in 0..P {
-                self.gradient[k] += by_theta * basis.shape[g][k] + by_slope * basis.slope[g][k];
+                self.gradient[k] += by_theta * reference.shape[g][k] + by_slope * reference.slope[g][k];
             }
             self.gradient[P] -= turned.cross(&force) * weight;
 
@@ -112,17 +112,17 @@ impl ElementSystem {
                 let c = jr.tr_mul(&c_slope) * (weight * inverse * inverse);
                 let bt = b.transpose();
                 for l in 0..P {
-                    let (shape, slope) = (basis.shape[g][l], basis.slope[g][l]);
+                    let (shape, slope) = (reference.shape[g][l], reference.slope[g][l]);
                     let x = a * shape + b * slope;
                     let y = bt * shape + c * slope;
                     for k in l..P {
-                        let block = x * basis.shape[g][k] + y * basis.slope[g][k];
+                        let block = x * reference.shape[g][k] + y * reference.slope[g][k];
                         self.add(3 * k, 3 * l, &block);
                     }
                 }
                 let turn_theta = hat(&force) * exp.jacobian(&theta, &along) * weight;
                 for k in 0..P {
-                    self.add(3 * P, 3 * k, &(turn_theta * basis.shape[g][k]));
+                    self.add(3 * P, 3 * k, &(turn_theta * reference.shape[g][k]));
                 }
                 let turn_turn =
                     Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
@@ -242,8 +242,8 @@ fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::basis::Order;
     use crate::constitutive::LinearElastic;
+    use crate::reference_element::Order;
     use crate::so3;
 
     /// An element with arbitrary data, in units in which everything is of order one.
@@ -283,7 +283,7 @@ mod tests {
     fn evaluate<const P: usize>(order: Order, s: &Sample) -> (f64, ElementSystem) {
         let mut system = ElementSystem::default();
         let data = s.data();
-        let energy = system.evaluate::<P, true>(Basis::of(order), &MATERIAL, &data);
+        let energy = system.evaluate::<P, true>(ReferenceElement::of(order), &MATERIAL, &data);
         (energy, system)
     }
 

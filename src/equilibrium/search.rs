@@ -244,12 +244,12 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
 /// Bends the rod a little: about d2 of the base the first time, then about d1, then twists it.
 fn disturb(rod: &mut Rod, time: usize) {
     let axis = [Vector3::y(), Vector3::x(), Vector3::z()][time % SADDLES];
-    let basis = rod.basis();
+    let reference = rod.reference();
     let share = 0.1 / rod.length();
     for e in 0..rod.elements() {
         let h = rod.element_length(e);
-        for k in 0..basis.p {
-            rod.rotations[e * basis.p + k] += axis * (share * h * basis.nodes[k + 1]);
+        for k in 0..reference.p {
+            rod.rotations[e * reference.p + k] += axis * (share * h * reference.nodes[k + 1]);
         }
     }
     rod.chain_frames();

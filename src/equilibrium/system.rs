@@ -76,7 +76,7 @@ impl System {
         for e in 0..n {
             let data = Self::data::<P>(rod, force, e);
             let element = &mut self.elements[e];
-            energy += element.evaluate::<P, true>(rod.basis(), material, &data);
+            energy += element.evaluate::<P, true>(rod.reference(), material, &data);
             let share = shift * rod.element_length(e) / P as f64;
             let blocks = element.condense::<P>(&data, share, &mut inertia);
             self.tangent.add_diagonal(e, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
@@ -95,7 +95,7 @@ impl System {
         let mut energy = 0.0;
         for (e, element) in self.elements.iter_mut().enumerate() {
             let data = Self::data::<P>(rod, force, e);
-            energy += element.evaluate::<P, false>(rod.basis(), material, &data);
+            energy += element.evaluate::<P, false>(rod.reference(), material, &data);
         }
         energy
     }

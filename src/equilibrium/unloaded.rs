@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
-use crate::basis::MAX_POINTS;
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::InternalForce;
+use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, weighted};
 use crate::so3::{self, Form};
 
@@ -51,29 +51,30 @@ impl EquilibriumSolver for Unloaded {
 fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, f64), EquilibriumError> {
     /// Each sweep shrinks the error by about |u*| h / 2; sixty reach rounding for every element that resolves its bend.
     const SWEEPS: usize = 60;
-    let basis = rod.basis();
+    let reference = rod.reference();
     let points = rod.element_points(e);
     let mut theta = [Vector3::zeros(); MAX_POINTS];
     let mut change = f64::INFINITY;
     for sweep in 1..=SWEEPS {
         let mut rates = [Vector3::zeros(); MAX_POINTS];
         for (g, point) in points.iter().enumerate() {
-            let at = weighted(&theta[..basis.p], &basis.shape[g]);
+            let at = weighted(&theta[..reference.p], &reference.shape[g]);
             let inverse = Form::inverse_right_jacobian(&so3::s_functions(at.norm_squared()));
             rates[g] = inverse.apply(&at, &point.intrinsic) * point.jacobian;
         }
         let before = theta;
         change = 0.0;
-        for k in 0..basis.p {
-            theta[k] = weighted(&rates[..basis.p], &basis.integral_upto(basis.nodes[k + 1]));
+        for k in 0..reference.p {
+            theta[k] = weighted(&rates[..reference.p], &reference.integral_upto(reference.nodes[k + 1]));
             change = f64::max(change, (theta[k] - before[k]).norm());
         }
-        let size = rates[..basis.p].iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
+        let size =
+            rates[..reference.p].iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
         if !size.is_finite() {
             return Err(EquilibriumError::NotFinite { what: "intrinsic strain" });
         }
         // Beyond half a turn the rotation vector is not the one that the frames have.
-        let turn = theta[..basis.p].iter().map(Vector3::norm).fold(0.0, f64::max);
+        let turn = theta[..reference.p].iter().map(Vector3::norm).fold(0.0, f64::max);
         ParameterError::unless(turn < PI, "turn within one element", turn, "below π (rad): take more elements")?;
         if change <= 4.0 * f64::EPSILON * size {
             return Ok((theta, sweep, change));

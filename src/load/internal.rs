@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
-use crate::basis::MAX_POINTS;
+use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 use crate::scene::Environment;
 
@@ -31,8 +31,8 @@ impl InternalForce {
 
     /// Computes the force anew, for a rod that has grown or at another time, in the memory that is there.
     pub fn update(&mut self, rod: &Rod, load: &impl Load, environment: &Environment) {
-        let basis = rod.basis();
-        let p = basis.p;
+        let reference = rod.reference();
+        let p = reference.p;
         let total = rod.length();
         self.environment = *environment;
         self.cuts.resize(rod.points().len(), Cut { arc_length: 0.0, length_beyond: 0.0, volume_beyond: 0.0 });
@@ -47,15 +47,15 @@ impl InternalForce {
             for g in 0..p {
                 let (mut length_beyond, mut volume_beyond) = (length, volume);
                 for j in 0..p {
-                    let part = (basis.weights[j] - basis.upto[g][j]) * points[j].jacobian;
+                    let part = (reference.weights[j] - reference.upto[g][j]) * points[j].jacobian;
                     length_beyond += part;
                     volume_beyond += part * area[j];
                 }
                 self.cuts[e * p + g] = Cut { arc_length: total - length_beyond, length_beyond, volume_beyond };
             }
             for j in 0..p {
-                length += basis.weights[j] * points[j].jacobian;
-                volume += basis.weights[j] * points[j].jacobian * area[j];
+                length += reference.weights[j] * points[j].jacobian;
+                volume += reference.weights[j] * points[j].jacobian * area[j];
             }
         }
         let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume };

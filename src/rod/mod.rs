@@ -11,9 +11,9 @@ use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::basis::Basis;
-use crate::basis::Order;
 use crate::error::ParameterError;
+use crate::reference_element::Order;
+use crate::reference_element::ReferenceElement;
 use crate::so3;
 
 /// A material point: one Gauss point of an element.
@@ -90,13 +90,13 @@ impl Rod {
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::unless(nodes[0] == 0.0, "arc length of the first node", nodes[0], "0")?;
         ParameterError::finite("base frame", base.coords.sum())?;
-        let basis = Basis::of(order);
+        let reference = ReferenceElement::of(order);
         let length = nodes[elements];
-        let mut points = Vec::with_capacity(elements * basis.p);
+        let mut points = Vec::with_capacity(elements * reference.p);
         for ends in nodes.windows(2) {
             let h = ends[1] - ends[0];
             ParameterError::positive("length of an element", h)?;
-            for x in &basis.points {
+            for x in &reference.points {
                 let s = ends[0] + h * x;
                 let radius = radius(s);
                 ParameterError::positive("radius", radius)?;
@@ -112,7 +112,7 @@ impl Rod {
         Ok(Self {
             order,
             frames: vec![base; elements + 1],
-            rotations: vec![Vector3::zeros(); elements * basis.p],
+            rotations: vec![Vector3::zeros(); elements * reference.p],
             points,
             node_distance: nodes.iter().map(|s| length - s).collect(),
             first_growing: 0,
@@ -209,7 +209,7 @@ impl Rod {
     /// The length of an element, m.
     #[must_use]
     pub fn element_length(&self, element: usize) -> f64 {
-        weighted_jacobian(self.element_points(element), &self.basis().weights)
+        weighted_jacobian(self.element_points(element), &self.reference().weights)
     }
 
     /// The length ℓ of the rod, m.
@@ -222,8 +222,8 @@ impl Rod {
     /// The volume of the rod, m³.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        let basis = self.basis();
-        let weights = basis.weights.iter().cycle();
+        let reference = self.reference();
+        let weights = reference.weights.iter().cycle();
         let each = self.points.iter().zip(weights);
         each.map(|(point, w)| w * point.jacobian * std::f64::consts::PI * point.radius * point.radius).sum()
     }
@@ -247,8 +247,8 @@ impl Rod {
         self.loss.clone_from(&source.loss);
     }
 
-    pub(crate) fn basis(&self) -> &'static Basis {
-        Basis::of(self.order)
+    pub(crate) fn reference(&self) -> &'static ReferenceElement {
+        ReferenceElement::of(self.order)
     }
 
     pub(crate) fn element_points(&self, element: usize) -> &[MaterialPoint] {

@@ -4,15 +4,15 @@ use nalgebra::Vector3;
 
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
-use crate::basis::{Basis, MAX_POINTS};
 use crate::quadrature::legendre;
+use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::so3;
 
 /// Weights that turn the values at the points of one element into those at the points of its part [from, to].
-pub(crate) fn part_weights(basis: &Basis, from: f64, to: f64) -> [[f64; MAX_POINTS]; MAX_POINTS] {
+pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> [[f64; MAX_POINTS]; MAX_POINTS] {
     let mut weights = [[0.0; MAX_POINTS]; MAX_POINTS];
-    for g in 0..basis.p {
-        weights[g] = basis.at_points(from + (to - from) * basis.points[g]);
+    for g in 0..reference.p {
+        weights[g] = reference.at_points(from + (to - from) * reference.points[g]);
     }
     weights
 }
@@ -21,14 +21,14 @@ impl Rod {
     /// Cuts an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and are
     /// the same polynomials afterwards.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
-        let basis = self.basis();
-        let p = basis.p;
+        let reference = self.reference();
+        let p = reference.p;
         let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
         let first = self.node_distance[e];
-        let distance = |x: f64| first - weighted_jacobian(&old, &basis.integral_upto(x));
+        let distance = |x: f64| first - weighted_jacobian(&old, &reference.integral_upto(x));
         let mut new = [old[0]; 2 * MAX_POINTS];
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
-            for (g, weights) in part_weights(basis, from, to).iter().enumerate().take(p) {
+            for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
                 let sum = |f: &dyn Fn(&MaterialPoint) -> f64| -> f64 {
                     old.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
                 };
@@ -37,14 +37,14 @@ impl Rod {
                 new[side * p + g] = MaterialPoint {
                     intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
                     jacobian: sum(&|point| point.jacobian) * (to - from),
-                    apex_distance: distance(from + (to - from) * basis.points[g]),
+                    apex_distance: distance(from + (to - from) * reference.points[g]),
                     exit_time: if mature { sum(&|point| point.exit_time) } else { f64::INFINITY },
                     radius: sum(&|point| point.radius),
                 };
             }
         }
         let middle = self.frame(e, x);
-        split_rotations(basis, &mut self.rotations, e, x);
+        split_rotations(reference, &mut self.rotations, e, x);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, distance(x));
@@ -67,8 +67,8 @@ impl Rod {
     /// are the same as one onto the largest, so nothing accumulates; the square of what is lost does add up, exactly,
     /// and is kept with the element.
     pub(crate) fn merge(&mut self, e: usize, tolerance: f64) -> bool {
-        let basis = self.basis();
-        let p = basis.p;
+        let reference = self.reference();
+        let p = reference.p;
         let lengths = [self.element_length(e), self.element_length(e + 1)];
         let total = lengths[0] + lengths[1];
         let share = lengths[0] / total;
@@ -78,8 +78,8 @@ impl Rod {
             let points = self.element_points(e + side);
             let start = if side == 0 { 0.0 } else { lengths[0] };
             for g in 0..p {
-                let s: f64 = (0..p).map(|j| basis.upto[g][j] * points[j].jacobian).sum();
-                places[side * p + g] = ((start + s) / total, basis.weights[g] * points[g].jacobian / total);
+                let s: f64 = (0..p).map(|j| reference.upto[g][j] * points[j].jacobian).sum();
+                places[side * p + g] = ((start + s) / total, reference.weights[g] * points[g].jacobian / total);
             }
         }
         let source = &self.points[e * p..(e + 2) * p];
@@ -91,7 +91,7 @@ impl Rod {
                 let coefficient: f64 =
                     source.iter().zip(&places).map(|(point, (x, w))| w * f(point) * polynomial(*x)).sum();
                 for g in 0..p {
-                    values[g] += (2 * k + 1) as f64 * coefficient * polynomial(basis.points[g]);
+                    values[g] += (2 * k + 1) as f64 * coefficient * polynomial(reference.points[g]);
                 }
             }
             values
@@ -99,7 +99,7 @@ impl Rod {
         let intrinsic: [[f64; MAX_POINTS]; 3] = std::array::from_fn(|i| project(&|point| point.intrinsic[i]));
         let mut loss = self.loss[e] + self.loss[e + 1];
         for (point, (x, w)) in source.iter().zip(&places) {
-            let at = basis.at_points(*x);
+            let at = reference.at_points(*x);
             for i in 0..3 {
                 let value: f64 = intrinsic[i].iter().zip(at).map(|(v, l)| v * l).sum();
                 loss += w * total * (value - point.intrinsic[i]).powi(2);
@@ -121,7 +121,7 @@ impl Rod {
             };
         }
         self.points.drain((e + 1) * p..(e + 2) * p);
-        merge_rotations(basis, &mut self.rotations, e, share);
+        merge_rotations(reference, &mut self.rotations, e, share);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);
         self.loss[e] = loss;
@@ -134,14 +134,14 @@ impl Rod {
 }
 
 /// The rotation vectors of element `e` of a set, cut at `x`.
-pub(crate) fn split_rotations(basis: &Basis, rotations: &mut Vec<Vector3<f64>>, e: usize, x: f64) {
-    let p = basis.p;
+pub(crate) fn split_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, x: f64) {
+    let p = reference.p;
     let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
-    let at = |x: f64| weighted(&old[..p], &basis.at_nodes(x));
+    let at = |x: f64| weighted(&old[..p], &reference.at_nodes(x));
     let back = so3::exp(&at(x)).inverse();
     let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
     for k in 0..p {
-        let node = basis.nodes[k + 1];
+        let node = reference.nodes[k + 1];
         new[k] = at(x * node);
         new[p + k] = so3::log(&(back * so3::exp(&at(x + (1.0 - x) * node))));
     }
@@ -149,16 +149,17 @@ pub(crate) fn split_rotations(basis: &Basis, rotations: &mut Vec<Vector3<f64>>, 
 }
 
 /// The rotation vectors of elements `e` and `e` + 1 of a set as those of one element, of which the first is a `share`.
-pub(crate) fn merge_rotations(basis: &Basis, rotations: &mut Vec<Vector3<f64>>, e: usize, share: f64) {
-    let p = basis.p;
+pub(crate) fn merge_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, share: f64) {
+    let p = reference.p;
     let middle = so3::exp(&rotations[(e + 1) * p - 1]);
     let mut new = [Vector3::zeros(); MAX_POINTS];
     for k in 0..p {
-        let x = basis.nodes[k + 1];
+        let x = reference.nodes[k + 1];
         new[k] = if x <= share {
-            weighted(&rotations[e * p..(e + 1) * p], &basis.at_nodes(x / share))
+            weighted(&rotations[e * p..(e + 1) * p], &reference.at_nodes(x / share))
         } else {
-            let second = weighted(&rotations[(e + 1) * p..(e + 2) * p], &basis.at_nodes((x - share) / (1.0 - share)));
+            let second =
+                weighted(&rotations[(e + 1) * p..(e + 2) * p], &reference.at_nodes((x - share) / (1.0 - share)));
             so3::log(&(middle * so3::exp(&second)))
         };
     }

@@ -3,13 +3,13 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
-use crate::basis::MAX_POINTS;
+use crate::reference_element::MAX_POINTS;
 use crate::so3::{self, Form};
 
 impl Rod {
     /// The rotation vector at coordinate `x` in [0, 1] of an element, relative to the frame at its first end.
     pub(crate) fn rotation_at(&self, element: usize, x: f64) -> Vector3<f64> {
-        let weights = self.basis().at_nodes(x);
+        let weights = self.reference().at_nodes(x);
         weighted(self.element_rotations(element), &weights)
     }
 
@@ -21,7 +21,7 @@ impl Rod {
 
     /// The frame at Gauss point `g` of an element.
     pub(crate) fn frame_at_point(&self, element: usize, g: usize) -> UnitQuaternion<f64> {
-        self.frames[element] * so3::exp(&weighted(self.element_rotations(element), &self.basis().shape[g]))
+        self.frames[element] * so3::exp(&weighted(self.element_rotations(element), &self.reference().shape[g]))
     }
 
     /// The frame at the apex.
@@ -34,20 +34,20 @@ impl Rod {
     /// components along the directors, 1/m.
     #[must_use]
     pub fn strain(&self, element: usize, g: usize) -> Vector3<f64> {
-        let basis = self.basis();
+        let reference = self.reference();
         let rotations = self.element_rotations(element);
-        let theta = weighted(rotations, &basis.shape[g]);
-        let slope = weighted(rotations, &basis.slope[g]) / self.element_points(element)[g].jacobian;
+        let theta = weighted(rotations, &reference.shape[g]);
+        let slope = weighted(rotations, &reference.slope[g]) / self.element_points(element)[g].jacobian;
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
     /// The vector from the first end of an element to its coordinate `x`, in the fixed frame, m.
     fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
-        let basis = self.basis();
+        let reference = self.reference();
         let mut sum = Vector3::zeros();
-        for (y, w) in basis.points.iter().zip(&basis.weights) {
+        for (y, w) in reference.points.iter().zip(&reference.weights) {
             let at = x * y;
-            let jacobian = weighted_jacobian(self.element_points(element), &basis.at_points(at));
+            let jacobian = weighted_jacobian(self.element_points(element), &reference.at_points(at));
             sum += so3::exp(&self.rotation_at(element, at)) * centre_line_tangent() * (w * x * jacobian);
         }
         self.frames[element] * sum
@@ -55,12 +55,12 @@ impl Rod {
 
     /// The vector from one end of an element to the other, in the fixed frame, m.
     fn whole_chord(&self, element: usize) -> Vector3<f64> {
-        let basis = self.basis();
+        let reference = self.reference();
         let rotations = self.element_rotations(element);
         let mut sum = Vector3::zeros();
         for (g, point) in self.element_points(element).iter().enumerate() {
-            let tangent = so3::exp(&weighted(rotations, &basis.shape[g])) * centre_line_tangent();
-            sum += tangent * (basis.weights[g] * point.jacobian);
+            let tangent = so3::exp(&weighted(rotations, &reference.shape[g])) * centre_line_tangent();
+            sum += tangent * (reference.weights[g] * point.jacobian);
         }
         self.frames[element] * sum
     }
@@ -114,12 +114,12 @@ impl Rod {
 
     /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
     pub(super) fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
-        let (basis, points) = (self.basis(), self.element_points(element));
+        let (reference, points) = (self.reference(), self.element_points(element));
         let mut x = (s / length).clamp(0.0, 1.0);
         // Arc length is a smooth and nearly linear function of the coordinate: Newton reaches rounding in a few steps.
         for _ in 0..8 {
-            let excess = weighted_jacobian(points, &basis.integral_upto(x)) - s;
-            x = (x - excess / weighted_jacobian(points, &basis.at_points(x))).clamp(0.0, 1.0);
+            let excess = weighted_jacobian(points, &reference.integral_upto(x)) - s;
+            x = (x - excess / weighted_jacobian(points, &reference.at_points(x))).clamp(0.0, 1.0);
         }
         x
     }

@@ -216,7 +216,7 @@ fn respond(
     let mut stimuli = vec![0.0; m];
     for (j, &(i, c)) in unknowns.iter().enumerate() {
         let at = first + i;
-        let step = ANGLE / (rod.basis().weights[at % p] * rod.points()[at].jacobian);
+        let step = ANGLE / (rod.reference().weights[at % p] * rod.points()[at].jacobian);
         for sign in [1.0, -1.0] {
             moved.clone_from(rod);
             moved.points_mut()[at].intrinsic[c] += sign * step;
@@ -249,7 +249,7 @@ fn respond_rigidly(
     strain: &[DMatrix<f64>],
     turn: &[DMatrix<f64>],
 ) -> DMatrix<f64> {
-    let (p, first, basis) = (rod.order().points(), rod.first_growing(), rod.basis());
+    let (p, first, reference) = (rod.order().points(), rod.first_growing(), rod.reference());
     let m = turn.first().map_or(0, DMatrix::nrows);
     let frames: Vec<_> = (0..turn.len()).map(|i| rod.frame_at_point(first + i / p, i % p)).collect();
     let mut out = DMatrix::zeros(turn.len() * m, unknowns.len());
@@ -257,7 +257,7 @@ fn respond_rigidly(
         let axis = frames[j] * Vector3::ith(c, rod.points()[first * p + j].jacobian);
         // From the first point of its element on.
         for i in j / p * p..turn.len() {
-            let weight = if i / p == j / p { basis.upto[i % p][j % p] } else { basis.weights[j % p] };
+            let weight = if i / p == j / p { reference.upto[i % p][j % p] } else { reference.weights[j % p] };
             let about_directors = frames[i].inverse() * axis * weight;
             out.view_mut((i * m, column), (m, 1)).gemm(1.0, &turn[i], &about_directors, 0.0);
         }

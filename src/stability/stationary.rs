@@ -200,8 +200,8 @@ const RESOLVED: f64 = 0.1;
 /// The largest turn that the highest polynomial of the intrinsic strain makes in an element, rad. With one point in an
 /// element: that of half the jump to the next one, or of all if there is no other.
 fn unresolved(rod: &Rod) -> f64 {
-    let basis = rod.basis();
-    let p = basis.p;
+    let reference = rod.reference();
+    let p = reference.p;
     if p == 1 {
         let turn = |e: usize| rod.points()[e].intrinsic * rod.element_length(e);
         let jumps = (1..rod.elements()).map(|e| 0.5 * (turn(e) - turn(e - 1)).norm());
@@ -213,7 +213,7 @@ fn unresolved(rod: &Rod) -> f64 {
         let points = rod.element_points(e);
         let mut sum = nalgebra::Vector3::zeros();
         for g in 0..p {
-            let others = (0..p).filter(|&k| k != g).map(|k| basis.points[g] - basis.points[k]);
+            let others = (0..p).filter(|&k| k != g).map(|k| reference.points[g] - reference.points[k]);
             sum += points[g].intrinsic / others.product::<f64>();
         }
         // A polynomial with leading coefficient c in [0, 1] is at most 2 c/4^(p−1) off one of lower degree (Chebyshev).

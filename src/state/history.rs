@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use crate::basis::MAX_POINTS;
+use crate::reference_element::MAX_POINTS;
 
 /// Weights that turn the values at the points of an element into those at the points of a part of it.
 type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];

@@ -59,11 +59,11 @@ impl State {
 
     /// Cuts an element at its coordinate `x`, with everything that lives on it now and in the past.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
-        let basis = self.rod.basis();
+        let reference = self.rod.reference();
         self.predictor.split(&self.rod, e, x);
         if e >= self.rod.first_growing {
-            let parts = [part_weights(basis, 0.0, x), part_weights(basis, x, 1.0)];
-            self.history.split((e - self.rod.first_growing) * basis.p, basis.p, [&parts[0], &parts[1]]);
+            let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
+            self.history.split((e - self.rod.first_growing) * reference.p, reference.p, [&parts[0], &parts[1]]);
         }
         self.rod.split(e, x);
     }

@@ -80,14 +80,14 @@ impl Predictor {
     /// Cuts element `e` of `rod` at its coordinate `x`, in every equilibrium.
     pub fn split(&mut self, rod: &Rod, e: usize, x: f64) {
         for earlier in &mut self.earlier {
-            split_rotations(rod.basis(), &mut earlier.rotations, e, x);
+            split_rotations(rod.reference(), &mut earlier.rotations, e, x);
         }
     }
 
     /// Makes elements `e` and `e` + 1 one, of which the first is a `share`, in every equilibrium.
     pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
         for earlier in &mut self.earlier {
-            merge_rotations(rod.basis(), &mut earlier.rotations, e, share);
+            merge_rotations(rod.reference(), &mut earlier.rotations, e, share);
         }
     }
 }

@@ -41,7 +41,7 @@ impl Order {
 
 /// What an element of a given order needs to know about polynomials on [0, 1].
 #[derive(Debug)]
-pub(crate) struct Basis {
+pub(crate) struct ReferenceElement {
     /// Number of Gauss points p; the rotations have p + 1 nodes, the first with rotation zero.
     pub p: usize,
     /// Gauss points.
@@ -58,17 +58,17 @@ pub(crate) struct Basis {
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
 }
 
-impl Basis {
-    /// The basis of an order, computed once.
+impl ReferenceElement {
+    /// The reference of an order, computed once.
     pub fn of(order: Order) -> &'static Self {
-        static BASES: [OnceLock<Basis>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
-        BASES[order.points() - 1].get_or_init(|| Self::new(order.points()))
+        static ELEMENTS: [OnceLock<ReferenceElement>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
+        ELEMENTS[order.points() - 1].get_or_init(|| Self::new(order.points()))
     }
 
     fn new(p: usize) -> Self {
         let (points, weights) = gauss(p);
         let nodes = lobatto(p);
-        let mut basis = Self {
+        let mut reference = Self {
             p,
             nodes,
             shape: [[0.0; MAX_POINTS]; MAX_POINTS],
@@ -78,15 +78,15 @@ impl Basis {
             weights,
         };
         for g in 0..p {
-            let x = basis.points[g];
+            let x = reference.points[g];
             let mut values = [0.0; MAX_POINTS + 1];
-            lagrange(&basis.nodes, x, &mut values[..=p]);
-            let slopes = lagrange_derivatives(&basis.nodes, x);
-            basis.shape[g][..p].copy_from_slice(&values[1..=p]);
-            basis.slope[g][..p].copy_from_slice(&slopes[1..=p]);
-            basis.upto[g] = basis.integral_upto(x);
+            lagrange(&reference.nodes, x, &mut values[..=p]);
+            let slopes = lagrange_derivatives(&reference.nodes, x);
+            reference.shape[g][..p].copy_from_slice(&values[1..=p]);
+            reference.slope[g][..p].copy_from_slice(&slopes[1..=p]);
+            reference.upto[g] = reference.integral_upto(x);
         }
-        basis
+        reference
     }
 
     /// The values at `x` of the polynomials through the Gauss points.
