@@ -59,7 +59,7 @@ pub(crate) struct ReferenceElement {
 }
 
 impl ReferenceElement {
-    /// The reference of an order, computed once.
+    /// The reference element of an order, computed once.
     pub fn of(order: Order) -> &'static Self {
         static ELEMENTS: [OnceLock<ReferenceElement>; MAX_POINTS] = [const { OnceLock::new() }; MAX_POINTS];
         ELEMENTS[order.points() - 1].get_or_init(|| Self::new(order.points()))

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// From the ground up; modules of one line do not know each other.
 const LAYERS: [&[&str]; 9] = [
-    &["error", "quadrature", "so3"],
+    &["error", "pointers", "quadrature", "so3"],
     &["reference_element", "scene"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
