@@ -15,10 +15,12 @@ use shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
+type CellLaws<S> = Laws<LinearElastic, Ongoing<UniformGrowth>, Remembered<Gravitropism<Statoliths>>, (), S>;
+
 /// A shoot that feels gravity but does not answer, in a scene.
 struct Cell<S> {
     run: MethodOfSteps<Unloaded>,
-    shoot: Shoot<Laws<LinearElastic, Ongoing<UniformGrowth>, Remembered<Gravitropism<Statoliths>>, (), S>>,
+    shoot: Shoot<CellLaws<S>>,
     statistics: Statistics,
 }
 

@@ -30,18 +30,16 @@ impl EquilibriumSolver for Unloaded {
         if force != 0.0 {
             return Err(EquilibriumError::Loaded { force });
         }
-        let p = rod.order.points();
         let mut outcome = Equilibrium::default();
         // Every element is computed before any is written, so that an error leaves the rod as it was.
+        let mut rotations = Vec::with_capacity(rod.rotations.len());
         for e in 0..rod.elements() {
-            let (_, iterations, error) = integrate(rod, e)?;
+            let (of_element, iterations, error) = integrate(rod, e)?;
+            rotations.extend_from_slice(&of_element[..rod.order.points()]);
             outcome.iterations = outcome.iterations.max(iterations);
             outcome.error += error;
         }
-        for e in 0..rod.elements() {
-            let (rotations, ..) = integrate(rod, e)?;
-            rod.rotations[e * p..(e + 1) * p].copy_from_slice(&rotations[..p]);
-        }
+        rod.rotations.copy_from_slice(&rotations);
         rod.chain_frames();
         Ok(outcome)
     }

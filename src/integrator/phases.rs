@@ -137,6 +137,6 @@ impl Stepper {
     /// Writes the rates of the variables at the last level.
     pub fn find_rates(&self, shoot: &mut Shoot<impl Model>) {
         let tropism = shoot.model.tropism();
-        shoot.state.history.each_present(|point| tropism.rates(point.variables, point.stimuli, point.rates));
+        shoot.state.history.each_present().for_each(|point| tropism.rates(point.variables, point.stimuli, point.rates));
     }
 }

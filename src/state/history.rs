@@ -125,11 +125,11 @@ impl History {
         Some(&row[..self.variables])
     }
 
-    /// Calls `visit` with every point at the last level, to be written.
-    pub fn each_present(&mut self, mut visit: impl FnMut(RecordMut)) {
+    /// Every point at the last level, to be written.
+    pub fn each_present(&mut self) -> impl Iterator<Item = RecordMut<'_>> {
         let (width, variables) = (self.width().max(1), self.variables);
-        let rows = self.levels.back_mut().into_iter().flat_map(|level| level.rows.chunks_exact_mut(width));
-        rows.for_each(|row| visit(RecordMut::of(row, variables)));
+        let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width));
+        rows.map(move |row| RecordMut::of(row, variables))
     }
 
     /// Calls `visit` with every point: its variables at the last level but one, its stimuli at the levels of `levels`, at
@@ -165,11 +165,9 @@ impl History {
         rows.clone_from(&last.rows);
         let step = time - last.time;
         self.levels.push_back(Level { time, rows });
-        self.each_present(|point| {
-            for (y, rate) in point.variables.iter_mut().zip(point.rates) {
-                *y += step * *rate;
-            }
-        });
+        for point in self.each_present() {
+            point.variables.iter_mut().zip(point.rates).for_each(|(y, rate)| *y += step * *rate);
+        }
     }
 
     /// Makes room for `levels` levels, so that none of them asks for memory later.

@@ -7,54 +7,59 @@ use nalgebra::Vector3;
 use super::{Declaration, Growing, LawDerivatives, Site, Size, TropismLaw};
 use crate::error::ParameterError;
 
-/// Every method by way of another law.
+/// Every method by way of another law, which a pattern finds in `self`.
 macro_rules! forward {
-    ($self:ident => $law:expr) => {
+    ($self:ident: $($pattern:pat => $law:expr),+) => {
         #[inline]
         fn gradient(&$self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
-            $law.gradient(at, past, now)
+            match $self { $($pattern => $law.gradient(at, past, now)),+ }
         }
         #[inline(always)]
         fn declare(&$self, to: &mut Declaration) {
-            $law.declare(to);
+            match $self { $($pattern => $law.declare(to)),+ }
         }
         #[inline]
         fn sense(&$self, site: &Site, stimuli: &mut [f64]) {
-            $law.sense(site, stimuli);
+            match $self { $($pattern => $law.sense(site, stimuli)),+ }
         }
         #[inline]
         fn rates(&$self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-            $law.rates(variables, stimuli, rates);
+            match $self { $($pattern => $law.rates(variables, stimuli, rates)),+ }
         }
         #[inline]
         fn steady(&$self, stimuli: &[f64], variables: &mut [f64]) {
-            $law.steady(stimuli, variables);
+            match $self { $($pattern => $law.steady(stimuli, variables)),+ }
         }
         fn at_rest(&$self, stimuli: &[f64], variables: &mut [f64]) {
-            $law.at_rest(stimuli, variables);
+            match $self { $($pattern => $law.at_rest(stimuli, variables)),+ }
         }
         fn derivatives(&$self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-            $law.derivatives(at, variables, stimuli, out);
+            match $self { $($pattern => $law.derivatives(at, variables, stimuli, out)),+ }
         }
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            $law.next_discontinuity(t)
+            match $self { $($pattern => $law.next_discontinuity(t)),+ }
         }
         fn check(&$self) -> Result<(), ParameterError> {
-            $law.check()
+            match $self { $($pattern => $law.check()),+ }
         }
     };
 }
 
 impl<T: TropismLaw + ?Sized> TropismLaw for Box<T> {
-    forward!(self => (**self));
-}
-
-impl<T: TropismLaw + ?Sized> TropismLaw for &T {
-    forward!(self => (**self));
+    forward!(self: law => (**law));
 }
 
 impl<T: TropismLaw + ?Sized> TropismLaw for Arc<T> {
-    forward!(self => (**self));
+    forward!(self: law => (**law));
+}
+
+impl<T: TropismLaw + ?Sized> TropismLaw for &T {
+    forward!(self: law => (**law));
+}
+
+/// A law that is absent keeps nothing and steers nowhere.
+impl<T: TropismLaw> TropismLaw for Option<T> {
+    forward!(self: Some(law) => law, None => ());
 }
 
 /// No law: nothing is kept and nothing steers.
@@ -62,42 +67,6 @@ impl TropismLaw for () {
     #[inline]
     fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         Vector3::zeros()
-    }
-}
-
-/// A law that is absent keeps nothing and steers nowhere.
-impl<T: TropismLaw> TropismLaw for Option<T> {
-    #[inline]
-    fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
-        self.as_ref().map_or_else(Vector3::zeros, |law| law.gradient(at, past, now))
-    }
-    #[inline(always)]
-    fn declare(&self, to: &mut Declaration) {
-        self.iter().for_each(|law| law.declare(to));
-    }
-    #[inline]
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        self.iter().for_each(|law| law.sense(site, stimuli));
-    }
-    #[inline]
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.iter().for_each(|law| law.rates(variables, stimuli, rates));
-    }
-    #[inline]
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.iter().for_each(|law| law.steady(stimuli, variables));
-    }
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.iter().for_each(|law| law.at_rest(stimuli, variables));
-    }
-    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-        self.iter().for_each(|law| law.derivatives(at, variables, stimuli, out));
-    }
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.as_ref().map_or(f64::INFINITY, |law| law.next_discontinuity(t))
-    }
-    fn check(&self) -> Result<(), ParameterError> {
-        self.as_ref().map_or(Ok(()), T::check)
     }
 }
 
@@ -159,19 +128,19 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
 }
 
 impl<A: TropismLaw> TropismLaw for (A,) {
-    forward!(self => self.0);
+    forward!(self: (a,) => a);
 }
 
 /// Longer tuples are pairs of pairs.
 macro_rules! tuple_of_laws {
-    ($($name:ident)* => $self:ident $pairs:expr) => {
-        impl<$($name: TropismLaw),*> TropismLaw for ($($name,)*) {
-            forward!($self => $pairs);
+    ($($Name:ident $name:ident)* => $pairs:expr) => {
+        impl<$($Name: TropismLaw),*> TropismLaw for ($($Name,)*) {
+            forward!(self: ($($name,)*) => $pairs);
         }
     };
 }
 
-tuple_of_laws!(A B C => self (&self.0, (&self.1, &self.2)));
-tuple_of_laws!(A B C D => self ((&self.0, &self.1), (&self.2, &self.3)));
-tuple_of_laws!(A B C D E => self ((&self.0, &self.1), (&self.2, (&self.3, &self.4))));
-tuple_of_laws!(A B C D E F => self ((&self.0, (&self.1, &self.2)), (&self.3, (&self.4, &self.5))));
+tuple_of_laws!(A a B b C c => (a, (b, c)));
+tuple_of_laws!(A a B b C c D d => ((a, b), (c, d)));
+tuple_of_laws!(A a B b C c D d E e => ((a, b), (c, (d, e))));
+tuple_of_laws!(A a B b C c D d E e F f => ((a, (b, c)), (d, (e, f))));
