@@ -184,10 +184,6 @@ impl Rod {
         }
     }
 
-    pub(crate) fn points_mut(&mut self) -> &mut [MaterialPoint] {
-        &mut self.points
-    }
-
     /// The frames at the ends of the elements, the base's first: each turns e1, e2, e3 into d1, d2, d3.
     #[must_use]
     pub fn frames(&self) -> &[UnitQuaternion<f64>] {

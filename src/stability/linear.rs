@@ -219,7 +219,7 @@ fn respond(
         let step = ANGLE / (rod.reference().weights[at % p] * rod.points()[at].jacobian);
         for sign in [1.0, -1.0] {
             moved.clone_from(rod);
-            moved.points_mut()[at].intrinsic[c] += sign * step;
+            moved.points[at].intrinsic[c] += sign * step;
             tangent.follow(&mut moved);
             visit_sites(&moved, material, force, laws.needs_position(), |i, site| {
                 law.sense(site, &mut stimuli);

@@ -30,7 +30,7 @@ impl SteadyState {
         let laws = Declaration::of(law);
         let size = laws.size();
         let time = force.environment().time;
-        let points = points_of_zone(rod);
+        let points = rod.zone().len();
         let mut out = Self {
             gradients: vec![Vector3::zeros(); points],
             stimuli: DMatrix::zeros(size.stimuli, points),
@@ -68,7 +68,7 @@ pub(super) fn stimulus_derivatives(
     let law = shoot.model.tropism();
     let laws = Declaration::of(law);
     let m = laws.size().stimuli;
-    let mut strain = vec![DMatrix::zeros(m, 3); points_of_zone(rod)];
+    let mut strain = vec![DMatrix::zeros(m, 3); rod.zone().len()];
     let mut turn = strain.clone();
     let sensed = |site: &Site| {
         let mut x = DVector::zeros(m);
@@ -90,11 +90,6 @@ pub(super) fn stimulus_derivatives(
         }
     });
     (strain, turn)
-}
-
-/// The number of material points of the growth zone.
-fn points_of_zone(rod: &Rod) -> usize {
-    rod.points().len() - rod.first_growing() * rod.order().points()
 }
 
 /// Refuses what depends on time: laws, loads, gravity, the base.
