@@ -19,10 +19,8 @@ use crate::tropism::TropismLaw;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mesh {
-    /// Longest element in the growth zone, m. A longer one is cut in two.
-    pub growing: f64,
-    /// Longest element outside it that comes about by merging, m.
-    pub mature: f64,
+    /// Longest element, m: a longer one in the growth zone is cut in two, and merging outside it makes none that is longer.
+    pub longest_element: f64,
     /// Mature elements are merged while that changes no angle by more than this, rad.
     pub merge_tolerance: f64,
 }
@@ -187,7 +185,7 @@ impl<M> ShootBuilder<M> {
     }
 
     /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-4 by default: what
-    /// is lost has no moments, so the tip feels far less.
+    /// is lost has no moments, so the tip moves by far less.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.merge_tolerance = tolerance;
         self
@@ -254,7 +252,7 @@ impl<M: Model> ShootBuilder<M> {
         }
         let volume = rod.volume();
         ParameterError::unless(volume.is_finite() && volume > 0.0, "volume", volume, "positive and finite (m³)")?;
-        let mesh = Mesh { growing: longest, mature: longest, merge_tolerance };
+        let mesh = Mesh { longest_element: longest, merge_tolerance };
         Ok(Shoot { model, mesh, state: State::new(rod) })
     }
 }

@@ -99,7 +99,7 @@ fn a_derivative_that_is_not_finite_is_told() {
         }
         fn declare(&self, to: &mut Declaration) {
             to.stimuli(1);
-            to.variable(Variable::read_now());
+            to.variable(Variable::read_after(0.0));
         }
         fn derivatives(&self, _at: &Growing, _y: &[f64], _x: &[f64], out: &mut LawDerivatives) {
             out.gradient_by_variables[(0, 0)] = f64::INFINITY;

@@ -67,7 +67,7 @@ fn differentiate(history: &mut History) {
         let weights = lagrange_derivatives(&times[first..first + 5], times[level]);
         for point in 0..history.points() {
             for k in 0..history.size().0 {
-                let rate = (0..5).map(|j| weights[j] * history.at(first + j, point).variables[k]).sum();
+                let rate = (0..5).map(|j| weights[j] * history.variables(first + j, point)[k]).sum();
                 history.at_mut(level, point).rates[k] = rate;
             }
         }

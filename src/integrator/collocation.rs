@@ -30,14 +30,20 @@ const BUDGET: usize = 20_000;
 #[derive(Debug, Clone, Default)]
 struct Weights {
     size: f64,
-    /// exp(−c δ/τ) for every variable and node.
-    decay: Vec<[f64; NODES]>,
-    /// ∫ from 0 to node j of exp(−(cj − c) δ/τ) × polynomial l, times δ, for every variable.
-    integral: Vec<[[f64; NODES]; NODES]>,
+    variables: Vec<Kernel>,
+}
+
+/// The weights of one variable.
+#[derive(Debug, Clone, Copy, Default)]
+struct Kernel {
+    /// exp(−c δ/τ) at every node.
+    decay: [f64; NODES],
+    /// ∫ from 0 to node j of exp(−(cj − c) δ/τ) × polynomial l, times δ.
+    integral: [[f64; NODES]; NODES],
 }
 
 /// Solves for the variables; keeps nothing between calls but workspace and weights.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct ExponentialCollocation {
     nodes: Vec<f64>,
     levels: Levels,
@@ -102,8 +108,7 @@ impl ExponentialCollocation {
             for weights in &mut self.weights {
                 weights.size = 0.0;
                 // Room now, so that no later step allocates when it first halves its interval.
-                weights.decay.reserve(v.saturating_sub(weights.decay.len()));
-                weights.integral.reserve(v.saturating_sub(weights.integral.len()));
+                weights.variables.resize(v, Kernel::default());
             }
             self.fill(0, size);
         }
@@ -112,18 +117,12 @@ impl ExponentialCollocation {
     fn fill(&mut self, depth: usize, size: f64) {
         let weights = &mut self.weights[depth];
         weights.size = size;
-        weights.decay.clear();
-        weights.integral.clear();
-        for tau in &self.constants {
+        for (kernel, tau) in weights.variables.iter_mut().zip(&self.constants) {
             let z = size / tau;
-            let mut decay = [1.0; NODES];
-            let mut integral = [[0.0; NODES]; NODES];
             for (j, c) in self.nodes.iter().enumerate() {
-                decay[j] = (-c * z).exp();
-                integral[j] = relaxed_integral(&self.nodes, z, *c).map(|w| w * size);
+                kernel.decay[j] = (-c * z).exp();
+                kernel.integral[j] = relaxed_integral(&self.nodes, z, *c).map(|w| w * size);
             }
-            weights.decay.push(decay);
-            weights.integral.push(integral);
         }
     }
 
@@ -184,10 +183,10 @@ impl ExponentialCollocation {
             for j in 1..NODES {
                 let weights = &self.weights[depth];
                 for i in 0..v {
-                    let integral = &weights.integral[i][j];
-                    let mut value = weights.decay[i][j] * y[i];
+                    let kernel = &weights.variables[i];
+                    let mut value = kernel.decay[j] * y[i];
                     for l in 0..NODES {
-                        value += integral[l] * self.forcing[l * v + i];
+                        value += kernel.integral[j][l] * self.forcing[l * v + i];
                     }
                     let old = std::mem::replace(&mut self.values[j * v + i], value);
                     // Every variable is measured against itself and its own motion: they need not share a unit.

@@ -12,7 +12,7 @@ use crate::state::{History, Reading};
 use crate::tropism::{Declaration, Growing, Size, TropismLaw};
 
 /// The Gauss points of a step and how the past is read at each of them; the same for all material points.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
     /// For every node, one entry for every variable; none for one that is not read.
@@ -104,7 +104,7 @@ impl GradientIntegral {
             }
             for (m, value) in self.present.iter_mut().enumerate() {
                 let levels = (node.first_level..history.levels()).zip(node.interpolation);
-                *value = levels.map(|(level, w)| w * history.at(level, point).stimuli[m]).sum();
+                *value = levels.map(|(level, w)| w * history.stimuli(level, point)[m]).sum();
             }
             let apex_distance = if moves { growth.flow(distance, start, node.time).0 } else { distance };
             let at = Growing { time: node.time, radius, apex_distance };

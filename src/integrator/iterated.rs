@@ -11,7 +11,7 @@ use crate::shoot::Shoot;
 ///
 /// A step is that of [`MethodOfSteps`](super::MethodOfSteps), repeated with the variables at its end until they agree
 /// with what they lead to. The repetition contracts by about the step times the laws' fastest growth response.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Iterated<E = NewtonSolver> {
     /// Longest step, s.
     pub step: f64,
@@ -37,17 +37,6 @@ impl<E> Iterated<E> {
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
         Self { step, tolerance: 1e-8, max_corrections: 30, solver, stepper: Stepper::default() }
-    }
-}
-
-impl<E: Clone> Clone for Iterated<E> {
-    /// Clones the settings; the workspace is made anew when it is needed.
-    fn clone(&self) -> Self {
-        Self {
-            tolerance: self.tolerance,
-            max_corrections: self.max_corrections,
-            ..Self::with_solver(self.step, self.solver.clone())
-        }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::shoot::Mesh;
 use crate::state::State;
 
 /// Parts shorter than this fraction of an element are not cut off: the boundary is then on the node up to rounding.
-const SLIVER: f64 = 1e-9;
+const SMALLEST_PART: f64 = 1e-9;
 
 /// Prepares the elements for a step from `from` to `to` and returns how many of the growing ones leave the zone in it.
 ///
@@ -27,14 +27,14 @@ pub(super) fn adapt(
     let k = state.rod.first_growing();
     if k >= 2 && mesh.merge_tolerance > 0.0 {
         let length = state.rod.element_length(k - 2) + state.rod.element_length(k - 1);
-        if length <= mesh.mature && state.merge(k - 2, mesh.merge_tolerance) {
+        if length <= mesh.longest_element && state.merge(k - 2, mesh.merge_tolerance) {
             statistics.merges += 1;
         }
     }
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
         // Rounding is no reason to cut.
-        if state.rod.element_length(e) > mesh.growing * (1.0 + 1e-9) {
+        if state.rod.element_length(e) > mesh.longest_element * (1.0 + 1e-9) {
             state.split(e, 0.5);
             statistics.splits += 1;
         } else {
@@ -45,11 +45,11 @@ pub(super) fn adapt(
     let first = state.rod.first_growing();
     for e in first..state.rod.elements() {
         let (a, b) = (state.rod.node_distance[e], state.rod.node_distance[e + 1]);
-        let sliver = SLIVER * (a - b);
-        if boundary >= a - sliver {
+        let margin = SMALLEST_PART * (a - b);
+        if boundary >= a - margin {
             return e - first;
         }
-        if boundary > b + sliver {
+        if boundary > b + margin {
             let x = state.rod.coordinate_at_distance(e, boundary);
             state.split(e, x);
             statistics.splits += 1;

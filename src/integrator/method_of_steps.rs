@@ -12,7 +12,7 @@ use crate::shoot::Shoot;
 /// As long as a step is not longer than the shortest delay, the laws read only the past, and the intrinsic strain at the
 /// end of the step is a quadrature. Then one equilibrium gives the shape, and the stimuli that it offers, interpolated
 /// in time through four equilibria, carry the laws' variables. Method and order: `docs/method.md`, "Time".
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
     pub step: f64,
@@ -34,13 +34,6 @@ impl<E> MethodOfSteps<E> {
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
         Self { step, solver, stepper: Stepper::default() }
-    }
-}
-
-impl<E: Clone> Clone for MethodOfSteps<E> {
-    /// Clones the settings; the workspace is made anew when it is needed.
-    fn clone(&self) -> Self {
-        Self::with_solver(self.step, self.solver.clone())
     }
 }
 

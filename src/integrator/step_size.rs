@@ -26,7 +26,7 @@ pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Res
     // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
     let zone = growth.zone_length();
     if growth.elongates() && zone.is_finite() {
-        while zone - growth.flow(zone, t + step, t).0 > shoot.mesh.growing {
+        while zone - growth.flow(zone, t + step, t).0 > shoot.mesh.longest_element {
             step *= 0.5;
         }
     }

@@ -32,7 +32,7 @@ pub(super) struct Step {
 }
 
 /// Workspace for stepping; no state.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Stepper {
     pub laws: Declaration,
     pub gradient_integral: GradientIntegral,

@@ -29,13 +29,6 @@ struct Level {
     rows: Vec<f64>,
 }
 
-/// A point at one level.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Record<'a> {
-    pub variables: &'a [f64],
-    pub stimuli: &'a [f64],
-}
-
 /// A point at one level, to be written.
 #[derive(Debug)]
 pub(crate) struct RecordMut<'a> {
@@ -106,13 +99,19 @@ impl History {
         self.levels.back().map_or(0, |level| level.rows.len()) / self.width().max(1)
     }
 
-    /// What is known of a point at a level.
+    /// The variables of a point at a level.
     #[inline]
-    pub fn at(&self, level: usize, point: usize) -> Record<'_> {
-        Record::of(&self.levels[level].rows[self.row(point)], self.variables)
+    pub fn variables(&self, level: usize, point: usize) -> &[f64] {
+        &self.levels[level].rows[self.row(point)][..self.variables]
     }
 
-    /// The same, to be written.
+    /// The stimuli of a point at a level.
+    #[inline]
+    pub fn stimuli(&self, level: usize, point: usize) -> &[f64] {
+        &self.levels[level].rows[self.row(point)][2 * self.variables..]
+    }
+
+    /// A point at a level, to be written.
     pub fn at_mut(&mut self, level: usize, point: usize) -> RecordMut<'_> {
         let row = self.row(point);
         RecordMut::of(&mut self.levels[level].rows[row], self.variables)
@@ -145,10 +144,10 @@ impl History {
         let failed = (0..points).find(|&point| {
             let row = self.row(point);
             let mut stimuli: [&[f64]; N] = [&[]; N];
-            for (to, level) in stimuli.iter_mut().zip(self.levels.range(levels.start..)) {
-                *to = &level.rows[row.clone()][2 * variables..];
+            for (to, level) in stimuli.iter_mut().zip(levels.start..self.levels.len()) {
+                *to = self.stimuli(level, point);
             }
-            let before = self.at(self.levels.len() - 1, point).variables;
+            let before = self.variables(self.levels.len() - 1, point);
             let now = RecordMut::of(&mut last.rows[row], variables);
             stimuli[levels.len() - 1] = now.stimuli;
             !visit(before, &stimuli, now.variables, now.rates)
@@ -259,13 +258,6 @@ impl History {
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.levels.iter().all(|level| level.rows.iter().all(|x| x.is_finite()))
-    }
-}
-
-impl<'a> Record<'a> {
-    #[inline]
-    fn of(row: &'a [f64], size: usize) -> Self {
-        Self { variables: &row[..size], stimuli: &row[2 * size..] }
     }
 }
 

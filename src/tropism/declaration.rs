@@ -56,13 +56,6 @@ pub struct Variable {
 }
 
 impl Variable {
-    /// A variable that the gradient reads as it is now, of which nothing else is known.
-    #[must_use]
-    #[inline]
-    pub fn read_now() -> Self {
-        Self::read_after(0.0)
-    }
-
     /// A variable that the gradient reads as it was `delay` seconds ago.
     #[must_use]
     #[inline]

@@ -97,7 +97,7 @@ pub struct Growing {
 /// impl TropismLaw for Thermotwist {
 ///     fn declare(&self, to: &mut Declaration) {
 ///         to.stimuli(1);
-///         to.variable(Variable::read_now().relaxing_in(self.time_constant));
+///         to.variable(Variable::read_after(0.0).relaxing_in(self.time_constant));
 ///     }
 ///
 ///     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
