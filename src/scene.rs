@@ -31,8 +31,8 @@ pub trait Scene {
     /// The frame of the clamped base at time `t` (s): it turns e1, e2, e3 into the directors d1, d2, d3.
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
-    /// The first time after `t` (s) at which gravity or base jump or have a jump of slope; infinite if there is none.
-    /// A jump takes effect just after that time.
+    /// The first time after `t` (s) at which gravity or base, or their slopes, have a discontinuity; infinite if there is
+    /// none. It takes effect just after that time.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }

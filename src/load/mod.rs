@@ -37,7 +37,7 @@ pub trait Load {
     /// apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// The first time after `t` (s) at which the load jumps or its slope does; infinite if there is none.
+    /// The first time after `t` (s) at which the load or its slope has a discontinuity; infinite if there is none.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
