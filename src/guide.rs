@@ -2,7 +2,7 @@
 
 /// How to write a growth profile, a tropism and an elastic law.
 #[doc = include_str!("../docs/own-laws.md")]
-#[doc = concat!("<figure>\n", include_str!("../docs/pictures/own_law.svg"), "</figure>")]
+#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/own_law.svg"), "</figure>")]
 pub mod own_laws {}
 
 /// How the numbers come about, and where the method ends.
@@ -11,5 +11,5 @@ pub mod method {}
 
 /// How stationary shoots, characteristic roots and onsets are found, and what they cannot tell.
 #[doc = include_str!("../docs/stability.md")]
-#[doc = concat!("<figure>\n", include_str!("../docs/pictures/stability_map.svg"), "</figure>")]
+#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/stability_map.svg"), "</figure>")]
 pub mod stability {}
