@@ -60,7 +60,7 @@ impl Perception for Lamp {
     type Signal = [f64; 2];
 
     fn declare(&self, to: &mut Declaration) -> Source {
-        to.reads_position().stimulus_pair()
+        to.with_position().stimulus_pair()
     }
 
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {

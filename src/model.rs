@@ -5,7 +5,7 @@ use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth};
 use crate::load::Load;
 use crate::scene::{Scene, Still};
-use crate::tropism::TropismLaw;
+use crate::tropism::{Declaration, TropismLaw};
 
 /// Everything that a shoot obeys: how it grows, steers, resists, what loads it and where it stands.
 ///
@@ -48,6 +48,7 @@ pub trait Model {
     fn check(&self, length: f64) -> Result<(), ParameterError> {
         self.growth().check(length)?;
         self.tropism().check()?;
+        Declaration::of(self.tropism()).check()?;
         self.constitutive().check()?;
         self.load().check()?;
         self.scene().check()

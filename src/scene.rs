@@ -23,7 +23,24 @@ impl Environment {
     }
 }
 
-/// Gravity and the base as functions of time. A clinostat or a pot that is tilted is a scene.
+/// Gravity and the base as functions of time. A clinostat or a pot that is tilted is a scene:
+///
+/// ```
+/// use morphorod::Scene;
+/// use nalgebra::{UnitQuaternion, Vector3};
+///
+/// /// A horizontal axis, e1, about which the base turns at a rate in rad/s.
+/// struct Clinostat(f64);
+///
+/// impl Scene for Clinostat {
+///     fn gravity(&self, _t: f64) -> Vector3<f64> {
+///         Vector3::new(0.0, 0.0, -9.81)
+///     }
+///     fn base(&self, t: f64) -> UnitQuaternion<f64> {
+///         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), self.0 * t)
+///     }
+/// }
+/// ```
 pub trait Scene {
     /// The acceleration of gravity at time `t` (s) in the fixed frame, m/s².
     fn gravity(&self, t: f64) -> Vector3<f64>;

@@ -24,7 +24,7 @@ pub(crate) fn visit_sites(
     let p = reference.p;
     let first = rod.zone().start;
     let mut end_couple = Vector3::zeros();
-    let mut end_position = if with_position { rod.tip() } else { Vector3::zeros() };
+    let mut end_position = if with_position { rod.tip() } else { Vector3::repeat(f64::NAN) };
     for e in (rod.first_growing()..rod.elements()).rev() {
         let points = rod.element_points(e);
         let frames: [_; MAX_POINTS] = std::array::from_fn(|g| rod.frame_at_point(e, g.min(p - 1)));

@@ -27,7 +27,7 @@ fn laws_declare_what_they_keep_and_read() {
     let declared = Declaration::of(&all_laws());
     assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
     assert_eq!(declared.size(), Size::of(&all_laws()));
-    assert!(!declared.needs_position());
+    assert!(!declared.reads_position());
     let component = |rotation| Variable::unread().relaxing_in(120.0).turning(rotation);
     let memory =
         |remembers, rotation| Variable { remembers, rotation, ..Variable::read_after(720.0).relaxing_in(720.0) };
@@ -167,7 +167,7 @@ impl TropismLaw for Straightens {
     fn declare(&self, to: &mut Declaration) {
         let bend = to.stimulus_pair();
         if self.at_once {
-            to.reads_present();
+            to.with_present();
         } else {
             to.memories(2, bend, 720.0, Some(720.0));
         }
@@ -299,4 +299,86 @@ fn a_model_of_ones_own() {
     shoot.advance(HOUR);
     assert!(shoot.state() == expected.state());
     assert_eq!(shoot.model().name, "Helianthus 7");
+}
+
+/// Declares as it is told to, and writes the rates of its first variables only.
+#[derive(Debug)]
+struct Careless {
+    variable: Variable,
+    declared: usize,
+    written: usize,
+    with_position: bool,
+}
+
+impl TropismLaw for Careless {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(1);
+        for _ in 0..self.declared {
+            to.variable(self.variable);
+        }
+        if self.with_position {
+            to.with_position();
+        }
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        stimuli[0] = site.position.x;
+    }
+    fn rates(&self, _y: &[f64], _x: &[f64], rates: &mut [f64]) {
+        rates[..self.written].fill(0.0);
+    }
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::x() * past[0]
+    }
+}
+
+#[test]
+fn laws_that_say_less_than_they_do_are_refused() {
+    let sound = Careless { variable: Variable::read_after(720.0), declared: 2, written: 2, with_position: true };
+    let start = |law: Careless| {
+        let mut shoot = righting().tropism(law).build().unwrap();
+        let before = shoot.state().clone();
+        let answer = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0);
+        assert!(answer.is_ok() || shoot.state() == &before);
+        answer.map_err(|error| error.to_string())
+    };
+    assert!(start(Careless { ..sound }).is_ok());
+    assert!(start(Careless { written: 1, ..sound }).unwrap_err().contains("history of the variables is not finite"));
+    // Positions are not there for laws that do not ask for them.
+    assert!(start(Careless { with_position: false, ..sound }).unwrap_err().contains("not finite"));
+    // The rates as provided.
+    struct Forgetful;
+    impl TropismLaw for Forgetful {
+        fn declare(&self, to: &mut Declaration) {
+            let x = to.stimuli(1);
+            to.memories(1, x, 720.0, Some(720.0));
+        }
+        fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::x() * past[0]
+        }
+    }
+    let mut shoot = righting().tropism(Forgetful).build().unwrap();
+    assert!(MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
+    // A perception with fewer stimuli than its signal has numbers.
+    struct Narrow;
+    impl Perception for Narrow {
+        type Signal = [f64; 2];
+        fn declare(&self, to: &mut Declaration) -> Source {
+            to.stimuli(1)
+        }
+        fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+            stimuli.fill(0.0);
+        }
+    }
+    let law = DirectionalTropism { sensitivity: 1.0, perception: Narrow }.remembered(MEMORY);
+    let mut shoot = righting().tropism(law).build().unwrap();
+    assert!(MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
+    // Declarations are checked where the shoot is built.
+    for delay in [-5.0, f64::NAN, f64::INFINITY] {
+        let law = Careless { variable: Variable::read_after(delay), ..sound };
+        assert!(righting().tropism(law).build().unwrap_err().to_string().contains("delay of a tropism law"));
+    }
+    for time in [0.0, -600.0, f64::NAN] {
+        let law = Careless { variable: sound.variable.relaxing_in(time), ..sound };
+        assert!(righting().tropism(law).build().unwrap_err().to_string().contains("time constant of a variable"));
+    }
 }

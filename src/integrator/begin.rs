@@ -21,7 +21,6 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         before: &impl HistoryFunction,
     ) -> Result<(), IntegrationError> {
-        self.check_delays()?;
         let now = shoot.state.time;
         self.equilibrate(shoot, solver, now)?;
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
@@ -34,7 +33,7 @@ impl Stepper {
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
         let mut stimuli = vec![0.0; size.stimuli];
-        let position = self.laws.needs_position();
+        let position = self.laws.reads_position();
         visit_sites(&state.rod, shoot.model.constitutive(), &self.force, position, |i, site| {
             tropism.sense(site, &mut stimuli);
             for level in 0..history.levels() {

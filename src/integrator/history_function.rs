@@ -12,7 +12,7 @@ pub trait HistoryFunction {
     fn variables(&self, law: &impl TropismLaw, t: f64, site: &Site, stimuli: &[f64], variables: &mut [f64]);
 }
 
-/// The default history: memories empty for t ≤ 0, statoliths settled in the first equilibrium.
+/// The default history: memories empty before the start, statoliths settled in the first equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EmptyHistory;
 
@@ -40,7 +40,7 @@ impl HistoryFunction for SteadyHistory {
     }
 }
 
-/// A history given as a smooth function of time (s, from minus the longest delay to 0) and place, which writes the
+/// A history given as a smooth function of place and of the time since the start (s, from minus the longest delay to 0), which writes the
 /// variables of the laws in the order of the tuple.
 #[derive(Debug, Clone, Copy)]
 pub struct GivenHistory<F>(

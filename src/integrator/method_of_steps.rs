@@ -11,7 +11,7 @@ use crate::shoot::Shoot;
 ///
 /// As long as a step is not longer than the shortest delay, the laws read only the past, and the intrinsic strain at the
 /// end of the step is a quadrature. Then one equilibrium gives the shape, and the stimuli that it offers, interpolated
-/// in time through four equilibria, carry the laws' variables. Method and order: `docs/method.md`, "Time".
+/// in time through four equilibria, carry the laws' variables. Method and order of accuracy: [`guide::method`](crate::guide::method).
 #[derive(Debug, Clone, Default)]
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
@@ -50,6 +50,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         let Self { step, solver, stepper } = self;
         ParameterError::positive("time step", *step)?;
         stepper.laws.read(shoot.model.tropism());
+        stepper.laws.check()?;
         let delay = stepper.laws.shortest_delay();
         // Rounding of a step that is meant to equal the delay is no fault.
         if *step > delay * (1.0 + 1e-12) {

@@ -89,9 +89,9 @@ pub enum IntegrationError {
         /// Why there is none.
         source: EquilibriumError,
     },
-    /// The step is longer than what the laws look back, and this integrator reads only the past.
+    /// The step is longer than the shortest delay of the laws, and this integrator reads only the past.
     #[error(
-        "a step of {step} s is longer than the delay of {delay} s that the laws look back; \
+        "a step of {step} s is longer than the shortest delay of the laws, {delay} s; \
              take a shorter step, or `Iterated`"
     )]
     StepTooLong {

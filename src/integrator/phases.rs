@@ -100,7 +100,7 @@ impl Stepper {
         let (rod, history) = (&shoot.state.rod, &mut shoot.state.history);
         let (tropism, last) = (shoot.model.tropism(), history.levels() - 1);
         let mut finite = true;
-        visit_sites(rod, shoot.model.constitutive(), &self.force, self.laws.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), &self.force, self.laws.reads_position(), |i, site| {
             let stimuli = history.at_mut(last, i).stimuli;
             tropism.sense(site, stimuli);
             finite &= stimuli.iter().all(|x| x.is_finite());
@@ -137,6 +137,10 @@ impl Stepper {
     /// Writes the rates of the variables at the last level.
     pub fn find_rates(&self, shoot: &mut Shoot<impl Model>) {
         let tropism = shoot.model.tropism();
-        shoot.state.history.each_present().for_each(|point| tropism.rates(point.variables, point.stimuli, point.rates));
+        for point in shoot.state.history.each_present() {
+            // What a law forgets to write is not a number.
+            point.rates.fill(f64::NAN);
+            tropism.rates(point.variables, point.stimuli, point.rates);
+        }
     }
 }

@@ -87,6 +87,7 @@ impl Stepper {
         self.statistics = Statistics::default();
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
+        self.laws.check()?;
         let backup = self.backup.get_or_insert_with(|| shoot.state.clone());
         backup.copy_from(&shoot.state);
         if let Err(error) = work(self, shoot) {
@@ -190,7 +191,6 @@ impl Stepper {
 
     /// Refuses a state whose history belongs to other laws.
     fn check_history(&self, state: &State) -> Result<(), ParameterError> {
-        self.check_delays()?;
         let size = self.laws.size();
         let (variables, stimuli) = state.history.size();
         let known = (variables, stimuli) == (size.variables, size.stimuli);
@@ -203,11 +203,6 @@ impl Stepper {
             reach,
             "at least the longest delay of the shoot's laws (s)",
         )
-    }
-
-    /// Refuses delays that make no sense.
-    pub fn check_delays(&self) -> Result<(), ParameterError> {
-        self.laws.delays().try_for_each(|delay| ParameterError::not_negative("delay of a tropism law", delay))
     }
 
     /// Sets memory aside for all levels that the history will hold, so that no later step asks for any.

@@ -29,7 +29,7 @@ impl InternalForce {
         force
     }
 
-    /// Computes the force anew, for a rod that has grown or at another time, in the memory that is there.
+    /// Computes the force anew, for a rod that has grown or at another time, without new allocations if there is room.
     pub fn update(&mut self, rod: &Rod, load: &impl Load, environment: &Environment) {
         let reference = rod.reference();
         let p = reference.p;

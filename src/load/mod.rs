@@ -31,13 +31,33 @@ pub struct Cut {
 
 /// A load fixed in space: then the force n(s) in the rod is known before the shape is.
 ///
-/// Loads compose by being put in a tuple; the forces add. `()` is no load.
+/// Loads compose by being put in a tuple; the forces add. `()` is no load. A wind that rises with height:
+///
+/// ```
+/// use morphorod::load::{Cut, Load};
+/// use morphorod::Environment;
+/// use nalgebra::Vector3;
+///
+/// /// Force per length and height, N/m², along e1, on a shoot that stands nearly upright.
+/// struct Wind(f64);
+///
+/// impl Load for Wind {
+///     fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+///         // The integral of the force per length from the cut to the apex.
+///         let (from, to) = (cut.arc_length, cut.arc_length + cut.length_beyond);
+///         Vector3::x() * (self.0 * (to * to - from * from) / 2.0)
+///     }
+/// }
+/// ```
+///
+/// The force should be smooth in arc length: what jumps inside an element costs the order of accuracy of the shape.
 pub trait Load {
     /// The total force on the part beyond the cut, in the fixed frame, N. This is n(s) of equation (11), since the
     /// apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// The first time after `t` (s) at which the load or its slope has a discontinuity; infinite if there is none.
+    /// The first time after `t` (s) at which the load or its slope has a discontinuity; infinite if there is none. It takes
+    /// effect just after that time: a load that acts for `t > on` announces `on`.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -76,8 +96,8 @@ macro_rules! tuple_of_loads {
     ($($name:ident $index:tt),*) => {
         impl<$($name: Load),*> Load for ($($name,)*) {
             #[inline]
-            fn force(&self, _cut: &Cut, _moment: &Environment) -> Vector3<f64> {
-                Vector3::zeros() $(+ self.$index.force(_cut, _moment))*
+            fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+                Vector3::zeros() $(+ self.$index.force(_cut, _environment))*
             }
 
             fn next_discontinuity(&self, _t: f64) -> f64 {

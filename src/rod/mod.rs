@@ -233,7 +233,7 @@ impl Rod {
         self.frames[0] = base;
     }
 
-    /// Becomes equal to `source`, in the memory that is there.
+    /// Becomes equal to `source` without new allocations, if there is room.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.order, self.first_growing) = (source.order, source.first_growing);
         self.frames.clone_from(&source.frames);

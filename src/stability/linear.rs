@@ -10,7 +10,7 @@ use crate::equilibrium::{Branch, NewtonSolver};
 use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::rod::Rod;
+use crate::rod::{Rod, centre_line_tangent};
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Size, TropismLaw};
@@ -36,6 +36,8 @@ pub(super) struct LinearProblem {
     pub rigid_response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
     pub displacement: DMatrix<f64>,
+    /// The tangent of the apex, in the fixed frame.
+    pub apex_tangent: Vector3<f64>,
     /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad.
     pub turn: Vec<DMatrix<f64>>,
     /// Lengths of the elements of the growth zone, m.
@@ -84,7 +86,20 @@ impl LinearProblem {
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
         let sizes = sizes(stimuli, &responses);
         let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.element_length(e)).collect();
-        Ok(Self { transfers, kind, unknowns, response, rigid_response, displacement, turn, lengths, stimuli, sizes })
+        let apex_tangent = rod.apex_frame() * centre_line_tangent();
+        Ok(Self {
+            transfers,
+            kind,
+            unknowns,
+            response,
+            rigid_response,
+            displacement,
+            apex_tangent,
+            turn,
+            lengths,
+            stimuli,
+            sizes,
+        })
     }
 
     /// The material points of an element.
@@ -221,7 +236,7 @@ fn respond(
             moved.clone_from(rod);
             moved.points[at].intrinsic[c] += sign * step;
             tangent.follow(&mut moved);
-            visit_sites(&moved, material, force, laws.needs_position(), |i, site| {
+            visit_sites(&moved, material, force, laws.reads_position(), |i, site| {
                 law.sense(site, &mut stimuli);
                 for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
                     *sum += sign * x;

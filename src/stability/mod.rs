@@ -12,7 +12,43 @@
 //! and G their gradients. All derivatives are differences of the laws' own functions, unless a law offers its own; so one
 //! written downstream is covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter
 //! changes, [`crossings`] where any root does, and [`boundary`] follows a crossing in two parameters. Method, cost and
-//! limits: `docs/stability.md`.
+//! limits: [`guide::stability`](crate::guide::stability).
+//!
+//! At which length does an upright shoot begin to oscillate, and how fast?
+//!
+//! ```
+//! use morphorod::Shoot;
+//! use morphorod::constitutive::LinearElastic;
+//! use morphorod::growth::{Ongoing, UniformGrowth};
+//! use morphorod::load::Weight;
+//! use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
+//! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+//!
+//! let memory = Memory { time: 720.0, delay: 720.0 };
+//! // The linear problem of the shoot of a length (m). Its waves need more elements the longer it is.
+//! let family = |length: f64| -> Result<Linearisation, StabilityError> {
+//!     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+//!         .length(length)
+//!         .radius(0.5e-3)
+//!         .elements(4)
+//!         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
+//!         .tropism((
+//!             Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory),
+//!             Proprioception { sensitivity: 20.0 }.remembered(memory),
+//!         ))
+//!         .load(Weight { density: 1000.0 })
+//!         .build()?;
+//!     StationarySolver::default().solve(&mut shoot)?;
+//!     Linearisation::about(&shoot)
+//! };
+//! assert_eq!(family(0.06)?.unstable()?, Unstable::Finite(0));
+//! let found = onset(family, 0.06, 0.07)?;
+//! assert!((found.parameter - 0.065614866).abs() < 1e-9, "m");
+//! assert!((found.period() / 60.0 - 87.638359).abs() < 1e-5, "min");
+//! let leading = family(0.067)?.rightmost()?;
+//! assert!(leading.growth_rate() > 0.0 && leading.period() < 90.0 * 60.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod analytic;
 mod block;

@@ -7,9 +7,10 @@ use super::block::Block;
 /// How a mode moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Polarisation {
-    /// To and fro in a plane; the displacement of the apex says in which direction.
+    /// To and fro, as seen along the tangent of the apex; the displacement of the apex says in which direction. A shoot that
+    /// leans and moves in the plane of its bend is one, though its tip goes on a thin ellipse in that plane.
     Planar,
-    /// Round: the tip goes on an ellipse.
+    /// Round: seen along the tangent of the apex, the tip goes on an ellipse.
     Turning,
     /// A double root of an isotropic shoot: to and fro in any plane, or round in either sense.
     Isotropic,
@@ -77,15 +78,15 @@ pub(super) fn mode(block: &Block, value: Complex<f64>) -> Root {
     }
     let multiplicity = block.multiplicity;
     let polarisation = match displacement.last() {
-        Some(tip) if multiplicity == 1 => polarisation(tip),
+        Some(tip) if multiplicity == 1 => polarisation(tip, &problem.apex_tangent),
         _ => Polarisation::Isotropic,
     };
     Root { value, residual, multiplicity, polarisation, strain, displacement }
 }
 
-/// A displacement a exp(iωt) is planar if its real and imaginary parts are parallel.
-fn polarisation(tip: &Vector3<Complex<f64>>) -> Polarisation {
+/// A displacement a exp(iωt) is planar if, seen along the tangent, its real and imaginary parts are parallel.
+fn polarisation(tip: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Polarisation {
     let (re, im) = (tip.map(|z| z.re), tip.map(|z| z.im));
-    let area = re.cross(&im).norm();
+    let area = re.cross(&im).dot(tangent).abs();
     if area < 1e-6 * tip.norm_squared() { Polarisation::Planar } else { Polarisation::Turning }
 }

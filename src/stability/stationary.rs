@@ -15,7 +15,6 @@ use crate::shoot::Shoot;
 
 /// How a stationary state was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[must_use]
 pub struct Stationary {
     /// Newton iterations for the shape and for its polish.
     pub iterations: usize,

@@ -37,7 +37,7 @@ impl SteadyState {
             variables: DMatrix::zeros(size.variables, points),
             places: vec![Growing { time, radius: 0.0, apex_distance: 0.0 }; points],
         };
-        visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
+        visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
             let (mut stimuli, mut variables) = (out.stimuli.column_mut(i), out.variables.column_mut(i));
             law.sense(site, stimuli.as_mut_slice());
             law.steady(stimuli.as_slice(), variables.as_mut_slice());
@@ -75,7 +75,7 @@ pub(super) fn stimulus_derivatives(
         law.sense(site, x.as_mut_slice());
         x
     };
-    visit_sites(rod, shoot.model.constitutive(), force, laws.needs_position(), |i, site| {
+    visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
         for c in 0..3 {
             let axis = Vector3::ith(c, 1.0);
             // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.

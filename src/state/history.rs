@@ -55,7 +55,7 @@ impl History {
         Self { variables, stimuli, levels: times.map(level).collect() }
     }
 
-    /// Becomes equal to `source`, in the memory that is there.
+    /// Becomes equal to `source` without new allocations, if there is room.
     pub fn copy_from(&mut self, source: &Self) {
         (self.variables, self.stimuli) = (source.variables, source.stimuli);
         self.levels.resize_with(source.levels.len(), Level::default);

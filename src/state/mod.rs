@@ -30,7 +30,7 @@ impl State {
         Self { time: 0.0, rod, predictor: Predictor::default(), history: History::default(), smooth_since: 0.0 }
     }
 
-    /// Becomes equal to `source`, in the memory that is there.
+    /// Becomes equal to `source` without new allocations, if there is room.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.time, self.smooth_since) = (source.time, source.smooth_since);
         self.rod.copy_from(&source.rod);

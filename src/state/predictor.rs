@@ -26,7 +26,7 @@ struct Earlier {
 }
 
 impl Predictor {
-    /// Becomes equal to `source`, in the memory that is there.
+    /// Becomes equal to `source` without new allocations, if there is room.
     pub fn copy_from(&mut self, source: &Self) {
         self.known = source.known;
         self.earlier.resize_with(source.earlier.len(), Earlier::default);

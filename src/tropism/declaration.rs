@@ -1,6 +1,7 @@
 //! What a law keeps at a material point, and what it reads: said once, in one place.
 
 use super::TropismLaw;
+use crate::error::ParameterError;
 
 /// Where a number at a material point comes from; the indices count all laws of the shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -136,7 +137,7 @@ impl Declaration {
         declaration
     }
 
-    /// Becomes what a law declares, in the memory that is there.
+    /// Becomes what a law declares, without new allocations if there is room.
     pub fn read<T: TropismLaw + ?Sized>(&mut self, law: &T) {
         self.stimuli.clear();
         self.variables.clear();
@@ -168,8 +169,8 @@ impl Declaration {
         self.add_variables(1, |_, _| variable)
     }
 
-    /// Declares `number` linear memories, τ ẏ = x − y, of what stands from `of` on; they turn as that does. `delay` is how
-    /// long ago the gradient reads them, s, if it does. Returns the first.
+    /// Declares `number` linear memories, τ ẏ = x − y: the first of `of`, the next of what stands behind it. A memory turns as
+    /// what it remembers does. `delay` is how long ago the gradient reads them, s, if it does. Returns the first.
     #[inline(always)]
     pub fn memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
         self.add_variables(number, |to, k| {
@@ -214,14 +215,14 @@ impl Declaration {
 
     /// Declares that [`sense`](TropismLaw::sense) reads the position of the site.
     #[inline]
-    pub fn reads_position(&mut self) -> &mut Self {
+    pub fn with_position(&mut self) -> &mut Self {
         self.reads_position = true;
         self
     }
 
     /// Declares that [`gradient`](TropismLaw::gradient) reads the present stimuli, without delay.
     #[inline]
-    pub fn reads_present(&mut self) -> &mut Self {
+    pub fn with_present(&mut self) -> &mut Self {
         self.size.reads_present = true;
         self
     }
@@ -240,7 +241,7 @@ impl Declaration {
 
     /// Whether a law looks where its site is.
     #[must_use]
-    pub fn needs_position(&self) -> bool {
+    pub fn reads_position(&self) -> bool {
         self.reads_position
     }
 
@@ -258,6 +259,19 @@ impl Declaration {
     /// The delays with which variables are read, s.
     pub fn delays(&self) -> impl Iterator<Item = f64> {
         self.variables.iter().filter_map(|variable| variable.delay)
+    }
+
+    /// Refuses delays and time constants that make no sense.
+    ///
+    /// # Errors
+    /// The first of them.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        for variable in &self.variables {
+            ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0))?;
+            let time = variable.time_constant;
+            ParameterError::unless(time > 0.0, "time constant of a variable", time, "positive (s)")?;
+        }
+        Ok(())
     }
 
     /// The longest delay, s; zero if nothing of the past is read.

@@ -43,7 +43,7 @@ pub struct Site<'a> {
     /// Radius of the cross section, m.
     pub radius: f64,
     /// Position in the fixed frame, the base at the origin, m. Computed only for laws that
-    /// [ask for it](Declaration::reads_position); otherwise zero.
+    /// [ask for it](Declaration::with_position); otherwise not a number.
     pub position: Vector3<f64>,
     /// The whole shoot, for laws that sense elsewhere than they act, at the apex say.
     pub rod: &'a Rod,
@@ -75,7 +75,9 @@ pub struct Growing {
 ///
 /// A law may keep variables y at every material point of the growth zone, driven by stimuli x that it senses there:
 ///
-/// 1. [`declare`](Self::declare) says how many stimuli and variables there are: the lengths of all slices below;
+/// 1. [`declare`](Self::declare) says how many stimuli and variables there are. `stimuli` and `now` are slices of as many
+///    numbers as there are stimuli (`now` may be empty, see [`gradient`](Self::gradient)); `variables`, `rates` and `past`
+///    of as many as there are variables;
 /// 2. [`sense`](Self::sense) turns what can be seen from a point into the stimuli, once in a step;
 /// 3. the variables obey ẏ = [`rates`](Self::rates)(y, x(t));
 /// 4. [`gradient`](Self::gradient) turns the variables of some time ago into u̇*/REGR.
@@ -83,7 +85,8 @@ pub struct Growing {
 /// Laws compose by being put in a tuple: variables and stimuli stand one behind the other, each law sees its own, and the
 /// gradients add. `()` steers nowhere. A law without variables overrides only [`gradient`](Self::gradient).
 ///
-/// This one twists tissue until it is as warm as the shade; its variable is a temperature that follows the air's.
+/// This law twists tissue that the sun has warmed. Its variable is the temperature of the tissue, in degrees above the shade,
+/// which follows that of the surface.
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
@@ -101,7 +104,7 @@ pub struct Growing {
 ///     }
 ///
 ///     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-///         // Degrees above the shade: the sun is on the side of e1.
+///         // The sun is on the side of e1.
 ///         stimuli[0] = 10.0 * site.along_directors(&Vector3::x()).x.max(0.0);
 ///     }
 ///
@@ -123,8 +126,8 @@ pub trait TropismLaw {
     /// The rate of the intrinsic strain divided by REGR, components along the directors, 1/m.
     ///
     /// `past` holds every variable as it was its declared delay ago; what stands there for one that is declared unread has no
-    /// meaning. `now` holds the present stimuli if the law [reads the present](Declaration::reads_present), and is empty
-    /// otherwise.
+    /// meaning. `now` holds the present stimuli if the law has declared that it
+    /// [reads them](Declaration::with_present), and is empty otherwise.
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
 
     /// Declares the stimuli and the variables, in the order in which they stand in the slices. It must say the same at
@@ -136,10 +139,12 @@ pub trait TropismLaw {
     #[inline]
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
-    /// Writes the rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit.
+    /// Writes the rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit: of all of them, those that
+    /// are declared to be memories, too. A law that keeps variables must write them; as provided they are not numbers, and
+    /// an integrator refuses to start.
     #[inline]
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
-        rates.fill(0.0);
+        rates.fill(f64::NAN);
     }
 
     /// Writes the variables after these stimuli have lasted for ever.
@@ -161,7 +166,8 @@ pub trait TropismLaw {
     }
 
     /// The first time after `t` (s) at which what the law senses or asks for has a discontinuity, or its slope has one, of
-    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it.
+    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it. The discontinuity takes
+    /// effect just after that time: a lamp that is on for `t > on` announces `on`.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }

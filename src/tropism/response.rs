@@ -10,7 +10,7 @@ pub trait Signal: AsRef<[f64]> + Copy {
     /// How many numbers.
     const LENGTH: usize;
 
-    /// The first numbers of a slice, which must hold as many.
+    /// The first numbers of a slice; not numbers where it holds fewer.
     fn read(from: &[f64]) -> Self;
 }
 
@@ -19,7 +19,7 @@ impl<const N: usize> Signal for [f64; N] {
 
     #[inline]
     fn read(from: &[f64]) -> Self {
-        std::array::from_fn(|k| from[k])
+        std::array::from_fn(|k| from.get(k).copied().unwrap_or(f64::NAN))
     }
 }
 
@@ -57,7 +57,7 @@ pub trait Perception {
     type Signal: Signal;
 
     /// Declares the stimuli, and the variables if there are any, which the gradient does not read. Returns where the
-    /// signal stands among them.
+    /// signal stands among them. Unless said otherwise the stimuli are the signal, of which nothing more is known.
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
         to.stimuli(Self::Signal::LENGTH)
@@ -92,7 +92,8 @@ pub trait Perception {
         0.0
     }
 
-    /// As [`TropismLaw::next_discontinuity`](super::TropismLaw::next_discontinuity).
+    /// The first time after `t` (s) at which the stimuli have a discontinuity of their own, as
+    /// [`TropismLaw::next_discontinuity`](super::TropismLaw::next_discontinuity).
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
