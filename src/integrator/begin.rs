@@ -1,14 +1,15 @@
 //! The beginning of a run: the first equilibrium and the history before it.
 
 use super::stepper::Stepper;
-use super::{HistoryFunction, IntegrationError};
+use super::{HistoryFunction, IntegrationError, Outcome};
 use crate::equilibrium::EquilibriumSolver;
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::quadrature::lagrange_derivatives;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::History;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Source, TropismLaw};
 
 /// Intervals into which a history that varies is sampled, over the longest delay.
 const SAMPLES: usize = 64;
@@ -20,7 +21,7 @@ impl Stepper {
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         before: &impl HistoryFunction,
-    ) -> Result<(), IntegrationError> {
+    ) -> Outcome {
         let now = shoot.state.time;
         self.equilibrate(shoot, solver, now)?;
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
@@ -48,11 +49,31 @@ impl Stepper {
         }
         state.history = history;
         self.find_rates(shoot);
-        if shoot.state.history.is_finite() {
-            Ok(())
-        } else {
-            Err(IntegrationError::NotFinite { what: "history of the variables", time: now })
+        if !shoot.state.history.is_finite() {
+            return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
         }
+        Ok(self.check_memories(&mut shoot.state.history)?)
+    }
+}
+
+impl Stepper {
+    /// Refuses laws whose rates are not those of the linear memories that they declare.
+    fn check_memories(&self, history: &mut History) -> Result<(), ParameterError> {
+        for point in history.each_present() {
+            for (i, variable) in self.laws.variables().iter().enumerate() {
+                let x = match variable.remembers {
+                    Source::Stimulus(k) => point.stimuli[k],
+                    Source::Variable(k) => point.variables[k],
+                    Source::Computed => continue,
+                };
+                let (y, change) = (point.variables[i], point.rates[i] * variable.time_constant);
+                // One subtraction and one quotient, however the law writes them.
+                let linear = (change - (x - y)).abs() <= 16.0 * f64::EPSILON * (x.abs() + y.abs());
+                let name = "rate of a variable that is declared a memory, times its time constant";
+                ParameterError::unless(linear, name, change, "what it remembers minus itself")?;
+            }
+        }
+        Ok(())
     }
 }
 

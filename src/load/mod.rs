@@ -78,7 +78,6 @@ forward_pointers!(Load {
 });
 
 impl<L: Load> Load for Option<L> {
-    #[inline]
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
         self.as_ref().map_or_else(Vector3::zeros, |l| l.force(cut, environment))
     }
@@ -95,7 +94,6 @@ impl<L: Load> Load for Option<L> {
 macro_rules! tuple_of_loads {
     ($($name:ident $index:tt),*) => {
         impl<$($name: Load),*> Load for ($($name,)*) {
-            #[inline]
             fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
                 Vector3::zeros() $(+ self.$index.force(_cut, _environment))*
             }
