@@ -72,7 +72,7 @@ pub struct LawDerivatives<'a> {
     pub rates_by_stimuli: DMatrixViewMut<'a, f64>,
     /// ∂gradient/∂y, three rows: the [gradient](TropismLaw::gradient) by the variables of some time ago.
     pub gradient_by_variables: DMatrixViewMut<'a, f64>,
-    /// ∂gradient/∂x, three rows; zero for a law that does not [read the present](super::Declaration::reads_present).
+    /// ∂gradient/∂x, three rows; zero for a law that does not [read the present](super::Declaration::with_present).
     pub gradient_by_stimuli: DMatrixViewMut<'a, f64>,
 }
 
