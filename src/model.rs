@@ -116,23 +116,18 @@ impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene> Model for 
     type Load = L;
     type Scene = S;
 
-    #[inline]
     fn growth(&self) -> &G {
         &self.growth
     }
-    #[inline]
     fn tropism(&self) -> &T {
         &self.tropism
     }
-    #[inline]
     fn constitutive(&self) -> &C {
         &self.constitutive
     }
-    #[inline]
     fn load(&self) -> &L {
         &self.load
     }
-    #[inline]
     fn scene(&self) -> &S {
         &self.scene
     }

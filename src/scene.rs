@@ -49,7 +49,8 @@ pub trait Scene {
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
     /// The first time after `t` (s) at which gravity or base, or their slopes, have a discontinuity; infinite if there is
-    /// none. It takes effect just after that time.
+    /// none. Integrators step onto it, and read the scene a few units of rounding before and after it: whether it turns for
+    /// `t > from` or `t >= from` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -75,6 +76,11 @@ forward_pointers!(Scene {
     fn next_discontinuity(t: f64) -> f64;
     fn check() -> Result<(), ParameterError>;
 });
+
+/// The earlier of two times at which discontinuities are announced; not a number if one of them is not.
+pub(crate) fn earlier(a: f64, b: f64) -> f64 {
+    if b < a || b.is_nan() { b } else { a }
+}
 
 /// Gravity and base that do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,7 +172,7 @@ impl<S: Scene> Scene for Turned<S> {
 
     fn next_discontinuity(&self, t: f64) -> f64 {
         let ahead = [self.from, self.until].into_iter().filter(|time| *time > t);
-        ahead.fold(self.scene.next_discontinuity(t), f64::min)
+        ahead.fold(self.scene.next_discontinuity(t), earlier)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

@@ -26,7 +26,7 @@ fn all_laws() -> impl TropismLaw {
 fn laws_declare_what_they_keep_and_read() {
     let declared = Declaration::of(&all_laws());
     assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
-    assert_eq!(declared.size(), Size::of(&all_laws()));
+    assert_eq!(declared.size(), all_laws().size());
     assert!(!declared.reads_position());
     let component = |rotation| Variable::unread().relaxing_in(120.0).turning(rotation);
     let memory =
@@ -370,8 +370,45 @@ fn laws_that_say_less_than_they_do_are_refused() {
         }
     }
     let law = DirectionalTropism { sensitivity: 1.0, perception: Narrow }.remembered(MEMORY);
+    let error = righting().tropism(law).build().map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("index of what a variable remembers"), "{error}");
+    // Rates that are not those of the memory that is declared.
+    struct Leaky;
+    impl TropismLaw for Leaky {
+        fn declare(&self, to: &mut Declaration) {
+            let x = to.stimuli(1);
+            to.memories(1, x, 720.0, Some(720.0));
+        }
+        fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+            stimuli[0] = 1.0;
+        }
+        fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+            rates[0] = (x[0] - 1.1 * y[0]) / 700.0;
+        }
+        fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::x() * past[0]
+        }
+    }
+    let mut shoot = righting().tropism(Leaky).build().unwrap();
+    let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
+    assert!(error.contains("declared a memory"), "{error}");
+    // A perception that forgets the rates of a variable of its own: whatever another shoot has left, it is refused.
+    struct Lazy;
+    impl Perception for Lazy {
+        type Signal = [f64; 2];
+        fn declare(&self, to: &mut Declaration) -> Source {
+            to.variable(Variable::unread());
+            to.stimulus_pair()
+        }
+        fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+            Sunlight.sense(site, stimuli);
+        }
+    }
+    let mut run = MethodOfSteps::new(90.0);
+    run.advance(&mut righting().build().unwrap(), HOUR).unwrap();
+    let law = DirectionalTropism { sensitivity: 1.0, perception: Lazy }.remembered(MEMORY);
     let mut shoot = righting().tropism(law).build().unwrap();
-    assert!(MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
+    assert!(run.advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
     // Declarations are checked where the shoot is built.
     for delay in [-5.0, f64::NAN, f64::INFINITY] {
         let law = Careless { variable: Variable::read_after(delay), ..sound };

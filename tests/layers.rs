@@ -37,18 +37,45 @@ fn sources() -> Vec<(PathBuf, String)> {
     found
 }
 
-/// The words that follow `prefix`, each up to the first character that no name has; of a list in braces, its lower-case
-/// names.
+/// The names that follow `prefix`, each up to the first character that no name has; of a list in braces, the first name of
+/// each item.
 fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
     let name = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut found = BTreeSet::new();
     for rest in code.split(prefix).skip(1) {
-        match rest.strip_prefix('{') {
-            Some(list) => found.extend(list.split('}').next().unwrap().split(',').map(|item| name(item.trim()))),
-            None => _ = found.insert(name(rest)),
+        let Some(list) = rest.strip_prefix('{') else {
+            found.insert(name(rest));
+            continue;
+        };
+        // Up to the brace that closes the list; what stands in further braces belongs to the item before them.
+        let (mut depth, mut item) = (0, String::new());
+        for c in list.chars() {
+            match c {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                ',' if depth == 0 => _ = found.insert(name(std::mem::take(&mut item).trim())),
+                _ if depth == 0 => item.push(c),
+                _ => {}
+            }
+        }
+        found.insert(name(item.trim()));
+    }
+    found.remove("");
+    found
+}
+
+/// Which file of a folder each name comes from that its `mod.rs` hands on.
+fn handed_on(folder: &Path) -> BTreeMap<String, PathBuf> {
+    let face = fs::read_to_string(folder.join("mod.rs")).unwrap_or_default();
+    let mut found = BTreeMap::new();
+    for rest in face.split("use ").skip(1) {
+        let (file, names) = rest.split(';').next().unwrap().split_once("::").unwrap_or_default();
+        let path = folder.join(file.to_owned() + ".rs");
+        if path.exists() {
+            found.extend(names_after(&format!("::{names}"), "::").into_iter().map(|name| (name, path.clone())));
         }
     }
-    found.retain(|name| name.starts_with(|c: char| c.is_lowercase()));
     found
 }
 
@@ -68,7 +95,8 @@ fn modules_import_from_below() {
             continue;
         }
         let floor = layer(&from).unwrap_or_else(|| panic!("{from} is in no layer"));
-        for to in names_after(&code, "crate::").into_iter().filter(|to| *to != from) {
+        let lower = |name: &String| name.starts_with(|c: char| c.is_lowercase());
+        for to in names_after(&code, "crate::").into_iter().filter(|to| lower(to) && *to != from) {
             let below = layer(&to).unwrap_or_else(|| panic!("{}: crate::{to} is in no layer", path.display()));
             assert!(below < floor, "{} imports {to}, which does not lie below {from}", path.display());
             arrows += 1;
@@ -81,8 +109,14 @@ fn modules_import_from_below() {
 fn files_of_a_folder_import_each_other_in_no_circle() {
     let mut imports: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
     for (path, code) in sources() {
-        let siblings = names_after(&code, "super::").into_iter().map(|name| path.with_file_name(name + ".rs"));
-        imports.insert(path.clone(), siblings.filter(|sibling| sibling.exists() && *sibling != path).collect());
+        // By the file's name, or by way of what `mod.rs` hands on.
+        let faces = handed_on(path.parent().unwrap());
+        let sibling = |name: String| match faces.get(&name) {
+            Some(file) => file.clone(),
+            None => path.with_file_name(name + ".rs"),
+        };
+        let siblings = names_after(&code, "super::").into_iter().map(sibling);
+        imports.insert(path.clone(), siblings.filter(|file| file.exists() && *file != path).collect());
     }
     // Files that import nothing that is left are taken away until none can be.
     loop {

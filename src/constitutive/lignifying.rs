@@ -33,7 +33,6 @@ impl Lignifying {
 }
 
 impl Constitutive for Lignifying {
-    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.young.scaled(self.ratio(tissue.age), tissue.radius, strain)
     }

@@ -34,7 +34,6 @@ impl LinearElastic {
 }
 
 impl Constitutive for LinearElastic {
-    #[inline]
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         self.scaled(1.0, tissue.radius, strain)
     }

@@ -24,7 +24,6 @@ pub struct Tissue {
 impl Tissue {
     /// The tissue at a material point at a time (s): in the growth zone the exit time is infinite and the age 0.
     #[must_use]
-    #[inline]
     pub fn of(point: &MaterialPoint, time: f64) -> Self {
         Self { radius: point.radius, age: (time - point.exit_time).max(0.0) }
     }

@@ -119,7 +119,7 @@ impl EquilibriumError {
 /// Finds the shape at rest.
 pub trait EquilibriumSolver {
     /// Turns the frames of `rod` into an equilibrium under its intrinsic strains and the force in it, starting from the
-    /// frames that it has. The base frame stays.
+    /// frames that it has. The base frame stays. The force must be that in this rod as it is.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod is then as it was.

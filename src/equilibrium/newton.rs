@@ -76,13 +76,7 @@ impl EquilibriumSolver for NewtonSolver {
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
-        let points = force.at_points().len();
-        ParameterError::unless(
-            points == rod.points.len(),
-            "points at which the force is known",
-            points as f64,
-            "those of the rod",
-        )?;
+        force.check(rod)?;
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }

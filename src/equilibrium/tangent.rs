@@ -40,10 +40,7 @@ pub(super) struct Tangent {
 
 impl std::fmt::Debug for Tangent {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Tangent")
-            .field("blocks", &self.blocks)
-            .field("capacity", &self.capacity)
-            .finish_non_exhaustive()
+        write!(f, "Tangent {{ blocks: {} of {} }}", self.blocks, self.capacity)
     }
 }
 

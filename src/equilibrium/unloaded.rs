@@ -26,7 +26,8 @@ impl EquilibriumSolver for Unloaded {
         _material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError> {
-        let force = force.largest();
+        force.check(rod)?;
+        let force = force.largest().max(force.at_base().norm());
         if force != 0.0 {
             return Err(EquilibriumError::Loaded { force });
         }

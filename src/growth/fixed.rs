@@ -9,17 +9,14 @@ use crate::error::ParameterError;
 pub struct NoGrowth;
 
 impl GrowthLaw for NoGrowth {
-    #[inline]
     fn regr(&self, _sigma: f64, _t: f64) -> f64 {
         0.0
     }
 
-    #[inline]
     fn zone_length(&self) -> f64 {
         f64::INFINITY
     }
 
-    #[inline]
     fn elongates(&self) -> bool {
         false
     }
@@ -37,17 +34,14 @@ pub struct Ongoing<G>(
 );
 
 impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
-    #[inline]
     fn regr(&self, sigma: f64, t: f64) -> f64 {
         self.0.regr(sigma, t)
     }
 
-    #[inline]
     fn zone_length(&self) -> f64 {
         self.0.zone_length()
     }
 
-    #[inline]
     fn elongates(&self) -> bool {
         false
     }

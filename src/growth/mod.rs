@@ -31,13 +31,11 @@ pub trait GrowthLaw {
 
     /// Whether the shoot elongates. If not, points keep their places though [`regr`](Self::regr) may drive
     /// differential growth.
-    #[inline]
     fn elongates(&self) -> bool {
         true
     }
 
     /// The speed at which the apex moves away from the point at `sigma`: ∫ REGR from 0 to `sigma`, m/s.
-    #[inline]
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         // Eight Gauss points: rounding for the profiles that are smooth over the zone.
         let (x, w) = rule::<8>();
@@ -46,16 +44,12 @@ pub trait GrowthLaw {
 
     /// Moves a point that is at `sigma` at time `from` to time `to` (earlier or later), as if it did not leave the zone:
     /// its new distance from the apex, and the factor by which tissue there was stretched meanwhile.
-    #[inline]
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
-        if !self.elongates() {
-            return (sigma, 1.0);
-        }
-        integrate(self, sigma, from, to, steps_for(self, sigma, from, to))
+        let steps = || steps_for(self, sigma, from, to);
+        if self.elongates() { integrate(self, sigma, from, to, steps()) } else { (sigma, 1.0) }
     }
 
     /// When the point that is at `sigma` at time `from` leaves the zone, if it does so by time `until`.
-    #[inline]
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         if self.elongates() { search_exit(self, sigma, from, until) } else { None }
     }

@@ -16,17 +16,14 @@ pub struct LinearProfile {
 }
 
 impl GrowthLaw for LinearProfile {
-    #[inline]
     fn regr(&self, sigma: f64, _t: f64) -> f64 {
         2.0 * (1.0 - sigma / self.zone_length) / self.time
     }
 
-    #[inline]
     fn zone_length(&self) -> f64 {
         self.zone_length
     }
 
-    #[inline]
     fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
         sigma * (2.0 - sigma / self.zone_length) / self.time
     }
@@ -48,19 +45,16 @@ pub struct CosineProfile {
 }
 
 impl GrowthLaw for CosineProfile {
-    #[inline]
     fn regr(&self, sigma: f64, _t: f64) -> f64 {
         // cos(2π(ξ − ℓg/2)/ℓg) = −cos(2πσ/ℓg), and 1 − cos = 2 sin² keeps its digits near the ends.
         let sin = (0.5 * TAU * sigma / self.zone_length).sin();
         2.0 * sin * sin / self.time
     }
 
-    #[inline]
     fn zone_length(&self) -> f64 {
         self.zone_length
     }
 
-    #[inline]
     fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
         let phase = TAU * sigma / self.zone_length;
         // x − sin x loses its digits near the apex, where x³/6 (1 − x²/20 (1 − x²/42 (1 − x²/72))) keeps them.

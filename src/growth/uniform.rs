@@ -16,28 +16,23 @@ pub struct UniformGrowth {
 }
 
 impl GrowthLaw for UniformGrowth {
-    #[inline]
     fn regr(&self, _sigma: f64, _t: f64) -> f64 {
         1.0 / self.time
     }
 
-    #[inline]
     fn zone_length(&self) -> f64 {
         self.zone_length
     }
 
-    #[inline]
     fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
         sigma / self.time
     }
 
-    #[inline]
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
         let stretch = ((to - from) / self.time).exp();
         (sigma * stretch, stretch)
     }
 
-    #[inline]
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         let exit = from + self.time * (self.zone_length / sigma).ln().max(0.0);
         (exit <= until).then_some(exit)

@@ -2,14 +2,15 @@
 
 use super::step_size::{before, starts_at_discontinuity};
 use super::stepper::Stepper;
-use super::{HistoryFunction, IntegrationError};
+use super::{HistoryFunction, IntegrationError, Outcome};
 use crate::equilibrium::EquilibriumSolver;
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::quadrature::lagrange_derivatives;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::History;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Source, TropismLaw};
 
 /// Intervals into which a history that varies is sampled, over the longest delay.
 const SAMPLES: usize = 64;
@@ -21,7 +22,7 @@ impl Stepper {
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         past: &impl HistoryFunction,
-    ) -> Result<(), IntegrationError> {
+    ) -> Outcome {
         let now = shoot.state.time;
         let discontinuity = starts_at_discontinuity(shoot)?;
         self.equilibrate(shoot, solver, if discontinuity { before(now) } else { now })?;
@@ -53,7 +54,29 @@ impl Stepper {
         if !shoot.state.history.is_finite() {
             return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
         }
+        self.check_memories(&mut shoot.state.history)?;
         if discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
+    }
+}
+
+impl Stepper {
+    /// Refuses laws whose rates are not those of the linear memories that they declare.
+    fn check_memories(&self, history: &mut History) -> Result<(), ParameterError> {
+        for point in history.each_present() {
+            for (i, variable) in self.laws.variables().iter().enumerate() {
+                let x = match variable.remembers {
+                    Source::Stimulus(k) => point.stimuli[k],
+                    Source::Variable(k) => point.variables[k],
+                    Source::Computed => continue,
+                };
+                let (y, change) = (point.variables[i], point.rates[i] * variable.time_constant);
+                // One subtraction and one quotient, however the law writes them.
+                let linear = (change - (x - y)).abs() <= 16.0 * f64::EPSILON * (x.abs() + y.abs());
+                let name = "rate of a variable that is declared a memory, times its time constant";
+                ParameterError::unless(linear, name, change, "what it remembers minus itself")?;
+            }
+        }
+        Ok(())
     }
 }
 

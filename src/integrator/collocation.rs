@@ -10,7 +10,7 @@ use nalgebra::{Matrix4, Vector4};
 
 use super::ORDER;
 use crate::quadrature::{lagrange, lobatto, rule};
-use crate::tropism::{Declaration, Size, TropismLaw};
+use crate::tropism::{Declaration, TropismLaw};
 
 /// Collocation points: the stimuli are polynomials through as many levels.
 const NODES: usize = ORDER;
@@ -128,8 +128,10 @@ impl ExponentialCollocation {
 
     /// Evaluates N = ẏ + y/τ at node `j`.
     fn force(&mut self, law: &impl TropismLaw, j: usize) {
-        let (v, m) = (self.constants.len(), Size::of(law).stimuli);
+        let (v, m) = (self.constants.len(), law.size().stimuli);
         let values = &self.values[j * v..(j + 1) * v];
+        // What a law does not write is not a number, whatever stood there before.
+        self.rates.fill(f64::NAN);
         law.rates(values, &self.stimuli[j * m..(j + 1) * m], &mut self.rates);
         if j == 0 {
             self.first_rates.copy_from_slice(&self.rates);
@@ -155,7 +157,7 @@ impl ExponentialCollocation {
         start: f64,
         depth: usize,
     ) -> bool {
-        let (v, m) = (self.constants.len(), Size::of(law).stimuli);
+        let (v, m) = (self.constants.len(), law.size().stimuli);
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);

@@ -9,7 +9,7 @@ use super::ORDER;
 use crate::growth::GrowthLaw;
 use crate::quadrature::{lagrange, rule};
 use crate::state::{History, Reading};
-use crate::tropism::{Declaration, Growing, Size, TropismLaw};
+use crate::tropism::{Declaration, Growing, TropismLaw};
 
 /// The Gauss points of a step and how the past is read at each of them; the same for all material points.
 #[derive(Debug, Clone, Default)]
@@ -92,7 +92,7 @@ impl GradientIntegral {
         radius: f64,
         (distance, start): (f64, f64),
     ) -> Vector3<f64> {
-        let size = Size::of(tropism);
+        let size = tropism.size();
         self.past.resize(size.variables, 0.0);
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         let moves = growth.elongates();

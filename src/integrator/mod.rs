@@ -142,6 +142,9 @@ impl IntegrationError {
     }
 }
 
+/// What a part of a run may end in.
+type Outcome = Result<(), IntegrationError>;
+
 /// Carries a shoot in time.
 pub trait Integrator {
     /// Finds the equilibrium of a shoot at its present time and gives its laws a history. A run that is not started so

@@ -2,7 +2,7 @@
 
 use super::collocation::Levels;
 use super::stepper::{Step, Stepper};
-use super::{IntegrationError, ORDER};
+use super::{IntegrationError, ORDER, Outcome};
 use crate::equilibrium::EquilibriumSolver;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
@@ -73,7 +73,7 @@ impl Stepper {
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         time: f64,
-    ) -> Result<(), IntegrationError> {
+    ) -> Outcome {
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let (base, environment) = (model.scene().base(time), model.scene().environment(time));
         // A quaternion that is no rotation would be normalised into one that nobody meant.
@@ -93,7 +93,7 @@ impl Stepper {
     }
 
     /// Writes the stimuli of the present equilibrium to the last level.
-    pub fn sense(&mut self, shoot: &mut Shoot<impl Model>) -> Result<(), IntegrationError> {
+    pub fn sense(&mut self, shoot: &mut Shoot<impl Model>) -> Outcome {
         if self.laws.size().stimuli == 0 {
             return Ok(());
         }
@@ -110,7 +110,7 @@ impl Stepper {
     }
 
     /// Carries the variables from the last level but one to the last.
-    pub fn carry(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<(), IntegrationError> {
+    pub fn carry(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
@@ -128,8 +128,9 @@ impl Stepper {
         let carried = state.history.each_step(smooth, |before, stimuli, variables, rates| {
             variables.copy_from_slice(before);
             let carried = self.collocation.carry(tropism, stimuli, variables);
+            rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[count - 1], rates);
-            carried
+            carried && rates.iter().all(|rate| rate.is_finite())
         });
         carried.map_err(|point| IntegrationError::Variables { time: step.to, point: first + point })
     }

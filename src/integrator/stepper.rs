@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::collocation::ExponentialCollocation;
 use super::gradient_integral::GradientIntegral;
 use super::step_size::{Stop, after, next_stop};
-use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Statistics, mesh};
+use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Outcome, Statistics, mesh};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -82,7 +82,7 @@ impl Stepper {
     fn guarded<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
-        work: impl FnOnce(&mut Self, &mut Shoot<M>) -> Result<(), IntegrationError>,
+        work: impl FnOnce(&mut Self, &mut Shoot<M>) -> Outcome,
     ) -> Result<Statistics, IntegrationError> {
         self.statistics = Statistics::default();
         self.collocation.halvings = 0;
@@ -107,7 +107,7 @@ impl Stepper {
         until: f64,
         size: f64,
         correction: Option<Correction>,
-    ) -> Result<(), IntegrationError> {
+    ) -> Outcome {
         self.check_history(&shoot.state)?;
         self.reserve_levels(&mut shoot.state, size, until);
         while shoot.state.time < until {
@@ -127,7 +127,7 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         stop: Stop,
         correction: Option<Correction>,
-    ) -> Result<(), IntegrationError> {
+    ) -> Outcome {
         let (to, read_at) = (stop.time, stop.before());
         let step = self.open(shoot, to);
         self.drive(shoot, step)?;
@@ -179,7 +179,7 @@ impl Stepper {
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-    ) -> Result<(), IntegrationError> {
+    ) -> Outcome {
         let time = shoot.state.time;
         self.equilibrate(shoot, solver, after(time))?;
         shoot.state.history.push(time, &mut self.spare);
@@ -192,11 +192,9 @@ impl Stepper {
 
     /// Refuses a state whose history belongs to other laws.
     fn check_history(&self, state: &State) -> Result<(), ParameterError> {
-        let size = self.laws.size();
-        let (variables, stimuli) = state.history.size();
-        let known = (variables, stimuli) == (size.variables, size.stimuli);
-        let stands = variables as f64;
-        ParameterError::unless(known, "number of variables in the state", stands, "that of the shoot's laws")?;
+        let (size, known) = (self.laws.size(), state.history.size());
+        let own = known == (size.variables, size.stimuli);
+        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
         let reach = state.history.oldest().map_or(f64::NEG_INFINITY, |oldest| state.time - oldest);
         ParameterError::unless(
             reach >= self.laws.longest_delay() * (1.0 - 1e-9),

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
+use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 use crate::scene::Environment;
@@ -88,10 +89,19 @@ impl InternalForce {
         self.at_base
     }
 
-    /// The size of the largest force, N; not a number if a force is not.
+    /// Refuses a rod that has not as many material points as the one for which the force was computed.
+    ///
+    /// # Errors
+    /// The number of points at which the force is known.
+    pub fn check(&self, rod: &Rod) -> Result<(), ParameterError> {
+        let points = self.forces.len();
+        let known = points == rod.points().len();
+        ParameterError::unless(known, "points at which the force is known", points as f64, "those of the rod")
+    }
+
+    /// The size of the largest force at a material point, N; not a number if a force is not.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        let all = self.forces.iter().chain([&self.at_base]);
-        all.map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        self.forces.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 }

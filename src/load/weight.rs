@@ -15,7 +15,6 @@ pub struct Weight {
 }
 
 impl Load for Weight {
-    #[inline]
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
         environment.gravity * (self.density * cut.volume_beyond)
     }

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::rod::{Rod, centre_line_tangent};
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::{Declaration, Size, TropismLaw};
+use crate::tropism::{Declaration, TropismLaw};
 
 /// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
 /// of a third derivative, and rounding by 1e-14 over it.
@@ -62,7 +62,7 @@ impl LinearProblem {
     ) -> Result<Self, StabilityError> {
         let (strain, turn) = stimulus_derivatives(shoot, rod, force);
         let law = shoot.model.tropism();
-        let stimuli = Size::of(law).stimuli;
+        let stimuli = law.size().stimuli;
         let mut transfers: Vec<TransferFunction> = Vec::new();
         let mut kind = Vec::with_capacity(strain.len());
         for (i, (place, local)) in steady.places.iter().zip(&strain).enumerate() {

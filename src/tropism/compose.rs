@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Declaration, Growing, LawDerivatives, Site, Size, TropismLaw};
 use crate::error::ParameterError;
+use crate::scene::earlier;
 
 /// Every method by way of another law, which a pattern finds in `self`.
 macro_rules! forward {
@@ -17,6 +18,10 @@ macro_rules! forward {
         #[inline(always)]
         fn declare(&$self, to: &mut Declaration) {
             match $self { $($pattern => $law.declare(to)),+ }
+        }
+        #[inline]
+        fn size(&$self) -> Size {
+            match $self { $($pattern => $law.size()),+ }
         }
         #[inline]
         fn sense(&$self, site: &Site, stimuli: &mut [f64]) {
@@ -74,7 +79,7 @@ impl TropismLaw for () {
 impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     #[inline]
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
-        let (a, b) = (Size::of(&self.0), Size::of(&self.1));
+        let (a, b) = (self.0.size(), self.1.size());
         let past = past.split_at(a.variables);
         let now = if a.reads_present || b.reads_present { now.split_at(a.stimuli) } else { (now, now) };
         self.0.gradient(at, past.0, a.present(now.0)) + self.1.gradient(at, past.1, b.present(now.1))
@@ -86,13 +91,13 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     }
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let stimuli = stimuli.split_at_mut(Size::of(&self.0).stimuli);
+        let stimuli = stimuli.split_at_mut(self.0.size().stimuli);
         self.0.sense(site, stimuli.0);
         self.1.sense(site, stimuli.1);
     }
     #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let first = Size::of(&self.0);
+        let first = self.0.size();
         let (variables, stimuli) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
         let rates = rates.split_at_mut(first.variables);
         self.0.rates(variables.0, stimuli.0, rates.0);
@@ -100,26 +105,26 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     }
     #[inline]
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        let first = Size::of(&self.0);
+        let first = self.0.size();
         let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
         self.0.steady(stimuli.0, variables.0);
         self.1.steady(stimuli.1, variables.1);
     }
     fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        let first = Size::of(&self.0);
+        let first = self.0.size();
         let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
         self.0.at_rest(stimuli.0, variables.0);
         self.1.at_rest(stimuli.1, variables.1);
     }
     fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-        let first = Size::of(&self.0);
+        let first = self.0.size();
         let (y, x) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
         self.0.derivatives(at, y.0, x.0, &mut out.part(0..y.0.len(), 0..x.0.len()));
         let (rest_y, rest_x) = (y.0.len()..variables.len(), x.0.len()..stimuli.len());
         self.1.derivatives(at, y.1, x.1, &mut out.part(rest_y, rest_x));
     }
     fn next_discontinuity(&self, t: f64) -> f64 {
-        self.0.next_discontinuity(t).min(self.1.next_discontinuity(t))
+        earlier(self.0.next_discontinuity(t), self.1.next_discontinuity(t))
     }
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()?;

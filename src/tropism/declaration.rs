@@ -98,12 +98,12 @@ pub struct Size {
 }
 
 impl Size {
-    /// The numbers of a law. For a law whose declaration is known at compile time these are constants.
+    /// Counts what is declared. Where the declaration is known at compile time the counts are constants.
     #[must_use]
     #[inline(always)]
-    pub fn of<T: TropismLaw + ?Sized>(law: &T) -> Self {
+    pub fn of(declare: impl FnOnce(&mut Declaration)) -> Self {
         let mut counted = Declaration { counts_only: true, ..Declaration::default() };
-        law.declare(&mut counted);
+        declare(&mut counted);
         counted.size
     }
 
@@ -261,7 +261,7 @@ impl Declaration {
         self.variables.iter().filter_map(|variable| variable.delay)
     }
 
-    /// Refuses delays and time constants that make no sense.
+    /// Refuses delays and time constants that make no sense, and memories of what is not declared.
     ///
     /// # Errors
     /// The first of them.
@@ -270,6 +270,13 @@ impl Declaration {
             ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0))?;
             let time = variable.time_constant;
             ParameterError::unless(time > 0.0, "time constant of a variable", time, "positive (s)")?;
+            let (index, number) = match variable.remembers {
+                Source::Stimulus(i) => (i, self.stimuli.len()),
+                Source::Variable(i) => (i, self.variables.len()),
+                Source::Computed => continue,
+            };
+            let name = "index of what a variable remembers";
+            ParameterError::unless(index < number, name, index as f64, "that of a declared stimulus or variable")?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrixViewMut, DVector};
 
-use super::{Growing, Size, TropismLaw};
+use super::{Growing, TropismLaw};
 
 /// Step of the differences, relative to the argument or to one. Central differences then err by 1e-8 of a third derivative,
 /// and rounding by 1e-12.
@@ -97,7 +97,7 @@ impl LawDerivatives<'_> {
         variables: &[f64],
         stimuli: &[f64],
     ) {
-        let size = Size::of(law);
+        let size = law.size();
         let rates = |y: &[f64], x: &[f64]| {
             let mut out = DVector::zeros(y.len());
             law.rates(y, x, out.as_mut_slice());

@@ -37,12 +37,10 @@ pub type Gravitropism<S = SettledStatoliths> = DirectionalTropism<S>;
 impl<P: Perception<Signal = [f64; 2]>> Response for DirectionalTropism<P> {
     type Perception = P;
 
-    #[inline]
     fn perception(&self) -> &P {
         &self.perception
     }
 
-    #[inline]
     fn gradient(&self, at: &Growing, [h1, h2]: [f64; 2]) -> Vector3<f64> {
         Vector3::new(-h2, h1, 0.0) * (self.sensitivity / at.radius)
     }

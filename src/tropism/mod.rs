@@ -6,6 +6,7 @@ mod derivatives;
 mod gravitropism;
 mod memory;
 mod oscillator;
+mod perception;
 mod proprioception;
 mod response;
 mod statoliths;
@@ -13,10 +14,11 @@ mod statoliths;
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
 pub use derivatives::LawDerivatives;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
-pub use memory::{Memory, Remembered};
+pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};
+pub use perception::{Perception, Signal};
 pub use proprioception::{Proprioception, VisibleBending};
-pub use response::{Perception, Response, Signal};
+pub use response::{Remembered, Response};
 pub use statoliths::{SettledStatoliths, Statoliths};
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -132,23 +134,24 @@ pub trait TropismLaw {
 
     /// Declares the stimuli and the variables, in the order in which they stand in the slices. It must say the same at
     /// every call.
-    #[inline]
     fn declare(&self, _to: &mut Declaration) {}
 
+    /// The counts of what is declared. Provided; a law behind a pointer answers for what it points at.
+    fn size(&self) -> Size {
+        Size::of(|to| self.declare(to))
+    }
+
     /// Writes the stimuli x at a place, as many as are declared.
-    #[inline]
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
     /// Writes the rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit: of all of them, those that
     /// are declared to be memories, too. A law that keeps variables must write them; as provided they are not numbers, and
     /// an integrator refuses to start.
-    #[inline]
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(f64::NAN);
     }
 
     /// Writes the variables after these stimuli have lasted for ever.
-    #[inline]
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.at_rest(stimuli, variables);
     }
@@ -166,8 +169,8 @@ pub trait TropismLaw {
     }
 
     /// The first time after `t` (s) at which what the law senses or asks for has a discontinuity, or its slope has one, of
-    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it. The discontinuity takes
-    /// effect just after that time: a lamp that is on for `t > on` announces `on`.
+    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it, and reads laws a
+    /// few units of rounding before and after it: whether a lamp is on for `t > on` or `t >= on` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }

@@ -44,7 +44,6 @@ impl Oscillator {
 }
 
 impl TropismLaw for Oscillator {
-    #[inline]
     fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
         let size = self.amplitude / at.radius;

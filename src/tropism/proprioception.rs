@@ -23,12 +23,10 @@ pub struct Proprioception {
 impl Response for Proprioception {
     type Perception = VisibleBending;
 
-    #[inline]
     fn perception(&self) -> &VisibleBending {
         &VisibleBending
     }
 
-    #[inline]
     fn gradient(&self, _at: &Growing, [u1, u2]: [f64; 2]) -> Vector3<f64> {
         Vector3::new(u1, u2, 0.0) * -self.sensitivity
     }
@@ -51,7 +49,6 @@ impl Perception for VisibleBending {
         to.stimulus_pair()
     }
 
-    #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
         stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
     }

@@ -2,110 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Declaration, Growing, Memory, Remembered, Site, Source};
+use super::{Declaration, Growing, Memory, Perception, Signal, Site, Source, TropismLaw};
 use crate::error::ParameterError;
-
-/// A few numbers that are passed on from perception to response: `[f64; N]`.
-pub trait Signal: AsRef<[f64]> + Copy {
-    /// How many numbers.
-    const LENGTH: usize;
-
-    /// The first numbers of a slice; not numbers where it holds fewer.
-    fn read(from: &[f64]) -> Self;
-}
-
-impl<const N: usize> Signal for [f64; N] {
-    const LENGTH: usize = N;
-
-    #[inline]
-    fn read(from: &[f64]) -> Self {
-        std::array::from_fn(|k| from.get(k).copied().unwrap_or(f64::NAN))
-    }
-}
-
-/// What tissue perceives at its place: a signal, from what is sensed there and from variables of its own if it needs any.
-///
-/// A perception without variables says what its signal is, [`declare`](Self::declare)s its stimuli and
-/// [`sense`](Self::sense)s them. This one perceives where the light comes from:
-///
-/// ```
-/// use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Perception, Response, Site, Source};
-/// use nalgebra::Vector3;
-///
-/// struct Sunlight(Vector3<f64>);
-///
-/// impl Perception for Sunlight {
-///     type Signal = [f64; 2];
-///
-///     fn declare(&self, to: &mut Declaration) -> Source {
-///         to.stimulus_pair()
-///     }
-///
-///     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-///         let light = site.along_directors(&self.0);
-///         stimuli.copy_from_slice(&[light.x, light.y]);
-///     }
-/// }
-///
-/// // A law: tissue turns to where the light came from.
-/// let phototropism = DirectionalTropism { sensitivity: 0.8, perception: Sunlight(Vector3::x()) }
-///     .remembered(Memory { time: 600.0, delay: 300.0 });
-/// # let _ = phototropism;
-/// ```
-pub trait Perception {
-    /// The numbers that are passed on.
-    type Signal: Signal;
-
-    /// Declares the stimuli, and the variables if there are any, which the gradient does not read. Returns where the
-    /// signal stands among them. Unless said otherwise the stimuli are the signal, of which nothing more is known.
-    #[inline(always)]
-    fn declare(&self, to: &mut Declaration) -> Source {
-        to.stimuli(Self::Signal::LENGTH)
-    }
-
-    /// Writes the stimuli at a place, as many as are declared.
-    fn sense(&self, site: &Site, stimuli: &mut [f64]);
-
-    /// The signal, from the variables and the stimuli: the first stimuli unless said otherwise.
-    #[inline]
-    fn signal(&self, _variables: &[f64], stimuli: &[f64]) -> Self::Signal {
-        Self::Signal::read(stimuli)
-    }
-
-    /// Writes the rates of the variables, their unit per second.
-    #[inline]
-    fn rates(&self, _variables: &[f64], _stimuli: &[f64], _rates: &mut [f64]) {}
-
-    /// Writes the variables after these stimuli have lasted for ever.
-    #[inline]
-    fn steady(&self, _stimuli: &[f64], _variables: &mut [f64]) {}
-
-    /// Writes the variables at t = 0 of a shoot without a history: steady unless said otherwise.
-    #[inline]
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.steady(stimuli, variables);
-    }
-
-    /// The time by which the signal still lags when it is read, s.
-    #[inline]
-    fn delay(&self) -> f64 {
-        0.0
-    }
-
-    /// The first time after `t` (s) at which the stimuli have a discontinuity of their own, as
-    /// [`TropismLaw::next_discontinuity`](super::TropismLaw::next_discontinuity).
-    fn next_discontinuity(&self, _t: f64) -> f64 {
-        f64::INFINITY
-    }
-
-    /// Refuses parameters that make no sense.
-    ///
-    /// # Errors
-    /// The first such parameter.
-    fn check(&self) -> Result<(), ParameterError> {
-        Ok(())
-    }
-}
 
 /// What tissue perceives, with the growth that it asks for in answer. [`remembered`](Self::remembered) makes a
 /// [`TropismLaw`](super::TropismLaw) of it.
@@ -135,5 +33,148 @@ pub trait Response {
         Self: Sized,
     {
         Remembered { response: self, memory }
+    }
+}
+
+/// A response to the memory M of what is perceived: a [`TropismLaw`].
+///
+/// It is a response itself, so memories chain. Each filters once; their delays add up, since filters and delays may change
+/// places.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Remembered<R> {
+    /// The response, and what it perceives.
+    pub response: R,
+    /// Memory and reaction time.
+    pub memory: Memory,
+}
+
+/// The signal of a response's perception.
+type SignalOf<R> = <<R as Response>::Perception as Perception>::Signal;
+
+impl<R: Response> Remembered<R> {
+    /// How many of `variables` the response's perception keeps; the memories stand behind them.
+    #[inline]
+    fn perceiving(variables: &[f64]) -> usize {
+        variables.len() - SignalOf::<R>::LENGTH
+    }
+
+    #[inline(always)]
+    fn declare_memories(&self, to: &mut Declaration, delay: Option<f64>) -> Source {
+        let signal = self.response.perception().declare(to);
+        to.memories(SignalOf::<R>::LENGTH, signal, self.memory.time, delay)
+    }
+}
+
+impl<R: Response> Perception for Remembered<R> {
+    type Signal = SignalOf<R>;
+
+    #[inline(always)]
+    fn declare(&self, to: &mut Declaration) -> Source {
+        self.declare_memories(to, None)
+    }
+
+    #[inline]
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        self.response.perception().sense(site, stimuli);
+    }
+
+    #[inline]
+    fn signal(&self, variables: &[f64], _stimuli: &[f64]) -> Self::Signal {
+        Signal::read(&variables[Self::perceiving(variables)..])
+    }
+
+    #[inline]
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        let perception = self.response.perception();
+        let (own, memories) = variables.split_at(Self::perceiving(variables));
+        let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
+        perception.rates(own, stimuli, own_rates);
+        let signal = perception.signal(own, stimuli);
+        for k in 0..SignalOf::<R>::LENGTH {
+            rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
+        }
+    }
+
+    #[inline]
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        let perception = self.response.perception();
+        let (own, memories) = variables.split_at_mut(Self::perceiving(variables));
+        perception.steady(stimuli, own);
+        memories.copy_from_slice(perception.signal(own, stimuli).as_ref());
+    }
+
+    /// The perception is at rest, the memory is empty.
+    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+        let (own, memories) = variables.split_at_mut(Self::perceiving(variables));
+        self.response.perception().at_rest(stimuli, own);
+        memories.fill(0.0);
+    }
+
+    #[inline]
+    fn delay(&self) -> f64 {
+        self.response.perception().delay() + self.memory.delay
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.response.perception().next_discontinuity(t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.response.check()?;
+        self.memory.check()
+    }
+}
+
+impl<R: Response> Response for Remembered<R> {
+    type Perception = Self;
+
+    #[inline]
+    fn perception(&self) -> &Self {
+        self
+    }
+
+    #[inline]
+    fn gradient(&self, at: &Growing, signal: SignalOf<R>) -> Vector3<f64> {
+        self.response.gradient(at, signal)
+    }
+}
+
+impl<R: Response> TropismLaw for Remembered<R> {
+    #[inline]
+    fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        self.response.gradient(at, self.signal(past, &[]))
+    }
+
+    #[inline(always)]
+    fn declare(&self, to: &mut Declaration) {
+        self.declare_memories(to, Some(self.delay()));
+    }
+
+    #[inline]
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        Perception::sense(self, site, stimuli);
+    }
+
+    #[inline]
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        Perception::rates(self, variables, stimuli, rates);
+    }
+
+    #[inline]
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        Perception::steady(self, stimuli, variables);
+    }
+
+    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+        Perception::at_rest(self, stimuli, variables);
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        Perception::next_discontinuity(self, t)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        Perception::check(self)
     }
 }
