@@ -104,7 +104,7 @@ pub use error::ParameterError;
 pub use model::{BoxedLaws, Laws, Model};
 pub use nalgebra;
 pub use reference_element::Order;
-pub use scene::{Environment, Scene, Still};
+pub use scene::{Environment, Scene, Still, Turned};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::State;
 

@@ -36,9 +36,19 @@ pub trait Model {
 
     /// The first time after `t` (s) at which a load, the scene or a tropism law has a discontinuity; infinite if there is
     /// none.
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        let forcing = self.load().next_discontinuity(t).min(self.scene().next_discontinuity(t));
-        forcing.min(self.tropism().next_discontinuity(t))
+    ///
+    /// # Errors
+    /// A law that announces a time that has passed, or none.
+    fn next_discontinuity(&self, t: f64) -> Result<f64, ParameterError> {
+        let announced = [
+            ("discontinuity that the load announces", self.load().next_discontinuity(t)),
+            ("discontinuity that the scene announces", self.scene().next_discontinuity(t)),
+            ("discontinuity that the tropism laws announce", self.tropism().next_discontinuity(t)),
+        ];
+        announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
+            ParameterError::unless(time > t, name, time, "later than the time for which it is asked (s)")?;
+            Ok(first.min(time))
+        })
     }
 
     /// Refuses parameters that make no sense for a shoot of the given initial length (m).

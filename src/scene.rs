@@ -49,7 +49,8 @@ pub trait Scene {
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
     /// The first time after `t` (s) at which gravity or base, or their slopes, have a discontinuity; infinite if there is
-    /// none. It takes effect just after that time.
+    /// none. Integrators step onto it, and read the scene a few units of rounding before and after it: whether it turns for
+    /// `t > from` or `t >= from` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -75,6 +76,11 @@ forward_pointers!(Scene {
     fn next_discontinuity(t: f64) -> f64;
     fn check() -> Result<(), ParameterError>;
 });
+
+/// The earlier of two times at which discontinuities are announced; not a number if one of them is not.
+pub(crate) fn earlier(a: f64, b: f64) -> f64 {
+    if b < a || b.is_nan() { b } else { a }
+}
 
 /// Gravity and base that do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,5 +127,59 @@ impl Scene for Still {
         ParameterError::finite("base frame", self.base.coords.sum())?;
         let norm = self.base.coords.norm();
         ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
+    }
+}
+
+/// A scene whose base is turned for a while: a pot that is laid on its side and put up again.
+///
+/// ```
+/// use morphorod::{Scene, Turned};
+/// let pot = Turned::tilted(0.5, 3600.0, 5400.0); // by half a radian, from one hour to one and a half
+/// assert_eq!(pot.base(3000.0).angle(), 0.0);
+/// assert!((pot.base(4000.0).angle() - 0.5).abs() < 1e-15);
+/// assert_eq!((pot.next_discontinuity(0.0), pot.next_discontinuity(3600.0)), (3600.0, 5400.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Turned<S = Still> {
+    /// The scene, as it is at other times.
+    pub scene: S,
+    /// The turn of the base, in the fixed frame.
+    pub turn: UnitQuaternion<f64>,
+    /// When it is turned, s.
+    pub from: f64,
+    /// When it is turned back, s; infinite if never.
+    pub until: f64,
+}
+
+impl Turned {
+    /// An upright base that leans towards +e1 by `angle` (rad), as [`Still::tilted`], from one time (s) until another.
+    #[must_use]
+    pub fn tilted(angle: f64, from: f64, until: f64) -> Self {
+        Self { scene: Still::upright(), turn: Still::tilted(angle).base, from, until }
+    }
+}
+
+impl<S: Scene> Scene for Turned<S> {
+    fn gravity(&self, t: f64) -> Vector3<f64> {
+        self.scene.gravity(t)
+    }
+
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        let base = self.scene.base(t);
+        if t >= self.from && t < self.until { self.turn * base } else { base }
+    }
+
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        let ahead = [self.from, self.until].into_iter().filter(|time| *time > t);
+        ahead.fold(self.scene.next_discontinuity(t), earlier)
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.scene.check()?;
+        ParameterError::finite("turn of the base", self.turn.coords.sum())?;
+        ParameterError::finite("time at which the base is turned", self.from)?;
+        let (name, until) = ("time at which the base is turned back", self.until);
+        ParameterError::unless(until > self.from, name, until, "later than that at which it is turned (s)")
     }
 }

@@ -1,5 +1,6 @@
 //! The beginning of a run: the first equilibrium and the history before it.
 
+use super::step_size::{before, starts_at_discontinuity};
 use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Outcome};
 use crate::equilibrium::EquilibriumSolver;
@@ -20,16 +21,17 @@ impl Stepper {
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-        before: &impl HistoryFunction,
+        past: &impl HistoryFunction,
     ) -> Outcome {
         let now = shoot.state.time;
-        self.equilibrate(shoot, solver, now)?;
+        let discontinuity = starts_at_discontinuity(shoot)?;
+        self.equilibrate(shoot, solver, if discontinuity { before(now) } else { now })?;
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
         state.predictor.make_room(&state.rod, now);
         state.smooth_since = now;
         let (size, longest) = (self.laws.size(), self.laws.longest_delay());
         // Levels before now, and now twice: with the rates of the past, and with those that the stimuli cause.
-        let intervals = if before.is_constant() { 1 } else { SAMPLES };
+        let intervals = if past.is_constant() { 1 } else { SAMPLES };
         let first = if longest == 0.0 { intervals } else { 0 };
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
@@ -40,11 +42,11 @@ impl Stepper {
             for level in 0..history.levels() {
                 let time = history.time(level) - now;
                 let point = history.at_mut(level, i);
-                before.variables(tropism, time, site, &stimuli, point.variables);
+                past.variables(tropism, time, site, &stimuli, point.variables);
                 point.stimuli.copy_from_slice(&stimuli);
             }
         });
-        if !before.is_constant() && longest > 0.0 {
+        if !past.is_constant() && longest > 0.0 {
             differentiate(&mut history);
         }
         state.history = history;
@@ -52,7 +54,8 @@ impl Stepper {
         if !shoot.state.history.is_finite() {
             return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
         }
-        Ok(self.check_memories(&mut shoot.state.history)?)
+        self.check_memories(&mut shoot.state.history)?;
+        if discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
     }
 }
 

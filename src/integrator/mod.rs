@@ -158,7 +158,9 @@ pub trait Integrator {
         history: &impl HistoryFunction,
     ) -> Result<Statistics, IntegrationError>;
 
-    /// Carries the shoot exactly to time `until` (s), stepping onto every discontinuity that its laws announce.
+    /// Carries the shoot exactly to time `until` (s), stepping onto every discontinuity that its laws announce. Laws are read
+    /// a few units of rounding before and after one, never at it. A shoot that is carried to a discontinuity shows what
+    /// follows it.
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.

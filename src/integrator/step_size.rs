@@ -1,10 +1,14 @@
-//! Where the next step ends.
+//! Where the next step ends, and on which side of a discontinuity.
 
 use super::FIRST_STEP;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
 use crate::shoot::Shoot;
+
+/// Laws are read so many units of rounding of the time before and after a discontinuity, never at it: whether they are
+/// written with `<` or `<=` makes no difference then, nor the rounding of `t − from < duration`.
+const MARGIN: f64 = 4.0;
 
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]
@@ -15,10 +19,46 @@ pub(super) struct Stop {
     pub discontinuity: bool,
 }
 
+impl Stop {
+    /// The time at which laws are read at the end of the step, s: before a discontinuity.
+    pub fn before(&self) -> f64 {
+        if self.discontinuity { before(self.time) } else { self.time }
+    }
+}
+
+/// A time just before a discontinuity.
+pub(super) fn before(time: f64) -> f64 {
+    time - MARGIN * rounding(time)
+}
+
+/// A time just after a discontinuity.
+pub(super) fn after(time: f64) -> f64 {
+    time + MARGIN * rounding(time)
+}
+
+/// The distance to the next number.
+fn rounding(time: f64) -> f64 {
+    time.abs().next_up() - time.abs()
+}
+
+/// Whether something has a discontinuity at the time at which a run starts.
+pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool, ParameterError> {
+    let start = shoot.state.time;
+    Ok(shoot.model.next_discontinuity(before(start))? <= after(start))
+}
+
 /// The end of the next step of at most `size` (s) on the way to time `until`.
 pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Result<Stop, ParameterError> {
     let (t, growth) = (shoot.state.time, shoot.model.growth());
-    let discontinuity = shoot.model.next_discontinuity(t);
+    // A discontinuity that has been passed is the same as another one within rounding of it.
+    let passed = t == shoot.state.smooth_since;
+    let discontinuity = shoot.model.next_discontinuity(if passed { after(t) } else { t })?;
+    ParameterError::unless(
+        !passed || discontinuity > after(after(t)),
+        "discontinuity that a law announces",
+        discontinuity,
+        "further from the one before it than rounding (s): are there announcements without end?",
+    )?;
     let target = until.min(discontinuity);
     let since = t - shoot.state.smooth_since;
     // Rounding must not turn a full step into two.

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::collocation::ExponentialCollocation;
 use super::gradient_integral::GradientIntegral;
-use super::step_size::next_stop;
+use super::step_size::{Stop, after, next_stop};
 use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Outcome, Statistics, mesh};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
@@ -112,7 +112,7 @@ impl Stepper {
         self.reserve_levels(&mut shoot.state, size, until);
         while shoot.state.time < until {
             let stop = next_stop(shoot, until, size)?;
-            self.step(shoot, solver, stop.time, correction)?;
+            self.step(shoot, solver, stop, correction)?;
             if stop.discontinuity {
                 self.pass_discontinuity(shoot, solver)?;
             }
@@ -120,20 +120,21 @@ impl Stepper {
         Ok(())
     }
 
-    /// One step to time `to`.
+    /// One step, to the near side of a discontinuity if it ends at one.
     fn step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-        to: f64,
+        stop: Stop,
         correction: Option<Correction>,
     ) -> Outcome {
+        let (to, read_at) = (stop.time, stop.before());
         let step = self.open(shoot, to);
         self.drive(shoot, step)?;
         self.elongate(shoot, step);
         shoot.state.predictor.extrapolate(&mut shoot.state.rod, step.from, to);
         shoot.state.time = to;
-        self.equilibrate(shoot, solver, to)?;
+        self.equilibrate(shoot, solver, read_at)?;
         self.sense(shoot)?;
         self.carry(shoot, step)?;
         if let Some(Correction { tolerance, most }) = correction {
@@ -145,7 +146,7 @@ impl Stepper {
                     return Err(IntegrationError::NotConverged { time: to, corrections, change });
                 }
                 corrections += 1;
-                self.equilibrate(shoot, solver, to)?;
+                self.equilibrate(shoot, solver, read_at)?;
                 self.sense(shoot)?;
                 self.carry(shoot, step)?;
                 change = self.drive(shoot, step)?;
@@ -173,10 +174,14 @@ impl Stepper {
         self.statistics.steps += 1;
     }
 
-    /// Something has a discontinuity just after the present time: finds the shape after it and begins afresh from there.
-    fn pass_discontinuity(&mut self, shoot: &mut Shoot<impl Model>, solver: &mut impl EquilibriumSolver) -> Outcome {
+    /// Something has a discontinuity at the present time: finds the shape after it and begins afresh from there.
+    pub fn pass_discontinuity(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+    ) -> Outcome {
         let time = shoot.state.time;
-        self.equilibrate(shoot, solver, time.next_up())?;
+        self.equilibrate(shoot, solver, after(time))?;
         shoot.state.history.push(time, &mut self.spare);
         self.sense(shoot)?;
         self.find_rates(shoot);

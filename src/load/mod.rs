@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
-use crate::scene::Environment;
+use crate::scene::{Environment, earlier};
 
 /// A cut through the shoot, and what lies between it and the apex.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,8 +56,9 @@ pub trait Load {
     /// apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// The first time after `t` (s) at which the load or its slope has a discontinuity; infinite if there is none. It takes
-    /// effect just after that time: a load that acts for `t > on` announces `on`.
+    /// The first time after `t` (s) at which the load or its slope has a discontinuity; infinite if there is none.
+    /// Integrators step onto it, and read loads a few units of rounding before and after it: whether a load acts for `t > on`
+    /// or `t >= on` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -99,7 +100,7 @@ macro_rules! tuple_of_loads {
             }
 
             fn next_discontinuity(&self, _t: f64) -> f64 {
-                f64::INFINITY $(.min(self.$index.next_discontinuity(_t)))*
+                [f64::INFINITY $(, self.$index.next_discontinuity(_t))*].into_iter().fold(f64::INFINITY, earlier)
             }
 
             fn check(&self) -> Result<(), ParameterError> {

@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Declaration, Growing, LawDerivatives, Site, Size, TropismLaw};
 use crate::error::ParameterError;
+use crate::scene::earlier;
 
 /// Every method by way of another law, which a pattern finds in `self`.
 macro_rules! forward {
@@ -123,7 +124,7 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
         self.1.derivatives(at, y.1, x.1, &mut out.part(rest_y, rest_x));
     }
     fn next_discontinuity(&self, t: f64) -> f64 {
-        self.0.next_discontinuity(t).min(self.1.next_discontinuity(t))
+        earlier(self.0.next_discontinuity(t), self.1.next_discontinuity(t))
     }
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()?;

@@ -169,8 +169,8 @@ pub trait TropismLaw {
     }
 
     /// The first time after `t` (s) at which what the law senses or asks for has a discontinuity, or its slope has one, of
-    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it. The discontinuity takes
-    /// effect just after that time: a lamp that is on for `t > on` announces `on`.
+    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it, and reads laws a
+    /// few units of rounding before and after it: whether a lamp is on for `t > on` or `t >= on` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
