@@ -15,6 +15,9 @@ use crate::scene::{Scene, Still};
 use crate::state::State;
 use crate::tropism::TropismLaw;
 
+/// Places that are nearer to each other than this fraction of the length are one.
+const SAME_PLACE: f64 = 1e-9;
+
 /// How fine the elements of a growing shoot are kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -49,6 +52,7 @@ impl<M: Model> Shoot<M> {
             section: Section(Arc::new(|_| f64::NAN)),
             length: f64::NAN,
             elements: 8,
+            nodes: None,
             order: Order::default(),
             merge_tolerance: 1e-4,
         }
@@ -109,6 +113,7 @@ pub struct ShootBuilder<M> {
     section: Section,
     length: f64,
     elements: usize,
+    nodes: Option<Vec<f64>>,
     order: Order,
     merge_tolerance: f64,
 }
@@ -161,8 +166,8 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
 impl<M> ShootBuilder<M> {
     /// The same with another model.
     fn with<N>(self, change: impl FnOnce(M) -> N) -> ShootBuilder<N> {
-        let Self { model, section, length, elements, order, merge_tolerance } = self;
-        ShootBuilder { model: change(model), section, length, elements, order, merge_tolerance }
+        let Self { model, section, length, elements, nodes, order, merge_tolerance } = self;
+        ShootBuilder { model: change(model), section, length, elements, nodes, order, merge_tolerance }
     }
 
     /// The length at t = 0, m.
@@ -175,6 +180,14 @@ impl<M> ShootBuilder<M> {
     /// grows keeps at least so many.
     pub fn elements(mut self, elements: usize) -> Self {
         self.elements = elements;
+        self
+    }
+
+    /// The ends of the elements, by their arc length from the base at t = 0, m, instead of equal ones: from 0 to the length,
+    /// increasing. Heavy rods want shorter elements near the base. Further nodes are put where loads jump and where the
+    /// growth zone ends; as a zone grows its elements stay shorter than the longest that it has now.
+    pub fn nodes(mut self, nodes: &[f64]) -> Self {
+        self.nodes = Some(nodes.to_vec());
         self
     }
 
@@ -211,7 +224,8 @@ impl<M: Model> ShootBuilder<M> {
     /// # Errors
     /// The first parameter that makes no sense.
     pub fn build(self) -> Result<Shoot<M>, ParameterError> {
-        let Self { model, section, length, elements, order, merge_tolerance } = self;
+        let Self { ref section, length, elements, order, merge_tolerance, .. } = self;
+        let model = &self.model;
         ParameterError::unless(
             length > 0.0 && length.is_finite(),
             "length",
@@ -232,19 +246,31 @@ impl<M: Model> ShootBuilder<M> {
         let (growth, zone) = (model.growth(), model.growth().zone_length());
         let grows = growth.elongates();
         ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
-        // An element in the zone is never longer than this; a shoot of constant length is all of one piece.
-        let longest = if grows && zone.is_finite() { zone } else { length } / elements as f64;
         let mature = if grows { (length - zone).max(0.0) } else { 0.0 };
-        let wanted = length / longest;
-        ParameterError::unless(wanted < 1e6, "number of elements over the whole length", wanted, "below 1e6")?;
-        // What exceeds a whole number of elements by rounding alone does not make another one.
-        let count = |length: f64| (length / longest * (1.0 - 1e-12)).ceil() as usize;
-        let below = count(mature);
-        let above = count(length - mature).max(1);
-        let mut nodes: Vec<f64> = (0..below).map(|i| mature * i as f64 / below as f64).collect();
-        nodes.extend((0..=above).map(|i| mature + (length - mature) * i as f64 / above as f64));
+        let (mut nodes, longest) = match &self.nodes {
+            Some(nodes) => own_nodes(nodes, length, mature)?,
+            // An element in the zone is never longer than its share; a shoot of constant length is all of one piece.
+            None => {
+                let longest = if grows && zone.is_finite() { zone } else { length } / self.elements as f64;
+                (equal_nodes(length, mature, longest)?, longest)
+            }
+        };
+        // Where something changes abruptly a node stands: at the boundary of the growth zone and where loads jump.
+        let mut kept = vec![mature];
+        for distance in model.load().jumps() {
+            let on = distance >= 0.0 && distance <= length;
+            ParameterError::unless(on, "distance from the apex at which a load jumps", distance, "on the shoot (m)")?;
+            kept.push(length - distance);
+        }
+        for place in &mut kept {
+            *place = insert_node(&mut nodes, *place);
+        }
         let base = model.scene().base(0.0);
         let mut rod = Rod::straight(&nodes, |s| (section.0)(s), base, order)?;
+        for (node, kept_node) in nodes.iter().zip(&mut rod.kept) {
+            *kept_node = kept[1..].contains(node);
+        }
+        let below = nodes.iter().take_while(|node| **node < kept[0]).count();
         rod.first_growing = below;
         let p = order.points();
         for point in &mut rod.points[..below * p] {
@@ -253,7 +279,46 @@ impl<M: Model> ShootBuilder<M> {
         let volume = rod.volume();
         ParameterError::unless(volume.is_finite() && volume > 0.0, "volume", volume, "positive and finite (m³)")?;
         let mesh = Mesh { longest_element: longest, merge_tolerance };
-        Ok(Shoot { model, mesh, state: State::new(rod) })
+        Ok(Shoot { model: self.model, mesh, state: State::new(rod) })
+    }
+}
+
+/// Nodes at equal distances of at most `longest` (m), behind the growth zone and in it.
+fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<f64>, ParameterError> {
+    let wanted = length / longest;
+    ParameterError::unless(wanted < 1e6, "number of elements over the whole length", wanted, "below 1e6")?;
+    // What exceeds a whole number of elements by rounding alone does not make another one.
+    let count = |length: f64| (length / longest * (1.0 - 1e-12)).ceil() as usize;
+    let (below, above) = (count(mature), count(length - mature).max(1));
+    let mut nodes: Vec<f64> = (0..below).map(|i| mature * i as f64 / below as f64).collect();
+    nodes.extend((0..=above).map(|i| mature + (length - mature) * i as f64 / above as f64));
+    Ok(nodes)
+}
+
+/// Nodes that were given, and the longest element that they make in the growth zone, m.
+fn own_nodes(nodes: &[f64], length: f64, mature: f64) -> Result<(Vec<f64>, f64), ParameterError> {
+    let [first, last] = [nodes.first(), nodes.last()].map(|node| node.copied().unwrap_or(f64::NAN));
+    ParameterError::unless(first == 0.0, "arc length of the first node", first, "0")?;
+    let spans = (last - length).abs() <= SAME_PLACE * length;
+    ParameterError::unless(spans, "arc length of the last node", last, "the length (m)")?;
+    let mut nodes = nodes.to_vec();
+    nodes.pop();
+    nodes.push(length);
+    insert_node(&mut nodes, mature);
+    let growing = nodes.windows(2).filter(|ends| ends[0] >= mature * (1.0 - SAME_PLACE));
+    let longest = growing.map(|ends| ends[1] - ends[0]).fold(0.0, f64::max);
+    Ok((nodes, longest))
+}
+
+/// Puts a node at an arc length (m), unless there is one. Returns where the node is.
+fn insert_node(nodes: &mut Vec<f64>, place: f64) -> f64 {
+    let length = nodes.last().copied().unwrap_or(0.0);
+    match nodes.iter().find(|node| (**node - place).abs() <= SAME_PLACE * length) {
+        Some(node) => *node,
+        None => {
+            nodes.insert(nodes.partition_point(|node| *node < place), place);
+            place
+        }
     }
 }
 

@@ -84,7 +84,12 @@ fn imbalance<L: Load>(
     let force = |s: f64| {
         let beyond = length - s;
         load.force(
-            &morphorod::load::Cut { arc_length: s, length_beyond: beyond, volume_beyond: area * beyond },
+            &morphorod::load::Cut {
+                arc_length: s,
+                length_beyond: beyond,
+                volume_beyond: area * beyond,
+                initial_apex_distance: beyond,
+            },
             environment,
         )
     };

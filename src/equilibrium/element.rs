@@ -273,6 +273,7 @@ mod tests {
                 intrinsic: vector(),
                 jacobian: 1.3,
                 apex_distance: 0.0,
+                initial_apex_distance: 0.0,
                 exit_time: f64::INFINITY,
                 radius: 1.0,
             })

@@ -36,7 +36,7 @@ impl InternalForce {
         let p = reference.p;
         let total = rod.length();
         self.environment = *environment;
-        self.cuts.resize(rod.points().len(), Cut { arc_length: 0.0, length_beyond: 0.0, volume_beyond: 0.0 });
+        self.cuts.resize(rod.points().len(), Cut::default());
         // Summed from the apex, so that short elements near it keep their digits.
         let (mut length, mut volume) = (0.0, 0.0);
         for e in (0..rod.elements()).rev() {
@@ -52,14 +52,16 @@ impl InternalForce {
                     length_beyond += part;
                     volume_beyond += part * area[j];
                 }
-                self.cuts[e * p + g] = Cut { arc_length: total - length_beyond, length_beyond, volume_beyond };
+                let (arc_length, initial_apex_distance) = (total - length_beyond, points[g].initial_apex_distance);
+                self.cuts[e * p + g] = Cut { arc_length, length_beyond, volume_beyond, initial_apex_distance };
             }
             for j in 0..p {
                 length += reference.weights[j] * points[j].jacobian;
                 volume += reference.weights[j] * points[j].jacobian * area[j];
             }
         }
-        let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume };
+        let initial_apex_distance = rod.initial_length;
+        let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume, initial_apex_distance };
         self.at_base = load.force(&whole, environment);
         self.forces.clear();
         self.forces.extend(self.cuts.iter().map(|cut| load.force(cut, environment)));

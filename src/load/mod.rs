@@ -3,12 +3,14 @@
 mod apical;
 mod distributed;
 mod internal;
+mod point;
 mod weight;
 mod whirl;
 
 pub use apical::{ApicalForce, Pulse};
 pub use distributed::Distributed;
 pub use internal::InternalForce;
+pub use point::PointForce;
 pub use weight::Weight;
 pub use whirl::Whirl;
 
@@ -19,7 +21,7 @@ use crate::pointers::forward_pointers;
 use crate::scene::{Environment, earlier};
 
 /// A cut through the shoot, and what lies between it and the apex.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cut {
     /// Arc length s of the cut from the base, m.
     pub arc_length: f64,
@@ -27,6 +29,8 @@ pub struct Cut {
     pub length_beyond: f64,
     /// Volume of tissue beyond the cut, m³.
     pub volume_beyond: f64,
+    /// Distance of the cut's material from the apex at t = 0, m: the name of the place, whatever grows.
+    pub initial_apex_distance: f64,
 }
 
 /// A load fixed in space: then the force n(s) in the rod is known before the shape is.
@@ -50,7 +54,7 @@ pub struct Cut {
 /// }
 /// ```
 ///
-/// The force should be smooth in arc length: what jumps inside an element costs the order of accuracy of the shape.
+/// The force should be smooth in arc length but at the places that [`jumps`](Self::jumps) names.
 pub trait Load {
     /// The total force on the part beyond the cut, in the fixed frame, N. This is n(s) of equation (11), since the
     /// apex is free.
@@ -61,6 +65,12 @@ pub trait Load {
     /// or `t >= on` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
+    }
+
+    /// The places along the shoot at which the force jumps, by their distance from the apex at t = 0, m. The builder of a
+    /// shoot puts nodes there, which growth and merging keep: inside an element a jump costs accuracy.
+    fn jumps(&self) -> Vec<f64> {
+        Vec::new()
     }
 
     /// Refuses parameters that make no sense.
@@ -75,6 +85,7 @@ pub trait Load {
 forward_pointers!(Load {
     fn force(cut: &Cut, environment: &Environment) -> Vector3<f64>;
     fn next_discontinuity(t: f64) -> f64;
+    fn jumps() -> Vec<f64>;
     fn check() -> Result<(), ParameterError>;
 });
 
@@ -85,6 +96,10 @@ impl<L: Load> Load for Option<L> {
 
     fn next_discontinuity(&self, t: f64) -> f64 {
         self.as_ref().map_or(f64::INFINITY, |l| l.next_discontinuity(t))
+    }
+
+    fn jumps(&self) -> Vec<f64> {
+        self.iter().flat_map(Load::jumps).collect()
     }
 
     fn check(&self) -> Result<(), ParameterError> {
@@ -101,6 +116,10 @@ macro_rules! tuple_of_loads {
 
             fn next_discontinuity(&self, _t: f64) -> f64 {
                 [f64::INFINITY $(, self.$index.next_discontinuity(_t))*].into_iter().fold(f64::INFINITY, earlier)
+            }
+
+            fn jumps(&self) -> Vec<f64> {
+                [Vec::new() $(, self.$index.jumps())*].concat()
             }
 
             fn check(&self) -> Result<(), ParameterError> {

@@ -27,6 +27,8 @@ pub struct MaterialPoint {
     /// Distance from the apex along the shoot, m; followed while the point is in the growth zone, where it is free of
     /// the cancellation that an arc length from the base suffers.
     pub apex_distance: f64,
+    /// The same at t = 0: the name of the material point.
+    pub initial_apex_distance: f64,
     /// Time t* at which the point left the growth zone, s; infinite while it is inside.
     #[cfg_attr(feature = "serde", serde(with = "infinite_as_none"))]
     pub exit_time: f64,
@@ -66,6 +68,10 @@ pub struct Rod {
     pub(crate) points: Vec<MaterialPoint>,
     /// Distance of the ends of the elements from the apex, followed while they are in the growth zone.
     pub(crate) node_distance: Vec<f64>,
+    /// The length at t = 0, m.
+    pub(crate) initial_length: f64,
+    /// The ends of elements that merging must keep.
+    pub(crate) kept: Vec<bool>,
     /// Elements from this one on are in the growth zone.
     pub(crate) first_growing: usize,
     /// For every element, ∫ |u* − what is kept of it|² ds that merging has lost, 1/m.
@@ -104,6 +110,7 @@ impl Rod {
                     intrinsic: Vector3::zeros(),
                     jacobian: h,
                     apex_distance: length - s,
+                    initial_apex_distance: length - s,
                     exit_time: f64::INFINITY,
                     radius,
                 });
@@ -115,6 +122,8 @@ impl Rod {
             rotations: vec![Vector3::zeros(); elements * reference.p],
             points,
             node_distance: nodes.iter().map(|s| length - s).collect(),
+            initial_length: length,
+            kept: vec![false; elements + 1],
             first_growing: 0,
             loss: vec![0.0; elements],
         })
@@ -236,6 +245,8 @@ impl Rod {
     /// Becomes equal to `source` without new allocations, if there is room.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.order, self.first_growing) = (source.order, source.first_growing);
+        self.initial_length = source.initial_length;
+        self.kept.clone_from(&source.kept);
         self.frames.clone_from(&source.frames);
         self.rotations.clone_from(&source.rotations);
         self.points.clone_from(&source.points);

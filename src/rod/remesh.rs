@@ -40,6 +40,7 @@ impl Rod {
                     apex_distance: distance(from + (to - from) * reference.points[g]),
                     exit_time: if mature { sum(&|point| point.exit_time) } else { f64::INFINITY },
                     radius: sum(&|point| point.radius),
+                    initial_apex_distance: sum(&|point| point.initial_apex_distance),
                 };
             }
         }
@@ -48,6 +49,7 @@ impl Rod {
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, distance(x));
+        self.kept.insert(e + 1, false);
         self.loss.insert(e, self.loss[e]);
         if e < self.first_growing {
             self.first_growing += 1;
@@ -61,12 +63,16 @@ impl Rod {
     }
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
-    /// intrinsic strain would lose more than `tolerance` (rad). Returns whether it was done.
+    /// intrinsic strain would lose more than `tolerance` (rad), or if the node between them is to be kept. Returns whether
+    /// it was done.
     ///
     /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
     /// are the same as one onto the largest, so nothing accumulates; the square of what is lost does add up, exactly,
     /// and is kept with the element.
     pub(crate) fn merge(&mut self, e: usize, tolerance: f64) -> bool {
+        if self.kept[e + 1] {
+            return false;
+        }
         let reference = self.reference();
         let p = reference.p;
         let lengths = [self.element_length(e), self.element_length(e + 1)];
@@ -109,8 +115,8 @@ impl Rod {
         if (total * loss).sqrt() > tolerance {
             return false;
         }
-        let (exit, radius, distance) =
-            (project(&|q| q.exit_time), project(&|q| q.radius), project(&|q| q.apex_distance));
+        let (exit, radius) = (project(&|q| q.exit_time), project(&|q| q.radius));
+        let (distance, initial) = (project(&|q| q.apex_distance), project(&|q| q.initial_apex_distance));
         for g in 0..p {
             self.points[e * p + g] = MaterialPoint {
                 intrinsic: Vector3::from_fn(|i, _| intrinsic[i][g]),
@@ -118,12 +124,14 @@ impl Rod {
                 apex_distance: distance[g],
                 exit_time: exit[g],
                 radius: radius[g],
+                initial_apex_distance: initial[g],
             };
         }
         self.points.drain((e + 1) * p..(e + 2) * p);
         merge_rotations(reference, &mut self.rotations, e, share);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);
+        self.kept.remove(e + 1);
         self.loss[e] = loss;
         self.loss.remove(e + 1);
         if e < self.first_growing {
