@@ -40,7 +40,8 @@ pub struct Shoot<M> {
 impl<C: Constitutive> Shoot<Laws<C>> {
     /// Begins a shoot of the given elastic law: by default without growth, tropism or load, upright under gravity.
     pub fn builder(constitutive: C) -> ShootBuilder<Laws<C>> {
-        Shoot::of(Laws { constitutive, growth: NoGrowth, tropism: (), load: (), scene: Still::upright() })
+        let laws = Laws { constitutive, growth: NoGrowth, tropism: (), load: (), scene: Still::upright() };
+        ShootBuilder { grows: false, ..Shoot::of(laws) }
     }
 }
 
@@ -53,6 +54,8 @@ impl<M: Model> Shoot<M> {
             length: f64::NAN,
             elements: 8,
             nodes: None,
+            steers: false,
+            grows: true,
             order: Order::default(),
             merge_tolerance: 1e-4,
         }
@@ -114,6 +117,9 @@ pub struct ShootBuilder<M> {
     length: f64,
     elements: usize,
     nodes: Option<Vec<f64>>,
+    /// Whether a tropism was given, and a growth law: steering without growth is a mistake unless it is asked for.
+    steers: bool,
+    grows: bool,
     order: Order,
     merge_tolerance: f64,
 }
@@ -130,13 +136,15 @@ impl std::fmt::Debug for Section {
 
 impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
     /// How the shoot grows.
-    pub fn growth<N: GrowthLaw>(self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S>> {
+    pub fn growth<N: GrowthLaw>(mut self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S>> {
+        self.grows = true;
         self.with(|Laws { constitutive, tropism, load, scene, .. }| Laws { constitutive, growth, tropism, load, scene })
     }
 
     /// How the shoot steers: a law, or a tuple of laws. Steering is differential growth: without
-    /// [`growth`](Self::growth) nothing comes of it.
-    pub fn tropism<N: TropismLaw>(self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
+    /// [`growth`](Self::growth) nothing would come of it, and [`build`](Self::build) refuses; `growth(NoGrowth)` asks for it.
+    pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
+        self.steers = true;
         self.with(|Laws { constitutive, growth, load, scene, .. }| Laws { constitutive, growth, tropism, load, scene })
     }
 
@@ -166,8 +174,8 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
 impl<M> ShootBuilder<M> {
     /// The same with another model.
     fn with<N>(self, change: impl FnOnce(M) -> N) -> ShootBuilder<N> {
-        let Self { model, section, length, elements, nodes, order, merge_tolerance } = self;
-        ShootBuilder { model: change(model), section, length, elements, nodes, order, merge_tolerance }
+        let Self { model, section, length, elements, nodes, steers, grows, order, merge_tolerance } = self;
+        ShootBuilder { model: change(model), section, length, elements, nodes, steers, grows, order, merge_tolerance }
     }
 
     /// The length at t = 0, m.
@@ -242,6 +250,13 @@ impl<M: Model> ShootBuilder<M> {
         )?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::not_negative("merge tolerance", merge_tolerance)?;
+        let sound = self.grows || !self.steers;
+        ParameterError::unless(
+            sound,
+            "growth of a shoot that steers",
+            0.0,
+            "given by `growth`: steering is differential growth",
+        )?;
         model.check(length)?;
         let (growth, zone) = (model.growth(), model.growth().zone_length());
         let grows = growth.elongates();

@@ -4,7 +4,7 @@
 mod shoots;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
@@ -176,4 +176,13 @@ fn loads_and_scene() {
         let built = righting().scene(Still { base: base(w), ..Still::upright() }).build();
         assert!(built.is_err(), "a quaternion of norm {w} is no rotation");
     }
+}
+
+#[test]
+fn steering_without_growth_is_asked_for_or_refused() {
+    let shoot = || Shoot::builder(YOUNG).length(0.05).radius(RADIUS).tropism(Oscillator::new(0.2, 1440.0));
+    let error = shoot().build().map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("growth of a shoot that steers"), "{error}");
+    assert!(shoot().growth(NoGrowth).build().is_ok());
+    assert!(Shoot::builder(YOUNG).length(0.05).radius(RADIUS).build().is_ok());
 }
