@@ -49,7 +49,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     let file = out.join("horizontal_base.svg");
-    lines_figure(file, "Horizontal base", "run time (µs)", "error of the tip (1)", &series, Axes::LogLog)?;
+    lines_figure(
+        file,
+        "Horizontal base",
+        "run time (µs)",
+        "error of the tip, relative to the length",
+        &series,
+        Axes::LogLog,
+    )?;
 
     println!("growing shoot, {hours} h: error of the tip relative to the length");
     let exact = growing_shoot(hours, 16, 10.0)?.1;
@@ -68,7 +75,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     let file = out.join("growing_shoot.svg");
-    lines_figure(file, "Growing shoot", "run time (ms)", "error of the tip (1)", &series, Axes::LogLog)?;
+    lines_figure(
+        file,
+        "Growing shoot",
+        "run time (ms)",
+        "error of the tip, relative to the length",
+        &series,
+        Axes::LogLog,
+    )?;
     println!("tables and figures in {}", out.display());
     Ok(())
 }

@@ -105,7 +105,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     progress.finish();
     table.finish()?;
     path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips)?;
-    shapes_figure(out.join("shapes.svg"), "A growing shoot", &shapes)?;
+    let interval = 60.0 * rows.div_ceil(20) as f64 / rows_per_hour;
+    shapes_figure(out.join("shapes.svg"), &format!("A growing shoot, every {interval:.0} min"), &shapes)?;
     println!("{} h of growth, to a length of {:.2} cm, in {wall:.3} s:", end / HOUR, 100.0 * shoot.rod().length());
     println!("  {} time steps of at most {} s, {} equilibria,", cost.steps, integrator.step, cost.equilibria);
     println!("  {} Newton iterations, {} elements at the end", cost.iterations, shoot.rod().elements());

@@ -8,8 +8,8 @@
 //!
 //! # What to see
 //! One root crosses at the critical length, and the others stay far left. Past it the growth rate rises steeply and the
-//! period gets shorter. Further left than is drawn, infinitely many roots pile up at the essential spectrum, where waves
-//! are so short that neither weight nor length matters.
+//! period gets shorter. Curves begin (triangles) where roots are looked for: further left, infinitely many pile up at
+//! the essential spectrum, where waves are so short that neither weight nor length matters.
 //!
 //! # What to try
 //! - `--statoliths`: the pile of statoliths in a cell takes 2 min to turn, one more delay; the shoot swings sooner and more
@@ -160,11 +160,26 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let draw = |file: &str, title: &str, label: &str, of: &dyn Fn(Complex<f64>) -> f64, at: f64| {
         let mut series: Vec<Series> = Vec::new();
+        let (mut names, mut cut, mut last) = (Vec::new(), Vec::new(), Vec::new());
         for (k, curve) in curves.iter().enumerate() {
-            let line = curve.iter().map(|(length, z)| (length / CM, of(*z))).collect();
-            series.push(Series::new(if k == 0 { "roots" } else { "" }, line, Style::Line, k));
+            let line: Vec<(f64, f64)> = curve.iter().map(|(length, z)| (length / CM, of(*z))).collect();
+            let name = (k + 1).to_string();
+            names.push(Series::text(&name, line[line.len() / 3], Style::Badge, k));
+            for end in [line[0], line[line.len() - 1]] {
+                if end.0 > 0.9999 * LENGTHS[1] / CM {
+                    last.push(end)
+                } else if end.0 > 1.0001 * LENGTHS[0] / CM {
+                    cut.push(end)
+                }
+            }
+            series.push(Series::new(format!("root {name}"), line, Style::Line, k).with_badge(name));
         }
+        series.extend(names);
         series.push(Series::new("onset", vec![(critical.parameter / CM, at)], Style::Points, 3));
+        let near = "begins or ends: beyond it roots pile up, and none is looked for";
+        series.push(Series::new(if cut.is_empty() { "" } else { near }, cut, Style::Points, 6));
+        let buckles = "the last length that is looked at: soon after it, the shoot buckles";
+        series.push(Series::new(if last.is_empty() { "" } else { buckles }, last, Style::Points, 5));
         lines_figure(out.join(file), title, "length (cm)", label, &series, Axes::Linear)
     };
     draw("growth_rate.svg", "Characteristic roots: how fast a tilt grows", "growth rate (1/h)", &|z| HOUR * z.re, 0.0)?;

@@ -17,7 +17,7 @@ mod common;
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure};
+use common::{Axes, Opt, Options, Progress, Series, Style, Table, panels_figure};
 use morphorod::Shoot;
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::growth::GrowthLaw;
@@ -131,7 +131,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut integrator = MethodOfSteps::new(2.0 * MINUTE);
 
     let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m", "off_lamp_rad"])?;
-    let (mut shapes, mut path) = (Vec::new(), Vec::new());
+    // What happens first happens within little room, and has a panel of its own.
+    let (mut first, mut whole, mut tips, mut path) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let progress = Progress::new("own law");
     for row in 0..=480 {
         let t = end * f64::from(row) / 480.0;
@@ -139,20 +140,39 @@ fn run() -> Result<(), Box<dyn Error>> {
         let (rod, tip) = (shoot.rod(), shoot.tip());
         let off = (rod.apex_frame() * Vector3::z()).angle(&(lamp - tip));
         table.row(&[t, rod.length(), tip.x, tip.y, tip.z, off])?;
-        path.push((100.0 * tip.x, 100.0 * tip.z));
+        let (hours, at) = (t / HOUR, (100.0 * tip.x, 100.0 * tip.z));
+        path.push(at);
+        let clock = Series::text(format!("{hours} h"), (at.0, at.1 - 0.4), Style::Beside, 6);
         if [0, 12, 24, 48, 480].contains(&row) {
+            let label = format!("shoot at {hours} h");
             let points = rod.centre_line_at(101).into_iter().map(|p| (100.0 * p.x, 100.0 * p.z)).collect();
-            shapes.push(Series::new(format!("{} h", t / HOUR), points, Style::Line, [0, 1, 2, 3, 6][shapes.len()]));
-            let (hours, centimetres, degrees) = (t / HOUR, 100.0 * rod.length(), off.to_degrees());
+            if row == 480 {
+                whole.push(Series::new(label, points, Style::Line, 6));
+            } else {
+                let colour = first.len() / 2;
+                let tip = Series::new(label, vec![at], Style::Marked, colour);
+                first.extend([Series::new("", points, Style::Line, colour), tip]);
+            }
+            let (centimetres, degrees) = (100.0 * rod.length(), off.to_degrees());
             progress.suspend(|| println!("{hours:5.1} h: {centimetres:5.2} cm long, tip {degrees:5.1}° off the lamp"));
+        }
+        if row > 0 && row % 120 == 0 {
+            tips.extend([Series::new("", vec![at], Style::Points, 4), clock]);
         }
         progress.set(t / end);
     }
     progress.finish();
     table.finish()?;
-    shapes.push(Series::new("path of the tip", path, Style::Dashed, 5));
-    shapes.push(Series::new("lamp", vec![(100.0 * lamp.x, 100.0 * lamp.z)], Style::Points, 4));
-    lines_figure(out.join("shapes.svg"), "A shoot and a lamp", "x (cm)", "z (cm)", &shapes, Axes::Equal)?;
+    let early = format!("the first {} h", end / HOUR / 10.0);
+    let late = format!("all {} h, with the tip at four times", end / HOUR);
+    first.push(Series::new("path of the tip", path[..=48].to_vec(), Style::Dashed, 5));
+    whole.push(Series::new("path of the tip", path, Style::Dashed, 5));
+    whole.append(&mut tips);
+    let (x, z) = (100.0 * lamp.x, 100.0 * lamp.z);
+    whole.push(Series::new("", vec![(x, z)], Style::Points, 3));
+    whole.push(Series::text("lamp", (x - 0.5, z + 0.5), Style::Text, 3));
+    let panels = [(early.as_str(), first.as_slice()), (late.as_str(), whole.as_slice())];
+    panels_figure(out.join("shapes.svg"), "A shoot and a lamp", "x (cm)", "z (cm)", &panels, Axes::Equal)?;
     println!("tip.csv and shapes.svg are in {}", out.display());
     Ok(())
 }

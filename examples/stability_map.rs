@@ -10,14 +10,14 @@
 //! - *C, both*.
 //!
 //! # What to see
-//! Right of the solid curves the shoot is stable. Lengths are in units of Greenhill's ℓc, where an upright shoot buckles
+//! Right of the solid curves the shoot is stable, in the grey area it is not. Lengths are in units of Greenhill's ℓc, where an upright shoot buckles
 //! under its weight whatever it senses; in A and C oscillations begin before that, sooner the faster the shoot grows.
-//! The steep curve up to ℓc is a swing of the whole shoot, with the same period of 87.6 min at every point of it. The
-//! others are shorter waves, and close to ℓc fast ones (11.7, 6.0, 4.0 min) that answer one turn too late, or two, or three.
+//! Curve 1, which rises up to ℓc, is a swing of the whole shoot, with the same period of 87.6 min at every point of it. 2 and
+//! 3 are shorter waves, and f, close to ℓc, fast ones (11.7, 6.0, 4.0 min) that answer one turn too late, or two, or three.
 //! They are dashed where something else is unstable already; in A one of them is the boundary for short shoots. There are
 //! infinitely many more.
-//! In B waves of every length become unstable at once, at the same growth time whatever the shoot's length: not a root
-//! crosses but the *essential spectrum*. It does so in C, too: the branches pile up at this line, and left of it
+//! In B (curve ∞) waves of every length become unstable at once, at the same growth time whatever the shoot's length: not
+//! a root crosses but the *essential spectrum*. It does so in C, too: the branches pile up at this line, and left of it
 //! infinitely many roots are unstable.
 //!
 //! The markers are the three numbers that the paper prints.
@@ -51,9 +51,18 @@ const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
 /// Step along a curve, in fractions of the window's sides: more than 200 points a curve.
 const STEP: f64 = 0.0045;
 
-/// Colours of the essential spectrum and of the fast branch.
-const ESSENTIAL: usize = 6;
-const FAST: usize = 5;
+/// A wave that has a curve: its name in the picture, label in the legend, and colour.
+type Wave = (&'static str, &'static str, usize);
+/// Waves with a slow swing, and the length over Greenhill's at which their names stand.
+const WAVES: [(Wave, f64); 3] = [
+    (("1", "the whole shoot swings, slowly", 0), 0.72),
+    (("2", "a shorter wave", 1), 0.8),
+    (("3", "one that is shorter still", 2), 0.91),
+];
+/// Fast swings, and growth times, h, at which their names stand: next to each other, as the curves are close.
+const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5), [2.6, 1.25, 1.8]);
+/// The essential spectrum.
+const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
 
 /// The shoots of one panel: everything but growth time and length.
 #[derive(Clone, Copy)]
@@ -254,7 +263,9 @@ fn run() -> Result<(), Box<dyn Error>> {
             cost.linearisations += main.linearisations + spent.sum::<usize>();
         }
         let mut series = Vec::new();
-        let mut slow = 0;
+        let (mut swift, mut badges) = (Vec::new(), Vec::new());
+        let mut edge: Vec<(f64, f64)> = Vec::new();
+        let (mut slow, mut quick) = (0, 0);
         let curves: Result<Vec<_>, _> = starts.into_iter().map(|start| kind.curve(start, &mut cost)).collect();
         let curves = curves?;
         for (branch, points) in curves.iter().enumerate() {
@@ -272,18 +283,48 @@ fn run() -> Result<(), Box<dyn Error>> {
                 // Each point is drawn once; the other style has a gap there.
                 pieces[usize::from(first)].push((hours, ratio));
                 pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
+                edge.extend(first.then_some((hours, ratio)));
             }
             let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.0.frequency / MINUTE).collect();
             let (least, most) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
             println!("{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min", points.len());
-            let fast = most < 20.0;
+            // The name stands at a place along one of the axes.
+            let ((badge, label, colour), axis, place) = if kind.weightless {
+                (ESSENTIAL.0, 1, ESSENTIAL.1)
+            } else if most < 20.0 {
+                quick += 1;
+                (FAST.0, 0, FAST.1[(quick - 1) % 3])
+            } else {
+                slow += 1;
+                let (wave, ratio) = WAVES[(slow - 1).min(2)];
+                (wave, 1, ratio)
+            };
+            let off = |p: &BoundaryPoint| (p.parameters[axis] - place).abs();
+            let named = points.iter().map(|(point, _)| point).min_by(|a, b| off(a).total_cmp(&off(b)));
             let [dashed, solid] = pieces;
-            for (line, style) in [(solid, Style::Line), (dashed, Style::Dashed)] {
-                let colour = if fast { FAST } else { slow };
-                series.push(Series::new("", line, style, colour));
+            let drawn = [
+                Series::new(label, solid, Style::Line, colour).with_badge(badge),
+                Series::new("", dashed, Style::Dashed, colour),
+            ];
+            // In the legend the slow ones come first.
+            if axis == 1 {
+                series.extend(drawn)
+            } else {
+                swift.extend(drawn)
             }
-            slow += usize::from(!fast);
+            badges.extend(named.map(|p| Series::text(badge, p.parameters.into(), Style::Badge, colour)));
         }
+        series.extend(swift);
+        series.extend(badges);
+        // Unstable is what lies left of the solid curves and above them.
+        edge.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let [[left, bottom], [right, _]] = WINDOW;
+        let end = if kind.weightless { micro.parameter } else { right };
+        edge.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
+        let area = if panel == 2 { "unstable: small tilts grow" } else { "" };
+        series.push(Series::new(area, edge, Style::Area, 6));
+        series.push(Series::text("unstable", (1.85, 0.83), Style::Text, 6));
+        series.push(Series::text("stable", (21.0, 0.42), Style::Text, 6));
         panels.push((name, series));
     }
     table.finish()?;
@@ -295,20 +336,19 @@ fn run() -> Result<(), Box<dyn Error>> {
     );
 
     // In C the essential spectrum is that of B.
+    let ((badge, label, colour), at) = ESSENTIAL;
     let essential = panels[1].1[0].points.clone();
-    panels[2].1.push(Series::new("", essential, Style::Line, ESSENTIAL));
-    for series in &mut panels[1].1 {
-        series.colour = ESSENTIAL;
-    }
-    panels[1].1[0].label = "all waves at once".into();
+    panels[2].1.push(Series::new(label, essential, Style::Line, colour).with_badge(badge));
+    panels[2].1.push(Series::text(badge, (micro.parameter, at), Style::Badge, colour));
+    panels[2].1.push(Series::new("dashed: something else is unstable already", Vec::new(), Style::Dashed, 6));
     panels[1].1.push(Series::new("", printed[..1].to_vec(), Style::Points, 3));
-    panels[2].1.push(Series::new("in the paper", printed[1..].to_vec(), Style::Points, 3));
+    panels[2].1.push(Series::new("numbers that the paper prints", printed[1..].to_vec(), Style::Points, 3));
     let panels: Vec<(&str, &[Series])> = panels.iter().map(|(name, series)| (*name, series.as_slice())).collect();
     panels_figure(
         out.join("stability_map.svg"),
-        "Where an upright shoot begins to oscillate (dashed: something is unstable already)",
+        "Where an upright shoot begins to oscillate",
         "growth time (h)",
-        "length over Greenhill's",
+        "length over Greenhill's, ℓ/ℓc",
         &panels,
         Axes::LogX,
     )?;

@@ -75,6 +75,18 @@
 //!
 //! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
 //!
+//! # Features
+//!
+//! | feature | default | what it adds |
+//! |---|---|---|
+//! | `serde` | off | `Serialize` and `Deserialize` for [`State`], [`Rod`](rod::Rod), the shipped laws, loads and scenes |
+//!
+//! A [`State`] that is saved and read again is the same bit by bit if the format keeps every bit of a number. `bincode`
+//! and `postcard` do. `serde_json` does with its feature `float_roundtrip`; without it the last digit of some numbers
+//! changes.
+//!
+//! # Units and axes
+//!
 //! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
 //! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.
 

@@ -12,6 +12,9 @@ pub const FRAME: RGBColor = RGBColor(0x55, 0x55, 0x55);
 /// Grid lines.
 pub const GRID: RGBColor = RGBColor(0xE4, 0xE4, 0xE4);
 
+/// Areas, darker than the grid and lighter than any line.
+pub const AREA: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
+
 /// The palette of Okabe and Ito, ordered so that the first few contrast most
 /// and yellow, faint on white, comes last.
 const OKABE_ITO: [RGBColor; 8] = [

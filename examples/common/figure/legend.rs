@@ -1,47 +1,62 @@
-//! The legend at the right of a panel and the markers of series.
+//! The legend, and the markers and badges of series.
 
 use plotters::style::text_anchor::HPos;
 
 use super::TICK_SIZE;
 use super::canvas::{Canvas, Label, Point, text_width};
-use super::colour::palette;
+use super::colour::{AREA, palette};
 use super::lines::{Series, Style};
 
 /// Length of the line samples.
 const SAMPLE: f64 = 38.0;
 /// Greatest width of a line of text; longer labels are broken.
-const TEXT: f64 = 240.0;
+const TEXT: f64 = 300.0;
 /// Height of a line of text.
 const LINE: f64 = 23.0;
 
+/// Space between two entries.
+const GAP: f64 = 7.0;
+
+/// Height of a legend.
+pub fn legend_height(series: &[&Series]) -> f64 {
+    series.iter().map(|s| LINE * broken(&s.label).len() as f64 + GAP).sum()
+}
+
 /// Width to keep free for the legend, zero if no series has a label.
-pub fn legend_width(series: &[Series]) -> f64 {
+pub fn legend_width(series: &[&Series]) -> f64 {
     let lines = series.iter().flat_map(|s| broken(&s.label));
     let widest = lines.map(|l| text_width(&l, TICK_SIZE)).fold(0.0, f64::max);
     if widest > 0.0 { SAMPLE + 10.0 + widest + 16.0 } else { 0.0 }
 }
 
 /// Draws the legend with its upper left corner at (`left`, `top`).
-pub fn draw_legend(canvas: &mut Canvas, series: &[Series], left: f64, top: f64) {
+pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64) {
     let mut y = top + 0.5 * LINE;
-    for one in series.iter().filter(|s| !s.label.is_empty()) {
+    for one in series {
         let ends = [(left, y), (left + SAMPLE, y)];
         let colour = palette(one.colour);
         match one.style {
             Style::Line => canvas.line(&ends, colour, 2.4),
             Style::Dashed => canvas.dashed(&ends, colour, 2.4),
             Style::Marked => canvas.line(&ends, colour, 1.4),
-            Style::Points => {}
+            Style::Area => {
+                let (right, above, under) = (left + SAMPLE, y - 9.0, y + 9.0);
+                canvas.area(&[(left, above), (right, above), (right, under), (left, under)], AREA);
+            }
+            Style::Points | Style::Badge | Style::Text | Style::Beside => {}
         }
         if matches!(one.style, Style::Points | Style::Marked) {
             draw_marker(canvas, (left + 0.5 * SAMPLE, y), one.colour);
+        }
+        if !one.text.is_empty() {
+            draw_badge(canvas, (left + 0.5 * SAMPLE, y), &one.text, one.colour);
         }
         for line in broken(&one.label) {
             let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(left + SAMPLE + 10.0, y) };
             canvas.text(&line, label);
             y += LINE;
         }
-        y += 7.0;
+        y += GAP;
     }
 }
 
@@ -64,6 +79,14 @@ pub fn draw_marker(canvas: &mut Canvas, centre: Point, colour: usize) {
             canvas.area(&polygon(&diamond), paint);
         }
     }
+}
+
+/// Draws a short text in a circle.
+pub fn draw_badge(canvas: &mut Canvas, centre: Point, text: &str, colour: usize) {
+    canvas.ring(centre, 9.0, palette(colour), 1.6);
+    // The middle of a line of text lies a little above that of its digits.
+    let label = Label { size: 0.85 * TICK_SIZE, ..Label::new(centre.0, centre.1 + 0.5) };
+    canvas.text(text, label);
 }
 
 /// The label in lines that fit the legend; words are kept whole.

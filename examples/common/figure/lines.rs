@@ -3,12 +3,14 @@
 use std::io;
 use std::path::Path;
 
-use super::canvas::{Canvas, Point, write_svg};
-use super::colour::palette;
-use super::legend::{draw_legend, draw_marker, legend_width};
+use plotters::style::text_anchor::HPos;
+
+use super::canvas::{Canvas, Label, Point, write_svg};
+use super::colour::{AREA, palette};
+use super::legend::{draw_badge, draw_legend, draw_marker, legend_height, legend_width};
 use super::panel::{Axis, Panel, Rect};
 use super::range::Range;
-use super::{MERGED, TITLE_BAND, WIDTH, draw_title};
+use super::{MERGED, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +23,14 @@ pub enum Style {
     Points,
     /// Markers joined by a thin line, in the order of the points.
     Marked,
+    /// The polygon with these corners, filled with light grey. The axes then end where the data do.
+    Area,
+    /// The series' text in a circle at each point: the name of a curve, for prints without colour.
+    Badge,
+    /// The series' text, centred at each point.
+    Text,
+    /// The series' text, right of each point.
+    Beside,
 }
 
 /// Scales of the two axes.
@@ -28,7 +38,7 @@ pub enum Style {
 pub enum Axes {
     /// Both linear, each fitted to the data.
     Linear,
-    /// Both linear with the same scale, for positions in a plane.
+    /// Both linear with the same scale, for positions in a plane; each panel is fitted to its own data.
     Equal,
     /// x linear, y logarithmic.
     LogY,
@@ -50,12 +60,24 @@ pub struct Series {
     pub style: Style,
     /// Index into the palette of eight colours; also selects the marker.
     pub colour: usize,
+    /// What is written at the points; in the legend, on the sample of the line.
+    pub text: String,
 }
 
 impl Series {
     /// A series of the given style.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style, colour: usize) -> Self {
-        Self { label: label.into(), points, style, colour }
+        Self { label: label.into(), points, style, colour, text: String::new() }
+    }
+
+    /// Text at one place.
+    pub fn text(text: impl Into<String>, at: (f64, f64), style: Style, colour: usize) -> Self {
+        Self { label: String::new(), points: vec![at], style, colour, text: text.into() }
+    }
+
+    /// The same series with a badge on its sample in the legend.
+    pub fn with_badge(self, text: impl Into<String>) -> Self {
+        Self { text: text.into(), ..self }
     }
 }
 
@@ -71,7 +93,8 @@ pub fn lines_figure(
     panels_figure(file, title, x_label, y_label, &[("", series)], axes)
 }
 
-/// Draws several panels side by side, with equal axes and one legend at the right of all.
+/// Draws several panels side by side, with one legend: at the right of a single panel, below several. Panels with equal
+/// scales have each its own range, others share theirs.
 pub fn panels_figure(
     file: impl AsRef<Path>,
     title: &str,
@@ -80,53 +103,81 @@ pub fn panels_figure(
     panels: &[(&str, &[Series])],
     axes: Axes,
 ) -> io::Result<()> {
+    let all: Vec<&Series> = panels.iter().flat_map(|(_, series)| series.iter()).collect();
+    // What several panels show has one entry.
+    let mut listed: Vec<&Series> = Vec::new();
+    for one in &all {
+        if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
+            listed.push(one);
+        }
+    }
+    let common = fitted_axes(x_label, y_label, &all, axes);
+    let single = panels.len() == 1;
+    let beside = if single { legend_width(&listed) } else { 0.0 };
+    let width = (WIDTH - beside) / panels.len() as f64;
+    // The title of the figure is the title of a single panel.
+    let top = if single { TITLE_BAND - 34.0 } else { TITLE_BAND };
+    let bottom = 750.0;
+    let columns: Vec<&[&Series]> = listed.chunks(listed.len().div_ceil(3).max(1)).collect();
+    let below = columns.iter().map(|column| legend_height(column)).fold(0.0, f64::max);
+    let height = bottom + 10.0 + if single { 0.0 } else { below };
+    write_svg(file.as_ref(), WIDTH, height, |canvas| {
+        draw_title(canvas, title);
+        let mut frame_top = top;
+        for (i, (name, series)) in panels.iter().enumerate() {
+            let left = width * i as f64;
+            let cell = Rect { left, top, right: left + width, bottom };
+            let (x, y) = match axes {
+                Axes::Equal => fitted_axes(x_label, y_label, &series.iter().collect::<Vec<_>>(), axes),
+                _ => common.clone(),
+            };
+            let panel = Panel::new(cell, x, y, axes == Axes::Equal);
+            let (areas, rest): (Vec<&Series>, _) = series.iter().partition(|one| one.style == Style::Area);
+            areas.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+            panel.draw(canvas, name);
+            rest.into_iter().for_each(|one| draw_series(canvas, &panel, one));
+            frame_top = panel.frame().top;
+        }
+        if single {
+            draw_legend(canvas, &listed, WIDTH - beside, frame_top);
+        } else {
+            for (i, column) in columns.iter().enumerate() {
+                draw_legend(canvas, column, 60.0 + (WIDTH - 60.0) / 3.0 * i as f64, bottom);
+            }
+        }
+    })
+}
+
+fn fitted_axes(x_label: &str, y_label: &str, series: &[&Series], axes: Axes) -> (Axis, Axis) {
     let (log_x, log_y) = match axes {
         Axes::Linear | Axes::Equal => (false, false),
         Axes::LogX => (true, false),
         Axes::LogY => (false, true),
         Axes::LogLog => (true, true),
     };
-    let series: Vec<Series> = panels.iter().flat_map(|(_, series)| series.iter().cloned()).collect();
     let shown = || {
         let points = series.iter().flat_map(|s| s.points.iter().copied());
         points.filter(move |(x, y)| usable(*x, log_x) && usable(*y, log_y))
     };
-    let x = fitted_axis(x_label, shown().map(|p| p.0), log_x);
-    let y = fitted_axis(y_label, shown().map(|p| p.1), log_y);
-    let legend = legend_width(&series);
-    let height = 760.0;
-    let column = (WIDTH - legend) / panels.len() as f64;
-    // The title of the figure is the title of a single panel.
-    let top = if panels.len() == 1 { TITLE_BAND - 34.0 } else { TITLE_BAND };
-    write_svg(file.as_ref(), WIDTH, height, |canvas| {
-        draw_title(canvas, title);
-        let mut frame_top = top;
-        for (i, (name, series)) in panels.iter().enumerate() {
-            let left = column * i as f64;
-            let cell = Rect { left, top, right: left + column, bottom: height - 10.0 };
-            let panel = Panel::new(cell, x.clone(), y.clone(), axes == Axes::Equal);
-            panel.draw(canvas, name);
-            for one in *series {
-                draw_series(canvas, &panel, one);
-            }
-            frame_top = panel.frame().top;
-        }
-        draw_legend(canvas, &series, WIDTH - legend, frame_top);
-    })
+    let padding = if series.iter().any(|one| one.style == Style::Area) { 0.0 } else { 0.04 };
+    (
+        fitted_axis(x_label, shown().map(|p| p.0), log_x, padding),
+        fitted_axis(y_label, shown().map(|p| p.1), log_y, padding),
+    )
 }
 
 fn usable(value: f64, log: bool) -> bool {
     value.is_finite() && (!log || value > 0.0)
 }
 
-fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool) -> Axis {
+fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool, padding: f64) -> Axis {
     let range = if log {
         // Half a decade at least, or the ticks would have nothing to mark.
         Range::of(values.map(f64::log10)).at_least(0.5)
     } else {
         Range::of(values).not_empty()
     };
-    Axis { label: label.into(), range: range.padded(0.04), log }
+    Axis { label: label.into(), range: range.padded(padding), log }
 }
 
 fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
@@ -146,11 +197,19 @@ fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
             Style::Line => canvas.line(&thinned(run), colour, 2.4),
             Style::Dashed => canvas.dashed(&thinned(run), colour, 2.4),
             Style::Marked if run.len() > 1 => canvas.line(&thinned(run), colour, 1.4),
-            Style::Marked | Style::Points => {}
+            Style::Area => canvas.area(run, AREA),
+            _ => {}
         }
-        if matches!(series.style, Style::Points | Style::Marked) {
-            for point in thinned(run) {
-                draw_marker(canvas, point, series.colour);
+        for point in thinned(run) {
+            match series.style {
+                Style::Points | Style::Marked => draw_marker(canvas, point, series.colour),
+                Style::Badge => draw_badge(canvas, point, &series.text, series.colour),
+                Style::Text => canvas.text(&series.text, Label::new(point.0, point.1)),
+                Style::Beside => {
+                    let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(point.0 + 9.0, point.1) };
+                    canvas.text(&series.text, label);
+                }
+                Style::Line | Style::Dashed | Style::Area => {}
             }
         }
     }
