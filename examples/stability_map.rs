@@ -336,9 +336,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     );
 
     // In C the essential spectrum is that of B.
-    let ((badge, label, colour), at) = ESSENTIAL;
+    let ((badge, _, colour), at) = ESSENTIAL;
     let essential = panels[1].1[0].points.clone();
-    panels[2].1.push(Series::new(label, essential, Style::Line, colour).with_badge(badge));
+    panels[2].1.push(Series::new("", essential, Style::Dashed, colour));
     panels[2].1.push(Series::text(badge, (micro.parameter, at), Style::Badge, colour));
     panels[2].1.push(Series::new("dashed: something else is unstable already", Vec::new(), Style::Dashed, 6));
     panels[1].1.push(Series::new("", printed[..1].to_vec(), Style::Points, 3));
