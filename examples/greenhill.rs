@@ -66,9 +66,8 @@ fn run() -> Result<(), Box<dyn Error>> {
             found.inertia.negative
         );
         let mut line = Vec::new();
-        for i in 0..=100 {
-            let s = rod.length() * f64::from(i) / 100.0;
-            let p = rod.at(s).0;
+        for (i, p) in rod.centre_line_at(101).into_iter().enumerate() {
+            let s = rod.length() * i as f64 / 100.0;
             table.row(&[rod.length(), s, p.x, p.y, p.z])?;
             line.push((100.0 * p.x, 100.0 * p.z));
         }

@@ -86,7 +86,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             height.push((t / HOUR, 1e3 * tip.z));
         }
         if pictures.contains(&row) {
-            let line = (0..=25).map(|i| shoot.rod().at(LENGTH * f64::from(i) / 25.0).0);
+            let line = shoot.rod().centre_line_at(26).into_iter();
             let style = if row == 480 { Style::Points } else { Style::Line };
             let points = line.map(|p| (1e3 * p.x, 1e3 * p.z)).collect();
             shapes.push(Series::new(format!("{} h", t / HOUR), points, style, shapes.len()));

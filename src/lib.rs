@@ -118,7 +118,7 @@ pub use nalgebra;
 pub use reference_element::Order;
 pub use scene::{Environment, Scene, Still, Turned};
 pub use shoot::{Mesh, Shoot, ShootBuilder};
-pub use state::State;
+pub use state::{State, StateError};
 
 /// The programs of the README, compiled and run as tests.
 #[cfg(doctest)]

@@ -81,7 +81,7 @@ fn strain_from_couple(
     couple: &Vector3<f64>,
 ) -> Vector3<f64> {
     let point = &rod.element_points(e)[g];
-    let elastic = rod.strain(e, g) - point.intrinsic;
+    let elastic = rod.strain_at_point(e, g) - point.intrinsic;
     let response = material.respond(&Tissue::of(point, time), &elastic);
     let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
     point.intrinsic + elastic + inverse * (couple - response.couple)

@@ -12,7 +12,7 @@ use crate::model::{BoxedLaws, Laws, Model};
 use crate::reference_element::Order;
 use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Scene, Still};
-use crate::state::State;
+use crate::state::{State, StateError};
 use crate::tropism::TropismLaw;
 
 /// Places that are nearer to each other than this fraction of the length are one.
@@ -91,9 +91,19 @@ impl<M: Model> Shoot<M> {
         self.state.rod.tip()
     }
 
-    /// Goes back, or forth, to a state of this shoot that was cloned before.
-    pub fn restore(&mut self, state: &State) {
+    /// Goes back, or forth, to a state of this shoot that was kept before, or to one of a shoot with the same laws, on
+    /// whatever mesh.
+    ///
+    /// # Errors
+    /// A state that is not consistent in itself, whose history is of other laws, or that is so long that this shoot's mesh
+    /// would have a million elements. The shoot is then as it was.
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        state.check()?;
+        let size = self.model.tropism().size();
+        state.check_laws((size.variables, size.stimuli))?;
+        state.check_length(1e6 * self.mesh.longest_element)?;
         self.state.copy_from(state);
+        Ok(())
     }
 
     /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
@@ -342,3 +352,27 @@ const _: () = {
     const fn crosses_threads<T: Send + Sync>() {}
     crosses_threads::<Shoot<BoxedLaws>>();
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::rod::RodError;
+    use crate::state::StateError;
+
+    #[test]
+    fn a_state_that_lacks_a_point_is_refused() {
+        let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
+        let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
+        lacking.rod.points.pop();
+        let expected = RodError::Size { what: "material points", found: 7, expected: 8, elements: 2 };
+        assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
+        assert_eq!(shoot.state, kept);
+        let mut long = kept.clone();
+        long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
+        let error = shoot.restore(&long).unwrap_err();
+        assert!(matches!(error, StateError::Value { what: "length of the rod", .. }), "{error}");
+        assert_eq!(shoot.state, kept);
+    }
+}

@@ -235,9 +235,9 @@ fn the_visible_strain_is_the_couple_over_the_stiffness_at_order_p_plus_1() {
             let _ = tight().solve(&mut rod, &tissue, &pull, &common::weightless()).expect("bends");
             // A dead load on the apex leaves the couple (p(ℓ) − p(s)) × F at s.
             let misfit = |(i, point): (usize, &morphorod::rod::MaterialPoint)| {
-                let (position, frame) = rod.at(LENGTH - point.apex_distance);
+                let (position, frame) = rod.at(LENGTH - point.apex_distance).expect("on the rod");
                 let couple = frame.inverse() * (rod.tip() - position).cross(&force);
-                (rod.strain(i / p, i % p) - couple.component_div(&stiffness)).norm() * LENGTH
+                (rod.strain(i / p, i % p).expect("a point") - couple.component_div(&stiffness)).norm() * LENGTH
             };
             rod.points().iter().enumerate().map(misfit).fold(0.0, f64::max)
         };

@@ -28,12 +28,12 @@ where
     let end = shoot.state().clone();
     assert!(kept != end, "two times have one state");
     // The same integrator, which has been further on meanwhile.
-    shoot.restore(&kept);
+    shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
     run.advance(&mut shoot, t2).unwrap();
     assert!(&end == shoot.state(), "restored");
     // An integrator that has never seen the shoot.
-    shoot.restore(&kept);
+    shoot.restore(&kept).unwrap();
     let _ = integrator().advance(&mut shoot, t2).unwrap();
     assert!(&end == shoot.state(), "with a fresh integrator");
     // A copy of the whole shoot.
@@ -42,7 +42,7 @@ where
     assert!(&end == copy.state(), "copied");
     // A shoot of the same laws that has been somewhere else.
     let _ = integrator().advance(&mut copy, t2 + 0.5 * HOUR).unwrap();
-    copy.restore(&kept);
+    copy.restore(&kept).unwrap();
     let _ = integrator().advance(&mut copy, t2).unwrap();
     assert!(&end == copy.state(), "restored into another shoot");
 }
@@ -110,7 +110,7 @@ fn states_that_differ_anywhere_are_not_equal() {
     let kept = shoot.state().clone();
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::x() * 1e-9);
     assert!(&kept != shoot.state());
-    shoot.restore(&kept);
+    shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
     // Only the past differs.
     let start = |settled: bool| {
@@ -223,7 +223,7 @@ fn a_state_written_as_text_and_read_again_is_the_same() {
         let read: State = serde_json::from_str(&text).unwrap();
         assert!(&read == shoot.state());
         let mut other = growing().elements(4).build().unwrap();
-        other.restore(&read);
+        other.restore(&read).unwrap();
         let (mut a, mut b) = (shoot.clone(), other);
         let _ = MethodOfSteps::new(90.0).advance(&mut a, t + HOUR).unwrap();
         let _ = MethodOfSteps::new(90.0).advance(&mut b, t + HOUR).unwrap();

@@ -1,8 +1,12 @@
 //! The discretised rod: material points, rotations, and the shape that follows from them.
 
+mod check;
 mod remesh;
+#[cfg(feature = "serde")]
+mod saved;
 mod shape;
 
+pub use check::RodError;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
 
@@ -57,7 +61,7 @@ mod infinite_as_none {
 /// R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. It is objective and does not depend on the path by which the
 /// rotations came about.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "saved::SavedRod"))]
 pub struct Rod {
     pub(crate) order: Order,
     /// Frames at the ends of the elements, the base's first.

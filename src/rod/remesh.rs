@@ -44,7 +44,7 @@ impl Rod {
                 };
             }
         }
-        let middle = self.frame(e, x);
+        let middle = self.frame_within(e, x);
         split_rotations(reference, &mut self.rotations, e, x);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);

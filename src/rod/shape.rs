@@ -13,9 +13,14 @@ impl Rod {
         weighted(self.element_rotations(element), &weights)
     }
 
-    /// The frame at coordinate `x` in [0, 1] of an element.
+    /// The frame at coordinate `x` in [0, 1] of an element; nothing if there is no such element or coordinate.
     #[must_use]
-    pub fn frame(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
+    pub fn frame(&self, element: usize, x: f64) -> Option<UnitQuaternion<f64>> {
+        (element < self.elements() && (0.0..=1.0).contains(&x)).then(|| self.frame_within(element, x))
+    }
+
+    /// The same for an element that there is.
+    pub(crate) fn frame_within(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
         self.frames[element] * so3::exp(&self.rotation_at(element, x))
     }
 
@@ -31,9 +36,15 @@ impl Rod {
     }
 
     /// The visible strain u at Gauss point `g` of an element by differentiation of the rotations, of order p + 1:
-    /// components along the directors, 1/m.
+    /// components along the directors, 1/m. Nothing if there is no such element or point.
     #[must_use]
-    pub fn strain(&self, element: usize, g: usize) -> Vector3<f64> {
+    pub fn strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
+        let exists = element < self.elements() && g < self.order().points();
+        exists.then(|| self.strain_at_point(element, g))
+    }
+
+    /// The same at a point that there is.
+    pub(crate) fn strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
         let reference = self.reference();
         let rotations = self.element_rotations(element);
         let theta = weighted(rotations, &reference.shape[g]);
@@ -85,23 +96,30 @@ impl Rod {
         line
     }
 
-    /// The positions of `count` ≥ 2 points equally spaced from base to apex (m, fixed frame, base at the origin).
+    /// The positions of `count` points equally spaced from base to apex, both included (m, fixed frame, base at the
+    /// origin). One point is the base; none is an empty list.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let line = self.centre_line();
         let length = self.length();
-        let last = count.max(2) - 1;
+        let last = count.saturating_sub(1).max(1);
         let place = |i: usize| {
-            let (element, x) = self.locate(length * i as f64 / last as f64);
+            let (element, x) = self.locate_number(length * i as f64 / last as f64);
             line[element].1 + self.chord(element, x)
         };
-        (0..=last).map(place).collect()
+        (0..count).map(place).collect()
     }
 
-    /// The element that holds arc length `s` (m), and the coordinate in it; `s` is taken into [0, ℓ].
+    /// The element that holds arc length `s` (m), and the coordinate in it. An `s` beyond either end is taken to that end
+    /// of [0, ℓ]; there is no answer to one that is not a number.
     #[must_use]
-    pub fn locate(&self, s: f64) -> (usize, f64) {
-        let mut rest = if s > 0.0 { s } else { 0.0 };
+    pub fn locate(&self, s: f64) -> Option<(usize, f64)> {
+        (!s.is_nan()).then(|| self.locate_number(s))
+    }
+
+    /// The same for an `s` that is a number.
+    fn locate_number(&self, s: f64) -> (usize, f64) {
+        let mut rest = s.max(0.0);
         let mut element = 0;
         let mut length = self.element_length(element);
         while rest > length && element + 1 < self.elements() {
@@ -124,12 +142,13 @@ impl Rod {
         x
     }
 
-    /// The position (m, fixed frame) and the frame at arc length `s` (m).
+    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). An `s` beyond either end is
+    /// taken to that end of [0, ℓ]; there is no answer to one that is not a number.
     #[must_use]
-    pub fn at(&self, s: f64) -> (Vector3<f64>, UnitQuaternion<f64>) {
-        let (element, x) = self.locate(s);
+    pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
+        let (element, x) = self.locate(s)?;
         let start: Vector3<f64> = (0..element).map(|e| self.whole_chord(e)).sum();
-        (start + self.chord(element, x), self.frame(element, x))
+        Some((start + self.chord(element, x), self.frame_within(element, x)))
     }
 }
 

@@ -102,7 +102,7 @@ impl StationarySolver {
         let mut trial = rod.clone();
         for e in 0..rod.elements() {
             for g in 0..p {
-                trial.points[e * p + g].intrinsic = rod.strain(e, g);
+                trial.points[e * p + g].intrinsic = rod.strain_at_point(e, g);
             }
         }
         let evaluate = |trial: &mut Rod| -> Result<SteadyState, StabilityError> {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
+use super::error::StateError;
 use crate::reference_element::MAX_POINTS;
 
 /// Weights that turn the values at the points of an element into those at the points of a part of it.
@@ -253,6 +254,30 @@ impl History {
         for level in &mut self.levels {
             level.rows.drain(..gone);
         }
+    }
+
+    /// Refuses a history that is not one of so many `points` up to `time` (s), smooth since `since` (s).
+    pub fn check(&self, points: usize, time: f64, since: f64) -> Result<(), StateError> {
+        let Some(last) = self.levels.back() else { return Ok(()) };
+        let levels = self.levels.len();
+        // What is read lies between two of them.
+        StateError::size("levels of the history", levels, levels.max(2))?;
+        // A width that overflows is that of no list.
+        let width = self.variables.checked_mul(2).and_then(|twice| twice.checked_add(self.stimuli));
+        let numbers = width.and_then(|width| width.checked_mul(points)).unwrap_or(usize::MAX);
+        for level in &self.levels {
+            StateError::size("numbers at a time of the history", level.rows.len(), numbers)?;
+            let bad = level.rows.iter().find(|x| !x.is_finite());
+            StateError::unless(bad.is_none(), "number in the history", bad.copied().unwrap_or(0.0), "finite")?;
+        }
+        let mut before = f64::MIN;
+        for level in &self.levels {
+            // Two levels of one time mark a discontinuity, after which the history is smooth.
+            let ok = level.time > before || level.time == before && level.time <= since;
+            StateError::unless(ok, "time of a level of the history", level.time, "later than the one before (s)")?;
+            before = level.time;
+        }
+        StateError::unless(last.time == time, "time of the history's end", last.time, "that of the state (s)")
     }
 
     /// Whether every number is finite.

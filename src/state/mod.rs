@@ -1,8 +1,12 @@
 //! Everything that the future of a shoot depends on, as one plain value.
 
+mod error;
 mod history;
 mod predictor;
+#[cfg(feature = "serde")]
+mod saved;
 
+pub use error::StateError;
 pub(crate) use history::{History, Reading, Spare};
 pub(crate) use predictor::Predictor;
 
@@ -13,8 +17,12 @@ use crate::rod::{Rod, part_weights};
 ///
 /// A plain value: clone it, compare it, keep it, give it back with [`Shoot::restore`](crate::Shoot::restore). A run that
 /// goes on from a restored state repeats the original bit by bit.
+///
+/// With the feature `serde` a state is written with the number of its format, and checked when it is read: what is damaged,
+/// or of another format, is an error.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(into = "saved::Saved", try_from = "saved::Saved"))]
 pub struct State {
     pub(crate) time: f64,
     pub(crate) rod: Rod,
@@ -36,6 +44,43 @@ impl State {
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
+    }
+
+    /// Refuses a state whose parts do not belong together, or hold numbers that no state has.
+    pub(crate) fn check(&self) -> Result<(), StateError> {
+        StateError::unless(self.time.is_finite(), "time", self.time, "finite (s)")?;
+        // Of a run; a shoot that has not been started has none.
+        let since = self.smooth_since;
+        StateError::unless(
+            since <= self.time && since.is_finite(),
+            "start of the run",
+            since,
+            "not in the future (s)",
+        )?;
+        self.rod.check()?;
+        let started = self.history.levels() > 0;
+        self.predictor.check(self.rod.rotations.len(), self.time, started)?;
+        self.history.check(self.rod.zone().len(), self.time, since)
+    }
+
+    /// Refuses a state whose history is of other laws than those with so many variables and stimuli.
+    pub(crate) fn check_laws(&self, own: (usize, usize)) -> Result<(), StateError> {
+        let ((variables, stimuli), (own_variables, own_stimuli)) = (self.history.size(), own);
+        if self.history.levels() == 0 || self.history.size() == own {
+            return Ok(());
+        }
+        Err(StateError::Laws { variables, stimuli, own_variables, own_stimuli })
+    }
+
+    /// Refuses a rod that is not shorter than `longest`, m.
+    pub(crate) fn check_length(&self, longest: f64) -> Result<(), StateError> {
+        let length = self.rod.length();
+        StateError::unless(
+            length < longest,
+            "length of the rod",
+            length,
+            "less than a million of the shoot's elements (m)",
+        )
     }
 
     /// Time, s.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::error::StateError;
 use crate::quadrature::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
@@ -34,6 +35,28 @@ impl Predictor {
             to.time = from.time;
             to.rotations.clone_from(&from.rotations);
         }
+    }
+
+    /// Refuses equilibria of which each has not so many `rotations`, or from which one cannot extrapolate at `time` (s).
+    pub fn check(&self, rotations: usize, time: f64, started: bool) -> Result<(), StateError> {
+        if started || !self.earlier.is_empty() {
+            StateError::size("earlier equilibria", self.earlier.len(), EARLIER)?;
+        }
+        if self.known > self.earlier.len() {
+            return StateError::size("earlier equilibria", self.earlier.len(), self.known);
+        }
+        let mut after = time;
+        for (i, earlier) in self.earlier.iter().enumerate() {
+            StateError::size("rotation vectors in an earlier equilibrium", earlier.rotations.len(), rotations)?;
+            let (what, square) =
+                ("sum of squared earlier rotations", earlier.rotations.iter().map(Vector3::norm_squared).sum());
+            StateError::unless(f64::is_finite(square), what, square, "finite")?;
+            let before = i >= self.known || earlier.time < after;
+            let ok = before && earlier.time.is_finite();
+            StateError::unless(ok, "time of an earlier equilibrium", earlier.time, "before that of the next (s)")?;
+            after = earlier.time;
+        }
+        Ok(())
     }
 
     /// Forgets earlier equilibria and makes room for as many as are extrapolated from.

@@ -1,0 +1,32 @@
+//! Rods that are read: what is not a rod is an error.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{MaterialPoint, Rod, RodError};
+use crate::reference_element::Order;
+
+/// A [`Rod`] before it has been checked.
+#[derive(serde::Deserialize)]
+pub(super) struct SavedRod {
+    order: Order,
+    frames: Vec<UnitQuaternion<f64>>,
+    rotations: Vec<Vector3<f64>>,
+    points: Vec<MaterialPoint>,
+    node_distance: Vec<f64>,
+    initial_length: f64,
+    kept: Vec<bool>,
+    first_growing: usize,
+    loss: Vec<f64>,
+}
+
+impl TryFrom<SavedRod> for Rod {
+    type Error = RodError;
+
+    fn try_from(saved: SavedRod) -> Result<Self, RodError> {
+        let SavedRod { order, frames, rotations, points, node_distance, initial_length, kept, first_growing, loss } =
+            saved;
+        let rod = Self { order, frames, rotations, points, node_distance, initial_length, kept, first_growing, loss };
+        rod.check()?;
+        Ok(rod)
+    }
+}
