@@ -81,9 +81,8 @@
 //! |---|---|---|
 //! | `serde` | off | `Serialize` and `Deserialize` for [`State`], [`Rod`](rod::Rod), the shipped laws, loads and scenes |
 //!
-//! A [`State`] that is saved and read again is the same bit by bit if the format keeps every bit of a number. `bincode`
-//! and `postcard` do. `serde_json` does with its feature `float_roundtrip`; without it the last digit of some numbers
-//! changes.
+//! A [`State`] that is saved and read again is the same bit by bit if the format keeps every bit of a number, as binary
+//! formats do. `serde_json` does with its feature `float_roundtrip`; without it the last digit of some numbers changes.
 //!
 //! # Units and axes
 //!
