@@ -18,6 +18,10 @@ use crate::tropism::TropismLaw;
 /// Places that are nearer to each other than this fraction of the length are one.
 const SAME_PLACE: f64 = 1e-9;
 
+/// The number of elements of the longest kind that a shoot must stay below, so that a mistaken length or state is refused
+/// before memory is asked for it.
+const MOST_ELEMENTS: f64 = 1e6;
+
 /// How fine the elements of a growing shoot are kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -101,7 +105,7 @@ impl<M: Model> Shoot<M> {
         state.check()?;
         let size = self.model.tropism().size();
         state.check_laws((size.variables, size.stimuli))?;
-        state.check_length(1e6 * self.mesh.longest_element)?;
+        state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
         self.state.copy_from(state);
         Ok(())
     }
@@ -276,7 +280,7 @@ impl<M: Model> ShootBuilder<M> {
             Some(nodes) => own_nodes(nodes, length, mature)?,
             // An element in the zone is never longer than its share; a shoot of constant length is all of one piece.
             None => {
-                let longest = if grows && zone.is_finite() { zone } else { length } / self.elements as f64;
+                let longest = if grows && zone.is_finite() { zone } else { length } / elements as f64;
                 (equal_nodes(length, mature, longest)?, longest)
             }
         };
@@ -311,7 +315,7 @@ impl<M: Model> ShootBuilder<M> {
 /// Nodes at equal distances of at most `longest` (m), behind the growth zone and in it.
 fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<f64>, ParameterError> {
     let wanted = length / longest;
-    ParameterError::unless(wanted < 1e6, "number of elements over the whole length", wanted, "below 1e6")?;
+    ParameterError::unless(wanted < MOST_ELEMENTS, "number of elements over the whole length", wanted, "below 1e6")?;
     // What exceeds a whole number of elements by rounding alone does not make another one.
     let count = |length: f64| (length / longest * (1.0 - 1e-12)).ceil() as usize;
     let (below, above) = (count(mature), count(length - mature).max(1));

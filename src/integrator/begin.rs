@@ -57,9 +57,7 @@ impl Stepper {
         self.check_memories(&mut shoot.state.history)?;
         if discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
     }
-}
 
-impl Stepper {
     /// Refuses laws whose rates are not those of the linear memories that they declare.
     fn check_memories(&self, history: &mut History) -> Result<(), ParameterError> {
         for point in history.each_present() {
