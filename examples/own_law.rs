@@ -83,7 +83,7 @@ struct StrainStiffening {
 impl Constitutive for StrainStiffening {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let modulus = self.youngs_modulus * (1.0 + tissue.age / self.hardening);
-        let b = modulus * std::f64::consts::PI * tissue.radius.powi(4) / 4.0;
+        let b = modulus * std::f64::consts::PI * tissue.section.radius().powi(4) / 4.0;
         let c = 2.0 / 3.0 * b;
         let bend = Vector3::new(strain.x, strain.y, 0.0);
         let ratio = bend.norm_squared() / self.curvature.powi(2);

@@ -104,6 +104,7 @@ pub mod quadrature;
 mod reference_element;
 pub mod rod;
 mod scene;
+mod section;
 mod sensing;
 mod shoot;
 pub mod so3;
@@ -116,6 +117,7 @@ pub use model::{BoxedLaws, Laws, Model};
 pub use nalgebra;
 pub use reference_element::Order;
 pub use scene::{Environment, Scene, Still, Turned};
+pub use section::Section;
 pub use shoot::{Mesh, Shoot, ShootBuilder};
 pub use state::{State, StateError};
 

@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::constitutive::{Constitutive, Tissue};
+use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
-use crate::rod::{Rod, centre_line_tangent};
+use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::tropism::Site;
 
 /// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can
@@ -55,7 +55,7 @@ pub(crate) fn visit_sites(
                 couple,
                 arc_length: cut.arc_length,
                 apex_distance: cut.length_beyond,
-                radius: points[g].radius,
+                section: points[g].section,
                 position,
                 rod,
             };

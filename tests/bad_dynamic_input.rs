@@ -46,8 +46,14 @@ fn geometry_and_material() {
     refused("radius", &NOT_POSITIVE, |x| {
         Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).build()
     });
-    refused("length", &[f64::NAN], |_| Shoot::builder(YOUNG).radius(RADIUS).build());
-    refused("radius", &[f64::NAN], |_| Shoot::builder(YOUNG).length(0.05).build());
+    // A value that was never given is not called a number.
+    for (error, setter) in [
+        (Shoot::builder(YOUNG).radius(RADIUS).build().unwrap_err(), "given by `length`"),
+        (Shoot::builder(YOUNG).length(0.05).build().unwrap_err(), "given by `radius`"),
+    ] {
+        let said = error.to_string();
+        assert!(error.missing && said.contains("missing") && said.contains(setter) && !said.contains("NaN"), "{said}");
+    }
     refused("number of elements", &[0.0], |_| Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(0).build());
     refused("merge tolerance", &NEGATIVE, |x| growing().merge_tolerance(x).build());
 

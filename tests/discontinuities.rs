@@ -123,7 +123,7 @@ impl TropismLaw for Lamp {
         (0..2).for_each(|j| rates[j] = (x[j] - y[j]) / 720.0);
     }
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        Vector3::new(-past[1], past[0], 0.0) * (0.8 / at.radius)
+        Vector3::new(-past[1], past[0], 0.0) * (0.8 / at.section.radius())
     }
     fn next_discontinuity(&self, t: f64) -> f64 {
         Push(self.0).next_discontinuity(t)

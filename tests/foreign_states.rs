@@ -144,13 +144,13 @@ mod written {
     #[test]
     fn messages_say_what_is_wrong() {
         let message = refusal(|state| state["format"] = 7.into());
-        assert!(message.contains("format 7; this version reads format 1"), "{message}");
+        assert!(message.contains("format 7; this version reads format 2"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
         assert!(message.contains("material points were given for"), "{message}");
-        let message = refusal(|state| state["rod"]["points"][2]["radius"] = (-1.0).into());
-        assert!(message.contains("radius of point number 2 is -1 but must be positive"), "{message}");
+        let message = refusal(|state| state["rod"]["points"][2]["section"]["along_d2"] = (-1.0).into());
+        assert!(message.contains("semi-axis along d2 of point number 2 is -1 but must be positive"), "{message}");
         let message = refusal(|state| state["rod"]["frames"][0][0] = 2.0.into());
         assert!(message.contains("unit quaternion"), "{message}");
         let message = refusal(|state| state["rod"]["first_growing"] = 99.into());

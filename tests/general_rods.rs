@@ -83,15 +83,7 @@ fn imbalance<L: Load>(
     let area = PI * RADIUS * RADIUS;
     let force = |s: f64| {
         let beyond = length - s;
-        load.force(
-            &morphorod::load::Cut {
-                arc_length: s,
-                length_beyond: beyond,
-                volume_beyond: area * beyond,
-                initial_apex_distance: beyond,
-            },
-            environment,
-        )
+        load.force(&morphorod::load::Cut::new(s, beyond, area), environment)
     };
     let run = |apex: &UnitQuaternion<f64>| back_to_base(length, apex, 400, &strain, force);
     let known = run(&rod.apex_frame());

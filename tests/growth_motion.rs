@@ -119,7 +119,7 @@ fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
             worst[0] = worst[0].max((rod.length() / now - 1.0).abs());
             assert!((shoot.tip().z / now - 1.0).abs() < 1e-12 && shoot.tip().xy().norm() == 0.0);
             for (point, place) in rod.points().iter().zip(places(rod)) {
-                let (exact, _, exit) = case.point(100.0 * point.radius, t);
+                let (exact, _, exit) = case.point(100.0 * point.section.radius(), t);
                 worst[1] = worst[1].max((place - exact).abs() / now);
                 // On the boundary itself rounding may put a point on either side.
                 let near = 1e-12 * case.time;

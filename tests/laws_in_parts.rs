@@ -91,7 +91,7 @@ proptest! {
             // Rates are below 1/s: 2 · 2³/120 s.
             prop_assert!((rate - expected).abs() < 1e-15);
         }
-        let at = Growing { time: 0.0, radius: RADIUS, apex_distance: 0.01 };
+        let at = Growing::new(0.0, RADIUS, 0.01);
         let gradient = Rotation3::from_axis_angle(&Vector3::z_axis(), -angle) * laws.gradient(&at, &y, &[]);
         // A gradient of 0.8 · 2/r + 20 · 2.
         prop_assert!((laws.gradient(&at, &yt, &[]) - gradient).norm() < 1e-11);
@@ -134,7 +134,7 @@ impl TropismLaw for WrittenOut {
         }
     }
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        Vector3::new(-past[3], past[2], 0.0) * (0.8 / at.radius)
+        Vector3::new(-past[3], past[2], 0.0) * (0.8 / at.section.radius())
     }
 }
 

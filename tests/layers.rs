@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// From the ground up; modules of one line do not know each other.
 const LAYERS: [&[&str]; 9] = [
     &["error", "pointers", "quadrature", "so3"],
-    &["reference_element", "scene"],
+    &["reference_element", "scene", "section"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
     &["equilibrium", "sensing"],

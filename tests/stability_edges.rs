@@ -59,7 +59,7 @@ struct Own {
 
 impl TropismLaw for Own {
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        let size = if self.strain { -self.sensitivity } else { self.sensitivity / at.radius };
+        let size = if self.strain { -self.sensitivity } else { self.sensitivity / at.section.radius() };
         let (component, sign) = if self.plane == 0 || self.strain { (1 - self.plane, 1.0) } else { (0, -1.0) };
         Vector3::ith(component, sign * size * past[0])
     }

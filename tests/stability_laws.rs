@@ -25,7 +25,7 @@ struct Saturating {
 
 impl TropismLaw for Saturating {
     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-        let answer = |c: f64| self.sensitivity / at.radius * (c / self.scale).tanh();
+        let answer = |c: f64| self.sensitivity / at.section.radius() * (c / self.scale).tanh();
         Vector3::new(-answer(past[1]), answer(past[0]), 0.0)
     }
     fn declare(&self, to: &mut Declaration) {
@@ -50,7 +50,8 @@ impl TropismLaw for Saturating {
         if !self.own {
             return out.by_differences(self, at, variables, stimuli);
         }
-        let answer = |c: f64| self.sensitivity / at.radius / self.scale * (1.0 - (c / self.scale).tanh().powi(2));
+        let answer =
+            |c: f64| self.sensitivity / at.section.radius() / self.scale * (1.0 - (c / self.scale).tanh().powi(2));
         for j in 0..2 {
             out.rates_by_variables[(j, j)] = -1.0 / self.memory.time;
             out.rates_by_stimuli[(j, j)] = 1.0 / self.memory.time;

@@ -34,7 +34,7 @@ impl Lignifying {
 
 impl Constitutive for Lignifying {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        self.young.scaled(self.ratio(tissue.age), tissue.radius, strain)
+        self.young.scaled(self.ratio(tissue.age), tissue.section, strain)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

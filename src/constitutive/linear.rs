@@ -1,13 +1,13 @@
-//! Linear elasticity of a circular section.
-
-use std::f64::consts::PI;
+//! Linear elasticity.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Constitutive, ElasticResponse, Tissue};
 use crate::error::ParameterError;
+use crate::section::Section;
 
-/// Equation (10): mj = Kj (uj − uj*) with K1 = K2 = E I, K3 = μ J, I = π r⁴/4, J = 2 I, μ = E / (2 (1 + ν)).
+/// Equation (10): mj = Kj (uj − uj*) with K1 = E I1, K2 = E I2, K3 = μ J, μ = E / (2 (1 + ν)); for a circle I1 = I2 = π r⁴/4
+/// and J = 2 I1, for an ellipse they are those of [`Section`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearElastic {
@@ -18,16 +18,18 @@ pub struct LinearElastic {
 }
 
 impl LinearElastic {
-    /// The stiffnesses (K1, K2, K3) of a section of the given radius (m), in N m².
+    /// The stiffnesses (K1, K2, K3) of a section, or of a circular one of the given radius (m), in N m².
     #[must_use]
-    pub fn stiffness(&self, radius: f64) -> Vector3<f64> {
-        let bending = self.youngs_modulus * PI * radius.powi(4) / 4.0;
-        Vector3::new(bending, bending, bending / (1.0 + self.poissons_ratio))
+    pub fn stiffness(&self, section: impl Into<Section>) -> Vector3<f64> {
+        let section = section.into();
+        let [first, second] = section.second_moments();
+        let torsion = section.torsion_constant() / (2.0 * (1.0 + self.poissons_ratio));
+        Vector3::new(first, second, torsion) * self.youngs_modulus
     }
 
     /// The response with every stiffness multiplied by `factor`.
-    pub(super) fn scaled(&self, factor: f64, radius: f64, strain: &Vector3<f64>) -> ElasticResponse {
-        let stiffness = self.stiffness(radius) * factor;
+    pub(super) fn scaled(&self, factor: f64, section: Section, strain: &Vector3<f64>) -> ElasticResponse {
+        let stiffness = self.stiffness(section) * factor;
         let couple = stiffness.component_mul(strain);
         ElasticResponse { energy: 0.5 * couple.dot(strain), couple, tangent: Matrix3::from_diagonal(&stiffness) }
     }
@@ -35,7 +37,7 @@ impl LinearElastic {
 
 impl Constitutive for LinearElastic {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-        self.scaled(1.0, tissue.radius, strain)
+        self.scaled(1.0, tissue.section, strain)
     }
 
     fn check(&self) -> Result<(), ParameterError> {

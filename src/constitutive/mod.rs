@@ -1,8 +1,10 @@
 //! How tissue resists bending and twist: elastic laws with an energy.
 
+mod graded;
 mod lignifying;
 mod linear;
 
+pub use graded::Graded;
 pub use lignifying::Lignifying;
 pub use linear::LinearElastic;
 
@@ -10,24 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
-use crate::rod::MaterialPoint;
-
-/// What an elastic law may know of a material point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tissue {
-    /// Radius of the cross section, m.
-    pub radius: f64,
-    /// Time since the point left the growth zone, s; 0 while it is inside.
-    pub age: f64,
-}
-
-impl Tissue {
-    /// The tissue at a material point at a time (s): in the growth zone the exit time is infinite and the age 0.
-    #[must_use]
-    pub fn of(point: &MaterialPoint, time: f64) -> Self {
-        Self { radius: point.radius, age: (time - point.exit_time).max(0.0) }
-    }
-}
+pub use crate::rod::Tissue;
 
 /// The answer of an elastic law to a strain.
 #[derive(Debug, Clone, Copy, PartialEq)]

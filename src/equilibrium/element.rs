@@ -244,6 +244,7 @@ mod tests {
     use super::*;
     use crate::constitutive::LinearElastic;
     use crate::reference_element::Order;
+    use crate::section::Section;
     use crate::so3;
 
     /// An element with arbitrary data, in units in which everything is of order one.
@@ -275,7 +276,7 @@ mod tests {
                 apex_distance: 0.0,
                 initial_apex_distance: 0.0,
                 exit_time: f64::INFINITY,
-                radius: 1.0,
+                section: Section::circle(1.0),
             })
             .collect();
         Sample { frames: [start, end], rotations, points, forces: (0..p).map(|_| vector()).collect() }

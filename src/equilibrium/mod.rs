@@ -25,6 +25,7 @@ pub const GREENHILL: f64 = 7.837_347_438_943_484;
 
 /// Signs of the eigenvalues of the energy's second derivative: how stable an equilibrium is.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Inertia {
     /// Number of negative eigenvalues, the Morse index: zero at a stable equilibrium.
     pub negative: usize,
@@ -46,6 +47,7 @@ impl Default for Inertia {
 /// How an equilibrium was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[must_use]
+#[non_exhaustive]
 pub struct Equilibrium {
     /// Newton iterations, each with a fresh tangent.
     pub iterations: usize,
@@ -63,6 +65,7 @@ pub struct Equilibrium {
 
 /// Why there is no equilibrium to report. The rod is as it was before the call.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EquilibriumError {
     /// The iteration came to its bound. A nearer first guess, a finer mesh or a smaller load may help.
     #[error(

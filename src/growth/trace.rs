@@ -5,6 +5,7 @@ use crate::quadrature::rule;
 
 /// A material point at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Trace {
     /// Arc length s from the base, m.
     pub arc_length: f64,

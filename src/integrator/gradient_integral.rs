@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use super::ORDER;
 use crate::growth::GrowthLaw;
 use crate::quadrature::{lagrange, rule};
+use crate::section::Section;
 use crate::state::{History, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
@@ -89,7 +90,7 @@ impl GradientIntegral {
         tropism: &impl TropismLaw,
         history: &History,
         point: usize,
-        radius: f64,
+        section: Section,
         (distance, start): (f64, f64),
     ) -> Vector3<f64> {
         let size = tropism.size();
@@ -107,7 +108,7 @@ impl GradientIntegral {
                 *value = levels.map(|(level, w)| w * history.stimuli(level, point)[m]).sum();
             }
             let apex_distance = if moves { growth.flow(distance, start, node.time).0 } else { distance };
-            let at = Growing { time: node.time, radius, apex_distance };
+            let at = Growing::new(node.time, section, apex_distance);
             let rate = growth.regr(apex_distance, node.time);
             sum += tropism.gradient(&at, &self.past, &self.present) * (rate * node.weight);
         }

@@ -30,6 +30,7 @@ const FIRST_STEP: f64 = 1.0 / 64.0;
 
 /// What a run has cost, and how accurate its parts say they were.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Steps in time.
     pub steps: usize,
@@ -77,6 +78,7 @@ impl std::ops::AddAssign<Equilibrium> for Statistics {
 
 /// Why a run stopped. The shoot is as it was before the call.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum IntegrationError {
     /// A setting makes no sense.
     #[error(transparent)]

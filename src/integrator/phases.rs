@@ -31,7 +31,7 @@ impl Stepper {
                 }
                 None => &mut self.gradient_integral,
             };
-            let change = integral.of(growth, tropism, history, i, point.radius, (*place, from));
+            let change = integral.of(growth, tropism, history, i, point.section, (*place, from));
             if !change.sum().is_finite() {
                 return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
             }

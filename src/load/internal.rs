@@ -1,13 +1,11 @@
 //! The force in the rod, which loads fixed in space make known before the shape is.
 
-use std::f64::consts::PI;
-
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
-use crate::rod::Rod;
+use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
 
 /// The force n(s) of equation (11) at every material point of a rod, at one time.
@@ -37,34 +35,40 @@ impl InternalForce {
         let total = rod.length();
         self.environment = *environment;
         self.cuts.resize(rod.points().len(), Cut::default());
+        self.forces.resize(rod.points().len(), Vector3::zeros());
         // Summed from the apex, so that short elements near it keep their digits.
-        let (mut length, mut volume) = (0.0, 0.0);
+        let (mut length, mut volume, mut distributed) = (0.0, 0.0, Vector3::zeros());
         for e in (0..rod.elements()).rev() {
             let points = rod.element_points(e);
             let mut area = [0.0; MAX_POINTS];
+            let mut per_length = [Vector3::zeros(); MAX_POINTS];
             for j in 0..p {
-                area[j] = PI * points[j].radius * points[j].radius;
+                area[j] = points[j].section.area();
+                per_length[j] = load.per_length(&Tissue::of(&points[j], environment.time), environment);
             }
             for g in 0..p {
-                let (mut length_beyond, mut volume_beyond) = (length, volume);
+                let (mut length_beyond, mut volume_beyond, mut force) = (length, volume, distributed);
                 for j in 0..p {
                     let part = (reference.weights[j] - reference.upto[g][j]) * points[j].jacobian;
                     length_beyond += part;
                     volume_beyond += part * area[j];
+                    force += per_length[j] * part;
                 }
                 let (arc_length, initial_apex_distance) = (total - length_beyond, points[g].initial_apex_distance);
-                self.cuts[e * p + g] = Cut { arc_length, length_beyond, volume_beyond, initial_apex_distance };
+                let cut = Cut { arc_length, length_beyond, volume_beyond, initial_apex_distance };
+                self.forces[e * p + g] = force + load.force(&cut, environment);
+                self.cuts[e * p + g] = cut;
             }
             for j in 0..p {
-                length += reference.weights[j] * points[j].jacobian;
-                volume += reference.weights[j] * points[j].jacobian * area[j];
+                let whole = reference.weights[j] * points[j].jacobian;
+                length += whole;
+                volume += whole * area[j];
+                distributed += per_length[j] * whole;
             }
         }
         let initial_apex_distance = rod.initial_length;
         let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume, initial_apex_distance };
-        self.at_base = load.force(&whole, environment);
-        self.forces.clear();
-        self.forces.extend(self.cuts.iter().map(|cut| load.force(cut, environment)));
+        self.at_base = distributed + load.force(&whole, environment);
     }
 
     /// Time and gravity.

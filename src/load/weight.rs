@@ -1,9 +1,12 @@
 //! The shoot's own weight.
 
+use std::fmt;
+
 use nalgebra::Vector3;
 
 use super::{Cut, Load};
 use crate::error::ParameterError;
+use crate::rod::Tissue;
 use crate::scene::Environment;
 
 /// Equation (12): n(s) = ρ g ∫ A ds over what lies beyond s, which is q (ℓ − s) ĝ for a uniform section.
@@ -21,5 +24,37 @@ impl Load for Weight {
 
     fn check(&self) -> Result<(), ParameterError> {
         ParameterError::positive("density", self.density)
+    }
+}
+
+/// The weight of a shoot whose density varies: n(s) = g ∫ ρ A ds over what lies beyond s.
+///
+/// ```
+/// use morphorod::constitutive::Tissue;
+/// use morphorod::load::GradedWeight;
+/// // Twice as dense at the tip, from where it fades over a centimetre of the shoot as it was at t = 0.
+/// let weight = GradedWeight(|tissue: &Tissue| 1000.0 * (1.0 + (-tissue.initial_apex_distance / 0.01).exp()));
+/// # let _ = weight;
+/// ```
+#[derive(Clone, Copy)]
+pub struct GradedWeight<F>(
+    /// The density ρ (kg/m³) of the tissue at a place.
+    pub F,
+);
+
+impl<F> fmt::Debug for GradedWeight<F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("GradedWeight(..)")
+    }
+}
+
+impl<F: Fn(&Tissue) -> f64> Load for GradedWeight<F> {
+    fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+
+    #[inline]
+    fn per_length(&self, tissue: &Tissue, environment: &Environment) -> Vector3<f64> {
+        environment.gravity * ((self.0)(tissue) * tissue.section.area())
     }
 }

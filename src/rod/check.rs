@@ -4,6 +4,7 @@ use super::Rod;
 
 /// Why something cannot be a rod.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RodError {
     /// Two frames at least belong to a rod, those of its ends.
     #[error("a rod has a frame at either end of each element, but here are {frames} frames")]
@@ -99,7 +100,11 @@ impl Rod {
         for (i, point) in self.points.iter().enumerate() {
             let strain = point.intrinsic.norm_squared();
             RodError::unless(strain.is_finite(), "square of intrinsic strain", (i, strain), "finite (1/m²)")?;
-            for (what, value) in [("jacobian of point", point.jacobian), ("radius of point", point.radius)] {
+            for (what, value) in [
+                ("jacobian of point", point.jacobian),
+                ("semi-axis along d1 of point", point.section.along_d1),
+                ("semi-axis along d2 of point", point.section.along_d2),
+            ] {
                 RodError::unless(value > 0.0 && value.is_finite(), what, (i, value), "positive and finite (m)")?;
             }
             let (what, distance) = ("distance from the apex of point", point.apex_distance);

@@ -5,10 +5,12 @@ mod remesh;
 #[cfg(feature = "serde")]
 mod saved;
 mod shape;
+mod tissue;
 
 pub use check::RodError;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
+pub use tissue::Tissue;
 
 use shape::weighted_jacobian;
 use std::ops::Range;
@@ -18,11 +20,13 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::error::ParameterError;
 use crate::reference_element::Order;
 use crate::reference_element::ReferenceElement;
+use crate::section::Section;
 use crate::so3;
 
 /// A material point: one Gauss point of an element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct MaterialPoint {
     /// Intrinsic strain u*, components along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
@@ -36,8 +40,8 @@ pub struct MaterialPoint {
     /// Time t* at which the point left the growth zone, s; infinite while it is inside.
     #[cfg_attr(feature = "serde", serde(with = "infinite_as_none"))]
     pub exit_time: f64,
-    /// Radius of the cross section, m.
-    pub radius: f64,
+    /// The cross section.
+    pub section: Section,
 }
 
 /// Formats without infinity, as JSON, would lose it.
@@ -85,14 +89,14 @@ pub struct Rod {
 impl Rod {
     /// A straight rod without intrinsic strain.
     ///
-    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length; `radius` gives the radius of
-    /// the section (m) at an arc length; `base` turns e1, e2, e3 into d1, d2, d3.
+    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length; `section` gives the cross
+    /// section at an arc length, or the radius (m) of a circular one; `base` turns e1, e2, e3 into d1, d2, d3.
     ///
     /// # Errors
-    /// Nodes that do not start at 0 and increase, or a radius that is not positive.
-    pub fn straight(
+    /// Nodes that do not start at 0 and increase, or a section that is not positive.
+    pub fn straight<S: Into<Section>>(
         nodes: &[f64],
-        radius: impl Fn(f64) -> f64,
+        section: impl Fn(f64) -> S,
         base: UnitQuaternion<f64>,
         order: Order,
     ) -> Result<Self, ParameterError> {
@@ -108,15 +112,15 @@ impl Rod {
             ParameterError::positive("length of an element", h)?;
             for x in &reference.points {
                 let s = ends[0] + h * x;
-                let radius = radius(s);
-                ParameterError::positive("radius", radius)?;
+                let section = section(s).into();
+                section.check(f64::INFINITY, "positive and finite (m)").map_err(|error| error.at(s))?;
                 points.push(MaterialPoint {
                     intrinsic: Vector3::zeros(),
                     jacobian: h,
                     apex_distance: length - s,
                     initial_apex_distance: length - s,
                     exit_time: f64::INFINITY,
-                    radius,
+                    section,
                 });
             }
         }
@@ -234,7 +238,7 @@ impl Rod {
         let reference = self.reference();
         let weights = reference.weights.iter().cycle();
         let each = self.points.iter().zip(weights);
-        each.map(|(point, w)| w * point.jacobian * std::f64::consts::PI * point.radius * point.radius).sum()
+        each.map(|(point, w)| w * point.jacobian * point.section.area()).sum()
     }
 
     /// Turns the whole rod so that its base has the given frame; the curvature stays.

@@ -6,6 +6,7 @@ use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
 use crate::quadrature::legendre;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
+use crate::section::Section;
 use crate::so3;
 
 /// Weights that turn the values at the points of one element into those at the points of its part [from, to].
@@ -39,7 +40,10 @@ impl Rod {
                     jacobian: sum(&|point| point.jacobian) * (to - from),
                     apex_distance: distance(from + (to - from) * reference.points[g]),
                     exit_time: if mature { sum(&|point| point.exit_time) } else { f64::INFINITY },
-                    radius: sum(&|point| point.radius),
+                    section: Section::ellipse(
+                        sum(&|point| point.section.along_d1),
+                        sum(&|point| point.section.along_d2),
+                    ),
                     initial_apex_distance: sum(&|point| point.initial_apex_distance),
                 };
             }
@@ -115,7 +119,8 @@ impl Rod {
         if (total * loss).sqrt() > tolerance {
             return false;
         }
-        let (exit, radius) = (project(&|q| q.exit_time), project(&|q| q.radius));
+        let (first, second) = (project(&|q| q.section.along_d1), project(&|q| q.section.along_d2));
+        let exit = project(&|q| q.exit_time);
         let (distance, initial) = (project(&|q| q.apex_distance), project(&|q| q.initial_apex_distance));
         for g in 0..p {
             self.points[e * p + g] = MaterialPoint {
@@ -123,7 +128,7 @@ impl Rod {
                 jacobian: total,
                 apex_distance: distance[g],
                 exit_time: exit[g],
-                radius: radius[g],
+                section: Section::ellipse(first[g], second[g]),
                 initial_apex_distance: initial[g],
             };
         }

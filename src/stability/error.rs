@@ -5,6 +5,7 @@ use crate::error::ParameterError;
 
 /// Why a question of stability has no answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StabilityError {
     /// A setting makes no sense.
     #[error(transparent)]

@@ -18,6 +18,7 @@ pub enum Polarisation {
 
 /// A characteristic root, with Im λ ≥ 0; its conjugate is one too.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Root {
     /// λ, 1/s: growth rate and angular frequency.
     pub value: Complex<f64>,

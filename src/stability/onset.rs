@@ -19,6 +19,7 @@ const NEXT_TO_AXIS: f64 = 1e-9;
 /// A crossing of the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use]
+#[non_exhaustive]
 pub struct Onset {
     /// The parameter's value.
     pub parameter: f64,

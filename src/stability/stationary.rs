@@ -15,6 +15,7 @@ use crate::shoot::Shoot;
 
 /// How a stationary state was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Stationary {
     /// Newton iterations for the shape and for its polish.
     pub iterations: usize,

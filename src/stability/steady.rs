@@ -35,13 +35,13 @@ impl SteadyState {
             gradients: vec![Vector3::zeros(); points],
             stimuli: DMatrix::zeros(size.stimuli, points),
             variables: DMatrix::zeros(size.variables, points),
-            places: vec![Growing { time, radius: 0.0, apex_distance: 0.0 }; points],
+            places: vec![Growing::new(time, 0.0, 0.0); points],
         };
         visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
             let (mut stimuli, mut variables) = (out.stimuli.column_mut(i), out.variables.column_mut(i));
             law.sense(site, stimuli.as_mut_slice());
             law.steady(stimuli.as_slice(), variables.as_mut_slice());
-            out.places[i] = Growing { time, radius: site.radius, apex_distance: site.apex_distance };
+            out.places[i] = Growing::new(time, site.section, site.apex_distance);
             out.gradients[i] = law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli.as_slice()));
         });
         out
@@ -54,7 +54,7 @@ impl SteadyState {
 
     /// The radius of the shoot at the base of the growth zone, m; one if nothing grows.
     pub fn radius(&self) -> f64 {
-        self.places.first().map_or(1.0, |place| place.radius)
+        self.places.first().map_or(1.0, |place| place.section.radius())
     }
 }
 
@@ -79,7 +79,7 @@ pub(super) fn stimulus_derivatives(
         for c in 0..3 {
             let axis = Vector3::ith(c, 1.0);
             // Stimuli are mostly linear in the strain; a step of a thousandth of 1/radius does for the rest.
-            let h = 1e-3 / site.radius;
+            let h = 1e-3 / site.section.radius();
             let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
             strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));
             let turned = |sign: f64| {

@@ -4,6 +4,7 @@ use crate::rod::RodError;
 
 /// A state that is damaged, or belongs to another shoot.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StateError {
     /// A file of another version of this crate.
     #[error("the state is written in format {found}; this version reads format {known}")]

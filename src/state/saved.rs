@@ -6,7 +6,7 @@ use super::{History, Predictor, State, StateError};
 use crate::rod::Rod;
 
 /// To be counted up whenever what is written changes.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The number of the format: it stands first, so that a file of another format is refused for that reason.
 #[derive(Debug, Clone, Copy)]

@@ -45,7 +45,7 @@ const STEP: f64 = 1e-4;
 /// }
 ///
 /// let law = Own;
-/// let at = Growing { time: 0.0, radius: 5e-4, apex_distance: 0.01 };
+/// let at = Growing::new(0.0, 5e-4, 0.01);
 /// let (y, x) = ([3.0, -2.0], [1.0, 5.0]);
 /// let [own, differences] = [true, false].map(|own| {
 ///     let [mut ry, mut rx] = [DMatrix::zeros(2, 2), DMatrix::zeros(2, 2)];

@@ -13,6 +13,7 @@ use crate::error::ParameterError;
 /// r u̇1* = −β REGR M[h2],   r u̇2* = +β REGR M[h1].
 /// ```
 ///
+/// In an elliptic section r is the semi-axis across which growth differs: along d2 for u1, along d1 for u2.
 /// u1 and u2 bend about d1 and d2, so positive u2 bends towards d1 and negative u1 towards d2. The law asks for u̇*/REGR;
 /// [`remembered`](Response::remembered) adds M.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,7 +43,7 @@ impl<P: Perception<Signal = [f64; 2]>> Response for DirectionalTropism<P> {
     }
 
     fn gradient(&self, at: &Growing, [h1, h2]: [f64; 2]) -> Vector3<f64> {
-        Vector3::new(-h2, h1, 0.0) * (self.sensitivity / at.radius)
+        Vector3::new(-h2 / at.section.along_d2, h1 / at.section.along_d1, 0.0) * self.sensitivity
     }
 
     fn check(&self) -> Result<(), ParameterError> {

@@ -26,9 +26,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::scene::Environment;
+use crate::section::Section;
 
 /// What a law can see from a material point, at a moment when the shoot is in equilibrium.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Site<'a> {
     /// Time and gravity.
     pub environment: Environment,
@@ -42,8 +44,8 @@ pub struct Site<'a> {
     pub arc_length: f64,
     /// Distance from the apex along the shoot, m.
     pub apex_distance: f64,
-    /// Radius of the cross section, m.
-    pub radius: f64,
+    /// The cross section.
+    pub section: Section,
     /// Position in the fixed frame, the base at the origin, m. Computed only for laws that
     /// [ask for it](Declaration::with_position); otherwise not a number.
     pub position: Vector3<f64>,
@@ -51,7 +53,24 @@ pub struct Site<'a> {
     pub rod: &'a Rod,
 }
 
-impl Site<'_> {
+impl<'a> Site<'a> {
+    /// The site of a frame on a rod, without strain and couple, at the base, at an unknown position: for tests of a law, which set what
+    /// it reads.
+    #[must_use]
+    pub fn new(environment: Environment, frame: UnitQuaternion<f64>, rod: &'a Rod) -> Self {
+        Self {
+            environment,
+            frame,
+            strain: Vector3::zeros(),
+            couple: Vector3::zeros(),
+            arc_length: 0.0,
+            apex_distance: rod.length(),
+            section: rod.points()[0].section,
+            position: Vector3::repeat(f64::NAN),
+            rod,
+        }
+    }
+
     /// The components along the directors of a vector of the fixed frame.
     #[must_use]
     pub fn along_directors(&self, v: &Vector3<f64>) -> Vector3<f64> {
@@ -61,13 +80,23 @@ impl Site<'_> {
 
 /// Where and when a law is asked for a growth gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Growing {
     /// Time, s.
     pub time: f64,
-    /// Radius of the cross section, m.
-    pub radius: f64,
+    /// The cross section.
+    pub section: Section,
     /// Distance from the apex along the shoot, m.
     pub apex_distance: f64,
+}
+
+impl Growing {
+    /// At a time (s), for a section or the radius (m) of a circular one, at a distance (m) from the apex.
+    #[must_use]
+    #[inline]
+    pub fn new(time: f64, section: impl Into<Section>, apex_distance: f64) -> Self {
+        Self { time, section: section.into(), apex_distance }
+    }
 }
 
 /// A law of differential growth. It gives rates and never steps: the integrator owns time, and multiplies by REGR.
@@ -115,7 +144,7 @@ pub struct Growing {
 ///     }
 ///
 ///     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
-///         Vector3::z() * (0.01 * past[0] / at.radius)
+///         Vector3::z() * (0.01 * past[0] / at.section.radius())
 ///     }
 /// }
 /// # assert_eq!(Declaration::of(&Thermotwist { time_constant: 60.0 }).size().variables, 1);

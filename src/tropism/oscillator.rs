@@ -21,7 +21,8 @@ pub enum Handedness {
 
 /// Equation (5): r u̇1* = α REGR cos(2πt/τe + φ), r u̇2* = ±α REGR sin(2πt/τe + φ).
 ///
-/// It depends on time alone: no variables, no memory, no delay.
+/// It depends on time alone: no variables, no memory, no delay. In an elliptic section r is the semi-axis across which growth
+/// differs: along d2 for u1, along d1 for u2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Oscillator {
@@ -46,9 +47,8 @@ impl Oscillator {
 impl TropismLaw for Oscillator {
     fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
-        let size = self.amplitude / at.radius;
         let sin = if self.handedness == Handedness::Counterclockwise { sin } else { -sin };
-        Vector3::new(size * cos, size * sin, 0.0)
+        Vector3::new(cos / at.section.along_d2, sin / at.section.along_d1, 0.0) * self.amplitude
     }
 
     fn check(&self) -> Result<(), ParameterError> {

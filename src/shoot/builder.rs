@@ -1,45 +1,20 @@
-//! A shoot: a state together with the laws that it obeys, built and checked in one place.
+//! Building a shoot: everything is collected, checked once, and put together.
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
-
+use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
-use crate::model::{BoxedLaws, Laws, Model};
+use crate::model::{Laws, Model};
 use crate::reference_element::Order;
-use crate::rod::{MaterialPoint, Rod};
+use crate::rod::{Rod, Tissue};
 use crate::scene::{Scene, Still};
-use crate::state::{State, StateError};
+use crate::section::Section;
+use crate::state::State;
 use crate::tropism::TropismLaw;
-
-/// Places that are nearer to each other than this fraction of the length are one.
-const SAME_PLACE: f64 = 1e-9;
-
-/// The number of elements of the longest kind that a shoot must stay below, so that a mistaken length or state is refused
-/// before memory is asked for it.
-const MOST_ELEMENTS: f64 = 1e6;
-
-/// How fine the elements of a growing shoot are kept.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Mesh {
-    /// Longest element, m: a longer one in the growth zone is cut in two, and merging outside it makes none that is longer.
-    pub longest_element: f64,
-    /// Mature elements are merged while that changes no angle by more than this, rad.
-    pub merge_tolerance: f64,
-}
-
-/// A shoot with its laws. Build one with [`Shoot::builder`], move it in time with an
-/// [`Integrator`](crate::integrator::Integrator).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Shoot<M> {
-    pub(crate) model: M,
-    pub(crate) mesh: Mesh,
-    pub(crate) state: State,
-}
+use nalgebra::Vector3;
 
 impl<C: Constitutive> Shoot<Laws<C>> {
     /// Begins a shoot of the given elastic law: by default without growth, tropism or load, upright under gravity.
@@ -54,8 +29,8 @@ impl<M: Model> Shoot<M> {
     pub fn of(model: M) -> ShootBuilder<M> {
         ShootBuilder {
             model,
-            section: Section(Arc::new(|_| f64::NAN)),
-            length: f64::NAN,
+            section: None,
+            length: None,
             elements: 8,
             nodes: None,
             steers: false,
@@ -64,62 +39,6 @@ impl<M: Model> Shoot<M> {
             merge_tolerance: 1e-4,
         }
     }
-
-    /// The laws.
-    #[must_use]
-    pub fn model(&self) -> &M {
-        &self.model
-    }
-
-    /// The state: time, shape, intrinsic strains and history.
-    #[must_use]
-    pub fn state(&self) -> &State {
-        &self.state
-    }
-
-    /// The rod at the present time.
-    #[must_use]
-    pub fn rod(&self) -> &Rod {
-        &self.state.rod
-    }
-
-    /// The present time, s.
-    #[must_use]
-    pub fn time(&self) -> f64 {
-        self.state.time
-    }
-
-    /// The position of the apex, the base at the origin, in the fixed frame, m.
-    #[must_use]
-    pub fn tip(&self) -> Vector3<f64> {
-        self.state.rod.tip()
-    }
-
-    /// Goes back, or forth, to a state of this shoot that was kept before, or to one of a shoot with the same laws, on
-    /// whatever mesh.
-    ///
-    /// # Errors
-    /// A state that is not consistent in itself, whose history is of other laws, or that is so long that this shoot's mesh
-    /// would have a million elements. The shoot is then as it was.
-    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
-        state.check()?;
-        let size = self.model.tropism().size();
-        state.check_laws((size.variables, size.stimuli))?;
-        state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
-        self.state.copy_from(state);
-        Ok(())
-    }
-
-    /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
-    pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
-        self.state.rod.set_intrinsic(strain);
-    }
-
-    /// How fine the elements are kept.
-    #[must_use]
-    pub fn mesh(&self) -> Mesh {
-        self.mesh
-    }
 }
 
 /// Collects what a shoot is made of; [`build`](Self::build) checks it once.
@@ -127,8 +46,8 @@ impl<M: Model> Shoot<M> {
 #[must_use]
 pub struct ShootBuilder<M> {
     model: M,
-    section: Section,
-    length: f64,
+    section: Option<SectionAlong>,
+    length: Option<f64>,
     elements: usize,
     nodes: Option<Vec<f64>>,
     /// Whether a tropism was given, and a growth law: steering without growth is a mistake unless it is asked for.
@@ -138,13 +57,13 @@ pub struct ShootBuilder<M> {
     merge_tolerance: f64,
 }
 
-/// The radius of the section (m) as a function of the arc length from the base (m).
+/// The section as a function of the arc length from the base (m).
 #[derive(Clone)]
-struct Section(Arc<dyn Fn(f64) -> f64 + Send + Sync>);
+struct SectionAlong(Arc<dyn Fn(f64) -> Section + Send + Sync>);
 
-impl std::fmt::Debug for Section {
+impl std::fmt::Debug for SectionAlong {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Section(radius {} m at the base)", (self.0)(0.0))
+        write!(f, "{:?} at the base", (self.0)(0.0))
     }
 }
 
@@ -194,7 +113,7 @@ impl<M> ShootBuilder<M> {
 
     /// The length at t = 0, m.
     pub fn length(mut self, length: f64) -> Self {
-        self.length = length;
+        self.length = Some(length);
         self
     }
 
@@ -226,15 +145,32 @@ impl<M> ShootBuilder<M> {
         self
     }
 
-    /// The radius of a uniform section, m.
+    /// The radius of a uniform circular section, m.
     pub fn radius(self, radius: f64) -> Self {
         self.taper(move |_| radius)
     }
 
-    /// The radius of the section (m) as a function of the arc length from the base at t = 0 (m). It stays with the
+    /// The radius of a circular section (m) as a function of the arc length from the base at t = 0 (m). It stays with the
     /// material.
-    pub fn taper(mut self, radius: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
-        self.section = Section(Arc::new(radius));
+    pub fn taper(self, radius: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
+        self.section(move |s| Section::circle(radius(s)))
+    }
+
+    /// The section as a function of the arc length from the base at t = 0 (m). It stays with the material. A function that is
+    /// smooth within the elements keeps their order; put [`nodes`](Self::nodes) where it has a kink.
+    ///
+    /// ```
+    /// use morphorod::constitutive::LinearElastic;
+    /// use morphorod::{Section, Shoot};
+    /// // A blade, 4 mm by 2 mm at the base and half of that at the tip.
+    /// let blade = |s: f64| Section::ellipse(2e-3 * (1.0 - 5.0 * s), 1e-3 * (1.0 - 5.0 * s));
+    /// let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+    /// let shoot = Shoot::builder(law).length(0.1).section(blade).build()?;
+    /// # let _ = shoot;
+    /// # Ok::<(), morphorod::ParameterError>(())
+    /// ```
+    pub fn section(mut self, section: impl Fn(f64) -> Section + Send + Sync + 'static) -> Self {
+        self.section = Some(SectionAlong(Arc::new(section)));
         self
     }
 }
@@ -246,22 +182,16 @@ impl<M: Model> ShootBuilder<M> {
     /// # Errors
     /// The first parameter that makes no sense.
     pub fn build(self) -> Result<Shoot<M>, ParameterError> {
-        let Self { ref section, length, elements, order, merge_tolerance, .. } = self;
+        let Self { elements, order, merge_tolerance, .. } = self;
         let model = &self.model;
-        ParameterError::unless(
-            length > 0.0 && length.is_finite(),
-            "length",
-            length,
-            "positive and finite (m), given by `length`",
-        )?;
-        let radius = (section.0)(0.0);
-        let slender = radius > 0.0 && radius < length;
-        ParameterError::unless(
-            slender,
-            "radius",
-            radius,
-            "positive and smaller than the length (m), given by `radius` or `taper`",
-        )?;
+        let length = "positive and finite (m), given by `length`";
+        let length = self.length.ok_or(ParameterError::missing("length", length)).and_then(|value| {
+            let ok = value > 0.0 && value.is_finite();
+            ParameterError::unless(ok, "length", value, length).map(|()| value)
+        })?;
+        let section = "positive and smaller than the length (m), given by `radius`, `taper` or `section`";
+        let SectionAlong(along) = self.section.ok_or(ParameterError::missing("radius", section))?;
+        along(0.0).check(length, section)?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::not_negative("merge tolerance", merge_tolerance)?;
         let sound = self.grows || !self.steers;
@@ -295,7 +225,7 @@ impl<M: Model> ShootBuilder<M> {
             *place = insert_node(&mut nodes, *place);
         }
         let base = model.scene().base(0.0);
-        let mut rod = Rod::straight(&nodes, |s| (section.0)(s), base, order)?;
+        let mut rod = Rod::straight(&nodes, |s| along(s), base, order)?;
         for (node, kept_node) in nodes.iter().zip(&mut rod.kept) {
             *kept_node = kept[1..].contains(node);
         }
@@ -305,6 +235,7 @@ impl<M: Model> ShootBuilder<M> {
         for point in &mut rod.points[..below * p] {
             point.exit_time = exit_before_start(growth, point.apex_distance);
         }
+        check_tissue(&rod, model)?;
         let volume = rod.volume();
         ParameterError::unless(volume.is_finite() && volume > 0.0, "volume", volume, "positive and finite (m³)")?;
         let mesh = Mesh { longest_element: longest, merge_tolerance };
@@ -312,10 +243,25 @@ impl<M: Model> ShootBuilder<M> {
     }
 }
 
+/// Refuses laws that have no sound answer for the tissue at some place.
+fn check_tissue(rod: &Rod, model: &impl Model) -> Result<(), ParameterError> {
+    let environment = model.scene().environment(0.0);
+    for point in rod.points() {
+        let tissue = Tissue::of(point, 0.0);
+        let place = rod.initial_length - tissue.initial_apex_distance;
+        let stiffness = model.constitutive().respond(&tissue, &Vector3::zeros()).tangent.diagonal();
+        for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
+            ParameterError::positive(name, stiffness[i]).map_err(|error| error.at(place))?;
+        }
+        let force = model.load().per_length(&tissue, &environment).sum();
+        ParameterError::finite("force per length", force).map_err(|error| error.at(place))?;
+    }
+    Ok(())
+}
+
 /// Nodes at equal distances of at most `longest` (m), behind the growth zone and in it.
 fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<f64>, ParameterError> {
-    let wanted = length / longest;
-    ParameterError::unless(wanted < MOST_ELEMENTS, "number of elements over the whole length", wanted, "below 1e6")?;
+    check_number(length, longest)?;
     // What exceeds a whole number of elements by rounding alone does not make another one.
     let count = |length: f64| (length / longest * (1.0 - 1e-12)).ceil() as usize;
     let (below, above) = (count(mature), count(length - mature).max(1));
@@ -336,7 +282,14 @@ fn own_nodes(nodes: &[f64], length: f64, mature: f64) -> Result<(Vec<f64>, f64),
     insert_node(&mut nodes, mature);
     let growing = nodes.windows(2).filter(|ends| ends[0] >= mature * (1.0 - SAME_PLACE));
     let longest = growing.map(|ends| ends[1] - ends[0]).fold(0.0, f64::max);
+    check_number(length, longest)?;
     Ok((nodes, longest))
+}
+
+/// Refuses elements of which a million would lie on the shoot.
+fn check_number(length: f64, longest: f64) -> Result<(), ParameterError> {
+    let wanted = length / longest;
+    ParameterError::unless(wanted < MOST_ELEMENTS, "number of elements over the whole length", wanted, "below 1e6")
 }
 
 /// Puts a node at an arc length (m), unless there is one. Returns where the node is.
@@ -348,35 +301,5 @@ fn insert_node(nodes: &mut Vec<f64>, place: f64) -> f64 {
             nodes.insert(nodes.partition_point(|node| *node < place), place);
             place
         }
-    }
-}
-
-/// A shoot whose laws can cross threads can do so itself.
-const _: () = {
-    const fn crosses_threads<T: Send + Sync>() {}
-    crosses_threads::<Shoot<BoxedLaws>>();
-};
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::constitutive::LinearElastic;
-    use crate::rod::RodError;
-    use crate::state::StateError;
-
-    #[test]
-    fn a_state_that_lacks_a_point_is_refused() {
-        let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
-        let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
-        let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
-        lacking.rod.points.pop();
-        let expected = RodError::Size { what: "material points", found: 7, expected: 8, elements: 2 };
-        assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
-        assert_eq!(shoot.state, kept);
-        let mut long = kept.clone();
-        long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
-        let error = shoot.restore(&long).unwrap_err();
-        assert!(matches!(error, StateError::Value { what: "length of the rod", .. }), "{error}");
-        assert_eq!(shoot.state, kept);
     }
 }

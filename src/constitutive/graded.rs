@@ -1,0 +1,45 @@
+//! Stiffness that varies from place to place.
+
+use std::fmt;
+
+use super::{Constitutive, ElasticResponse, Tissue};
+use crate::error::ParameterError;
+use nalgebra::Vector3;
+
+/// An elastic law whose energy, couple and tangent are multiplied by a function of the tissue.
+///
+/// ```
+/// use morphorod::Shoot;
+/// use morphorod::constitutive::{Graded, LinearElastic, Tissue};
+///
+/// // Three times as stiff at the base of a shoot of 10 cm as at its tip. The stiffness stays with the tissue as it grows.
+/// let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+/// let graded = Graded { law, factor: |tissue: &Tissue| 1.0 + 20.0 * tissue.initial_apex_distance };
+/// let shoot = Shoot::builder(graded).length(0.1).radius(5e-4).build()?;
+/// # let _ = shoot;
+/// # Ok::<(), morphorod::ParameterError>(())
+/// ```
+#[derive(Clone, Copy)]
+pub struct Graded<C, F> {
+    /// The law.
+    pub law: C,
+    /// What its answer is multiplied by; positive.
+    pub factor: F,
+}
+
+impl<C: fmt::Debug, F> fmt::Debug for Graded<C, F> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Graded").field("law", &self.law).finish_non_exhaustive()
+    }
+}
+
+impl<C: Constitutive, F: Fn(&Tissue) -> f64> Constitutive for Graded<C, F> {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+        let (factor, law) = ((self.factor)(tissue), self.law.respond(tissue, strain));
+        ElasticResponse { energy: law.energy * factor, couple: law.couple * factor, tangent: law.tangent * factor }
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.law.check()
+    }
+}

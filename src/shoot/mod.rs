@@ -1,0 +1,126 @@
+//! A shoot: a state together with the laws that it obeys, built and checked in one place.
+
+mod builder;
+
+pub use builder::ShootBuilder;
+
+use nalgebra::Vector3;
+
+use crate::model::{BoxedLaws, Model};
+use crate::rod::{MaterialPoint, Rod};
+use crate::state::{State, StateError};
+use crate::tropism::TropismLaw;
+
+/// Places that are nearer to each other than this fraction of the length are one.
+const SAME_PLACE: f64 = 1e-9;
+
+/// The number of elements of the longest kind that a shoot must stay below, so that a mistaken length or state is refused
+/// before memory is asked for it.
+const MOST_ELEMENTS: f64 = 1e6;
+
+/// How fine the elements of a growing shoot are kept.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Mesh {
+    /// Longest element, m: a longer one in the growth zone is cut in two, and merging outside it makes none that is longer.
+    pub longest_element: f64,
+    /// Mature elements are merged while that changes no angle by more than this, rad.
+    pub merge_tolerance: f64,
+}
+
+/// A shoot with its laws. Build one with [`Shoot::builder`], move it in time with an
+/// [`Integrator`](crate::integrator::Integrator).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shoot<M> {
+    pub(crate) model: M,
+    pub(crate) mesh: Mesh,
+    pub(crate) state: State,
+}
+
+impl<M: Model> Shoot<M> {
+    /// The laws.
+    #[must_use]
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// The state: time, shape, intrinsic strains and history.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The rod at the present time.
+    #[must_use]
+    pub fn rod(&self) -> &Rod {
+        &self.state.rod
+    }
+
+    /// The present time, s.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// The position of the apex, the base at the origin, in the fixed frame, m.
+    #[must_use]
+    pub fn tip(&self) -> Vector3<f64> {
+        self.state.rod.tip()
+    }
+
+    /// Goes back, or forth, to a state of this shoot that was kept before, or to one of a shoot with the same laws, on
+    /// whatever mesh.
+    ///
+    /// # Errors
+    /// A state that is not consistent in itself, whose history is of other laws, or that is so long that this shoot's mesh
+    /// would have a million elements. The shoot is then as it was.
+    pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        state.check()?;
+        let size = self.model.tropism().size();
+        state.check_laws((size.variables, size.stimuli))?;
+        state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
+        self.state.copy_from(state);
+        Ok(())
+    }
+
+    /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
+    pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
+        self.state.rod.set_intrinsic(strain);
+    }
+
+    /// How fine the elements are kept.
+    #[must_use]
+    pub fn mesh(&self) -> Mesh {
+        self.mesh
+    }
+}
+
+/// A shoot whose laws can cross threads can do so itself.
+const _: () = {
+    const fn crosses_threads<T: Send + Sync>() {}
+    crosses_threads::<Shoot<BoxedLaws>>();
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::rod::RodError;
+    use crate::state::StateError;
+
+    #[test]
+    fn a_state_that_lacks_a_point_is_refused() {
+        let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
+        let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
+        lacking.rod.points.pop();
+        let expected = RodError::Size { what: "material points", found: 7, expected: 8, elements: 2 };
+        assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
+        assert_eq!(shoot.state, kept);
+        let mut long = kept.clone();
+        long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
+        let error = shoot.restore(&long).unwrap_err();
+        assert!(matches!(error, StateError::Value { what: "length of the rod", .. }), "{error}");
+        assert_eq!(shoot.state, kept);
+    }
+}
