@@ -82,6 +82,25 @@ pub(crate) fn earlier(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
+/// Laws are read so many units of rounding of the time before and after a discontinuity, never at it: whether they are
+/// written with `<` or `<=` makes no difference then, nor the rounding of `t − from < duration`.
+const MARGIN: f64 = 4.0;
+
+/// A time just before a discontinuity.
+pub(crate) fn before(time: f64) -> f64 {
+    time - MARGIN * rounding(time)
+}
+
+/// A time just after a discontinuity.
+pub(crate) fn after(time: f64) -> f64 {
+    time + MARGIN * rounding(time)
+}
+
+/// The distance to the next number.
+fn rounding(time: f64) -> f64 {
+    time.abs().next_up() - time.abs()
+}
+
 /// Gravity and base that do not change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

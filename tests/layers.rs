@@ -11,7 +11,7 @@ const LAYERS: [&[&str]; 9] = [
     &["reference_element", "scene", "section"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
-    &["equilibrium", "sensing"],
+    &["equilibrium", "profile", "sensing"],
     &["model", "state"],
     &["shoot"],
     &["integrator", "stability"],

@@ -2,6 +2,7 @@
 
 use super::search::Search;
 use super::system::System;
+use super::unloaded::check_turns;
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
@@ -84,6 +85,10 @@ impl EquilibriumSolver for NewtonSolver {
         let answer = with_points!(rod, self, search(rod, material, force));
         if answer.is_err() {
             self.system.initial.restore(rod);
+        }
+        if let Err(EquilibriumError::NoConvergence { .. }) = answer {
+            // The most likely reason, if it is there.
+            check_turns(rod)?;
         }
         answer
     }

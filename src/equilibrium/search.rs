@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::system::System;
+use super::unloaded::take_intrinsic_shape;
 use super::{Equilibrium, EquilibriumError, Inertia};
 use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
@@ -82,6 +83,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             self.found.iterations = iteration;
             self.find_tangent(rod)?;
             self.find_step()?;
+            if iteration == 1 && self.is_far() && self.moves_to_intrinsic_shape(rod) {
+                continue;
+            }
             if self.is_at_saddle() {
                 self.leave_saddle(rod)?;
                 continue;
@@ -150,6 +154,26 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
         self.stagnates = self.turn > 0.5 * last;
         if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
+    }
+
+    /// Whether the first guess is far from a minimum: the tangent is not positive definite there, or the step too long.
+    fn is_far(&self) -> bool {
+        self.stable && (self.shift > 0.0 || self.turn > LARGEST_TURN)
+    }
+
+    /// Gives the rod the shape that it would have without load if its energy is lower there than where it is: from far away the
+    /// better first guess.
+    fn moves_to_intrinsic_shape(&mut self, rod: &mut Rod) -> bool {
+        self.system.start.keep(rod);
+        if take_intrinsic_shape(rod).is_ok() {
+            let trial = self.system.evaluate::<P>(rod, self.material, self.force);
+            self.found.evaluations += 1;
+            if trial < self.found.energy {
+                return true;
+            }
+        }
+        self.system.start.restore(rod);
+        false
     }
 
     /// Whether there is next to no gradient, yet no minimum.

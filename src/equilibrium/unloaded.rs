@@ -46,6 +46,25 @@ impl EquilibriumSolver for Unloaded {
     }
 }
 
+/// Gives the rod the shape u = u*, without memory of its own: an error leaves a part of it so.
+pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<(), EquilibriumError> {
+    let p = rod.order.points();
+    for e in 0..rod.elements() {
+        let (of_element, ..) = integrate(rod, e)?;
+        rod.rotations[e * p..(e + 1) * p].copy_from_slice(&of_element[..p]);
+    }
+    rod.chain_frames();
+    Ok(())
+}
+
+/// Refuses a rod whose intrinsic strain turns it by π or more within one element.
+pub(super) fn check_turns(rod: &Rod) -> Result<(), ParameterError> {
+    (0..rod.elements()).try_for_each(|e| match integrate(rod, e) {
+        Err(EquilibriumError::Parameter(error)) => Err(error),
+        _ => Ok(()),
+    })
+}
+
 /// Picard's iteration for the rotation vectors of an element's nodes; also the number of sweeps and the last change.
 fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, f64), EquilibriumError> {
     /// Each sweep shrinks the error by about |u*| h / 2; sixty reach rounding for every element that resolves its bend.

@@ -1,12 +1,13 @@
 //! The beginning of a run: the first equilibrium and the history before it.
 
-use super::step_size::{before, starts_at_discontinuity};
+use super::step_size::starts_at_discontinuity;
 use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Outcome};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::quadrature::lagrange_derivatives;
+use crate::scene::before;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::History;

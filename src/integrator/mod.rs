@@ -92,10 +92,7 @@ pub enum IntegrationError {
         source: EquilibriumError,
     },
     /// The step is longer than the shortest delay of the laws, and this integrator reads only the past.
-    #[error(
-        "a step of {step} s is longer than the shortest delay of the laws, {delay} s; \
-             take a shorter step, or `Iterated`"
-    )]
+    #[error("{}", step_too_long(*step, *delay))]
     StepTooLong {
         /// The step, s.
         step: f64,
@@ -132,13 +129,23 @@ pub enum IntegrationError {
     },
 }
 
+fn step_too_long(step: f64, delay: f64) -> String {
+    if delay == 0.0 {
+        return "the laws answer without delay, and this integrator reads only the past; take `Iterated`".to_owned();
+    }
+    format!(
+        "a step of {step} s is longer than the shortest delay of the laws, {delay} s; take a shorter step, or `Iterated`"
+    )
+}
+
 impl IntegrationError {
     /// Whether a smaller step may succeed where this failed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
         match self {
             Self::Equilibrium { source, .. } => source.is_recoverable(),
-            Self::StepTooLong { .. } | Self::NotConverged { .. } | Self::Variables { .. } => true,
+            Self::StepTooLong { delay, .. } => *delay > 0.0,
+            Self::NotConverged { .. } | Self::Variables { .. } => true,
             Self::Parameter(_) | Self::NotFinite { .. } => false,
         }
     }

@@ -4,11 +4,8 @@ use super::FIRST_STEP;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
+use crate::scene::{after, before};
 use crate::shoot::Shoot;
-
-/// Laws are read so many units of rounding of the time before and after a discontinuity, never at it: whether they are
-/// written with `<` or `<=` makes no difference then, nor the rounding of `t − from < duration`.
-const MARGIN: f64 = 4.0;
 
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]
@@ -24,21 +21,6 @@ impl Stop {
     pub fn before(&self) -> f64 {
         if self.discontinuity { before(self.time) } else { self.time }
     }
-}
-
-/// A time just before a discontinuity.
-pub(super) fn before(time: f64) -> f64 {
-    time - MARGIN * rounding(time)
-}
-
-/// A time just after a discontinuity.
-pub(super) fn after(time: f64) -> f64 {
-    time + MARGIN * rounding(time)
-}
-
-/// The distance to the next number.
-fn rounding(time: f64) -> f64 {
-    time.abs().next_up() - time.abs()
 }
 
 /// Whether something has a discontinuity at the time at which a run starts.

@@ -4,12 +4,13 @@ use nalgebra::Vector3;
 
 use super::collocation::ExponentialCollocation;
 use super::gradient_integral::GradientIntegral;
-use super::step_size::{Stop, after, next_stop};
+use super::step_size::{Stop, next_stop};
 use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Outcome, Statistics, mesh};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
+use crate::scene::after;
 use crate::shoot::Shoot;
 use crate::state::{Spare, State};
 use crate::tropism::Declaration;

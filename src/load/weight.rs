@@ -10,6 +10,8 @@ use crate::rod::Tissue;
 use crate::scene::Environment;
 
 /// Equation (12): n(s) = ρ g ∫ A ds over what lies beyond s, which is q (ℓ − s) ĝ for a uniform section.
+///
+/// Usual value: ρ = 1000 kg/m³, that of water.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Weight {

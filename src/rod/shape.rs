@@ -1,5 +1,7 @@
 //! What follows from the rotations: frames, strains and positions at any place. Nothing of it is stored.
 
+use std::ops::Range;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
@@ -140,6 +142,45 @@ impl Rod {
             x = (x - excess / weighted_jacobian(points, &reference.at_points(x))).clamp(0.0, 1.0);
         }
         x
+    }
+
+    /// The arc lengths (m) between which the rod is in its growth zone: from where the zone begins to the apex. All of a rod that
+    /// no growth law has made mature is.
+    #[must_use]
+    pub fn growth_zone(&self) -> Range<f64> {
+        let length = self.length();
+        let zone: f64 = (self.first_growing..self.elements()).rev().map(|e| self.element_length(e)).sum();
+        if self.first_growing == 0 { 0.0..length } else { length - zone..length }
+    }
+
+    /// Where (arc length, m) the material is now that was at the arc length `start` (m) at t = 0. A place beyond either end is taken
+    /// to that end; there is no answer to one that is not a number.
+    ///
+    /// Between material points their names are interpolated, with the order of the points in an element.
+    #[must_use]
+    pub fn arc_length_of(&self, start: f64) -> Option<f64> {
+        let (e, x) = self.locate_initial(self.initial_length - start)?;
+        let below: f64 = (0..e).map(|e| self.element_length(e)).sum();
+        Some(below + weighted_jacobian(self.element_points(e), &self.reference().integral_upto(x)))
+    }
+
+    /// The element and the coordinate in it of the material that was at a distance `d` (m) from the apex at t = 0.
+    pub(crate) fn locate_initial(&self, d: f64) -> Option<(usize, f64)> {
+        if d.is_nan() {
+            return None;
+        }
+        let name = |e: usize, x: f64| -> f64 {
+            let weights = self.reference().at_points(x);
+            self.element_points(e).iter().zip(weights).map(|(point, w)| w * point.initial_apex_distance).sum()
+        };
+        let e = (0..self.elements()).rev().find(|&e| name(e, 0.0) >= d).unwrap_or(0);
+        // Names fall from base to apex: halved until the place is known to rounding.
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > f64::EPSILON {
+            let middle = 0.5 * (low + high);
+            if name(e, middle) > d { low = middle } else { high = middle }
+        }
+        Some((e, if name(e, 1.0) >= d { 1.0 } else { high }))
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). An `s` beyond either end is

@@ -7,7 +7,9 @@ pub use builder::ShootBuilder;
 use nalgebra::Vector3;
 
 use crate::model::{BoxedLaws, Model};
+use crate::profile::Profile;
 use crate::rod::{MaterialPoint, Rod};
+use crate::scene::{Environment, Scene, after};
 use crate::state::{State, StateError};
 use crate::tropism::TropismLaw;
 
@@ -66,6 +68,41 @@ impl<M: Model> Shoot<M> {
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
         self.state.rod.tip()
+    }
+
+    /// Time and gravity as they are now; at a discontinuity, as they are after it.
+    #[must_use]
+    pub fn environment(&self) -> Environment {
+        let State { time, smooth_since, .. } = self.state;
+        self.model.scene().environment(if time == smooth_since { after(time) } else { time })
+    }
+
+    /// What the shoot is like at any place along it: strain and intrinsic strain, couple and force, growth rate. An integrator
+    /// must have started it, so that it is at rest.
+    ///
+    /// ```
+    /// # use morphorod::Shoot;
+    /// # use morphorod::constitutive::LinearElastic;
+    /// # use morphorod::growth::UniformGrowth;
+    /// # use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// # use morphorod::load::Weight;
+    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.03, time: 72e3 })
+    /// #     .load(Weight { density: 1000.0 }).scene(morphorod::Still::tilted(0.5)).build()?;
+    /// MethodOfSteps::new(600.0).advance(&mut shoot, 36e3)?;
+    /// let profile = shoot.profile();
+    /// let tip = profile.at(shoot.rod().length()).expect("a number");
+    /// println!("the tip moves away from the base by {:.2} mm/h", 3.6e6 * tip.speed);
+    /// for place in profile.sample(20) {
+    ///     println!("{} {} {}", place.arc_length, place.curvature(), place.couple.y);
+    /// }
+    /// # assert!((tip.speed - 0.03 / 72e3).abs() < 1e-18);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn profile(&self) -> Profile<'_, M::Constitutive, M::Load, M::Growth> {
+        let Self { model, state, .. } = self;
+        Profile::growing(&state.rod, model.constitutive(), model.load(), model.growth(), self.environment())
     }
 
     /// Goes back, or forth, to a state of this shoot that was kept before, or to one of a shoot with the same laws, on

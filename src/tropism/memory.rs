@@ -4,6 +4,8 @@ use crate::error::ParameterError;
 
 /// `M[x](t) = (1/τm) ∫ exp(−(t − τr − τ)/τm) x(τ) dτ` up to t − τr: an exponential memory, read with a delay.
 ///
+/// Usual values: τm = τr = 12 min, for gravitropism and proprioception alike (Agostinelli, DeSimone and Noselli 2021).
+///
 /// The same without the integral: τm ẏ = x − y and `M[x](t) = y(t − τr)`. The filter comes first, the delay after.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -21,6 +21,8 @@ pub enum Handedness {
 
 /// Equation (5): r u̇1* = α REGR cos(2πt/τe + φ), r u̇2* = ±α REGR sin(2πt/τe + φ).
 ///
+/// Usual values: α = 0 (none) to 0.3, 0.2 for the growing shoot; τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
+///
 /// It depends on time alone: no variables, no memory, no delay. In an elliptic section r is the semi-axis across which growth
 /// differs: along d2 for u1, along d1 for u2.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -13,6 +13,9 @@ use crate::error::ParameterError;
 /// ```
 ///
 /// The law asks for u̇*/REGR; [`remembered`](Response::remembered) adds M̄.
+///
+/// η has no unit: by itself it straightens a shoot in τg/η. Usual value: 20 for *Arabidopsis thaliana* (Agostinelli, DeSimone and
+/// Noselli 2021). With gravitropism of sensitivity β a shoot at rest bends over the length η r/β, 12.5 mm at the usual values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Proprioception {

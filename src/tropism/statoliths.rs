@@ -32,6 +32,8 @@ impl Perception for SettledStatoliths {
 /// ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj.
 /// ```
 ///
+/// Usual value: τa = 2 min (Agostinelli, DeSimone and Noselli 2021).
+///
 /// The rate acts on the components along the directors: the pile is carried by the cell. Without gravity nothing moves.
 /// The signal is (h1, h2).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,243 @@
+//! What a rod at rest is like at any place along it.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use crate::constitutive::Constitutive;
+use crate::growth::{GrowthLaw, NoGrowth};
+use crate::load::{Cut, Load};
+use crate::quadrature::lagrange_derivatives;
+use crate::reference_element::MAX_POINTS;
+use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
+use crate::scene::Environment;
+use crate::section::Section;
+use crate::so3::{self, Form};
+
+/// A place along a rod at rest. Components "along the directors" are those along d1, d2, d3 of the place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Place {
+    /// Arc length s from the base, m.
+    pub arc_length: f64,
+    /// Distance from the apex along the rod, ℓ − s, m.
+    pub apex_distance: f64,
+    /// The tissue: its section, its age, and the name of the place.
+    pub tissue: Tissue,
+    /// Position in the fixed frame, the base at the origin, m.
+    pub position: Vector3<f64>,
+    /// The frame: it turns e1, e2, e3 into the directors.
+    pub frame: UnitQuaternion<f64>,
+    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m.
+    pub strain: Vector3<f64>,
+    /// The intrinsic strain u*, along the directors, 1/m.
+    pub intrinsic: Vector3<f64>,
+    /// The couple m that the part beyond exerts on the part below, along the directors, N m.
+    pub couple: Vector3<f64>,
+    /// The force n that the part beyond exerts on the part below, in the fixed frame, N.
+    pub force: Vector3<f64>,
+    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant length with ongoing
+    /// differential growth it is what drives that.
+    pub regr: f64,
+    /// The speed ds/dt at which growth moves the tissue away from the base, along the shoot, m/s.
+    pub speed: f64,
+}
+
+impl Place {
+    /// The curvature of the centre line, √(u1² + u2²), 1/m.
+    #[must_use]
+    pub fn curvature(&self) -> f64 {
+        self.strain.xy().norm()
+    }
+
+    /// The tangent d3 of the centre line, in the fixed frame.
+    #[must_use]
+    pub fn tangent(&self) -> Vector3<f64> {
+        self.frame * centre_line_tangent()
+    }
+}
+
+/// A rod at rest under a load, to be read at any place along it.
+///
+/// A shoot gives its own, [`Shoot::profile`](crate::Shoot::profile); a rod of one's own is read like this:
+///
+/// ```
+/// use morphorod::constitutive::LinearElastic;
+/// use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+/// use morphorod::load::Weight;
+/// use morphorod::rod::Rod;
+/// use morphorod::{Order, Profile, Scene, Still};
+///
+/// let scene = Still::tilted(1.0);
+/// let (tissue, load) = (LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }, Weight { density: 1000.0 });
+/// let mut rod = Rod::uniform(0.06, 0.5e-3, scene.base, 8, Order::Eight)?;
+/// let environment = scene.environment(0.0);
+/// let _ = NewtonSolver::default().solve(&mut rod, &tissue, &load, &environment)?;
+///
+/// let profile = Profile::of(&rod, &tissue, &load, &environment);
+/// for place in profile.sample(5) {
+///     println!("{:.3} m: {:.2} /m, {:.2e} N m", place.arc_length, place.curvature(), place.couple.norm());
+/// }
+/// // The whole weight at the base, nothing at the apex.
+/// let [base, apex] = [0.0, rod.length()].map(|s| profile.at(s).expect("a number"));
+/// assert!((base.force.z + 1000.0 * 9.81 * rod.volume()).abs() < 1e-15);
+/// assert!(apex.couple.norm() < 1e-20 * base.couple.norm());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Between the material points position, frame, force and couple are at least as accurate as at them (order p + 2 in the
+/// element's length, with [p points](crate::Order::points) in an element; order 2 with one); the intrinsic strain is the polynomial through its values
+/// at them, of order p, and so is the visible strain where there is an intrinsic one. In a rod that is not at rest the couple
+/// is the one that its load would need.
+#[derive(Debug)]
+pub struct Profile<'a, C, L, G = NoGrowth> {
+    rod: &'a Rod,
+    material: &'a C,
+    load: &'a L,
+    growth: &'a G,
+    environment: Environment,
+    /// At the ends of the elements, the base's first.
+    ends: Vec<End>,
+}
+
+/// What lies beyond the end of an element, and where that is.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    length: f64,
+    volume: f64,
+    /// The force of what is given per length, N.
+    distributed: Vector3<f64>,
+    /// In the fixed frame, N m.
+    couple: Vector3<f64>,
+    position: Vector3<f64>,
+}
+
+impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
+    /// Prepares to read a rod that is at rest with such material, under a load, at a time and gravity.
+    #[must_use]
+    pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
+        Profile::growing(rod, material, load, &NoGrowth, *environment)
+    }
+}
+
+impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
+    /// The same for a rod that grows.
+    pub(crate) fn growing(rod: &'a Rod, material: &'a C, load: &'a L, growth: &'a G, environment: Environment) -> Self {
+        let (zero, elements) = (Vector3::zeros(), rod.elements());
+        let apex = End { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
+        let mut profile = Self { rod, material, load, growth, environment, ends: vec![apex; elements + 1] };
+        for e in (0..elements).rev() {
+            profile.ends[e] = profile.beyond(e, 0.0);
+        }
+        profile
+    }
+
+    /// The place at an arc length `s` (m). An `s` beyond either end is taken to that end; there is no answer to one that is not a
+    /// number. Where a force jumps the answer is that of either side.
+    #[must_use]
+    pub fn at(&self, s: f64) -> Option<Place> {
+        let (e, x) = self.rod.locate(s)?;
+        Some(self.within(e, x))
+    }
+
+    /// So many places at equal distances from base to apex, both included. One is the base; none is an empty list.
+    #[must_use]
+    pub fn sample(&self, count: usize) -> Vec<Place> {
+        let (length, last) = (self.rod.length(), count.saturating_sub(1).max(1));
+        (0..count).filter_map(|i| self.at(length * i as f64 / last as f64)).collect()
+    }
+
+    /// What lies beyond the coordinate `x` of element `e`, and where that is. The element's own part is integrated by its Gauss
+    /// rule on [x, 1].
+    fn beyond(&self, e: usize, x: f64) -> End {
+        let reference = self.rod.reference();
+        let mut sum = self.lengths_beyond(e, x);
+        for (y, w) in reference.points.iter().zip(&reference.weights) {
+            let y = x + (1.0 - x) * y;
+            let tangent = self.rod.frame_within(e, y) * centre_line_tangent();
+            let part = w * (1.0 - x) * self.interpolate(e, y, |point| point.jacobian);
+            sum.couple += tangent.cross(&self.force(e, y, &self.lengths_beyond(e, y))) * part;
+            sum.position -= tangent * part;
+        }
+        sum
+    }
+
+    /// The same without what needs frames: couple and position are those of the element's last end.
+    fn lengths_beyond(&self, e: usize, x: f64) -> End {
+        let reference = self.rod.reference();
+        let mut sum = self.ends[e + 1];
+        for (y, w) in reference.points.iter().zip(&reference.weights) {
+            let y = x + (1.0 - x) * y;
+            let part = w * (1.0 - x) * self.interpolate(e, y, |point| point.jacobian);
+            let tissue = self.tissue(e, y);
+            sum.length += part;
+            sum.volume += part * tissue.section.area();
+            sum.distributed += self.load.per_length(&tissue, &self.environment) * part;
+        }
+        sum
+    }
+
+    /// The force at a place, in the fixed frame, N.
+    fn force(&self, e: usize, x: f64, beyond: &End) -> Vector3<f64> {
+        let mut cut = Cut::new(self.rod.length() - beyond.length, beyond.length, 0.0);
+        cut.volume_beyond = beyond.volume;
+        cut.initial_apex_distance = self.interpolate(e, x, |point| point.initial_apex_distance);
+        beyond.distributed + self.load.force(&cut, &self.environment)
+    }
+
+    /// The polynomial through what the element's points carry.
+    fn interpolate(&self, e: usize, x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
+        let weights = self.rod.reference().at_points(x);
+        self.rod.element_points(e).iter().zip(weights).map(|(point, w)| w * f(point)).sum()
+    }
+
+    fn tissue(&self, e: usize, x: f64) -> Tissue {
+        let mut tissue = Tissue::young(Section::ellipse(
+            self.interpolate(e, x, |point| point.section.along_d1),
+            self.interpolate(e, x, |point| point.section.along_d2),
+        ));
+        tissue.initial_apex_distance = self.interpolate(e, x, |point| point.initial_apex_distance);
+        if e < self.rod.first_growing() {
+            tissue.age = (self.environment.time - self.interpolate(e, x, |point| point.exit_time)).max(0.0);
+        }
+        tissue
+    }
+
+    fn within(&self, e: usize, x: f64) -> Place {
+        let (rod, time) = (self.rod, self.environment.time);
+        let (beyond, tissue, frame) = (self.beyond(e, x), self.tissue(e, x), rod.frame_within(e, x));
+        let intrinsic = Vector3::from_fn(|i, _| self.interpolate(e, x, |point| point.intrinsic[i]));
+        let couple = frame.inverse_transform_vector(&beyond.couple);
+        // The strain from the couple: one Newton step from the differentiated strain, as the stimuli have it.
+        let elastic = self.strain(e, x) - intrinsic;
+        let response = self.material.respond(&tissue, &elastic);
+        let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let (length, sigma) = (rod.length(), beyond.length);
+        let zone = self.growth.zone_length();
+        let in_zone = e >= rod.first_growing();
+        let speed =
+            |sigma: f64| if self.growth.elongates() { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
+        Place {
+            arc_length: length - sigma,
+            apex_distance: sigma,
+            tissue,
+            position: beyond.position,
+            frame,
+            strain: intrinsic + elastic + inverse * (couple - response.couple),
+            intrinsic,
+            couple,
+            force: self.force(e, x, &beyond),
+            regr: if in_zone { self.growth.regr(sigma, time) } else { 0.0 },
+            speed: if in_zone { speed(length) - speed(sigma) } else { 0.0 },
+        }
+    }
+
+    /// The visible strain by differentiation of the rotations.
+    fn strain(&self, e: usize, x: f64) -> Vector3<f64> {
+        let (reference, rotations) = (self.rod.reference(), self.rod.element_rotations(e));
+        let slopes = lagrange_derivatives(&reference.nodes, x);
+        let mut weights = [0.0; MAX_POINTS];
+        weights[..reference.p].copy_from_slice(&slopes[1..]);
+        let theta = self.rod.rotation_at(e, x);
+        let slope = weighted(rotations, &weights) / self.interpolate(e, x, |point| point.jacobian);
+        Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
+    }
+}
