@@ -7,7 +7,7 @@ use morphorod::tropism::{
     Declaration, DirectionalTropism, Growing, Perception, Response, Site, Source, TropismLaw, Variable,
 };
 use nalgebra::Vector3;
-use shoots::{HOUR, MEMORY, righting};
+use shoots::{HOUR, MEMORY, STATOLITHS, righting, steering};
 
 /// Declares as it is told to, and writes the rates of its first variables only.
 #[derive(Debug)]
@@ -127,4 +127,58 @@ fn laws_that_say_less_than_they_do_are_refused() {
         let law = Careless { variable: sound.variable.relaxing_in(time), ..sound };
         assert!(righting().tropism(law).build().unwrap_err().to_string().contains("time constant of a variable"));
     }
+}
+
+/// Declares one more variable and stimulus from its `n`-th answer on.
+struct Widening {
+    answers: std::sync::atomic::AtomicUsize,
+    n: usize,
+}
+
+impl TropismLaw for Widening {
+    fn declare(&self, to: &mut Declaration) {
+        let answers = self.answers.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        for _ in 0..1 + usize::from(answers >= self.n) {
+            let x = to.stimuli(1);
+            to.memories(1, x, 720.0, Some(720.0));
+        }
+    }
+    fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+        stimuli.fill(1.0);
+    }
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        for (k, rate) in rates.iter_mut().enumerate() {
+            *rate = (stimuli[k] - variables[k]) / 720.0;
+        }
+    }
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::x() * past[0]
+    }
+}
+
+#[test]
+fn a_law_that_changes_what_it_declares_ends_in_an_error_whenever_it_does() {
+    let (mut refused, mut unharmed) = (0, 0);
+    for n in (0..200).chain((200..9000).step_by(97)) {
+        let law = Widening { answers: 0.into(), n };
+        // Between laws of the crate, which would read each other's numbers.
+        let Ok(mut shoot) = righting().elements(2).tropism((steering(STATOLITHS), law, steering(STATOLITHS))).build()
+        else {
+            refused += 1;
+            continue;
+        };
+        let mut integrator = MethodOfSteps::new(180.0);
+        for hour in 1..=2 {
+            let before = shoot.state().clone();
+            match integrator.advance(&mut shoot, 0.5 * HOUR * f64::from(hour)) {
+                Ok(_) => unharmed += 1,
+                Err(error) => {
+                    refused += 1;
+                    assert!(!error.is_recoverable(), "{error}");
+                    assert_eq!(shoot.state(), &before);
+                }
+            }
+        }
+    }
+    assert!(refused > 100 && unharmed > 0, "{refused} {unharmed}");
 }

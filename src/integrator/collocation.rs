@@ -49,6 +49,8 @@ pub(super) struct ExponentialCollocation {
     levels: Levels,
     /// Interpolation weights of the stimuli at the nodes of the whole step.
     at_nodes: [[f64; ORDER]; NODES],
+    /// Stimuli of a point.
+    sensed: usize,
     constants: Vec<f64>,
     /// 1/τ.
     inverse: Vec<f64>,
@@ -99,7 +101,8 @@ impl ExponentialCollocation {
         self.constants.extend(constants());
         self.inverse.clear();
         self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
-        self.stimuli.resize(NODES * laws.size().stimuli, 0.0);
+        self.sensed = laws.size().stimuli;
+        self.stimuli.resize(NODES * self.sensed, 0.0);
         self.rates.resize(v, 0.0);
         self.forcing.resize(NODES * v, 0.0);
         self.values.resize(NODES * v, 0.0);
@@ -128,7 +131,7 @@ impl ExponentialCollocation {
 
     /// Evaluates N = ẏ + y/τ at node `j`.
     fn force(&mut self, law: &impl TropismLaw, j: usize) {
-        let (v, m) = (self.constants.len(), law.size().stimuli);
+        let (v, m) = (self.constants.len(), self.sensed);
         let values = &self.values[j * v..(j + 1) * v];
         // What a law does not write is not a number, whatever stood there before.
         self.rates.fill(f64::NAN);
@@ -157,7 +160,7 @@ impl ExponentialCollocation {
         start: f64,
         depth: usize,
     ) -> bool {
-        let (v, m) = (self.constants.len(), law.size().stimuli);
+        let (v, m) = (self.constants.len(), self.sensed);
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);

@@ -10,7 +10,7 @@ use crate::growth::GrowthLaw;
 use crate::quadrature::{lagrange, rule};
 use crate::section::Section;
 use crate::state::{History, Reading};
-use crate::tropism::{Declaration, Growing, TropismLaw};
+use crate::tropism::{Declaration, Growing, Size, TropismLaw};
 
 /// The Gauss points of a step and how the past is read at each of them; the same for all material points.
 #[derive(Debug, Clone, Default)]
@@ -20,6 +20,8 @@ pub(super) struct GradientIntegral {
     readings: Vec<Option<Reading>>,
     /// The ends of the pieces.
     ends: Vec<f64>,
+    /// Of the laws.
+    size: Size,
     past: Vec<f64>,
     present: Vec<f64>,
 }
@@ -49,6 +51,7 @@ impl GradientIntegral {
         self.ends.clear();
         self.ends.extend([from, to]);
         let variables = laws.variables();
+        self.size = laws.size();
         for (v, variable) in variables.iter().enumerate() {
             // Each delay once.
             if let Some(delay) = variable.delay
@@ -93,7 +96,7 @@ impl GradientIntegral {
         section: Section,
         (distance, start): (f64, f64),
     ) -> Vector3<f64> {
-        let size = tropism.size();
+        let size = self.size;
         self.past.resize(size.variables, 0.0);
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         let moves = growth.elongates();

@@ -4,6 +4,7 @@ use super::collocation::Levels;
 use super::stepper::{Step, Stepper};
 use super::{IntegrationError, ORDER, Outcome};
 use crate::equilibrium::EquilibriumSolver;
+use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
 use crate::scene::Scene;
@@ -16,6 +17,7 @@ impl Stepper {
     /// by how much that changes an angle, rad.
     pub fn drive(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<f64, IntegrationError> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
+        self.check_size(tropism)?;
         let Step { from, to, leaving } = step;
         let history = &state.history;
         let smooth = history.smooth(state.smooth_since, ORDER);
@@ -97,6 +99,7 @@ impl Stepper {
         if self.laws.size().stimuli == 0 {
             return Ok(());
         }
+        self.check_size(shoot.model.tropism())?;
         let (rod, history) = (&shoot.state.rod, &mut shoot.state.history);
         let (tropism, last) = (shoot.model.tropism(), history.levels() - 1);
         let mut finite = true;
@@ -115,6 +118,7 @@ impl Stepper {
             return Ok(());
         }
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
+        self.check_size(tropism)?;
         let smooth = state.history.smooth(state.smooth_since, ORDER);
         let (size, count) = (step.to - step.from, smooth.len());
         // Time counts in steps.
@@ -132,7 +136,19 @@ impl Stepper {
             tropism.rates(variables, stimuli[count - 1], rates);
             carried && rates.iter().all(|rate| rate.is_finite())
         });
-        carried.map_err(|point| IntegrationError::Variables { time: step.to, point: first + point })
+        carried.or_else(|point| {
+            // The likely reason, if it is there.
+            self.check_size(tropism)?;
+            Err(IntegrationError::Variables { time: step.to, point: first + point })
+        })
+    }
+
+    /// Refuses laws that have changed what they declare since the call began.
+    fn check_size(&self, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
+        let (now, before) = (tropism.size(), self.laws.size());
+        let name = "number of variables and stimuli that the tropism laws declare";
+        let number = (now.variables + now.stimuli) as f64;
+        ParameterError::unless(now == before, name, number, "the same throughout a call")
     }
 
     /// Writes the rates of the variables at the last level.

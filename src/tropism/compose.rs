@@ -76,10 +76,17 @@ impl TropismLaw for () {
 }
 
 /// Two laws: what the first keeps and senses stands before what the second does, and the gradients add.
+///
+/// A law that does not declare the same at every call would have the other one read what is not its own: then what is asked for
+/// is not a number, which the integrator refuses.
 impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     #[inline]
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
         let (a, b) = (self.0.size(), self.1.size());
+        let stimuli = if a.reads_present || b.reads_present { a.stimuli + b.stimuli } else { now.len() };
+        if past.len() != a.variables + b.variables || now.len() != stimuli {
+            return Vector3::repeat(f64::NAN);
+        }
         let past = past.split_at(a.variables);
         let now = if a.reads_present || b.reads_present { now.split_at(a.stimuli) } else { (now, now) };
         self.0.gradient(at, past.0, a.present(now.0)) + self.1.gradient(at, past.1, b.present(now.1))
@@ -91,13 +98,20 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     }
     #[inline]
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let stimuli = stimuli.split_at_mut(self.0.size().stimuli);
+        let (a, b) = (self.0.size().stimuli, self.1.size().stimuli);
+        if stimuli.len() != a + b {
+            return stimuli.fill(f64::NAN);
+        }
+        let stimuli = stimuli.split_at_mut(a);
         self.0.sense(site, stimuli.0);
         self.1.sense(site, stimuli.1);
     }
     #[inline]
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let first = self.0.size();
+        let (first, second) = (self.0.size(), self.1.size());
+        if !first.fits(second, variables, stimuli) {
+            return rates.fill(f64::NAN);
+        }
         let (variables, stimuli) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
         let rates = rates.split_at_mut(first.variables);
         self.0.rates(variables.0, stimuli.0, rates.0);
@@ -105,13 +119,19 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     }
     #[inline]
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        let first = self.0.size();
+        let (first, second) = (self.0.size(), self.1.size());
+        if !first.fits(second, variables, stimuli) {
+            return variables.fill(f64::NAN);
+        }
         let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
         self.0.steady(stimuli.0, variables.0);
         self.1.steady(stimuli.1, variables.1);
     }
     fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        let first = self.0.size();
+        let (first, second) = (self.0.size(), self.1.size());
+        if !first.fits(second, variables, stimuli) {
+            return variables.fill(f64::NAN);
+        }
         let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
         self.0.at_rest(stimuli.0, variables.0);
         self.1.at_rest(stimuli.1, variables.1);

@@ -107,6 +107,12 @@ impl Size {
         counted.size
     }
 
+    /// Whether the slices hold as many numbers as this law and a second one have together.
+    #[inline]
+    pub(super) fn fits(&self, second: Self, variables: &[f64], stimuli: &[f64]) -> bool {
+        variables.len() == self.variables + second.variables && stimuli.len() == self.stimuli + second.stimuli
+    }
+
     /// What [`gradient`](TropismLaw::gradient) is given of the stimuli `x`: all, or none if it does not read the present.
     #[must_use]
     #[inline]
