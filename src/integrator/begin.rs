@@ -29,7 +29,7 @@ impl Stepper {
         self.equilibrate(shoot, solver, if discontinuity { before(now) } else { now })?;
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
         state.predictor.make_room(&state.rod, now);
-        state.smooth_since = now;
+        (state.smooth_since, state.changed) = (now, false);
         let (size, longest) = (self.laws.size(), self.laws.longest_delay());
         // Levels before now, and now twice: with the rates of the past, and with those that the stimuli cause.
         let intervals = if past.is_constant() { 1 } else { SAMPLES };

@@ -111,6 +111,9 @@ impl Stepper {
     ) -> Outcome {
         self.check_history(&shoot.state)?;
         self.reserve_levels(&mut shoot.state, size, until);
+        if shoot.state.changed {
+            self.pass_discontinuity(shoot, solver)?;
+        }
         while shoot.state.time < until {
             let stop = next_stop(shoot, until, size)?;
             self.step(shoot, solver, stop, correction)?;
@@ -186,7 +189,7 @@ impl Stepper {
         shoot.state.history.push(time, &mut self.spare);
         self.sense(shoot)?;
         self.find_rates(shoot);
-        shoot.state.smooth_since = time;
+        (shoot.state.smooth_since, shoot.state.changed) = (time, false);
         shoot.state.predictor.forget();
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! A shoot: a state together with the laws that it obeys, built and checked in one place.
 
 mod builder;
+mod change;
 
 pub use builder::ShootBuilder;
 

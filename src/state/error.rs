@@ -1,5 +1,6 @@
 //! Why something cannot be the state of a shoot.
 
+use crate::error::ParameterError;
 use crate::rod::RodError;
 
 /// A state that is damaged, or belongs to another shoot.
@@ -14,6 +15,9 @@ pub enum StateError {
         /// The format that can be read.
         known: u32,
     },
+    /// A parameter of the laws, or of what they ask of the state, makes no sense.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
     /// The rod is damaged.
     #[error(transparent)]
     Rod(#[from] RodError),

@@ -30,20 +30,35 @@ pub struct State {
     pub(crate) history: History,
     /// When the run began or passed a discontinuity: no interpolation in time reaches back across it.
     pub(crate) smooth_since: f64,
+    /// Whether the laws were exchanged at the present time: an integrator has yet to pass that discontinuity.
+    pub(crate) changed: bool,
 }
 
 impl State {
     /// A shoot at rest at t = 0 that no integrator has started yet.
     pub(crate) fn new(rod: Rod) -> Self {
-        Self { time: 0.0, rod, predictor: Predictor::default(), history: History::default(), smooth_since: 0.0 }
+        Self {
+            time: 0.0,
+            rod,
+            predictor: Predictor::default(),
+            history: History::default(),
+            smooth_since: 0.0,
+            changed: false,
+        }
     }
 
     /// Becomes equal to `source` without new allocations, if there is room.
     pub(crate) fn copy_from(&mut self, source: &Self) {
-        (self.time, self.smooth_since) = (source.time, source.smooth_since);
+        (self.time, self.smooth_since, self.changed) = (source.time, source.smooth_since, source.changed);
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
+    }
+
+    /// Becomes a state that no integrator has started, with the shape that it has.
+    pub(crate) fn forget(&mut self) {
+        (self.predictor, self.history) = (Predictor::default(), History::default());
+        (self.smooth_since, self.changed) = (self.time, false);
     }
 
     /// Refuses a state whose parts do not belong together, or hold numbers that no state has.

@@ -36,12 +36,13 @@ pub(super) struct Saved {
     predictor: Predictor,
     history: History,
     smooth_since: f64,
+    changed: bool,
 }
 
 impl From<State> for Saved {
     fn from(state: State) -> Self {
-        let State { time, rod, predictor, history, smooth_since } = state;
-        Self { format: Format, time, rod, predictor, history, smooth_since }
+        let State { time, rod, predictor, history, smooth_since, changed } = state;
+        Self { format: Format, time, rod, predictor, history, smooth_since, changed }
     }
 }
 
@@ -49,8 +50,8 @@ impl TryFrom<Saved> for State {
     type Error = StateError;
 
     fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { format: Format, time, rod, predictor, history, smooth_since } = saved;
-        let state = Self { time, rod, predictor, history, smooth_since };
+        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed } = saved;
+        let state = Self { time, rod, predictor, history, smooth_since, changed };
         state.check()?;
         Ok(state)
     }
