@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DVector, Vector3};
 
 use super::block::Block;
+use crate::tropism::Handedness;
 
 /// How a mode moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,8 +11,8 @@ pub enum Polarisation {
     /// To and fro, as seen along the tangent of the apex; the displacement of the apex says in which direction. A shoot that
     /// leans and moves in the plane of its bend is one, though its tip goes on a thin ellipse in that plane.
     Planar,
-    /// Round: seen along the tangent of the apex, the tip goes on an ellipse.
-    Turning,
+    /// Round: seen along the tangent of the apex, the tip goes on an ellipse, in this sense.
+    Turning(Handedness),
     /// A double root of an isotropic shoot: to and fro in any plane, or round in either sense.
     Isotropic,
 }
@@ -85,9 +86,16 @@ pub(super) fn mode(block: &Block, value: Complex<f64>) -> Root {
     Root { value, residual, multiplicity, polarisation, strain, displacement }
 }
 
-/// A displacement a exp(iωt) is planar if, seen along the tangent, its real and imaginary parts are parallel.
+/// A displacement a exp(iωt) is planar if, seen along the tangent, its real and imaginary parts are parallel. Else the tip is at
+/// Re a at first and moves along −Im a.
 fn polarisation(tip: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Polarisation {
     let (re, im) = (tip.map(|z| z.re), tip.map(|z| z.im));
-    let area = re.cross(&im).dot(tangent).abs();
-    if area < 1e-6 * tip.norm_squared() { Polarisation::Planar } else { Polarisation::Turning }
+    let area = -re.cross(&im).dot(tangent);
+    if area.abs() < 1e-6 * tip.norm_squared() {
+        Polarisation::Planar
+    } else if area > 0.0 {
+        Polarisation::Turning(Handedness::Counterclockwise)
+    } else {
+        Polarisation::Turning(Handedness::Clockwise)
+    }
 }

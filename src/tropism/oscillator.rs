@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::{Growing, TropismLaw};
 use crate::error::ParameterError;
 
-/// The way in which the oscillator's gradient turns about d3, seen from the apex towards the base: from above, on an upright
-/// shoot.
+/// The way in which something turns about d3, an oscillator's gradient or the tip of a shoot, seen from the apex towards the base:
+/// from above, on an upright shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Handedness {
