@@ -1,6 +1,6 @@
 //! Steps that are repeated with what they led to: for laws that respond without delay.
 
-use super::stepper::{Correction, Stepper};
+use super::stepper::{Correction, Course, Stepper};
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -50,8 +50,23 @@ impl<E: EquilibriumSolver> Integrator for Iterated<E> {
     }
 
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+        self.carry(shoot, until, usize::MAX)
+    }
+
+    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+        self.carry(shoot, until, 1)
+    }
+}
+
+impl<E: EquilibriumSolver> Iterated<E> {
+    fn carry(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        until: f64,
+        most_steps: usize,
+    ) -> Result<Statistics, IntegrationError> {
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
-        let correction = Correction { tolerance: self.tolerance, most: self.max_corrections };
-        self.stepper.advance(shoot, &mut self.solver, until, self.step, Some(correction))
+        let correction = Some(Correction { tolerance: self.tolerance, most: self.max_corrections });
+        self.stepper.advance(shoot, &mut self.solver, Course { until, size: self.step, most_steps, correction })
     }
 }

@@ -1,6 +1,6 @@
 //! The method of steps: what the laws ask for during a step is known before it.
 
-use super::stepper::Stepper;
+use super::stepper::{Course, Stepper};
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -47,6 +47,21 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
     }
 
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+        self.carry(shoot, until, usize::MAX)
+    }
+
+    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+        self.carry(shoot, until, 1)
+    }
+}
+
+impl<E: EquilibriumSolver> MethodOfSteps<E> {
+    fn carry(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        until: f64,
+        most_steps: usize,
+    ) -> Result<Statistics, IntegrationError> {
         let Self { step, solver, stepper } = self;
         ParameterError::positive("time step", *step)?;
         stepper.laws.read(shoot.model.tropism());
@@ -56,6 +71,6 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         if *step > delay * (1.0 + 1e-12) {
             return Err(IntegrationError::StepTooLong { step: *step, delay });
         }
-        stepper.advance(shoot, solver, until, *step, None)
+        stepper.advance(shoot, solver, Course { until, size: *step, most_steps, correction: None })
     }
 }

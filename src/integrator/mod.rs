@@ -10,6 +10,7 @@ mod method_of_steps;
 mod phases;
 mod step_size;
 mod stepper;
+mod stops;
 
 pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use iterated::Iterated;
@@ -119,6 +120,14 @@ pub enum IntegrationError {
         /// The point, counted from the base.
         point: usize,
     },
+    /// A condition did not hold by the latest time.
+    #[error("the condition does not hold by {time} s; it is {value} then, and would hold at zero or above")]
+    NotReached {
+        /// The time that was reached, s.
+        time: f64,
+        /// The condition's value then.
+        value: f64,
+    },
     /// A law answered with something that is not a number.
     #[error("the {what} is not finite at {time} s")]
     NotFinite {
@@ -146,7 +155,7 @@ impl IntegrationError {
             Self::Equilibrium { source, .. } => source.is_recoverable(),
             Self::StepTooLong { delay, .. } => *delay > 0.0,
             Self::NotConverged { .. } | Self::Variables { .. } => true,
-            Self::Parameter(_) | Self::NotFinite { .. } => false,
+            Self::Parameter(_) | Self::NotFinite { .. } | Self::NotReached { .. } => false,
         }
     }
 }
@@ -174,4 +183,86 @@ pub trait Integrator {
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
     fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError>;
+
+    /// Takes one step of those by which [`advance`](Self::advance) goes to time `until` (s): the way to see the shoot after every
+    /// step. Where the shoot is at that time already there is no step.
+    ///
+    /// ```
+    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// let mut integrator = MethodOfSteps::new(600.0);
+    /// while shoot.time() < 7200.0 {
+    ///     integrator.step(&mut shoot, 7200.0)?;
+    ///     println!("{} s: {:?}", shoot.time(), shoot.tip());
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// See [`IntegrationError`]; the shoot is then as it was.
+    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError>;
+
+    /// Carries the shoot until a condition first holds, at the latest until the time `latest` (s). The condition is a function of
+    /// the shoot that is negative before and zero or positive from then on; it is asked after every step, and where its sign has
+    /// changed in a step the time of that is found by taking shorter ones. It should be continuous there.
+    ///
+    /// ```
+    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// // Until it is 6 cm long, within ten days.
+    /// MethodOfSteps::new(600.0).advance_until(&mut shoot, 864e3, |shoot| shoot.rod().length() - 0.06)?;
+    /// assert!((shoot.time() - 72e3 * f64::ln(6.0 / 5.0)).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// A shoot that no longer moves: `|shoot| 1e-9 - shoot.steering_rate()`, in rad/s.
+    ///
+    /// # Errors
+    /// [`NotReached`](IntegrationError::NotReached) if the condition does not hold by then, and all others; the shoot is then as it
+    /// was.
+    fn advance_until<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        latest: f64,
+        condition: impl FnMut(&Shoot<M>) -> f64,
+    ) -> Result<Statistics, IntegrationError>
+    where
+        Self: Sized,
+    {
+        stops::advance_until(self, shoot, latest, condition)
+    }
+
+    /// Carries the shoot to time `until` (s) by the same steps as [`advance`](Self::advance), and shows it at given times on the
+    /// way, in increasing order, without shortening a step for them. A look between two steps costs one further equilibrium.
+    ///
+    /// ```
+    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// let minutes = (0..=60).map(|minute| 60.0 * f64::from(minute));
+    /// let mut path = Vec::new();
+    /// MethodOfSteps::new(600.0).advance_showing(&mut shoot, 3600.0, minutes, |shoot| path.push(shoot.tip()))?;
+    /// assert_eq!(path.len(), 61);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A time that is not between the present, the time before it, and `until`, and all others; the shoot is then as it was.
+    fn advance_showing<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        until: f64,
+        times: impl IntoIterator<Item = f64>,
+        show: impl FnMut(&Shoot<M>),
+    ) -> Result<Statistics, IntegrationError>
+    where
+        Self: Sized,
+    {
+        stops::advance_showing(self, shoot, until, times, show)
+    }
 }

@@ -32,6 +32,17 @@ pub(super) struct Step {
     pub leaving: usize,
 }
 
+/// Where a run goes: to a time, in steps of at most a size, in so many of them at most.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Course {
+    /// s.
+    pub until: f64,
+    /// s.
+    pub size: f64,
+    pub most_steps: usize,
+    pub correction: Option<Correction>,
+}
+
 /// Workspace for stepping; no state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stepper {
@@ -59,23 +70,22 @@ impl Stepper {
         self.guarded(shoot, |stepper, shoot| stepper.begin(shoot, solver, history))
     }
 
-    /// Carries the shoot to `until` in steps of at most `size`, s. If that fails, the shoot is as it was.
+    /// Carries the shoot along its course. If that fails, the shoot is as it was.
     pub fn advance(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-        until: f64,
-        size: f64,
-        correction: Option<Correction>,
+        course: Course,
     ) -> Result<Statistics, IntegrationError> {
-        ParameterError::positive("time step", size)?;
+        ParameterError::positive("time step", course.size)?;
+        let until = course.until;
         let ahead = until >= shoot.time() && until.is_finite();
         ParameterError::unless(ahead, "time to advance to", until, "finite and not in the past (s)")?;
         self.guarded(shoot, |stepper, shoot| {
             if shoot.state.history.levels() == 0 {
                 stepper.begin(shoot, solver, &EmptyHistory)?;
             }
-            stepper.run(shoot, solver, until, size, correction)
+            stepper.run(shoot, solver, course)
         })
     }
 
@@ -105,16 +115,14 @@ impl Stepper {
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
-        until: f64,
-        size: f64,
-        correction: Option<Correction>,
+        Course { until, size, most_steps, correction }: Course,
     ) -> Outcome {
         self.check_history(&shoot.state)?;
         self.reserve_levels(&mut shoot.state, size, until);
         if shoot.state.changed {
             self.pass_discontinuity(shoot, solver)?;
         }
-        while shoot.state.time < until {
+        while shoot.state.time < until && self.statistics.steps < most_steps {
             let stop = next_stop(shoot, until, size)?;
             self.step(shoot, solver, stop, correction)?;
             if stop.discontinuity {

@@ -2,6 +2,7 @@
 
 mod builder;
 mod change;
+mod rate;
 
 pub use builder::ShootBuilder;
 

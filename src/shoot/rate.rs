@@ -1,0 +1,36 @@
+//! How fast a shoot steers at present.
+
+use super::Shoot;
+use crate::growth::GrowthLaw;
+use crate::model::Model;
+use crate::tropism::{Declaration, Growing, TropismLaw};
+
+impl<M: Model> Shoot<M> {
+    /// How fast differential growth turns the shoot at present: ∫ |u̇*| ds over the growth zone, rad/s. No frame turns faster
+    /// against the base where nothing else moves. Zero before an integrator has started it.
+    #[must_use]
+    pub fn steering_rate(&self) -> f64 {
+        let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
+        let (laws, rod, time) = (Declaration::of(tropism), &self.state.rod, self.environment().time);
+        if history.levels() < 2 {
+            return 0.0;
+        }
+        // Of an unread variable nothing is handed on.
+        let read = |delay: f64| history.reading(time - delay, time - delay);
+        let readings: Vec<_> = laws.variables().iter().map(|variable| variable.delay.map(read)).collect();
+        let mut past = vec![0.0; readings.len()];
+        let zone = rod.zone();
+        let weights = rod.reference().weights.iter().cycle();
+        let mut sum = 0.0;
+        for (i, (point, weight)) in rod.points[zone].iter().zip(weights).enumerate() {
+            for (k, reading) in readings.iter().enumerate() {
+                past[k] = reading.map_or(0.0, |reading| history.read(&reading, i, k));
+            }
+            let at = Growing::new(time, point.section, point.apex_distance);
+            let present = laws.size().present(history.stimuli(history.levels() - 1, i));
+            let gradient = tropism.gradient(&at, &past, present);
+            sum += gradient.norm() * growth.regr(point.apex_distance, time).abs() * weight * point.jacobian;
+        }
+        sum
+    }
+}
