@@ -4,6 +4,7 @@ use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth};
 use crate::load::Load;
+use crate::pointers::forward_pointers;
 use crate::scene::{Scene, Still};
 use crate::tropism::{Declaration, TropismLaw};
 
@@ -11,6 +12,10 @@ use crate::tropism::{Declaration, TropismLaw};
 ///
 /// [`Laws`] is a model, and enough for nearly everybody. A type of your own may be one, too, if it is to carry more than
 /// its laws. Functions that take any shoot read `fn follow(shoot: &mut Shoot<impl Model>)`.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a model",
+    note = "five laws together are one: `morphorod::Laws {{ constitutive, growth, tropism, load, scene }}`"
+)]
 pub trait Model {
     /// How tissue elongates.
     type Growth: GrowthLaw;
@@ -64,6 +69,21 @@ pub trait Model {
         self.scene().check()
     }
 }
+
+forward_pointers!(Model {
+    type Growth;
+    type Tropism;
+    type Constitutive;
+    type Load;
+    type Scene;
+    fn growth() -> &T::Growth;
+    fn tropism() -> &T::Tropism;
+    fn constitutive() -> &T::Constitutive;
+    fn load() -> &T::Load;
+    fn scene() -> &T::Scene;
+    fn next_discontinuity(t: f64) -> Result<f64, ParameterError>;
+    fn check(length: f64) -> Result<(), ParameterError>;
+});
 
 /// Five laws side by side: a [`Model`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,9 +1,13 @@
 //! A law behind a pointer is a law.
 
-/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by way of `T`, method by method.
+/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by way of `T`: its types, then its methods.
 macro_rules! forward_pointers {
-    (@ $Trait:ident, $Pointer:ty, { $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)* }) => {
+    (@ $Trait:ident, $Pointer:ty, {
+        $(type $Type:ident;)*
+        $(fn $name:ident($($arg:ident: $ty:ty),*) $(-> $answer:ty)?;)*
+    }) => {
         impl<T: $Trait + ?Sized> $Trait for $Pointer {
+            $(type $Type = T::$Type;)*
             $(
                 #[inline]
                 fn $name(&self $(, $arg: $ty)*) $(-> $answer)? {

@@ -41,6 +41,10 @@ impl Environment {
 ///     }
 /// }
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a scene",
+    note = "scenes implement `morphorod::Scene`: `Still` and `Turned` do"
+)]
 pub trait Scene {
     /// The acceleration of gravity at time `t` (s) in the fixed frame, m/s².
     fn gravity(&self, t: f64) -> Vector3<f64>;

@@ -4,14 +4,16 @@ mod shoots;
 
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{Integrator, Iterated, MethodOfSteps, Simulation};
 use morphorod::load::Weight;
 use morphorod::stability::StationarySolver;
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered, Response,
-    Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
+    Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
+    Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
 };
-use morphorod::{BoxedLaws, Laws, Model, Shoot, Still};
+use morphorod::{BoxedLaws, Laws, Model, Shoot, State, Still};
+use std::sync::Arc;
+
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
 use shoots::{BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering};
@@ -299,4 +301,59 @@ fn a_model_of_ones_own() {
     shoot.advance(HOUR);
     assert!(shoot.state() == expected.state());
     assert_eq!(shoot.model().name, "Helianthus 7");
+}
+
+#[test]
+fn a_part_behind_a_pointer_is_a_part() {
+    let mut expected = righting().tropism(steering(STATOLITHS)).build().unwrap();
+    expected.advance(HOUR);
+    let (gravitropism, proprioception) = steering(STATOLITHS);
+    // Perceptions, responses, laws, models: boxed, shared, borrowed.
+    let shared = Arc::new(STATOLITHS);
+    let sensed = Gravitropism { sensitivity: BETA, perception: shared.clone() }.remembered(MEMORY);
+    let boxed: Box<dyn Perception<Signal = [f64; 2]>> = Box::new(&STATOLITHS);
+    let dynamic = Gravitropism { sensitivity: BETA, perception: boxed }.remembered(MEMORY);
+    let answered = Arc::new(gravitropism.response).remembered(MEMORY);
+    let same = |mut shoot: Shoot<_>| {
+        Advance::advance(&mut shoot, HOUR);
+        assert!(shoot.state() == expected.state());
+    };
+    same(righting().tropism((Box::new(sensed) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
+    same(righting().tropism((Box::new(dynamic) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
+    same(righting().tropism((Box::new(answered) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
+    let model = Arc::new(*expected.model());
+    for _ in 0..2 {
+        let mut shoot = Shoot::of(model.clone()).length(0.05).radius(RADIUS).build().unwrap();
+        shoot.advance(HOUR);
+        assert!(shoot.state() == expected.state());
+    }
+}
+
+#[test]
+fn shoots_of_unlike_laws_stand_in_one_list() {
+    let mut alone = (righting().build().unwrap(), growing().build().unwrap());
+    alone.0.advance(HOUR);
+    alone.1.advance(HOUR);
+    let mut list: Vec<Box<dyn Simulation + Send>> = vec![
+        Box::new((righting().build().unwrap(), MethodOfSteps::new(180.0))),
+        Box::new((growing().build().unwrap(), MethodOfSteps::new(180.0))),
+    ];
+    let starts: Vec<State> = list.iter().map(|simulation| simulation.state().clone()).collect();
+    for _ in 0..2 {
+        std::thread::scope(|scope| {
+            for simulation in &mut list {
+                scope.spawn(move || {
+                    while simulation.time() < HOUR {
+                        assert_eq!(simulation.step(HOUR).unwrap().steps, 1);
+                    }
+                });
+            }
+        });
+        assert!(list[0].state() == alone.0.state() && list[1].state() == alone.1.state());
+        assert_eq!(list[1].rod().tip(), alone.1.tip());
+        for (simulation, start) in list.iter_mut().zip(&starts) {
+            simulation.restore(start).unwrap();
+        }
+    }
+    assert_eq!(list[0].advance(HOUR).unwrap().splits, 0);
 }

@@ -26,6 +26,10 @@ pub struct ElasticResponse {
 }
 
 /// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium minimises.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an elastic law",
+    note = "elastic laws implement `morphorod::constitutive::Constitutive`, as `LinearElastic` does"
+)]
 pub trait Constitutive {
     /// The response to the elastic strain u − u* (1/m, components along the directors), equations (9) and (10).
     ///

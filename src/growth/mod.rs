@@ -22,6 +22,10 @@ use crate::quadrature::rule;
 ///
 /// A law must give [`regr`](Self::regr) and [`zone_length`](Self::zone_length). The motion is integrated from these
 /// unless the law knows it in closed form.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a growth law",
+    note = "growth laws implement `morphorod::growth::GrowthLaw`: `UniformGrowth` and others, `Ongoing(law)` for constant length"
+)]
 pub trait GrowthLaw {
     /// The relative elemental growth rate at distance `sigma` ≤ zone length from the apex at time `t` (s), in 1/s.
     fn regr(&self, sigma: f64, t: f64) -> f64;

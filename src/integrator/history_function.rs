@@ -1,5 +1,6 @@
 //! What came before the start of a run: the history function of the delay equations, on [−delay, 0].
 
+use crate::pointers::forward_pointers;
 use crate::tropism::{Site, TropismLaw};
 
 /// The laws' variables before the start of a run, at every material point.
@@ -11,6 +12,11 @@ pub trait HistoryFunction {
     /// where the law senses `stimuli`.
     fn variables(&self, law: &impl TropismLaw, t: f64, site: &Site, stimuli: &[f64], variables: &mut [f64]);
 }
+
+forward_pointers!(HistoryFunction {
+    fn is_constant() -> bool;
+    fn variables(law: &impl TropismLaw, t: f64, site: &Site, stimuli: &[f64], variables: &mut [f64]);
+});
 
 /// The default history: memories empty before the start, statoliths settled in the first equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -8,6 +8,7 @@ mod iterated;
 mod mesh;
 mod method_of_steps;
 mod phases;
+mod simulation;
 mod step_size;
 mod stepper;
 mod stops;
@@ -15,6 +16,7 @@ mod stops;
 pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use iterated::Iterated;
 pub use method_of_steps::MethodOfSteps;
+pub use simulation::Simulation;
 
 use crate::equilibrium::{Equilibrium, EquilibriumError};
 use crate::error::ParameterError;

@@ -151,7 +151,8 @@ impl Growing {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a tropism law",
-    note = "a response becomes a law by its memory: `response.remembered(memory)`"
+    note = "a response becomes a law by its memory: `response.remembered(memory)`",
+    note = "tuples of up to six laws are laws, longer ones are nested: `((a, b), c)`"
 )]
 pub trait TropismLaw {
     /// The rate of the intrinsic strain divided by REGR, components along the directors, 1/m.

@@ -2,6 +2,7 @@
 
 use super::{Declaration, Site, Source};
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 
 /// A few numbers that are passed on from perception to response: `[f64; N]`.
 pub trait Signal: AsRef<[f64]> + Copy {
@@ -49,6 +50,10 @@ impl<const N: usize> Signal for [f64; N] {
 ///     .remembered(Memory { time: 600.0, delay: 300.0 });
 /// # let _ = phototropism;
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a perception",
+    note = "what tissue perceives implements `morphorod::tropism::Perception`, as `SettledStatoliths` does"
+)]
 pub trait Perception {
     /// The numbers that are passed on.
     type Signal: Signal;
@@ -103,3 +108,16 @@ pub trait Perception {
         Ok(())
     }
 }
+
+forward_pointers!(Perception {
+    type Signal;
+    fn declare(to: &mut Declaration) -> Source;
+    fn sense(site: &Site, stimuli: &mut [f64]);
+    fn signal(variables: &[f64], stimuli: &[f64]) -> T::Signal;
+    fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+    fn steady(stimuli: &[f64], variables: &mut [f64]);
+    fn at_rest(stimuli: &[f64], variables: &mut [f64]);
+    fn delay() -> f64;
+    fn next_discontinuity(t: f64) -> f64;
+    fn check() -> Result<(), ParameterError>;
+});

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::{Declaration, Growing, Memory, Perception, Signal, Site, Source, TropismLaw};
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 
 /// What tissue perceives, with the growth that it asks for in answer. [`remembered`](Self::remembered) makes a
 /// [`TropismLaw`](super::TropismLaw) of it.
@@ -35,6 +36,13 @@ pub trait Response {
         Remembered { response: self, memory }
     }
 }
+
+forward_pointers!(Response {
+    type Perception;
+    fn perception() -> &T::Perception;
+    fn gradient(at: &Growing, signal: SignalOf<T>) -> Vector3<f64>;
+    fn check() -> Result<(), ParameterError>;
+});
 
 /// A response to the memory M of what is perceived: a [`TropismLaw`].
 ///

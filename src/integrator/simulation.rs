@@ -1,0 +1,81 @@
+//! Shoots of unlike laws side by side.
+
+use super::{IntegrationError, Integrator, Statistics};
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+use crate::state::{State, StateError};
+
+/// A shoot with the integrator that moves it, whatever laws it obeys: the pair `(shoot, integrator)` is one. The trait is object
+/// safe, so that shoots of unlike laws can stand in one list.
+///
+/// ```
+/// use morphorod::Shoot;
+/// use morphorod::constitutive::LinearElastic;
+/// use morphorod::growth::UniformGrowth;
+/// use morphorod::integrator::{MethodOfSteps, Simulation};
+/// use morphorod::load::Weight;
+///
+/// let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+/// let bare = Shoot::builder(tissue).length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.03, time: 72e3 });
+/// let heavy = bare.clone().load(Weight { density: 1000.0 });
+/// let mut all: Vec<Box<dyn Simulation + Send>> = vec![
+///     Box::new((bare.build()?, MethodOfSteps::new(300.0))),
+///     Box::new((heavy.build()?, MethodOfSteps::new(300.0))),
+/// ];
+/// for simulation in &mut all {
+///     simulation.advance(3600.0)?;
+///     println!("{:?}", simulation.rod().tip());
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Simulation {
+    /// Carries the shoot to time `until`, s, as [`Integrator::advance`].
+    ///
+    /// # Errors
+    /// See [`IntegrationError`]; the shoot is then as it was.
+    fn advance(&mut self, until: f64) -> Result<Statistics, IntegrationError>;
+
+    /// Takes one step on the way to time `until`, s, as [`Integrator::step`].
+    ///
+    /// # Errors
+    /// See [`IntegrationError`]; the shoot is then as it was.
+    fn step(&mut self, until: f64) -> Result<Statistics, IntegrationError>;
+
+    /// The state of the shoot.
+    fn state(&self) -> &State;
+
+    /// Goes back, or forth, to a state that was kept before, as [`Shoot::restore`].
+    ///
+    /// # Errors
+    /// A state that is damaged or of other laws. The shoot is then as it was.
+    fn restore(&mut self, state: &State) -> Result<(), StateError>;
+
+    /// The rod at the present time.
+    fn rod(&self) -> &Rod {
+        self.state().rod()
+    }
+
+    /// The present time, s.
+    fn time(&self) -> f64 {
+        self.state().time()
+    }
+}
+
+impl<M: Model, I: Integrator> Simulation for (Shoot<M>, I) {
+    fn advance(&mut self, until: f64) -> Result<Statistics, IntegrationError> {
+        self.1.advance(&mut self.0, until)
+    }
+
+    fn step(&mut self, until: f64) -> Result<Statistics, IntegrationError> {
+        self.1.step(&mut self.0, until)
+    }
+
+    fn state(&self) -> &State {
+        self.0.state()
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), StateError> {
+        self.0.restore(state)
+    }
+}
