@@ -1,4 +1,8 @@
-//! Chapters: one for who writes a law, and two for who doubts the numbers.
+//! Chapters: short programs for what people want to do, how to write a law, and two for who doubts the numbers.
+
+/// How to read, stop, change, vary and multiply shoots.
+#[doc = include_str!("../docs/recipes.md")]
+pub mod recipes {}
 
 /// How to write a growth profile, a tropism and an elastic law.
 #[doc = include_str!("../docs/own-laws.md")]

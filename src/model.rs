@@ -101,6 +101,43 @@ pub struct Laws<C, G = NoGrowth, T = (), L = (), S = Still> {
     pub scene: S,
 }
 
+impl<C, G, T, L, S> Laws<C, G, T, L, S> {
+    /// The same with another elastic law.
+    #[must_use]
+    pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S> {
+        let Self { growth, tropism, load, scene, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene }
+    }
+
+    /// The same with another growth law.
+    #[must_use]
+    pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S> {
+        let Self { constitutive, tropism, load, scene, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene }
+    }
+
+    /// The same with another tropism law, or a tuple of laws.
+    #[must_use]
+    pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S> {
+        let Self { constitutive, growth, load, scene, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene }
+    }
+
+    /// The same with another load, or a tuple of loads.
+    #[must_use]
+    pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S> {
+        let Self { constitutive, growth, tropism, scene, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene }
+    }
+
+    /// The same with another scene.
+    #[must_use]
+    pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N> {
+        let Self { constitutive, growth, tropism, load, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene }
+    }
+}
+
 /// Laws that are chosen at run time.
 ///
 /// ```

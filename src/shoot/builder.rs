@@ -71,36 +71,24 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
     /// How the shoot grows.
     pub fn growth<N: GrowthLaw>(mut self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S>> {
         self.grows = true;
-        self.with(|Laws { constitutive, tropism, load, scene, .. }| Laws { constitutive, growth, tropism, load, scene })
+        self.with(|laws| laws.with_growth(growth))
     }
 
     /// How the shoot steers: a law, or a tuple of laws. Steering is differential growth: without
     /// [`growth`](Self::growth) nothing would come of it, and [`build`](Self::build) refuses; `growth(NoGrowth)` asks for it.
     pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
         self.steers = true;
-        self.with(|Laws { constitutive, growth, load, scene, .. }| Laws { constitutive, growth, tropism, load, scene })
+        self.with(|laws| laws.with_tropism(tropism))
     }
 
     /// What loads the shoot: a load, or a tuple of loads.
     pub fn load<N: Load>(self, load: N) -> ShootBuilder<Laws<C, G, T, N, S>> {
-        self.with(|Laws { constitutive, growth, tropism, scene, .. }| Laws {
-            constitutive,
-            growth,
-            tropism,
-            load,
-            scene,
-        })
+        self.with(|laws| laws.with_load(load))
     }
 
     /// Gravity and the base.
     pub fn scene<N: Scene>(self, scene: N) -> ShootBuilder<Laws<C, G, T, L, N>> {
-        self.with(|Laws { constitutive, growth, tropism, load, .. }| Laws {
-            constitutive,
-            growth,
-            tropism,
-            load,
-            scene,
-        })
+        self.with(|laws| laws.with_scene(scene))
     }
 }
 

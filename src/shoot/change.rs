@@ -21,7 +21,7 @@ impl<M: Model> Shoot<M> {
     /// # use morphorod::integrator::{Integrator, MethodOfSteps};
     /// # use morphorod::load::Weight;
     /// # use morphorod::tropism::{Memory, Proprioception, Response};
-    /// # use morphorod::{Laws, Shoot, Still};
+    /// # use morphorod::{Shoot, Still};
     /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
     /// #     .length(0.05).radius(5e-4).growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
     /// #     .tropism(Proprioception { sensitivity: 20.0 }.remembered(Memory { time: 720.0, delay: 720.0 }))
@@ -29,8 +29,7 @@ impl<M: Model> Shoot<M> {
     /// let mut integrator = MethodOfSteps::new(120.0);
     /// integrator.advance(&mut shoot, 3600.0)?;
     /// // From now on it feels its weight.
-    /// let laws = Laws { load: Weight { density: 1000.0 }, ..*shoot.model() };
-    /// let mut shoot = shoot.with_model(laws)?;
+    /// let mut shoot = shoot.with_model(shoot.model().with_load(Weight { density: 1000.0 }))?;
     /// integrator.advance(&mut shoot, 7200.0)?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
