@@ -46,7 +46,7 @@ fn a_rod_needs_a_positive_length_and_radius_elements_and_a_frame() {
     refused(Rod::straight(&[0.0, NAN, 0.2], |_| RADIUS, base, Order::Six), "length of an element", NAN);
     refused(Rod::straight(&[0.0, 0.2, INF], |_| RADIUS, base, Order::Six), "length of an element", INF);
     let broken = UnitQuaternion::new_unchecked(Quaternion::new(1.0, NAN, 0.0, 0.0));
-    refused(Rod::uniform(LENGTH, RADIUS, broken, 4, Order::Eight), "base frame", NAN);
+    refused(Rod::uniform(LENGTH, RADIUS, broken, 4, Order::Eight), "norm of the base frame's quaternion", NAN);
 }
 
 #[test]

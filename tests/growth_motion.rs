@@ -144,3 +144,15 @@ fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
         assert!(splits > 20, "nothing was cut in {case:?}");
     }
 }
+
+#[test]
+fn a_zone_without_end_takes_no_more_steps_than_others() {
+    // “The whole shoot grows”, said with a large number: no tissue leaves, so nothing shortens the steps.
+    for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
+        let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
+        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).build().unwrap();
+        let statistics = MethodOfSteps::with_solver(600.0, Unloaded).advance(&mut shoot, HOUR).unwrap();
+        assert_eq!(statistics.steps, 12, "{zone}");
+        assert!((shoot.rod().length() - 0.05 * f64::exp(0.05)).abs() < 1e-15);
+    }
+}

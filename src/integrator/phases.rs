@@ -85,7 +85,7 @@ impl Stepper {
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
-        rod.set_base(base);
+        rod.set_base(base)?;
         self.force.update(rod, model.load(), &environment);
         let found = solver
             .equilibrate(rod, model.constitutive(), &self.force)

@@ -48,7 +48,10 @@ pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Res
     // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
     let zone = growth.zone_length();
     if growth.elongates() && zone.is_finite() {
-        while zone - growth.flow(zone, t + step, t).0 > shoot.mesh.longest_element {
+        // No tissue is further from the apex than this: of a zone that is longer than the shoot none leaves.
+        let rod = &shoot.state.rod;
+        let reach = rod.node_distance[rod.first_growing().min(rod.elements())].min(zone);
+        while reach - growth.flow(zone, t + step, t).0 > shoot.mesh.longest_element {
             step *= 0.5;
         }
     }

@@ -86,6 +86,12 @@ pub struct Rod {
     pub(crate) loss: Vec<f64>,
 }
 
+/// Refuses a base whose quaternion is no rotation.
+fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
+    let norm = base.coords.norm();
+    ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
+}
+
 impl Rod {
     /// A straight rod without intrinsic strain.
     ///
@@ -103,7 +109,7 @@ impl Rod {
         let elements = nodes.len().saturating_sub(1);
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::unless(nodes[0] == 0.0, "arc length of the first node", nodes[0], "0")?;
-        ParameterError::finite("base frame", base.coords.sum())?;
+        check_base(&base)?;
         let reference = ReferenceElement::of(order);
         let length = nodes[elements];
         let mut points = Vec::with_capacity(elements * reference.p);
@@ -242,12 +248,17 @@ impl Rod {
     }
 
     /// Turns the whole rod so that its base has the given frame; the curvature stays.
-    pub fn set_base(&mut self, base: UnitQuaternion<f64>) {
+    ///
+    /// # Errors
+    /// A frame whose quaternion is not of norm 1; the rod is then as it was.
+    pub fn set_base(&mut self, base: UnitQuaternion<f64>) -> Result<(), ParameterError> {
+        check_base(&base)?;
         let turn = base * self.frames[0].inverse();
         for frame in &mut self.frames {
             *frame = UnitQuaternion::new_normalize((turn * *frame).into_inner());
         }
         self.frames[0] = base;
+        Ok(())
     }
 
     /// Becomes equal to `source` without new allocations, if there is room.

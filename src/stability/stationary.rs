@@ -62,7 +62,7 @@ impl StationarySolver {
 
     fn search(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
         let environment = shoot.model.scene().environment(shoot.state.time);
-        shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time));
+        shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time))?;
         let mut iterations = self.find_shape(shoot)?;
         let mut solver = precise_solver();
         let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();

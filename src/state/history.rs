@@ -120,8 +120,10 @@ impl History {
 
     /// The variables of a point at the last level, if it has some.
     pub fn present(&self, point: usize) -> Option<&[f64]> {
-        let row = self.row(point);
-        let row = self.levels.back()?.rows.get(row)?;
+        if point >= self.points() {
+            return None;
+        }
+        let row = &self.levels.back()?.rows[self.row(point)];
         Some(&row[..self.variables])
     }
 
