@@ -212,7 +212,6 @@ fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
     assert!(&kept == shoot.state());
 }
 
-#[cfg(feature = "serde")]
 #[test]
 fn a_state_written_as_text_and_read_again_is_the_same() {
     let mut shoot = growing().elements(4).build().unwrap();
