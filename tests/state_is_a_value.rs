@@ -4,7 +4,7 @@
 mod shoots;
 
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
@@ -259,4 +259,28 @@ fn a_state_written_and_read_again_is_the_same_in_every_format() {
         assert!(!inside.is_empty() && outside.is_empty() != some_has_left);
         assert_reads(&shoot, build, HOUR);
     }
+}
+
+/// Growth that has not begun: what is behind the zone left it ever so long ago.
+#[derive(Debug, Clone, Copy)]
+struct Dormant;
+
+impl GrowthLaw for Dormant {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        0.0
+    }
+    fn zone_length(&self) -> f64 {
+        0.07
+    }
+}
+
+#[test]
+fn exit_times_ever_so_long_ago_are_written_and_read() {
+    let shoot = || Shoot::builder(YOUNG).length(0.1).radius(RADIUS).growth(Dormant).tropism(steering(STATOLITHS));
+    let build = || shoot().scene(Still::tilted(0.1)).build().unwrap();
+    let mut shoot = build();
+    assert_eq!(shoot.rod().points()[0].exit_time, f64::NEG_INFINITY);
+    assert_reads(&shoot, build, 600.0);
+    let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 600.0).unwrap();
+    assert_reads(&shoot, build, 600.0);
 }
