@@ -217,9 +217,16 @@ type Format = (&'static str, fn(&State) -> State);
 
 /// Binary ones do not say what a field is called or how long it is, and
 /// read only what is written in full and in order. Text keeps all digits by the feature `float_roundtrip` of `serde_json`.
-const FORMATS: [Format; 2] = [
+const FORMATS: [Format; 3] = [
     ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
     ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
+    ("bincode", |state| {
+        let config = bincode::config::standard();
+        let written = bincode::serde::encode_to_vec(state, config).unwrap();
+        let (read, length) = bincode::serde::decode_from_slice(&written, config).unwrap();
+        assert_eq!(length, written.len(), "something is left unread");
+        read
+    }),
 ];
 
 /// All bits of a state: equal states may differ in the sign of a zero.
