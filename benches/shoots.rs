@@ -1,6 +1,6 @@
 //! Whole scenes: the growing shoot of the paper's video 2, the shoot that rights itself, the circular orbit.
 //!
-//! `cargo bench --bench shoots`. The error of each setting is asserted by the test of the same scene in `tests/`.
+//! `cargo bench --workspace --bench shoots`. The error of each setting is asserted by the test of the same scene in `tests/`.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

@@ -1,7 +1,7 @@
 //! One linearisation, one count of unstable roots, one onset, one curve of the map of stability with 200 points; the example
 //! `stability_map` draws twelve such curves and says how long it took.
 //!
-//! `cargo bench --bench stability`. With three elements of order eight the length at onset is good to 1e-8, which
+//! `cargo bench --workspace --bench stability`. With three elements of order eight the length at onset is good to 1e-8, which
 //! `tests/stability_onset.rs` asserts for four.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]

@@ -107,7 +107,6 @@ fn places_that_are_not_on_the_rod_have_no_answer() {
     assert!(ends.len() == 2 && ends[0] == Vector3::zeros() && (ends[1] - rod.tip()).norm() < 1e-15);
 }
 
-#[cfg(feature = "serde")]
 mod written {
     use std::sync::LazyLock;
 

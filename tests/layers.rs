@@ -20,7 +20,7 @@ const LAYERS: [&[&str]; 9] = [
 
 /// All files of the library, with their code up to the unit tests, without comments.
 fn sources() -> Vec<(PathBuf, String)> {
-    let (mut folders, mut found) = (vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src")], Vec::new());
+    let (mut folders, mut found) = (vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")], Vec::new());
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
@@ -81,7 +81,7 @@ fn handed_on(folder: &Path) -> BTreeMap<String, PathBuf> {
 
 /// The module of a file: its folder under `src`, or its name.
 fn module(path: &Path) -> String {
-    let inside = path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).unwrap();
+    let inside = path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")).unwrap();
     inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs").to_owned()
 }
 

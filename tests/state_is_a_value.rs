@@ -4,7 +4,7 @@
 mod shoots;
 
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
-use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
@@ -212,21 +212,82 @@ fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
     assert!(&kept == shoot.state());
 }
 
-#[cfg(feature = "serde")]
-#[test]
-fn a_state_written_as_text_and_read_again_is_the_same() {
-    let mut shoot = growing().elements(4).build().unwrap();
-    let mut run = MethodOfSteps::new(90.0);
-    for t in [0.0, 0.5 * HOUR, 1.7 * HOUR] {
-        run.advance(&mut shoot, t).unwrap();
-        let text = serde_json::to_string(shoot.state()).unwrap();
-        let read: State = serde_json::from_str(&text).unwrap();
-        assert!(&read == shoot.state());
-        let mut other = growing().elements(4).build().unwrap();
-        other.restore(&read).unwrap();
-        let (mut a, mut b) = (shoot.clone(), other);
-        let _ = MethodOfSteps::new(90.0).advance(&mut a, t + HOUR).unwrap();
-        let _ = MethodOfSteps::new(90.0).advance(&mut b, t + HOUR).unwrap();
-        assert!(a.state() == b.state());
+/// The name of a format, and what is read of a state that was written in it.
+type Format = (&'static str, fn(&State) -> State);
+
+/// Binary ones do not say what a field is called or how long it is, and
+/// read only what is written in full and in order. Text keeps all digits by the feature `float_roundtrip` of `serde_json`.
+const FORMATS: [Format; 3] = [
+    ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
+    ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
+    ("bincode", |state| {
+        let config = bincode::config::standard();
+        let written = bincode::serde::encode_to_vec(state, config).unwrap();
+        let (read, length) = bincode::serde::decode_from_slice(&written, config).unwrap();
+        assert_eq!(length, written.len(), "something is left unread");
+        read
+    }),
+];
+
+/// All bits of a state: equal states may differ in the sign of a zero.
+fn bytes(state: &State) -> Vec<u8> {
+    postcard::to_allocvec(state).unwrap()
+}
+
+/// Writes and reads the state of a shoot in all formats, and runs on from each, for `further` seconds.
+fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, further: f64) {
+    let (kept, t) = (shoot.state(), shoot.state().time());
+    let on = |kept: &State| {
+        let mut shoot = build();
+        shoot.restore(kept).unwrap();
+        let _ = MethodOfSteps::new(90.0).advance(&mut shoot, t + further).unwrap();
+        bytes(shoot.state())
+    };
+    let end = on(kept);
+    for (format, write_and_read) in FORMATS {
+        let read = write_and_read(kept);
+        assert!(&read == kept && bytes(&read) == bytes(kept), "{format} at {t} s");
+        assert!(on(&read) == end, "{format} from {t} s on");
     }
+}
+
+#[test]
+fn a_state_written_and_read_again_is_the_same_in_every_format() {
+    let build = || growing().elements(4).build().unwrap();
+    let mut shoot = build();
+    // Before an integrator has seen it.
+    assert_reads(&shoot, build, HOUR);
+    let mut run = MethodOfSteps::new(90.0);
+    // Infinity, which text does not have, is the exit time of what is in the zone. After 1.16 h some tissue has left it.
+    for (t, some_has_left) in [(0.0, false), (0.5 * HOUR, false), (1.7 * HOUR, true)] {
+        run.advance(&mut shoot, t).unwrap();
+        let (inside, outside): (Vec<f64>, _) =
+            shoot.rod().points().iter().map(|point| point.exit_time).partition(|exit| *exit == f64::INFINITY);
+        assert!(!inside.is_empty() && outside.is_empty() != some_has_left);
+        assert_reads(&shoot, build, HOUR);
+    }
+}
+
+/// Growth that has not begun: what is behind the zone left it ever so long ago.
+#[derive(Debug, Clone, Copy)]
+struct Dormant;
+
+impl GrowthLaw for Dormant {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        0.0
+    }
+    fn zone_length(&self) -> f64 {
+        0.07
+    }
+}
+
+#[test]
+fn exit_times_ever_so_long_ago_are_written_and_read() {
+    let shoot = || Shoot::builder(YOUNG).length(0.1).radius(RADIUS).growth(Dormant).tropism(steering(STATOLITHS));
+    let build = || shoot().scene(Still::tilted(0.1)).build().unwrap();
+    let mut shoot = build();
+    assert_eq!(shoot.rod().points()[0].exit_time, f64::NEG_INFINITY);
+    assert_reads(&shoot, build, 600.0);
+    let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 600.0).unwrap();
+    assert_reads(&shoot, build, 600.0);
 }

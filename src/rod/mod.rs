@@ -49,12 +49,18 @@ pub struct MaterialPoint {
 mod infinite_as_none {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+    /// Stands for −∞, the exit time of tissue behind a zone that has not begun to grow, s. A power of ten, because text is
+    /// then read exactly, whatever the reader does with last digits.
+    const EVER_SO_LONG_AGO: f64 = -1e300;
+
     pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
-        time.is_finite().then_some(*time).serialize(to)
+        (*time < f64::INFINITY).then_some(time.max(EVER_SO_LONG_AGO)).serialize(to)
     }
 
     pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
-        Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+        let time = Option::deserialize(from)?.unwrap_or(f64::INFINITY);
+        // What is no number stays so, to be refused.
+        Ok(if time <= EVER_SO_LONG_AGO { f64::NEG_INFINITY } else { time })
     }
 }
 
