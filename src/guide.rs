@@ -4,6 +4,11 @@
 #[doc = include_str!("../docs/recipes.md")]
 pub mod recipes {}
 
+/// How to write a state to a file, and go on from it.
+// Its program needs a format to write in, and is run among the tests.
+#[cfg_attr(not(doctest), doc = include_str!("../docs/saving.md"))]
+pub mod saving {}
+
 /// How to write a growth profile, a tropism and an elastic law.
 #[doc = include_str!("../docs/own-laws.md")]
 #[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/own_law.svg"), "</figure>")]

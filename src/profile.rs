@@ -195,8 +195,11 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
             self.interpolate(e, x, |point| point.section.along_d2),
         ));
         tissue.initial_apex_distance = self.interpolate(e, x, |point| point.initial_apex_distance);
+        let first = self.rod.element_points(e)[0].exit_time;
         if e < self.rod.first_growing() {
-            tissue.age = (self.environment.time - self.interpolate(e, x, |point| point.exit_time)).max(0.0);
+            // Ever so long ago, or interpolated.
+            let exit = if first.is_finite() { self.interpolate(e, x, |point| point.exit_time) } else { first };
+            tissue.age = (self.environment.time - exit).max(0.0);
         }
         tissue
     }

@@ -6,10 +6,11 @@ mod shoots;
 use std::f64::consts::TAU;
 
 use morphorod::Shoot;
+use morphorod::constitutive::Lignifying;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, integrate, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use shoots::{HOUR, YOUNG, order};
+use shoots::{HOUR, WEIGHT, YOUNG, order};
 
 /// The linear profile from a distance `sigma` from the apex, in closed form: with c = 2ℓg/σ0 − 1,
 /// σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 = (σ/σ0)² exp(−2t/τg); the zone is left at (τg/2) ln c.
@@ -167,4 +168,36 @@ fn integrated_motion_is_that_of_the_cosine_profile() {
         // The elongation of the whole zone is the same for all profiles of mean 1/τg.
         assert!((length(&law, 0.05, t) - 0.05 - law.zone_length * t / law.time).abs() < 1e-14);
     }
+}
+
+/// Growth that begins at half an hour: tissue behind the zone left it ever so long ago.
+struct Late;
+
+impl GrowthLaw for Late {
+    fn regr(&self, _sigma: f64, t: f64) -> f64 {
+        if t < 1800.0 { 0.0 } else { 1.0 / (20.0 * 3600.0) }
+    }
+    fn zone_length(&self) -> f64 {
+        0.07
+    }
+}
+
+#[test]
+fn tissue_that_left_the_zone_ever_so_long_ago_stays_old() {
+    let tissue = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * 86400.0 };
+    let mut shoot =
+        Shoot::builder(tissue).length(0.1).radius(5e-4).elements(16).growth(Late).load(WEIGHT).build().unwrap();
+    let mut steps = MethodOfSteps::new(90.0);
+    let mut merges = 0;
+    for hours in [0.4, 1.0, 3.0, 8.0] {
+        merges += steps.advance(&mut shoot, hours * 3600.0).unwrap().merges;
+        let kept = shoot.state().clone();
+        shoot.restore(&kept).unwrap();
+        // The part behind the zone was there before the start, and is as old as can be.
+        for place in shoot.profile().sample(101) {
+            let (s, old) = (place.arc_length, place.tissue.age == f64::INFINITY);
+            assert!(old == (s < 0.03) || (s - 0.03).abs() < 1e-9, "{hours} h, {s} m: {}", place.tissue.age);
+        }
+    }
+    assert!(merges > 10, "{merges}");
 }

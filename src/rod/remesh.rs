@@ -28,18 +28,18 @@ impl Rod {
         let first = self.node_distance[e];
         let distance = |x: f64| first - weighted_jacobian(&old, &reference.integral_upto(x));
         let mut new = [old[0]; 2 * MAX_POINTS];
+        // Points that have not left the growth zone, or left it ever so long ago, have infinite exit times.
+        let exits = old[0].exit_time.is_finite();
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
             for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
                 let sum = |f: &dyn Fn(&MaterialPoint) -> f64| -> f64 {
                     old.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
                 };
-                // An element in the growth zone has points that have not left; their exit times are infinite.
-                let mature = old[0].exit_time.is_finite();
                 new[side * p + g] = MaterialPoint {
                     intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
                     jacobian: sum(&|point| point.jacobian) * (to - from),
                     apex_distance: distance(from + (to - from) * reference.points[g]),
-                    exit_time: if mature { sum(&|point| point.exit_time) } else { f64::INFINITY },
+                    exit_time: if exits { sum(&|point| point.exit_time) } else { old[0].exit_time },
                     section: Section::ellipse(
                         sum(&|point| point.section.along_d1),
                         sum(&|point| point.section.along_d2),
@@ -78,6 +78,11 @@ impl Rod {
             return false;
         }
         let reference = self.reference();
+        // Tissue that left the growth zone ever so long ago goes together with its like alone.
+        let exits = self.points[e * reference.p].exit_time.is_finite();
+        if self.points[(e + 1) * reference.p].exit_time.is_finite() != exits {
+            return false;
+        }
         let p = reference.p;
         let lengths = [self.element_length(e), self.element_length(e + 1)];
         let total = lengths[0] + lengths[1];
@@ -120,7 +125,7 @@ impl Rod {
             return false;
         }
         let (first, second) = (project(&|q| q.section.along_d1), project(&|q| q.section.along_d2));
-        let exit = project(&|q| q.exit_time);
+        let exit = if exits { project(&|q| q.exit_time) } else { [source[0].exit_time; MAX_POINTS] };
         let (distance, initial) = (project(&|q| q.apex_distance), project(&|q| q.initial_apex_distance));
         for g in 0..p {
             self.points[e * p + g] = MaterialPoint {
