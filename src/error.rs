@@ -26,7 +26,7 @@ impl fmt::Display for ParameterError {
         }
         match self.place {
             None => write!(f, "{name} is {value} but must be {requirement}"),
-            Some(s) => write!(f, "{name} is {value} at {s} m from the base but must be {requirement}"),
+            Some(s) => write!(f, "{name} is {value} at {s:.4} m from the base but must be {requirement}"),
         }
     }
 }

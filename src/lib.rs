@@ -87,7 +87,8 @@
 //! # Units and axes
 //!
 //! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
-//! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3.
+//! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3. d3 is the tangent, from base to apex. Strains are
+//! right-handed: positive u2 bends the rod towards d1, negative u1 towards d2, and positive u3 twists d1 towards d2.
 
 #![forbid(unsafe_code)]
 

@@ -26,7 +26,8 @@ pub struct Place {
     pub position: Vector3<f64>,
     /// The frame: it turns e1, e2, e3 into the directors.
     pub frame: UnitQuaternion<f64>,
-    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m.
+    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m. Positive u2 bends towards d1,
+    /// negative u1 towards d2, positive u3 twists d1 towards d2.
     pub strain: Vector3<f64>,
     /// The intrinsic strain u*, along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
@@ -86,7 +87,8 @@ impl Place {
 /// Between the material points position, frame, force and couple are at least as accurate as at them (order p + 2 in the
 /// element's length, with [p points](crate::Order::points) in an element; order 2 with one); the intrinsic strain is the polynomial through its values
 /// at them, of order p, and so is the visible strain where there is an intrinsic one. In a rod that is not at rest the couple
-/// is the one that its load would need.
+/// is the one that its load would need; a shoot whose laws were [exchanged](crate::Shoot::with_model) comes to rest when an
+/// integrator advances it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = NoGrowth> {
     rod: &'a Rod,

@@ -43,6 +43,7 @@ impl Environment {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a scene",
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
     note = "scenes implement `morphorod::Scene`: `Still` and `Turned` do"
 )]
 pub trait Scene {
@@ -201,8 +202,8 @@ impl<S: Scene> Scene for Turned<S> {
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
         ParameterError::finite("turn of the base", self.turn.coords.sum())?;
-        ParameterError::finite("time at which the base is turned", self.from)?;
-        let (name, until) = ("time at which the base is turned back", self.until);
-        ParameterError::unless(until > self.from, name, until, "later than that at which it is turned (s)")
+        ParameterError::finite("`from` of a turned base", self.from)?;
+        let (name, until) = ("`until` of a turned base", self.until);
+        ParameterError::unless(until > self.from, name, until, "later than `from` (s)")
     }
 }

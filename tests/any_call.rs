@@ -131,7 +131,7 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let builder = Shoot::builder(law).length(a).taper(move |s| b + c * s).elements(i).order(Order::ALL[j % 4]);
     let builder = builder.merge_tolerance(c).scene(Turned::tilted(a, b, c));
     let load = (
-        PointForce { apex_distance: a, force: Vector3::z() * b },
+        PointForce { initial_apex_distance: a, force: Vector3::z() * b },
         Pulse { peak: Vector3::x() * c, start: d, duration: a },
         Whirl { force: a, period: b, turns: c },
         ApicalForce(move |t| Vector3::y() * (d * t)),
@@ -211,7 +211,7 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
             let _ = StationarySolver::default().solve(&mut shoot).map(|_| Linearisation::about(&shoot).map(|_| ()));
         }
     }
-    let jump = PointForce { apex_distance: a, force: Vector3::x() * b };
+    let jump = PointForce { initial_apex_distance: a, force: Vector3::x() * b };
     let grown = GROWING[2].with_model(GROWING[2].model().with_load(jump));
     assert!(grown.is_err() || (0.0..=0.068).contains(&a));
     let wide = GROWING[2].with_model(GROWING[2].model().with_growth(UniformGrowth { zone_length: c, time: 72e3 }));

@@ -150,7 +150,7 @@ fn a_point_force_that_is_hung_on_gets_its_node() {
     let elements = shoot.rod().elements();
     for (apex_distance, more) in [(0.0137, 1), (0.05 / 8.0, 0), (0.0, 0), (0.05, 0)] {
         let Laws { constitutive, growth, tropism, scene, .. } = *shoot.model();
-        let load = (WEIGHT, PointForce { apex_distance, force });
+        let load = (WEIGHT, PointForce { initial_apex_distance: apex_distance, force });
         let mut pulled = shoot.with_model(Laws { constitutive, growth, tropism, load, scene }).unwrap();
         assert_eq!(pulled.rod().elements(), elements + more);
         assert!(pulled.rod().centre_line().iter().any(|(s, _)| (s - (0.05 - apex_distance)).abs() < 1e-12));

@@ -20,7 +20,7 @@ fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
         let mut loaded = Shoot::builder(YOUNG)
             .length(LENGTH)
             .radius(RADIUS)
-            .load(PointForce { apex_distance, force })
+            .load(PointForce { initial_apex_distance: apex_distance, force })
             .scene(Still::tilted(1.0))
             .build()
             .unwrap();
@@ -47,7 +47,7 @@ fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
 fn the_node_of_a_point_force_is_kept_while_the_shoot_grows() {
     // In the growth zone at first, and mature long before the end; elements are cut and merged around it.
     let (apex_distance, zone_length, time) = (0.0441, 0.07, 40.0 * HOUR);
-    let fruit = PointForce { apex_distance, force: Vector3::new(1e-6, 0.0, -2e-6) };
+    let fruit = PointForce { initial_apex_distance: apex_distance, force: Vector3::new(1e-6, 0.0, -2e-6) };
     let run = |step: f64, elements: usize| {
         let weight = Weight { density: 1000.0 };
         let mut shoot = growing().elements(elements).load((weight, fruit)).build().unwrap();
@@ -109,10 +109,10 @@ fn nodes_and_places_that_make_no_sense() {
         assert!(error.contains("node") || error.contains("element"), "{nodes:?}: {error}");
     }
     for apex_distance in [-0.01, 0.07, f64::NAN, f64::INFINITY] {
-        let load = PointForce { apex_distance, force: Vector3::x() };
+        let load = PointForce { initial_apex_distance: apex_distance, force: Vector3::x() };
         let error = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).build().unwrap_err();
         assert!(error.to_string().contains("distance"), "{error}");
     }
-    let load = PointForce { apex_distance: 0.01, force: Vector3::x() * f64::NAN };
+    let load = PointForce { initial_apex_distance: 0.01, force: Vector3::x() * f64::NAN };
     assert!(Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).order(Order::Two).load(load).build().is_err());
 }

@@ -98,7 +98,7 @@ fn couple_strain_and_position_have_their_order_between_points_too() {
 #[test]
 fn a_point_force_shows_below_its_place_alone() {
     let force = Vector3::new(1e-4, 0.0, 0.0);
-    let load = PointForce { apex_distance: 0.4 * LENGTH, force };
+    let load = PointForce { initial_apex_distance: 0.4 * LENGTH, force };
     let shoot = |steps: f64| {
         let mut shoot = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).build().unwrap();
         let _ = MethodOfSteps::new(60.0).advance(&mut shoot, steps).unwrap();

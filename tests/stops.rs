@@ -184,10 +184,12 @@ fn a_look_costs_one_equilibrium_and_a_stop_a_few() {
     let times = (1..=30).map(|i| 2.0 * HOUR + 117.0 * f64::from(i));
     let mut seen = shoot.clone();
     let shown = integrator.advance_showing(&mut seen, 3.0 * HOUR, times, |_| {}).unwrap();
-    // One of the times is the end of a step.
+    // One of the times is the end of a step. Looks are no steps.
     assert_eq!(shown.equilibria, plain.equilibria + 29);
+    assert_eq!((shown.steps, shown.splits, shown.merges), (plain.steps, plain.splits, plain.merges));
     let target = shoot.rod().length() + 1e-4;
     let stopped = integrator.advance_until(&mut shoot, 3.0 * HOUR, |shoot| shoot.rod().length() - target).unwrap();
-    let steps = (shoot.time() - 2.0 * HOUR) / 180.0;
-    assert!((stopped.equilibria as f64) < steps + 10.0, "{} for {steps} steps", stopped.equilibria);
+    let steps = ((shoot.time() - 2.0 * HOUR) / 180.0).ceil() as usize;
+    assert_eq!(stopped.steps, steps);
+    assert!(stopped.equilibria < steps + 10, "{} for {steps} steps", stopped.equilibria);
 }

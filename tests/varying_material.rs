@@ -193,7 +193,7 @@ fn a_bad_place_is_named() {
     let named = |error: ParameterError, name: &str| {
         let place = error.place.expect("a place");
         assert!(error.name.contains(name) && place > 0.079 && place < 0.09, "{error}");
-        assert!(error.to_string().contains(&format!("at {place} m")), "{error}");
+        assert!(error.to_string().contains(&format!("at {place:.4} m")), "{error}");
     };
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         named(build(bad).unwrap_err(), "stiffness");

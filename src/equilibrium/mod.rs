@@ -10,10 +10,12 @@ mod unloaded;
 pub use newton::{Branch, NewtonSolver};
 pub use unloaded::Unloaded;
 
+use nalgebra::Vector3;
+
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
-use crate::rod::Rod;
+use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
 
 /// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to buckle
@@ -117,6 +119,19 @@ impl EquilibriumError {
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. })
     }
+}
+
+/// Refuses an elastic law that has no stiffness at some place of a rod at a time (s).
+pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
+    for point in rod.points() {
+        let stiffness = material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent.diagonal();
+        for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
+            let sound = stiffness[i] > 0.0 && stiffness[i].is_finite();
+            ParameterError::unless(sound, name, stiffness[i], "positive and finite (N m²)")
+                .map_err(|error| error.at(rod.initial_length - point.initial_apex_distance))?;
+        }
+    }
+    Ok(())
 }
 
 /// Finds the shape at rest.

@@ -3,7 +3,7 @@
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
-use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia};
+use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia, check_stiffness};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -87,7 +87,8 @@ impl EquilibriumSolver for NewtonSolver {
             self.system.initial.restore(rod);
         }
         if let Err(EquilibriumError::NoConvergence { .. }) = answer {
-            // The most likely reason, if it is there.
+            // The most likely reasons, if they are there.
+            check_stiffness(rod, material, force.environment().time)?;
             check_turns(rod)?;
         }
         answer

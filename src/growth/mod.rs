@@ -24,6 +24,7 @@ use crate::quadrature::rule;
 /// unless the law knows it in closed form.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a growth law",
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
     note = "growth laws implement `morphorod::growth::GrowthLaw`: `UniformGrowth` and others, `Ongoing(law)` for constant length"
 )]
 pub trait GrowthLaw {

@@ -2,7 +2,7 @@
 
 use super::step_size::starts_at_discontinuity;
 use super::stepper::Stepper;
-use super::{HistoryFunction, IntegrationError, Outcome};
+use super::{HistoryFunction, IntegrationError, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -37,9 +37,10 @@ impl Stepper {
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
         let mut stimuli = vec![0.0; size.stimuli];
-        let position = self.laws.reads_position();
+        let (position, mut finite) = (self.laws.reads_position(), true);
         visit_sites(&state.rod, shoot.model.constitutive(), &self.force, position, |i, site| {
             tropism.sense(site, &mut stimuli);
+            finite &= stimuli.iter().all(|x| x.is_finite());
             for level in 0..history.levels() {
                 let time = history.time(level) - now;
                 let point = history.at_mut(level, i);
@@ -47,6 +48,9 @@ impl Stepper {
                 point.stimuli.copy_from_slice(&stimuli);
             }
         });
+        if !finite {
+            return Err(IntegrationError::NotFinite { what: STIMULUS, time: now });
+        }
         if !past.is_constant() && longest > 0.0 {
             differentiate(&mut history);
         }

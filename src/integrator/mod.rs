@@ -27,6 +27,9 @@ use crate::shoot::Shoot;
 /// between levels they are cubic. Three levels would give a third order, five still the fourth of the cubic.
 const ORDER: usize = 4;
 
+/// What is said of a stimulus that is not finite.
+const STIMULUS: &str = "stimulus of a tropism law (one that looks where it is must declare `with_position`)";
+
 /// After a discontinuity the first step is this fraction of a full one, and the following ones double what has passed. Its
 /// stimuli are interpolated through two levels only: an error of third order, in a step 64 times shorter.
 const FIRST_STEP: f64 = 1.0 / 64.0;
@@ -35,7 +38,7 @@ const FIRST_STEP: f64 = 1.0 / 64.0;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Statistics {
-    /// Steps in time.
+    /// Steps in time; looks between them are none.
     pub steps: usize,
     /// Equilibria that were found.
     pub equilibria: usize,
@@ -208,7 +211,9 @@ pub trait Integrator {
 
     /// Carries the shoot until a condition first holds, at the latest until the time `latest` (s). The condition is a function of
     /// the shoot that is negative before and zero or positive from then on; it is asked after every step, and where its sign has
-    /// changed in a step the time of that is found by taking shorter ones. It should be continuous there.
+    /// changed in a step the time of that is found by taking shorter ones. It should be continuous there. **What begins and
+    /// ceases to hold within one step is not seen:** ask for a sign that stays, as of a component that passes through zero, or
+    /// take steps that are short against what is looked for.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -225,7 +230,7 @@ pub trait Integrator {
     ///
     /// # Errors
     /// [`NotReached`](IntegrationError::NotReached) if the condition does not hold by then, and all others; the shoot is then as it
-    /// was.
+    /// was. To keep where it came to, write a loop over [`step`](Self::step) instead.
     fn advance_until<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
@@ -239,7 +244,8 @@ pub trait Integrator {
     }
 
     /// Carries the shoot to time `until` (s) by the same steps as [`advance`](Self::advance), and shows it at given times on the
-    /// way, in increasing order, without shortening a step for them. A look between two steps costs one further equilibrium.
+    /// way, in increasing order, without shortening a step for them. A look between two steps costs one further equilibrium, and
+    /// does not count as a step.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};

@@ -2,7 +2,7 @@
 
 use super::collocation::Levels;
 use super::stepper::{Step, Stepper};
-use super::{IntegrationError, ORDER, Outcome};
+use super::{IntegrationError, ORDER, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -109,7 +109,7 @@ impl Stepper {
             finite &= stimuli.iter().all(|x| x.is_finite());
         });
         let time = self.force.environment().time;
-        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: "stimulus", time }) }
+        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: STIMULUS, time }) }
     }
 
     /// Carries the variables from the last level but one to the last.

@@ -31,6 +31,8 @@ pub(super) fn advance_until<M: Model>(
     latest: f64,
     mut condition: impl FnMut(&Shoot<M>) -> f64,
 ) -> Result<Statistics, IntegrationError> {
+    let ahead = latest >= shoot.time() && latest.is_finite();
+    ParameterError::unless(ahead, "latest time to advance to", latest, "finite and not in the past (s)")?;
     guarded(shoot, |shoot| {
         let mut ask = |shoot: &Shoot<M>| {
             let value = condition(shoot);
@@ -47,11 +49,13 @@ pub(super) fn advance_until<M: Model>(
             }
             before.copy_from(&shoot.state);
             let start = (shoot.time(), value);
-            statistics += integrator.step(shoot, latest)?;
+            let step = integrator.step(shoot, latest)?;
             value = ask(shoot)?;
             if value >= 0.0 {
                 let end = (shoot.time(), value);
-                statistics += find(integrator, shoot, &before, [start, end], &mut ask)?;
+                statistics += find(integrator, shoot, &before, [start, end], step, &mut ask)?;
+            } else {
+                statistics += step;
             }
         }
         Ok(statistics)
@@ -59,15 +63,16 @@ pub(super) fn advance_until<M: Model>(
 }
 
 /// Finds where in a step the condition begins to hold, and takes the shoot there: regula falsi, with the weight of an end that
-/// stays halved (Illinois), by steps from the state `before`.
+/// stays halved (Illinois), by steps from the state `before`. Of the steps, the last counts as one, and the others as looks.
 fn find<M: Model>(
     integrator: &mut impl Integrator,
     shoot: &mut Shoot<M>,
     before: &State,
     [mut low, mut high]: [(f64, f64); 2],
+    mut last_step: Statistics,
     ask: &mut impl FnMut(&Shoot<M>) -> Result<f64, IntegrationError>,
 ) -> Result<Statistics, IntegrationError> {
-    let mut statistics = Statistics::default();
+    let mut looks = Statistics::default();
     let smallest = (SHARPNESS * (high.0 - low.0)).max(16.0 * f64::EPSILON * high.0.abs());
     let (mut at, mut last) = (high.0, None);
     for _ in 0..TRIALS {
@@ -79,22 +84,30 @@ fn find<M: Model>(
         // A little off an end that it falls on, so that the bracket closes there.
         at = guess.clamp(low.0 + 0.5 * smallest, high.0 - 0.5 * smallest);
         shoot.state.copy_from(before);
-        statistics += integrator.advance(shoot, at)?;
+        let step = integrator.advance(shoot, at)?;
         let value = ask(shoot)?;
         let holds = value >= 0.0;
         let stays = if last == Some(holds) { 0.5 } else { 1.0 };
         if holds {
+            looks += look(std::mem::replace(&mut last_step, step));
             (high, low.1) = ((at, value), stays * low.1);
         } else {
+            looks += look(step);
             (low, high.1) = ((at, value), stays * high.1);
         }
         last = Some(holds);
     }
     if at != high.0 {
         shoot.state.copy_from(before);
-        statistics += integrator.advance(shoot, high.0)?;
+        looks += look(integrator.advance(shoot, high.0)?);
     }
-    Ok(statistics)
+    looks += last_step;
+    Ok(looks)
+}
+
+/// What a step costs that only looks ahead: it is no step of the run, and cuts and merges nothing that stays.
+fn look(step: Statistics) -> Statistics {
+    Statistics { steps: 0, splits: 0, merges: 0, ..step }
 }
 
 /// See [`Integrator::advance_showing`].
@@ -127,7 +140,7 @@ pub(super) fn advance_showing<M: Model>(
             } else {
                 after.copy_from(&shoot.state);
                 shoot.state.copy_from(&before);
-                statistics += integrator.advance(shoot, time)?;
+                statistics += look(integrator.advance(shoot, time)?);
                 show(shoot);
                 shoot.state.copy_from(&after);
             }

@@ -92,6 +92,7 @@ impl Cut {
 /// The force should be smooth in arc length but at the places that [`jumps`](Self::jumps) names.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a load",
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
     note = "loads implement `morphorod::load::Load`; tuples of up to six are loads, longer ones are nested: `((a, b), c)`"
 )]
 pub trait Load {
@@ -113,8 +114,9 @@ pub trait Load {
         f64::INFINITY
     }
 
-    /// The places along the shoot at which the force jumps, by their distance from the apex at t = 0, m. The builder of a
-    /// shoot puts nodes there, which growth and merging keep: inside an element a jump costs accuracy.
+    /// The places along the shoot at which the force jumps, by their distance from the apex at t = 0, m. A shoot that is
+    /// built or put under other laws gets nodes there, which growth and merging keep: inside an element a jump costs
+    /// accuracy.
     fn jumps(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -8,10 +8,12 @@ use crate::scene::Environment;
 
 /// A constant force at a material place, in the fixed frame: a fruit, a clip, a thread that pulls.
 ///
-/// The place is named by its distance from the apex at t = 0 and moves with the tissue. [`Shoot::builder`] puts a node
-/// there, since a force that jumps inside an element costs accuracy. A rod of one's own needs one, too.
+/// The place is named by its distance from the apex at t = 0 and moves with the tissue; what is at an arc length now is called
+/// `shoot.profile().at(s)?.tissue.initial_apex_distance`. [`Shoot::builder`] and [`Shoot::with_model`] put a node there, since a
+/// force that jumps inside an element costs accuracy. A rod of one's own needs one, too.
 ///
 /// [`Shoot::builder`]: crate::Shoot::builder
+/// [`Shoot::with_model`]: crate::Shoot::with_model
 ///
 /// ```
 /// use morphorod::Shoot;
@@ -20,7 +22,7 @@ use crate::scene::Environment;
 /// use nalgebra::Vector3;
 ///
 /// // A fruit of half a gram, 2 cm below the tip of a shoot of 10 cm.
-/// let fruit = PointForce { apex_distance: 0.02, force: Vector3::new(0.0, 0.0, -0.5e-3 * 9.81) };
+/// let fruit = PointForce { initial_apex_distance: 0.02, force: Vector3::new(0.0, 0.0, -0.5e-3 * 9.81) };
 /// let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e9, poissons_ratio: 0.5 })
 ///     .length(0.1)
 ///     .radius(1e-3)
@@ -33,7 +35,7 @@ use crate::scene::Environment;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointForce {
     /// Distance of the place from the apex at t = 0, m.
-    pub apex_distance: f64,
+    pub initial_apex_distance: f64,
     /// The force, N.
     pub force: Vector3<f64>,
 }
@@ -41,15 +43,15 @@ pub struct PointForce {
 impl Load for PointForce {
     fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
         // Nearer to the base than the place.
-        if cut.initial_apex_distance > self.apex_distance { self.force } else { Vector3::zeros() }
+        if cut.initial_apex_distance > self.initial_apex_distance { self.force } else { Vector3::zeros() }
     }
 
     fn jumps(&self) -> Vec<f64> {
-        vec![self.apex_distance]
+        vec![self.initial_apex_distance]
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::not_negative("distance of a point force from the apex", self.apex_distance)?;
+        ParameterError::not_negative("distance of a point force from the apex", self.initial_apex_distance)?;
         ParameterError::finite("point force", self.force.sum())
     }
 }

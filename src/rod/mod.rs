@@ -188,8 +188,8 @@ impl Rod {
         &self.points
     }
 
-    /// Gives every material point an intrinsic strain: components along the directors, 1/m. The shape stays; the next
-    /// equilibrium starts from it.
+    /// Gives every material point an intrinsic strain: components along the directors, 1/m. Positive u2 bends towards d1, negative
+    /// u1 towards d2, positive u3 twists d1 towards d2. The shape stays; the next equilibrium starts from it.
     ///
     /// ```
     /// # use morphorod::{Order, rod::Rod};

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot};
+use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::constitutive::Constitutive;
+use crate::equilibrium::check_stiffness;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
@@ -14,7 +15,6 @@ use crate::scene::{Scene, Still};
 use crate::section::Section;
 use crate::state::State;
 use crate::tropism::TropismLaw;
-use nalgebra::Vector3;
 
 impl<C: Constitutive> Shoot<Laws<C>> {
     /// Begins a shoot of the given elastic law: by default without growth, tropism or load, upright under gravity.
@@ -182,13 +182,10 @@ impl<M: Model> ShootBuilder<M> {
         along(0.0).check(length, section)?;
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::not_negative("merge tolerance", merge_tolerance)?;
-        let sound = self.grows || !self.steers;
-        ParameterError::unless(
-            sound,
-            "growth of a shoot that steers",
-            0.0,
-            "given by `growth`: steering is differential growth",
-        )?;
+        if self.steers && !self.grows {
+            let growth = "given by `growth`: steering is differential growth; `growth(NoGrowth)` if there is none";
+            return Err(ParameterError::missing("growth of a shoot that steers", growth));
+        }
         model.check(length)?;
         let (growth, zone) = (model.growth(), model.growth().zone_length());
         let grows = growth.elongates();
@@ -204,11 +201,7 @@ impl<M: Model> ShootBuilder<M> {
         };
         // Where something changes abruptly a node stands: at the boundary of the growth zone and where loads jump.
         let mut kept = vec![mature];
-        for distance in model.load().jumps() {
-            let on = distance >= 0.0 && distance <= length;
-            ParameterError::unless(on, "distance from the apex at which a load jumps", distance, "on the shoot (m)")?;
-            kept.push(length - distance);
-        }
+        kept.extend(jumps(model.load(), length)?.iter().map(|distance| length - distance));
         for place in &mut kept {
             *place = insert_node(&mut nodes, *place);
         }
@@ -233,14 +226,11 @@ impl<M: Model> ShootBuilder<M> {
 
 /// Refuses laws that have no sound answer for the tissue at some place.
 fn check_tissue(rod: &Rod, model: &impl Model) -> Result<(), ParameterError> {
+    check_stiffness(rod, model.constitutive(), 0.0)?;
     let environment = model.scene().environment(0.0);
     for point in rod.points() {
         let tissue = Tissue::of(point, 0.0);
         let place = rod.initial_length - tissue.initial_apex_distance;
-        let stiffness = model.constitutive().respond(&tissue, &Vector3::zeros()).tangent.diagonal();
-        for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
-            ParameterError::positive(name, stiffness[i]).map_err(|error| error.at(place))?;
-        }
         let force = model.load().per_length(&tissue, &environment).sum();
         ParameterError::finite("force per length", force).map_err(|error| error.at(place))?;
     }

@@ -1,9 +1,8 @@
 //! A change of course: the same shoot under other laws.
 
-use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot};
+use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::load::Load;
 use crate::model::Model;
 use crate::state::{State, StateError};
 use crate::tropism::{Declaration, TropismLaw};
@@ -89,7 +88,12 @@ fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateEr
     let reach = state.history.oldest().map_or(0.0, |oldest| state.time - oldest);
     let longest = laws.longest_delay();
     let (ok, what) = (longest <= reach * (1.0 + 1e-9), "longest delay of the new laws");
-    Ok(ParameterError::unless(ok, what, longest, "not longer than the history of the shoot reaches back (s)")?)
+    Ok(ParameterError::unless(
+        ok,
+        what,
+        longest,
+        "not longer than the history of the shoot reaches back (s); `with_model_restarted` forgets it",
+    )?)
 }
 
 /// Takes tissue out of the growth zone that is not in that of the law.
@@ -121,9 +125,7 @@ fn confine(state: &mut State, growth: &impl GrowthLaw) -> Result<(), StateError>
 
 /// Puts nodes to keep where the load jumps.
 fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
-    for distance in model.load().jumps() {
-        let on = distance >= 0.0 && distance <= state.rod.initial_length;
-        ParameterError::unless(on, "distance from the apex at which a load jumps", distance, "on the shoot (m)")?;
+    for distance in jumps(model.load(), state.rod.initial_length)? {
         let Some((e, x)) = state.rod.locate_initial(distance) else { continue };
         let node = if x <= SAME_PLACE {
             e

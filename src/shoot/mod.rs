@@ -8,6 +8,8 @@ pub use builder::ShootBuilder;
 
 use nalgebra::Vector3;
 
+use crate::error::ParameterError;
+use crate::load::Load;
 use crate::model::{BoxedLaws, Model};
 use crate::profile::Profile;
 use crate::rod::{MaterialPoint, Rod};
@@ -110,6 +112,10 @@ impl<M: Model> Shoot<M> {
     /// Goes back, or forth, to a state of this shoot that was kept before, or to one of a shoot with the same laws, on
     /// whatever mesh.
     ///
+    /// A state knows how many numbers its laws kept, but not the laws or their parameters. To go on under other laws restore the state
+    /// under those that it had, and exchange them with [`set_model`](Self::set_model) or [`with_model`](Self::with_model), so
+    /// that the shape is found anew and nodes are put where loads jump.
+    ///
     /// # Errors
     /// A state that is not consistent in itself, whose history is of other laws, or that is so long that this shoot's mesh
     /// would have a million elements. The shoot is then as it was.
@@ -132,6 +138,17 @@ impl<M: Model> Shoot<M> {
     pub fn mesh(&self) -> Mesh {
         self.mesh
     }
+}
+
+/// The places at which a load jumps on a shoot of a length at t = 0 (m), by their distance from the apex then, m.
+fn jumps(load: &impl Load, length: f64) -> Result<Vec<f64>, ParameterError> {
+    let jumps = load.jumps();
+    for &distance in &jumps {
+        let name = "distance from the apex at t = 0 at which a load jumps";
+        let on = distance >= 0.0 && distance <= length;
+        ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
+    }
+    Ok(jumps)
 }
 
 /// A shoot whose laws can cross threads can do so itself.

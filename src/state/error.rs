@@ -44,7 +44,8 @@ pub enum StateError {
     /// A state of other laws.
     #[error(
         "the state keeps {variables} variables and {stimuli} stimuli at a point, \
-             but the laws of the shoot have {own_variables} and {own_stimuli}"
+             but the laws of the shoot have {own_variables} and {own_stimuli}; \
+             `with_model_restarted` gives a shoot such laws without a history"
     )]
     Laws {
         /// Variables at a point of the state.

@@ -6,6 +6,8 @@ mod predictor;
 #[cfg(feature = "serde")]
 mod saved;
 
+use std::fmt;
+
 pub use error::StateError;
 pub(crate) use history::{History, Reading, Spare};
 pub(crate) use predictor::Predictor;
@@ -20,7 +22,7 @@ use crate::rod::{Rod, part_weights};
 ///
 /// With the feature `serde` a state is written with the number of its format, and checked when it is read: what is damaged,
 /// or of another format, is an error.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(into = "saved::Saved", try_from = "saved::Saved"))]
 pub struct State {
@@ -32,6 +34,22 @@ pub struct State {
     pub(crate) smooth_since: f64,
     /// Whether the laws were exchanged at the present time: an integrator has yet to pass that discontinuity.
     pub(crate) changed: bool,
+}
+
+/// A summary: the whole is thousands of numbers.
+impl fmt::Debug for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (variables, stimuli) = self.history.size();
+        f.debug_struct("State")
+            .field("time", &self.time)
+            .field("length", &self.rod.length())
+            .field("tip", &self.rod.tip().as_slice())
+            .field("elements", &self.rod.elements())
+            .field("variables", &variables)
+            .field("stimuli", &stimuli)
+            .field("levels", &self.history.levels())
+            .finish_non_exhaustive()
+    }
 }
 
 impl State {
