@@ -2,15 +2,17 @@
 
 mod shoots;
 
-use morphorod::growth::{NoGrowth, UniformGrowth, length};
+use morphorod::constitutive::{Graded, Tissue};
+use morphorod::growth::{CosineProfile, NoGrowth, UniformGrowth, length};
 use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Load, PointForce};
+use morphorod::stability::Linearisation;
 use morphorod::tropism::{
     Declaration, Growing, Memory, Perception, Proprioception, Response, SettledStatoliths, Site, Source, Statoliths,
     TropismLaw,
 };
-use morphorod::{Laws, Model, Shoot, State, StateError, Still, Turned};
-use nalgebra::Vector3;
+use morphorod::{Laws, Model, Order, Scene, Shoot, State, StateError, Still, Turned};
+use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering};
 
 const STEP: f64 = 120.0;
@@ -279,4 +281,96 @@ fn the_order_in_time_survives_a_change() {
         let order = (pair[0] / pair[1]).log2();
         assert!(order > 3.7, "{errors:?}");
     }
+}
+
+#[test]
+fn the_same_laws_again_change_nothing() {
+    // On coarse meshes the length of the elements is that of the zone only to the mesh's accuracy.
+    for order in Order::ALL {
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(RADIUS)
+            .order(order)
+            .growth(CosineProfile { zone_length: 0.03, time: 20.0 * HOUR })
+            .load(WEIGHT)
+            .build()
+            .unwrap();
+        for hour in 1..=20 {
+            run(&mut shoot, f64::from(hour) * HOUR);
+            let model = *shoot.model();
+            shoot.set_model(model).unwrap();
+        }
+    }
+}
+
+#[test]
+fn growth_may_begin_and_zones_may_come_and_go() {
+    let resting = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).load(WEIGHT).build().unwrap();
+    let growth = UniformGrowth { zone_length: 0.06, time: 20.0 * HOUR };
+    let mut shoot = resting.with_model(resting.model().with_growth(growth)).unwrap();
+    run(&mut shoot, HOUR);
+    assert!((shoot.rod().length() - 0.05 * f64::exp(0.05)).abs() < 1e-15);
+    // A zone that is halved and doubled on a shoot shorter than both keeps its number of elements.
+    let mut shoot = resting.with_model(resting.model().with_growth(growth)).unwrap();
+    for i in 0..12 {
+        let zone_length = if i % 2 == 0 { 0.12 } else { 0.06 };
+        let model = shoot.model().with_growth(UniformGrowth { zone_length, ..growth });
+        shoot.set_model(model).unwrap();
+        run(&mut shoot, 60.0 * f64::from(i));
+        assert!((shoot.mesh().longest_element - zone_length / 8.0).abs() < 1e-16);
+    }
+    assert!(shoot.rod().elements() <= 16, "{}", shoot.rod().elements());
+}
+
+#[test]
+fn a_force_is_hung_where_it_belongs_at_every_order() {
+    let force = Vector3::new(2e-5, 0.0, 0.0);
+    for order in Order::ALL {
+        for initial_apex_distance in [0.0137, 0.0201, 0.0333] {
+            let load = (WEIGHT, PointForce { initial_apex_distance, force });
+            let mut built = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).order(order).load(load).build().unwrap();
+            let bare = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).order(order).load(WEIGHT).build().unwrap();
+            let mut hung = bare.with_model(bare.model().with_load(load)).unwrap();
+            assert_eq!(hung.rod().elements(), built.rod().elements());
+            run(&mut built, 1.0);
+            run(&mut hung, 1.0);
+            assert!((hung.tip() - built.tip()).norm() < 1e-9, "{order:?}: {} {}", hung.tip(), built.tip());
+        }
+    }
+}
+
+#[test]
+fn new_laws_are_asked_at_every_place() {
+    let shoot = reduced(0.05, 20.0 * HOUR).build().unwrap();
+    for factor in [0.0, -1.0, f64::NAN] {
+        let graded = Graded { law: YOUNG, factor: move |_: &Tissue| factor };
+        let error = shoot.with_model(shoot.model().with_constitutive(graded)).map(|_| ()).unwrap_err();
+        assert!(error.to_string().contains("stiffness K1"), "{error}");
+    }
+}
+
+/// Gravity that sets in just after a time.
+#[derive(Clone, Copy)]
+struct SetsIn(f64);
+
+impl Scene for SetsIn {
+    fn gravity(&self, t: f64) -> Vector3<f64> {
+        Vector3::z() * if t > self.0 { -9.81 } else { -1.0 }
+    }
+    fn base(&self, _t: f64) -> UnitQuaternion<f64> {
+        UnitQuaternion::identity()
+    }
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        if t < self.0 { self.0 } else { f64::INFINITY }
+    }
+}
+
+#[test]
+fn stability_at_a_discontinuity_is_that_after_it() {
+    let mut shoot = reduced(0.06, 20.0 * HOUR).scene(SetsIn(HOUR)).build().unwrap();
+    run(&mut shoot, HOUR);
+    let at = Linearisation::about(&shoot).unwrap().rightmost().unwrap().value;
+    run(&mut shoot, HOUR + 1.0);
+    let after = Linearisation::about(&shoot).unwrap().rightmost().unwrap().value;
+    assert!((at - after).norm() < 1e-9 * after.norm(), "{at} {after}");
 }

@@ -8,7 +8,7 @@ use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{NoGrowth, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, GradedWeight, InternalForce, Load, Weight};
+use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Response, SettledStatoliths, TropismLaw};
 use morphorod::{Order, ParameterError, Scene, Section, Shoot, Still};
@@ -209,4 +209,42 @@ fn a_bad_place_is_named() {
         named(Shoot::builder(YOUNG).length(LENGTH).section(section).build().unwrap_err(), "semi-axis");
     }
     assert_eq!(build(1.0), Ok(()));
+}
+
+#[test]
+fn a_section_that_jumps_at_a_node_survives_growth() {
+    let grown = |merge_tolerance: f64, thin: f64| {
+        let nodes: Vec<f64> = (0..=10).map(|i| 0.005 * f64::from(i)).collect();
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .taper(move |s| if s < 0.04 { 1e-3 } else { thin })
+            .nodes(&nodes)
+            .merge_tolerance(merge_tolerance)
+            .growth(UniformGrowth { zone_length: 0.03, time: 20.0 * 3600.0 })
+            .load(Distributed(Vector3::x() * 1e-6))
+            .scene(Still::weightless())
+            .build()
+            .unwrap();
+        let _ = MethodOfSteps::new(600.0).advance(&mut shoot, 40.0 * 3600.0).unwrap();
+        shoot
+    };
+    for thin in [5e-4, 2e-4] {
+        let (merged, all) = (grown(1e-4, thin), grown(0.0, thin));
+        assert!(merged.rod().elements() < all.rod().elements() / 2);
+        assert!((merged.tip() - all.tip()).norm() < 1e-6 * 0.1, "{} {}", merged.tip(), all.tip());
+        assert!((merged.rod().volume() / all.rod().volume() - 1.0).abs() < 1e-9);
+        let least = merged.rod().points().iter().map(|point| point.section.radius()).fold(1.0, f64::min);
+        assert!((least / thin - 1.0).abs() < 1e-12, "{least}");
+        let kept = merged.state().clone();
+        merged.clone().restore(&kept).unwrap();
+    }
+}
+
+#[test]
+fn a_section_that_jumps_within_an_element_is_refused() {
+    let jump = |s: f64| if s < 0.042 { 1e-3 } else { 1e-4 };
+    let error = Shoot::builder(YOUNG).length(0.05).taper(jump).build().unwrap_err();
+    assert!(error.to_string().contains("put nodes where it jumps") && error.place.is_some(), "{error}");
+    let nodes = [0.0, 0.01, 0.02, 0.03, 0.042, 0.05];
+    assert!(Shoot::builder(YOUNG).length(0.05).taper(jump).nodes(&nodes).build().is_ok());
 }

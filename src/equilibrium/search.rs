@@ -83,7 +83,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             self.found.iterations = iteration;
             self.find_tangent(rod)?;
             self.find_step()?;
-            if iteration == 1 && self.is_far() && self.moves_to_intrinsic_shape(rod) {
+            if iteration == 1 && self.is_far(rod) && self.moves_to_intrinsic_shape(rod) {
                 continue;
             }
             if self.is_at_saddle() {
@@ -156,9 +156,11 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
     }
 
-    /// Whether the first guess is far from a minimum: the tangent is not positive definite there, or the step too long.
-    fn is_far(&self) -> bool {
-        self.stable && (self.shift > 0.0 || self.turn > LARGEST_TURN)
+    /// Whether the first guess is a straight rod far from a minimum: the tangent is not positive definite there, or the step too
+    /// long. A bent one is somebody's choice of a branch.
+    fn is_far(&self, rod: &Rod) -> bool {
+        let far = self.stable && (self.shift > 0.0 || self.turn > LARGEST_TURN);
+        far && rod.rotations.iter().all(|theta| *theta == Vector3::zeros())
     }
 
     /// Gives the rod the shape that it would have without load if its energy is lower there than where it is: from far away the

@@ -9,7 +9,7 @@ use super::ORDER;
 use crate::growth::GrowthLaw;
 use crate::quadrature::{lagrange, rule};
 use crate::section::Section;
-use crate::state::{History, Reading};
+use crate::state::{History, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, Size, TropismLaw};
 
 /// The Gauss points of a step and how the past is read at each of them; the same for all material points.
@@ -18,6 +18,8 @@ pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
     /// For every node, one entry for every variable; none for one that is not read.
     readings: Vec<Option<Reading>>,
+    /// The levels through which present stimuli are interpolated.
+    levels: Option<Nodes<ORDER>>,
     /// The ends of the pieces.
     ends: Vec<f64>,
     /// Of the laws.
@@ -30,22 +32,14 @@ pub(super) struct GradientIntegral {
 struct Node {
     time: f64,
     weight: f64,
-    /// First of the levels through which the present stimuli are interpolated, and their weights.
-    first_level: usize,
+    /// The weights with which the present stimuli are interpolated through the levels.
     interpolation: [f64; ORDER],
 }
 
 impl GradientIntegral {
     /// Prepares for the interval from `from` to `to` (s). Present stimuli, if the laws read them, are interpolated through
     /// the levels `smooth`.
-    pub fn prepare(
-        &mut self,
-        history: &History,
-        laws: &Declaration,
-        smooth: &std::ops::Range<usize>,
-        from: f64,
-        to: f64,
-    ) {
+    pub fn prepare(&mut self, history: &History, laws: &Declaration, smooth: &Nodes<ORDER>, from: f64, to: f64) {
         self.nodes.clear();
         self.readings.clear();
         self.ends.clear();
@@ -62,9 +56,10 @@ impl GradientIntegral {
         }
         self.ends.sort_unstable_by(f64::total_cmp);
         let mut times = [0.0; ORDER];
-        for (time, level) in times.iter_mut().zip(smooth.clone()) {
-            *time = history.time(level);
+        for (time, level) in times.iter_mut().zip(smooth.iter()) {
+            *time = history.time(*level);
         }
+        self.levels = Some(*smooth);
         let (x, w) = rule::<3>();
         for piece in self.ends.windows(2) {
             let [a, b] = [piece[0], piece[1]];
@@ -77,7 +72,7 @@ impl GradientIntegral {
                 if laws.size().reads_present {
                     lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
                 }
-                self.nodes.push(Node { time, weight: w * (b - a), first_level: smooth.start, interpolation });
+                self.nodes.push(Node { time, weight: w * (b - a), interpolation });
                 // Every Gauss point of a piece lies between the same two levels as its middle does.
                 let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
                 self.readings.extend(variables.iter().map(|variable| variable.delay.map(read)));
@@ -107,8 +102,8 @@ impl GradientIntegral {
                 self.past[v] = reading.map_or(0.0, |reading| history.read(&reading, point, v));
             }
             for (m, value) in self.present.iter_mut().enumerate() {
-                let levels = (node.first_level..history.levels()).zip(node.interpolation);
-                *value = levels.map(|(level, w)| w * history.stimuli(level, point)[m]).sum();
+                let levels = self.levels.iter().flat_map(|levels| levels.iter()).zip(node.interpolation);
+                *value = levels.map(|(level, w)| w * history.stimuli(*level, point)[m]).sum();
             }
             let apex_distance = if moves { growth.flow(distance, start, node.time).0 } else { distance };
             let at = Growing::new(node.time, section, apex_distance);

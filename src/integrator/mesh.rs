@@ -51,8 +51,14 @@ pub(super) fn adapt(
         }
         if boundary > b + margin {
             let x = state.rod.coordinate_at_distance(e, boundary);
-            state.split(e, x);
-            statistics.splits += 1;
+            // Ends of elements and lengths inside them agree as well as the mesh resolves: there may be nothing to cut off.
+            if x <= SMALLEST_PART {
+                return e - first;
+            }
+            if x < 1.0 - SMALLEST_PART {
+                state.split(e, x);
+                statistics.splits += 1;
+            }
             return e + 1 - first;
         }
     }

@@ -27,6 +27,10 @@ use crate::shoot::Shoot;
 /// between levels they are cubic. Three levels would give a third order, five still the fourth of the cubic.
 const ORDER: usize = 4;
 
+/// Levels closer to each other than this fraction of a step are as one for what is interpolated: stimuli are known to 1e-11 or
+/// better, and extrapolating their difference over a step magnifies that by the inverse.
+const CLOSE: f64 = 1e-3;
+
 /// What is said of a stimulus that is not finite.
 const STIMULUS: &str = "stimulus of a tropism law (one that looks where it is must declare `with_position`)";
 

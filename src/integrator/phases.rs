@@ -2,7 +2,7 @@
 
 use super::collocation::Levels;
 use super::stepper::{Step, Stepper};
-use super::{IntegrationError, ORDER, Outcome, STIMULUS};
+use super::{CLOSE, IntegrationError, ORDER, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -20,7 +20,7 @@ impl Stepper {
         self.check_size(tropism)?;
         let Step { from, to, leaving } = step;
         let history = &state.history;
-        let smooth = history.smooth(state.smooth_since, ORDER);
+        let smooth = history.smooth(state.smooth_since, CLOSE * (to - from));
         let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
         self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
         let mut largest = 0.0_f64;
@@ -119,17 +119,18 @@ impl Stepper {
         }
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
-        let smooth = state.history.smooth(state.smooth_since, ORDER);
-        let (size, count) = (step.to - step.from, smooth.len());
+        let size = step.to - step.from;
+        let smooth = state.history.smooth::<ORDER>(state.smooth_since, CLOSE * size);
+        let count = smooth.len();
         // Time counts in steps.
         let mut times = [0.0; ORDER];
-        for (time, level) in times.iter_mut().zip(smooth.clone()) {
-            *time = (state.history.time(level) - step.from) / size;
+        for (time, level) in times.iter_mut().zip(smooth.iter()) {
+            *time = (state.history.time(*level) - step.from) / size;
         }
         times[count - 1] = 1.0;
         self.collocation.prepare(&self.laws, size, Levels { count, times });
         let first = state.rod.zone().start;
-        let carried = state.history.each_step(smooth, |before, stimuli, variables, rates| {
+        let carried = state.history.each_step(&smooth, |before, stimuli, variables, rates| {
             variables.copy_from_slice(before);
             let carried = self.collocation.carry(tropism, stimuli, variables);
             rates.fill(f64::NAN);

@@ -54,6 +54,11 @@ pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Res
         while reach - growth.flow(zone, t + step, t).0 > shoot.mesh.longest_element {
             step *= 0.5;
         }
+        // No element is stretched to much more than twice its length before it can be cut.
+        let rate = (growth.apical_speed(reach, t) / reach).max(growth.apical_speed(zone, t) / zone);
+        if rate > 0.0 {
+            step = step.min(std::f64::consts::LN_2 / rate);
+        }
     }
     let rest = target - t;
     let time = if rest <= step * (1.0 + 1e-9) {

@@ -8,9 +8,6 @@ use crate::state::State;
 
 /// The time of a stop is known to this fraction of the step in which it lies: below any error in time by far.
 const SHARPNESS: f64 = 1e-10;
-/// Shorter steps after which the time of a stop is taken as it is. Halving alone would need 34.
-const TRIALS: usize = 60;
-
 /// Runs `work` on the shoot; if it fails, puts the shoot back as it was.
 fn guarded<M: Model>(
     shoot: &mut Shoot<M>,
@@ -63,7 +60,7 @@ pub(super) fn advance_until<M: Model>(
 }
 
 /// Finds where in a step the condition begins to hold, and takes the shoot there: regula falsi, with the weight of an end that
-/// stays halved (Illinois), by steps from the state `before`. Of the steps, the last counts as one, and the others as looks.
+/// stays halved (Illinois), and halving where that is slow, by steps from the state `before`. Of the steps, the last counts as one, and the others as looks.
 fn find<M: Model>(
     integrator: &mut impl Integrator,
     shoot: &mut Shoot<M>,
@@ -75,12 +72,13 @@ fn find<M: Model>(
     let mut looks = Statistics::default();
     let smallest = (SHARPNESS * (high.0 - low.0)).max(16.0 * f64::EPSILON * high.0.abs());
     let (mut at, mut last) = (high.0, None);
-    for _ in 0..TRIALS {
-        if high.0 - low.0 <= smallest {
-            break;
-        }
-        let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-        let guess = if secant.is_finite() { secant } else { 0.5 * (low.0 + high.0) };
+    // The width of the bracket two trials ago, which regula falsi has to have quartered since; else it is halved.
+    let mut widths = [f64::INFINITY; 2];
+    while high.0 - low.0 > smallest {
+        let width = high.0 - low.0;
+        let (secant, middle) = (low.0 - low.1 * width / (high.1 - low.1), 0.5 * (low.0 + high.0));
+        let guess = if secant.is_finite() && width < 0.25 * widths[0] { secant } else { middle };
+        widths = if guess == middle { [f64::INFINITY; 2] } else { [widths[1], width] };
         // A little off an end that it falls on, so that the bracket closes there.
         at = guess.clamp(low.0 + 0.5 * smallest, high.0 - 0.5 * smallest);
         shoot.state.copy_from(before);

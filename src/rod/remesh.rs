@@ -44,7 +44,7 @@ impl Rod {
                         sum(&|point| point.section.along_d1),
                         sum(&|point| point.section.along_d2),
                     ),
-                    initial_apex_distance: sum(&|point| point.initial_apex_distance),
+                    initial_apex_distance: self.initial_apex_distance(e, from + (to - from) * reference.points[g]),
                 };
             }
         }
@@ -125,6 +125,16 @@ impl Rod {
             return false;
         }
         let (first, second) = (project(&|q| q.section.along_d1), project(&|q| q.section.along_d2));
+        // The section keeps its value to the same measure, relative to itself.
+        for (point, (x, _)) in source.iter().zip(&places) {
+            let at = reference.at_points(*x);
+            for (kept, value) in [(&first, point.section.along_d1), (&second, point.section.along_d2)] {
+                let found: f64 = kept.iter().zip(at).map(|(v, l)| v * l).sum();
+                if !((found - value).abs() <= tolerance * value) {
+                    return false;
+                }
+            }
+        }
         let exit = if exits { project(&|q| q.exit_time) } else { [source[0].exit_time; MAX_POINTS] };
         let (distance, initial) = (project(&|q| q.apex_distance), project(&|q| q.initial_apex_distance));
         for g in 0..p {

@@ -6,6 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
 use crate::reference_element::MAX_POINTS;
+use crate::section::Section;
 use crate::so3::{self, Form};
 
 impl Rod {
@@ -169,10 +170,7 @@ impl Rod {
         if d.is_nan() {
             return None;
         }
-        let name = |e: usize, x: f64| -> f64 {
-            let weights = self.reference().at_points(x);
-            self.element_points(e).iter().zip(weights).map(|(point, w)| w * point.initial_apex_distance).sum()
-        };
+        let name = |e: usize, x: f64| self.initial_apex_distance(e, x);
         let e = (0..self.elements()).rev().find(|&e| name(e, 0.0) >= d).unwrap_or(0);
         // Names fall from base to apex: halved until the place is known to rounding.
         let (mut low, mut high) = (0.0, 1.0);
@@ -181,6 +179,35 @@ impl Rod {
             if name(e, middle) > d { low = middle } else { high = middle }
         }
         Some((e, if name(e, 1.0) >= d { 1.0 } else { high }))
+    }
+
+    /// The section at coordinate `x` of element `e`: the polynomials through the points.
+    pub(crate) fn section_within(&self, e: usize, x: f64) -> Section {
+        let weights = self.reference().at_points(x);
+        let sum = |f: fn(&Section) -> f64| -> f64 {
+            self.element_points(e).iter().zip(weights).map(|(point, w)| w * f(&point.section)).sum()
+        };
+        Section::ellipse(sum(|section| section.along_d1), sum(|section| section.along_d2))
+    }
+
+    /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial through the points. One
+    /// point makes no slope; there it is linear between the points of neighbours.
+    pub(super) fn initial_apex_distance(&self, e: usize, x: f64) -> f64 {
+        let points = self.element_points(e);
+        if let [point] = points {
+            let end = |beyond: Option<usize>, at_end: f64| match beyond.and_then(|i| self.points.get(i)) {
+                Some(next) => {
+                    let share = point.jacobian / (point.jacobian + next.jacobian);
+                    point.initial_apex_distance * (1.0 - share) + next.initial_apex_distance * share
+                }
+                None => at_end,
+            };
+            let (first, last) = (end(e.checked_sub(1), self.initial_length), end(Some(e + 1), 0.0));
+            let (from, to) = if x < 0.5 { (first, 1.0 - 2.0 * x) } else { (last, 2.0 * x - 1.0) };
+            return point.initial_apex_distance + (from - point.initial_apex_distance) * to;
+        }
+        let weights = self.reference().at_points(x);
+        points.iter().zip(weights).map(|(point, w)| w * point.initial_apex_distance).sum()
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). An `s` beyond either end is

@@ -191,8 +191,13 @@ impl<M: Model> ShootBuilder<M> {
         let grows = growth.elongates();
         ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
         let mature = if grows { (length - zone).max(0.0) } else { 0.0 };
+        let mut kept = vec![mature];
         let (mut nodes, longest) = match &self.nodes {
-            Some(nodes) => own_nodes(nodes, length, mature)?,
+            // Nodes of one's own may stand where the section has a kink.
+            Some(nodes) => {
+                kept.extend_from_slice(nodes.get(1..nodes.len().saturating_sub(1)).unwrap_or_default());
+                own_nodes(nodes, length, mature)?
+            }
             // An element in the zone is never longer than its share; a shoot of constant length is all of one piece.
             None => {
                 let longest = if grows && zone.is_finite() { zone } else { length } / elements as f64;
@@ -200,7 +205,6 @@ impl<M: Model> ShootBuilder<M> {
             }
         };
         // Where something changes abruptly a node stands: at the boundary of the growth zone and where loads jump.
-        let mut kept = vec![mature];
         kept.extend(jumps(model.load(), length)?.iter().map(|distance| length - distance));
         for place in &mut kept {
             *place = insert_node(&mut nodes, *place);
@@ -216,23 +220,45 @@ impl<M: Model> ShootBuilder<M> {
         for point in &mut rod.points[..below * p] {
             point.exit_time = exit_before_start(growth, point.apex_distance);
         }
-        check_tissue(&rod, model)?;
+        check_tissue(&rod, model, 0.0)?;
+        check_resolved(&rod, |s| along(s))?;
         let volume = rod.volume();
         ParameterError::unless(volume.is_finite() && volume > 0.0, "volume", volume, "positive and finite (m³)")?;
         let mesh = Mesh { longest_element: longest, merge_tolerance };
-        Ok(Shoot { model: self.model, mesh, state: State::new(rod) })
+        let divided = if grows && zone.is_finite() { zone } else { length };
+        Ok(Shoot { model: self.model, mesh, resolution: divided / longest, state: State::new(rod) })
     }
 }
 
 /// Refuses laws that have no sound answer for the tissue at some place.
-fn check_tissue(rod: &Rod, model: &impl Model) -> Result<(), ParameterError> {
-    check_stiffness(rod, model.constitutive(), 0.0)?;
-    let environment = model.scene().environment(0.0);
+pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(), ParameterError> {
+    check_stiffness(rod, model.constitutive(), time)?;
+    let environment = model.scene().environment(time);
     for point in rod.points() {
-        let tissue = Tissue::of(point, 0.0);
+        let tissue = Tissue::of(point, time);
         let place = rod.initial_length - tissue.initial_apex_distance;
         let force = model.load().per_length(&tissue, &environment).sum();
         ParameterError::finite("force per length", force).map_err(|error| error.at(place))?;
+    }
+    Ok(())
+}
+
+/// Refuses a section that the elements do not resolve, as one that jumps inside an element: cut, it might become negative.
+fn check_resolved(rod: &Rod, section: impl Fn(f64) -> Section) -> Result<(), ParameterError> {
+    let (length, mut start) = (rod.initial_length, 0.0);
+    for e in 0..rod.elements() {
+        let h = rod.element_length(e);
+        for x in [0.02, 0.25, 0.5, 0.75, 0.98] {
+            let (s, found) = (start + h * x, rod.section_within(e, x));
+            let given = section(s);
+            for (found, given) in [(found.along_d1, given.along_d1), (found.along_d2, given.along_d2)] {
+                let (what, ratio) = ("section as the elements hold it, relative to the one given", found / given);
+                let ok = ratio > 0.5 && ratio < 2.0;
+                ParameterError::unless(ok, what, ratio, "between a half and two: put nodes where it jumps")
+                    .map_err(|error| error.at(s.min(length)))?;
+            }
+        }
+        start += h;
     }
     Ok(())
 }

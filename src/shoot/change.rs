@@ -1,5 +1,6 @@
 //! A change of course: the same shoot under other laws.
 
+use super::builder::check_tissue;
 use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -10,6 +11,10 @@ use crate::tropism::{Declaration, TropismLaw};
 impl<M: Model> Shoot<M> {
     /// The same shoot under other laws from the present time on: a parameter moved by hand, a weight hung on, a pot tilted. What it
     /// has grown to stays, and so does its history; this shoot stays as it is.
+    ///
+    /// Tropism laws go on with the numbers that the present ones keep at the material points, in their order: laws of another meaning
+    /// that keep as many are not told apart. Tissue that stops growing because the zone is shorter leaves it now; tissue that stops
+    /// because growth ends altogether stays in the zone, and does not age.
     ///
     /// The change is a discontinuity. The next call of an integrator, be it `advance` to the present time, finds the shape
     /// under the new laws and begins afresh from there.
@@ -34,7 +39,7 @@ impl<M: Model> Shoot<M> {
     /// ```
     ///
     /// # Errors
-    /// Parameters that make no sense; tropism laws that keep other numbers than the present ones, or look back further than the
+    /// Parameters that make no sense, at some place at least; tropism laws that keep other numbers than the present ones, or look back further than the
     /// history reaches, see [`with_model_restarted`](Self::with_model_restarted); a growth zone that would make mature tissue
     /// grow again; a load that jumps off the shoot.
     pub fn with_model<N: Model>(&self, model: N) -> Result<Shoot<N>, StateError> {
@@ -69,15 +74,20 @@ impl<M: Model> Shoot<M> {
 
     fn adopt<N: Model>(&self, model: N, mut state: State) -> Result<Shoot<N>, StateError> {
         model.check(state.rod.length())?;
-        let growth = model.growth();
-        let ratio = growth.zone_length() / self.model.growth().zone_length();
-        // In a shorter zone as many elements as before.
-        let shorter = ratio < 1.0 && growth.elongates();
-        let longest_element = self.mesh.longest_element * if shorter { ratio } else { 1.0 };
+        let (growth, old) = (model.growth(), self.model.growth());
+        let zone = growth.zone_length();
+        ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
+        // As many elements in the zone as before.
+        let divided = growth.elongates() && zone.is_finite();
+        let longest_element = if divided { zone / self.resolution } else { self.mesh.longest_element };
         state.check_length(MOST_ELEMENTS * longest_element)?;
-        confine(&mut state, growth)?;
+        if growth.elongates() && !(old.elongates() && old.zone_length() == zone) {
+            confine(&mut state, zone)?;
+        }
         keep_jumps(&mut state, &model)?;
-        Ok(Shoot { model, mesh: Mesh { longest_element, ..self.mesh }, state })
+        check_tissue(&state.rod, &model, state.time)?;
+        let mesh = Mesh { longest_element, ..self.mesh };
+        Ok(Shoot { model, mesh, resolution: self.resolution, state })
     }
 }
 
@@ -96,18 +106,16 @@ fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateEr
     )?)
 }
 
-/// Takes tissue out of the growth zone that is not in that of the law.
-fn confine(state: &mut State, growth: &impl GrowthLaw) -> Result<(), StateError> {
-    if !growth.elongates() {
-        return Ok(());
-    }
-    let (zone, range) = (growth.zone_length(), state.rod.growth_zone());
-    let (growing, margin) = (range.end - range.start, SAME_PLACE * range.end);
-    let ok = range.start == 0.0 || zone <= growing + margin;
+/// Takes tissue out of the growth zone that is not in a new one of so many metres.
+fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
+    let rod = &state.rod;
+    let first = rod.first_growing();
+    // Ends of elements move by the exact flow.
+    let (growing, margin) = (rod.node_distance[first.min(rod.elements())], SAME_PLACE * rod.length());
+    let ok = first == 0 || zone <= growing + margin;
     let what = "length of the new growth zone";
     ParameterError::unless(ok, what, zone, "not longer than the present one: mature tissue does not grow again (m)")?;
     if zone < growing - margin {
-        let first = state.rod.first_growing();
         let e = state.rod.node_distance[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.
         if state.rod.node_distance[e] < zone - margin {

@@ -6,13 +6,14 @@ use crate::model::Model;
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
 impl<M: Model> Shoot<M> {
-    /// How fast differential growth turns the shoot at present: ∫ |u̇*| ds over the growth zone, rad/s. No frame turns faster
-    /// against the base where nothing else moves. Zero before an integrator has started it.
+    /// How fast differential growth turns the shoot at present: ∫ |u̇*| ds over the growth zone, rad/s. Without load no frame turns
+    /// faster against the base where nothing else moves; a shoot that sags turns faster. Zero before an integrator has started it.
     #[must_use]
     pub fn steering_rate(&self) -> f64 {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
         let (laws, rod, time) = (Declaration::of(tropism), &self.state.rod, self.environment().time);
-        if history.levels() < 2 {
+        let size = laws.size();
+        if history.levels() < 2 || history.size() != (size.variables, size.stimuli) {
             return 0.0;
         }
         // Of an unread variable nothing is handed on.
@@ -27,7 +28,7 @@ impl<M: Model> Shoot<M> {
                 past[k] = reading.map_or(0.0, |reading| history.read(&reading, i, k));
             }
             let at = Growing::new(time, point.section, point.apex_distance);
-            let present = laws.size().present(history.stimuli(history.levels() - 1, i));
+            let present = size.present(history.stimuli(history.levels() - 1, i));
             let gradient = tropism.gradient(&at, &past, present);
             sum += gradient.norm() * growth.regr(point.apex_distance, time).abs() * weight * point.jacobian;
         }

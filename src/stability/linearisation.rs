@@ -16,7 +16,6 @@ use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::scene::Scene;
 use crate::shoot::Shoot;
 
 /// The number of unstable roots.
@@ -49,7 +48,7 @@ impl Linearisation {
     pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
         let mut solver = precise_solver();
         let mut rod = shoot.state.rod.clone();
-        let environment = shoot.model.scene().environment(shoot.state.time);
+        let environment = shoot.environment();
         let force = InternalForce::of(&rod, shoot.model.load(), &environment);
         let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
         if found.inertia.negative > 0 {

@@ -61,8 +61,8 @@ impl StationarySolver {
     }
 
     fn search(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
-        let environment = shoot.model.scene().environment(shoot.state.time);
-        shoot.state.rod.set_base(shoot.model.scene().base(shoot.state.time))?;
+        let environment = shoot.environment();
+        shoot.state.rod.set_base(shoot.model.scene().base(environment.time))?;
         let mut iterations = self.find_shape(shoot)?;
         let mut solver = precise_solver();
         let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
@@ -97,7 +97,7 @@ impl StationarySolver {
     /// Gives the shoot the shape in which the laws ask for no change, and the intrinsic strain that holds it. Newton's
     /// method for the visible strain, on an unloaded copy of the rod.
     fn find_shape(&self, shoot: &mut Shoot<impl Model>) -> Result<usize, StabilityError> {
-        let environment = shoot.model.scene().environment(shoot.state.time);
+        let environment = shoot.environment();
         let rod = &shoot.state.rod;
         let p = rod.order().points();
         let mut trial = rod.clone();

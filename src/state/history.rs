@@ -46,6 +46,21 @@ pub(crate) struct Reading {
     weights: [f64; 4],
 }
 
+/// Levels through which stimuli are interpolated, oldest first.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nodes<const N: usize> {
+    chosen: [usize; N],
+    count: usize,
+}
+
+impl<const N: usize> std::ops::Deref for Nodes<N> {
+    type Target = [usize];
+
+    fn deref(&self) -> &[usize] {
+        &self.chosen[..self.count]
+    }
+}
+
 /// Levels that are not in use, whose memory serves again.
 pub(crate) type Spare = Vec<Vec<f64>>;
 
@@ -139,7 +154,7 @@ impl History {
     /// first point for which `visit` fails, and returns its number.
     pub fn each_step<const N: usize>(
         &mut self,
-        levels: Range<usize>,
+        levels: &[usize],
         mut visit: impl FnMut(&[f64], &[&[f64]; N], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
         let (variables, points) = (self.variables, self.points());
@@ -147,8 +162,8 @@ impl History {
         let failed = (0..points).find(|&point| {
             let row = self.row(point);
             let mut stimuli: [&[f64]; N] = [&[]; N];
-            for (to, level) in stimuli.iter_mut().zip(levels.start..self.levels.len()) {
-                *to = self.stimuli(level, point);
+            for (to, level) in stimuli.iter_mut().zip(&levels[..levels.len() - 1]) {
+                *to = self.stimuli(*level, point);
             }
             let before = self.variables(self.levels.len() - 1, point);
             let now = RecordMut::of(&mut last.rows[row], variables);
@@ -189,10 +204,19 @@ impl History {
         }
     }
 
-    /// The last levels, at most `most`, none from before the time `since` (s): those through which one may interpolate.
-    pub fn smooth(&self, since: f64, most: usize) -> Range<usize> {
+    /// The last levels, at most `N`, none from before the time `since` (s): those through which one may interpolate. Of levels that
+    /// are closer to each other than `gap` (s) the later ones: others would magnify rounding.
+    pub fn smooth<const N: usize>(&self, since: f64, gap: f64) -> Nodes<N> {
         let first = self.levels.partition_point(|level| level.time <= since).saturating_sub(1);
-        first.max(self.levels.len().saturating_sub(most))..self.levels.len()
+        let (mut chosen, mut count, mut after) = ([0; N], 0, f64::INFINITY);
+        for level in (first..self.levels.len()).rev() {
+            if count < N && after - self.time(level) > gap {
+                (chosen[count], after) = (level, self.time(level));
+                count += 1;
+            }
+        }
+        chosen[..count].reverse();
+        Nodes { chosen, count }
     }
 
     /// The times (s) between `from` and `to` at which what is read `delay` seconds ago passes a level.

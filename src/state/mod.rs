@@ -9,7 +9,7 @@ mod saved;
 use std::fmt;
 
 pub use error::StateError;
-pub(crate) use history::{History, Reading, Spare};
+pub(crate) use history::{History, Nodes, Reading, Spare};
 pub(crate) use predictor::Predictor;
 
 use crate::rod::{Rod, part_weights};

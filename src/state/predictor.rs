@@ -9,6 +9,9 @@ use crate::rod::{Rod, merge_rotations, split_rotations};
 /// How many equilibria before the last are kept: a first guess is quadratic in time.
 const EARLIER: usize = 2;
 
+/// Equilibria closer to each other than this fraction of a step are as one.
+const CLOSE: f64 = 1e-3;
+
 /// The rotation vectors of earlier equilibria, latest first.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -74,6 +77,11 @@ impl Predictor {
 
     /// Keeps the present rotations of `rod`, at time `from` (s), and extrapolates them to time `to`.
     pub fn extrapolate(&mut self, rod: &mut Rod, from: f64, to: f64) {
+        // An equilibrium that is all but the present one says nothing of the motion.
+        while self.known > 0 && from - self.earlier[0].time < CLOSE * (to - from) {
+            self.earlier.rotate_left(1);
+            self.known -= 1;
+        }
         let known = self.known;
         let mut times = [from; EARLIER + 1];
         for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
