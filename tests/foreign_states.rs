@@ -143,7 +143,7 @@ mod written {
     #[test]
     fn messages_say_what_is_wrong() {
         let message = refusal(|state| state["format"] = 7.into());
-        assert!(message.contains("format 7; this version reads format 2"), "{message}");
+        assert!(message.contains("format 7; this version reads format 3"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
@@ -158,7 +158,7 @@ mod written {
         assert!(message.contains("later than the one before"), "{message}");
         let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());
         assert!(message.contains("numbers at a time of the history"), "{message}");
-        let message = refusal(|state| state["predictor"]["known"] = 3.into());
+        let message = refusal(|state| state["predictor"]["known"] = 6.into());
         assert!(message.contains("earlier equilibria"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("numbers at a time"), "{message}");

@@ -3,7 +3,7 @@
 mod shoots;
 
 use nalgebra::Vector3;
-use shoots::{HOUR, MINUTE, assert_sound, growing, tips};
+use shoots::{HOUR, assert_sound, growing, tips};
 
 /// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0 = 6.8 cm, ℓg = 7 cm,
 /// α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral load of 1e-6 N/m along −e2 and an apical
@@ -40,11 +40,12 @@ fn the_tip_passes_through_the_reference_at_every_hour() {
     // 1e-5 m is what the crate promises at its defaults. 90 s are a sixteenth of the oscillator's period, and the
     // fourth-order error of that is 1e-6 m on the tip's swing of a centimetre.
     assert!(error < 1e-5, "{error:e} m");
-    // One equilibrium a step, which a guess extrapolated from the last three brings down to two iterations.
+    // One equilibrium a step, which a guess extrapolated from the last six brings down to one iteration.
     assert_eq!(statistics.equilibria, statistics.steps + 1);
     assert!(statistics.steps < 410, "{statistics:?}");
     assert!(
-        statistics.iterations <= 2 * statistics.equilibria && statistics.factorisations <= 2 * statistics.equilibria,
+        10 * statistics.iterations <= 11 * statistics.equilibria
+            && 10 * statistics.factorisations <= 11 * statistics.equilibria,
         "{statistics:?}"
     );
     assert_sound(&shoot);
@@ -118,19 +119,19 @@ fn merging_mature_elements_changes_no_more_than_its_tolerance() {
 }
 
 #[test]
-fn the_number_of_elements_follows_the_ripple_and_the_zone() {
+fn mature_elements_are_few_however_many_ripples_there_are() {
     let mut shoot = growing().elements(8).build().unwrap();
-    let full = 40.0 * HOUR * (0.07_f64 / 0.068).ln();
     for t in [10.0, 20.0, 40.0].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 90.0, &[t]);
         let rod = shoot.rod();
         let growing = rod.elements() - rod.first_growing();
         // Halved at an eighth of the zone, so between a sixteenth and an eighth, and one that the boundary cuts.
         assert!((8..=17).contains(&growing), "{growing} elements in the zone at {t} s");
-        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm; an element of eighth order takes about one.
-        let ripples = (t - full) / (24.0 * MINUTE);
-        let mature = rod.first_growing() as f64;
-        assert!(mature > 0.5 * ripples && mature < 1.5 * ripples + 8.0, "{mature} elements for {ripples} ripples");
+        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm, in which no more than 7e-5 rad are lost however long
+        // the element is. The slow swing, of 90 min and 2.6 mm, has to be resolved: an element of eighth order takes nearly one.
+        let mature = rod.first_growing();
+        let swings = (rod.length() - 0.07) / 2.6e-3;
+        assert!((mature as f64) < 1.3 * swings + 8.0, "{mature} elements for {swings} swings");
     }
     assert_sound(&shoot);
 }

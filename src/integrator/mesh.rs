@@ -1,7 +1,11 @@
 //! Elements follow the tissue: cut as they stretch, cut at the boundary of the growth zone, merged behind it.
 
 use super::Statistics;
+use nalgebra::Vector3;
+
+use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
+use crate::rod::{MaterialPoint, Tissue};
 use crate::shoot::Mesh;
 use crate::state::State;
 
@@ -15,7 +19,7 @@ const SMALLEST_PART: f64 = 1e-9;
 /// and in the stiffness never lies inside an element.
 pub(super) fn adapt(
     state: &mut State,
-    growth: &impl GrowthLaw,
+    (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
     mesh: &Mesh,
     from: f64,
     to: f64,
@@ -24,13 +28,7 @@ pub(super) fn adapt(
     if !growth.elongates() {
         return 0;
     }
-    let k = state.rod.first_growing();
-    if k >= 2 && mesh.merge_tolerance > 0.0 {
-        let length = state.rod.element_length(k - 2) + state.rod.element_length(k - 1);
-        if length <= mesh.longest_element && state.merge(k - 2, mesh.merge_tolerance) {
-            statistics.merges += 1;
-        }
-    }
+    merge_mature(state, constitutive, mesh, statistics);
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
         // Rounding is no reason to cut.
@@ -63,4 +61,33 @@ pub(super) fn adapt(
         }
     }
     state.rod.elements() - first
+}
+
+/// Tries the youngest pair of mature elements, and one of all others, each in its turn: what could not be merged when it was fresh
+/// may be when it has stiffened.
+fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh, statistics: &mut Statistics) {
+    if mesh.merge_tolerance == 0.0 {
+        return;
+    }
+    let time = state.time;
+    let compliance = |point: &MaterialPoint| {
+        let tangent = constitutive.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
+        1.0 / (tangent[(0, 0)] + tangent[(1, 1)])
+    };
+    let mut attempt = |state: &mut State, e: usize| {
+        let length = state.rod.element_length(e) + state.rod.element_length(e + 1);
+        if length <= mesh.longest_element && state.merge(e, mesh.merge_tolerance, compliance) {
+            statistics.merges += 1;
+        }
+    };
+    let k = state.rod.first_growing();
+    if k >= 2 {
+        attempt(state, k - 2);
+    }
+    let k = state.rod.first_growing();
+    if k >= 3 {
+        state.merge_next = (state.merge_next + 1) % (k - 2);
+        let e = state.merge_next;
+        attempt(state, e);
+    }
 }

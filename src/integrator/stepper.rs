@@ -171,7 +171,14 @@ impl Stepper {
     /// Prepares the elements for a step to time `to`, keeps where it starts, and opens a level of the history.
     fn open(&mut self, shoot: &mut Shoot<impl Model>, to: f64) -> Step {
         let from = shoot.state.time;
-        let leaving = mesh::adapt(&mut shoot.state, shoot.model.growth(), &shoot.mesh, from, to, &mut self.statistics);
+        let leaving = mesh::adapt(
+            &mut shoot.state,
+            (shoot.model.growth(), shoot.model.constitutive()),
+            &shoot.mesh,
+            from,
+            to,
+            &mut self.statistics,
+        );
         let rod = &shoot.state.rod;
         self.starts.clear();
         self.starts.extend(rod.points()[rod.zone()].iter().map(|point| (point.intrinsic, point.apex_distance)));

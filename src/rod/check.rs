@@ -1,5 +1,7 @@
 //! Whether a rod that comes from elsewhere is consistent in itself.
 
+use nalgebra::Vector3;
+
 use super::Rod;
 
 /// Why something cannot be a rod.
@@ -87,8 +89,11 @@ impl Rod {
         for at in self.rotations.iter().map(|theta| theta.norm_squared()).enumerate() {
             RodError::unless(at.1.is_finite(), "square of rotation vector", at, "finite")?;
         }
-        for at in self.loss.iter().copied().enumerate() {
-            RodError::unless(at.1 >= 0.0 && at.1.is_finite(), "loss by merging", at, "zero or positive (1/m)")?;
+        for (e, loss) in self.loss.iter().enumerate() {
+            let (square, moments) = (loss.mean_square, loss.moments.iter().map(Vector3::norm_squared).sum::<f64>());
+            let ok = square >= 0.0 && square.is_finite();
+            RodError::unless(ok, "mean square lost by merging", (e, square), "zero or positive (rad²)")?;
+            RodError::unless(moments.is_finite(), "square of a moment lost by merging", (e, moments), "finite (rad²)")?;
         }
         self.check_points()?;
         (0..elements).try_for_each(|e| self.check_lengths(e))

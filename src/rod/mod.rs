@@ -1,6 +1,7 @@
 //! The discretised rod: material points, rotations, and the shape that follows from them.
 
 mod check;
+mod loss;
 mod remesh;
 #[cfg(feature = "serde")]
 mod saved;
@@ -12,6 +13,7 @@ pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
 pub use tissue::Tissue;
 
+use loss::Loss;
 use shape::weighted_jacobian;
 use std::ops::Range;
 
@@ -88,8 +90,8 @@ pub struct Rod {
     pub(crate) kept: Vec<bool>,
     /// Elements from this one on are in the growth zone.
     pub(crate) first_growing: usize,
-    /// For every element, ∫ |u* − what is kept of it|² ds that merging has lost, 1/m.
-    pub(crate) loss: Vec<f64>,
+    /// For every element, what merging has lost of its intrinsic strain.
+    pub(crate) loss: Vec<Loss>,
 }
 
 /// Refuses a base whose quaternion is no rotation.
@@ -145,7 +147,7 @@ impl Rod {
             initial_length: length,
             kept: vec![false; elements + 1],
             first_growing: 0,
-            loss: vec![0.0; elements],
+            loss: vec![Loss::default(); elements],
         })
     }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::loss::{Loss, Part};
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
 use crate::quadrature::legendre;
@@ -17,6 +18,10 @@ pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> 
     }
     weights
 }
+
+/// What an element bends by under a couple may change by this fraction of the tolerance (rad), relative to itself: unlike the angle
+/// that is lost of the intrinsic strain it does not vanish on average, and moves all that lies beyond.
+const COMPLIANCE: f64 = 1e-2;
 
 impl Rod {
     /// Cuts an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and are
@@ -54,7 +59,8 @@ impl Rod {
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, distance(x));
         self.kept.insert(e + 1, false);
-        self.loss.insert(e, self.loss[e]);
+        let loss = self.loss[e];
+        self.loss.splice(e..=e, [loss.of_part(x), loss.of_part(1.0 - x)]);
         if e < self.first_growing {
             self.first_growing += 1;
         }
@@ -67,13 +73,12 @@ impl Rod {
     }
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
-    /// intrinsic strain would lose more than `tolerance` (rad), or if the node between them is to be kept. Returns whether
-    /// it was done.
+    /// intrinsic strain would lose more than `tolerance` (rad, root of the mean square), or if the node between them is to be
+    /// kept. Returns whether it was done.
     ///
     /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
-    /// are the same as one onto the largest, so nothing accumulates; the square of what is lost does add up, exactly,
-    /// and is kept with the element.
-    pub(crate) fn merge(&mut self, e: usize, tolerance: f64) -> bool {
+    /// are the same as one onto the largest, so nothing accumulates; what is lost is followed exactly.
+    pub(crate) fn merge(&mut self, e: usize, tolerance: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> bool {
         if self.kept[e + 1] {
             return false;
         }
@@ -112,16 +117,17 @@ impl Rod {
             values
         };
         let intrinsic: [[f64; MAX_POINTS]; 3] = std::array::from_fn(|i| project(&|point| point.intrinsic[i]));
-        let mut loss = self.loss[e] + self.loss[e + 1];
-        for (point, (x, w)) in source.iter().zip(&places) {
-            let at = reference.at_points(*x);
-            for i in 0..3 {
-                let value: f64 = intrinsic[i].iter().zip(at).map(|(v, l)| v * l).sum();
-                loss += w * total * (value - point.intrinsic[i]).powi(2);
+        let parts = [0, 1].map(|side| {
+            let mut difference = [Vector3::zeros(); MAX_POINTS];
+            for g in 0..p {
+                let at = reference.at_points(places[side * p + g].0);
+                let kept = Vector3::from_fn(|i, _| intrinsic[i].iter().zip(at).map(|(v, l)| v * l).sum());
+                difference[g] = source[side * p + g].intrinsic - kept;
             }
-        }
-        // ∫ |u* − projection| ds ≤ (length · loss)^½: the largest angle by which a frame inside is off.
-        if (total * loss).sqrt() > tolerance {
+            Part { loss: &self.loss[e + side], length: lengths[side], difference }
+        });
+        let loss = Loss::merged(reference, parts);
+        if !(loss.angle() <= tolerance) {
             return false;
         }
         let (first, second) = (project(&|q| q.section.along_d1), project(&|q| q.section.along_d2));
@@ -137,8 +143,9 @@ impl Rod {
         }
         let exit = if exits { project(&|q| q.exit_time) } else { [source[0].exit_time; MAX_POINTS] };
         let (distance, initial) = (project(&|q| q.apex_distance), project(&|q| q.initial_apex_distance));
+        let mut new = [source[0]; MAX_POINTS];
         for g in 0..p {
-            self.points[e * p + g] = MaterialPoint {
+            new[g] = MaterialPoint {
                 intrinsic: Vector3::from_fn(|i, _| intrinsic[i][g]),
                 jacobian: total,
                 apex_distance: distance[g],
@@ -147,6 +154,22 @@ impl Rod {
                 initial_apex_distance: initial[g],
             };
         }
+        // The stiffness, which rises fast in fresh tissue, is known at the Gauss points alone: what a couple that is constant or linear
+        // along the element bends it by must stay.
+        let mut bends = [0.0; 2];
+        let mut change = [0.0; 2];
+        for (point, (x, w)) in source.iter().zip(&places) {
+            let bend = w * compliance(point);
+            bends = [bends[0] + bend, bends[1] + bend * x];
+        }
+        for (point, (x, w)) in new.iter().zip(reference.points.iter().zip(&reference.weights)) {
+            let bend = w * compliance(point);
+            change = [change[0] + bend, change[1] + bend * x];
+        }
+        if !(0..2).all(|n| (change[n] - bends[n]).abs() <= COMPLIANCE * tolerance * bends[0]) {
+            return false;
+        }
+        self.points[e * p..(e + 1) * p].copy_from_slice(&new[..p]);
         self.points.drain((e + 1) * p..(e + 2) * p);
         merge_rotations(reference, &mut self.rotations, e, share);
         self.frames.remove(e + 1);

@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::loss::Loss;
 use super::{MaterialPoint, Rod, RodError};
 use crate::reference_element::Order;
 
@@ -16,7 +17,7 @@ pub(super) struct SavedRod {
     initial_length: f64,
     kept: Vec<bool>,
     first_growing: usize,
-    loss: Vec<f64>,
+    loss: Vec<Loss>,
 }
 
 impl TryFrom<SavedRod> for Rod {

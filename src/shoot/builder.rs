@@ -126,8 +126,9 @@ impl<M> ShootBuilder<M> {
         self
     }
 
-    /// How much an angle may change when mature elements are merged, rad; zero keeps all of them. 1e-4 by default: what
-    /// is lost has no moments, so the tip moves by far less.
+    /// How much an angle may change when mature elements are merged, rad (root of the mean square); zero keeps all of them. 1e-4 by
+    /// default: what is lost has no moments, so the tip moves by far less. The stiffness of an element is held to a hundredth of
+    /// it, relative to itself.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.merge_tolerance = tolerance;
         self

@@ -12,7 +12,7 @@ pub use error::StateError;
 pub(crate) use history::{History, Nodes, Reading, Spare};
 pub(crate) use predictor::Predictor;
 
-use crate::rod::{Rod, part_weights};
+use crate::rod::{MaterialPoint, Rod, part_weights};
 
 /// The state of a shoot: material points with their intrinsic strains, frames, the laws' variables and their history,
 /// and time.
@@ -34,6 +34,8 @@ pub struct State {
     pub(crate) smooth_since: f64,
     /// Whether the laws were exchanged at the present time: an integrator has yet to pass that discontinuity.
     pub(crate) changed: bool,
+    /// The pair of mature elements that was last tried to be merged.
+    pub(crate) merge_next: usize,
 }
 
 /// A summary: the whole is thousands of numbers.
@@ -62,12 +64,14 @@ impl State {
             history: History::default(),
             smooth_since: 0.0,
             changed: false,
+            merge_next: 0,
         }
     }
 
     /// Becomes equal to `source` without new allocations, if there is room.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.time, self.smooth_since, self.changed) = (source.time, source.smooth_since, source.changed);
+        self.merge_next = source.merge_next;
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
@@ -147,10 +151,10 @@ impl State {
     }
 
     /// Makes two mature elements one if that loses no more than `tolerance`, rad.
-    pub(crate) fn merge(&mut self, e: usize, tolerance: f64) -> bool {
+    pub(crate) fn merge(&mut self, e: usize, tolerance: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> bool {
         let first = self.rod.element_length(e);
         let share = first / (first + self.rod.element_length(e + 1));
-        let merges = self.rod.merge(e, tolerance);
+        let merges = self.rod.merge(e, tolerance, compliance);
         if merges {
             self.predictor.merge(&self.rod, e, share);
         }

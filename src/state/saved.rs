@@ -6,7 +6,7 @@ use super::{History, Predictor, State, StateError};
 use crate::rod::Rod;
 
 /// To be counted up whenever what is written changes.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// The number of the format: it stands first, so that a file of another format is refused for that reason.
 #[derive(Debug, Clone, Copy)]
@@ -37,12 +37,13 @@ pub(super) struct Saved {
     history: History,
     smooth_since: f64,
     changed: bool,
+    merge_next: usize,
 }
 
 impl From<State> for Saved {
     fn from(state: State) -> Self {
-        let State { time, rod, predictor, history, smooth_since, changed } = state;
-        Self { format: Format, time, rod, predictor, history, smooth_since, changed }
+        let State { time, rod, predictor, history, smooth_since, changed, merge_next } = state;
+        Self { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next }
     }
 }
 
@@ -50,8 +51,8 @@ impl TryFrom<Saved> for State {
     type Error = StateError;
 
     fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed } = saved;
-        let state = Self { time, rod, predictor, history, smooth_since, changed };
+        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next } = saved;
+        let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next };
         state.check()?;
         Ok(state)
     }

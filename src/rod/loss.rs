@@ -1,0 +1,130 @@
+//! What merging loses of the intrinsic strain, as the angle by which a frame inside the element is off.
+//!
+//! Of the strain f an element keeps the projection Pf onto polynomials of degree p − 1. The angle that is lost at a place is
+//! F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree 0 … p − 2, however often
+//! elements have been merged; so for the ripple that an oscillator leaves it stays as small as for one wave. Derivation:
+//! `docs/method.md`, "Merging".
+
+use nalgebra::Vector3;
+
+use crate::quadrature::{legendre, rule};
+use crate::reference_element::{MAX_POINTS, ReferenceElement};
+
+/// The angle F that is lost in an element, by its mean square and the only moments that further merging needs. The element's
+/// coordinate x in [0, 1] goes with arc length.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Loss {
+    /// ∫ |F|² dx, rad².
+    pub mean_square: f64,
+    /// ∫ F Pk(2x − 1) dx for k = p − 1 and p, with Pk the Legendre polynomials, rad.
+    pub moments: [Vector3<f64>; 2],
+}
+
+/// One of two elements that are merged.
+pub(crate) struct Part<'a> {
+    pub loss: &'a Loss,
+    /// Length, m.
+    pub length: f64,
+    /// What the element keeps minus what the merged one keeps, at the element's Gauss points, 1/m.
+    pub difference: [Vector3<f64>; MAX_POINTS],
+}
+
+impl Loss {
+    /// What is lost when two elements are made one.
+    pub fn merged(reference: &ReferenceElement, parts: [Part; 2]) -> Self {
+        let p = reference.p;
+        let total = parts[0].length + parts[1].length;
+        let (points, weights) = rule::<8>();
+        let polynomial = |k: usize, x: f64| legendre(k, 2.0 * x - 1.0).0;
+        let mut merged = Self::default();
+        // G = ∫ (P₁f − P₂f) ds from the first end of the merged element, at the first end of the part.
+        let (mut before, mut from) = (Vector3::zeros(), 0.0);
+        for Part { loss, length, difference } in parts {
+            let share = length / total;
+            merged.mean_square += share * loss.mean_square;
+            let upto = |x: f64| {
+                let each = difference.iter().zip(reference.integral_upto(x));
+                before + each.fold(Vector3::zeros(), |sum, (d, w)| sum + d * (w * length))
+            };
+            for (x, w) in points.iter().zip(weights) {
+                let (g, w) = (upto(*x), w * share);
+                merged.mean_square += w * g.norm_squared();
+                for (n, k) in [p - 1, p].into_iter().enumerate() {
+                    // F has this moment and no lower one: ∫ F · G dx is that of their coefficients.
+                    let coefficient = (2 * k + 1) as f64 * polynomial(k, *x);
+                    merged.mean_square += 2.0 * w * coefficient * loss.moments[n].dot(&g);
+                    // The merged element's polynomials over F, by their coefficients in the part's, and over G.
+                    for (m, merged_k) in [p - 1, p].into_iter().enumerate() {
+                        let of_merged = polynomial(merged_k, from + share * x);
+                        merged.moments[m] += loss.moments[n] * (w * coefficient * of_merged);
+                        if n == 0 {
+                            merged.moments[m] += g * (w * of_merged);
+                        }
+                    }
+                }
+            }
+            (before, from) = (upto(1.0), from + share);
+        }
+        // Rounding of a difference.
+        merged.mean_square = merged.mean_square.max(0.0);
+        merged
+    }
+
+    /// A bound for a part that is a `share` of the element.
+    pub fn of_part(&self, share: f64) -> Self {
+        Self { mean_square: self.mean_square / share, moments: self.moments }
+    }
+
+    /// The root of the mean square, rad.
+    pub fn angle(&self) -> f64 {
+        self.mean_square.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference_element::Order;
+    use crate::rod::Rod;
+    use nalgebra::UnitQuaternion;
+
+    /// A strain without pattern, 1/m.
+    fn strain(s: f64) -> Vector3<f64> {
+        Vector3::new((70.0 * s).sin(), (31.0 * s + 1.0).cos() + 3.0 * s, 2.0 * s * s)
+    }
+
+    #[test]
+    fn the_loss_of_many_merges_is_that_of_the_angle_itself() {
+        for order in Order::ALL {
+            let nodes = [0.0, 0.1, 0.13, 0.2, 0.31, 0.37, 0.5, 0.6];
+            let mut rod = Rod::straight(&nodes, |_| 1e-3, UnitQuaternion::identity(), order).unwrap();
+            rod.set_mature(0.0);
+            rod.set_intrinsic(|point| strain(0.6 - point.apex_distance));
+            let fine = rod.clone();
+            // In an order of its own: from the middle, then to both sides.
+            for e in [3, 2, 3, 0, 1, 0] {
+                assert!(rod.merge(e, f64::INFINITY, |_| 1.0));
+            }
+            assert_eq!(rod.elements(), 1);
+            // F = ∫ (f − Pf) ds by brute force, f being what the elements held at first.
+            let at = |rod: &Rod, s: f64| {
+                let (e, x) = rod.locate(s).unwrap();
+                let each = rod.element_points(e).iter().zip(rod.reference().at_points(x));
+                each.fold(Vector3::zeros(), |sum, (point, w)| sum + point.intrinsic * w)
+            };
+            let (mut angle, mut square, steps) = (Vector3::zeros(), 0.0, 60_000);
+            let h = 0.6 / f64::from(steps);
+            for i in 0..steps {
+                let s = h * (f64::from(i) + 0.5);
+                let rate = (at(&fine, s) - at(&rod, s)) * h;
+                square += (angle + rate * 0.5).norm_squared() / f64::from(steps);
+                angle += rate;
+            }
+            // The midpoint rule over 60,000 steps, across jumps of the strain.
+            assert!(angle.norm() < 1e-6, "{order:?}: it vanishes at the end, {angle}");
+            let found = rod.loss[0].mean_square;
+            assert!((found / square - 1.0).abs() < 1e-4, "{order:?}: {found:e} for {square:e}");
+        }
+    }
+}
