@@ -85,9 +85,10 @@ impl Place {
 /// ```
 ///
 /// Between the material points position, frame, force and couple are at least as accurate as at them (order p + 2 in the
-/// element's length, with [p points](crate::Order::points) in an element; order 2 with one); the intrinsic strain is the polynomial through its values
-/// at them, of order p, and so are the age and the visible strain where there is an intrinsic one. In a rod that is not at rest the couple
-/// is the one that its load would need; a shoot whose laws were [exchanged](crate::Shoot::with_model) comes to rest when an
+/// element's length, with [p points](crate::Order::points) in an element; order 2 with one). The intrinsic strain is the
+/// polynomial through its values at them, of order p, and so are the age and the visible strain where there is an intrinsic one;
+/// in mature tissue merging has smoothed it ([`guide::method`](crate::guide::method)). In a rod that is not at rest the couple is
+/// the one that its load would need; a shoot whose laws were [exchanged](crate::Shoot::with_model) comes to rest when an
 /// integrator advances it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = NoGrowth> {
