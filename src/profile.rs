@@ -1,16 +1,12 @@
 //! What a rod at rest is like at any place along it.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::constitutive::Constitutive;
+use crate::constitutive::{Constitutive, strain_under};
 use crate::growth::{GrowthLaw, NoGrowth};
 use crate::load::{Cut, Load};
-use crate::quadrature::lagrange_derivatives;
-use crate::reference_element::MAX_POINTS;
-use crate::rod::{MaterialPoint, Rod, Tissue, centre_line_tangent, weighted};
+use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
-use crate::section::Section;
-use crate::so3::{self, Form};
 
 /// A place along a rod at rest. Components "along the directors" are those along d1, d2, d3 of the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,6 +93,8 @@ pub struct Profile<'a, C, L, G = NoGrowth> {
     load: &'a L,
     growth: &'a G,
     environment: Environment,
+    /// Of the rod, m.
+    length: f64,
     /// At the ends of the elements, the base's first.
     ends: Vec<End>,
 }
@@ -126,7 +124,8 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     pub(crate) fn growing(rod: &'a Rod, material: &'a C, load: &'a L, growth: &'a G, environment: Environment) -> Self {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
         let apex = End { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
-        let mut profile = Self { rod, material, load, growth, environment, ends: vec![apex; elements + 1] };
+        let (length, ends) = (rod.length(), vec![apex; elements + 1]);
+        let mut profile = Self { rod, material, load, growth, environment, length, ends };
         for e in (0..elements).rev() {
             profile.ends[e] = profile.beyond(e, 0.0);
         }
@@ -144,8 +143,8 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     /// So many places at equal distances from base to apex, both included. One is the base; none is an empty list.
     #[must_use]
     pub fn sample(&self, count: usize) -> Vec<Place> {
-        let (length, last) = (self.rod.length(), count.saturating_sub(1).max(1));
-        (0..count).filter_map(|i| self.at(length * i as f64 / last as f64)).collect()
+        let last = count.saturating_sub(1).max(1);
+        (0..count).filter_map(|i| self.at(self.length * i as f64 / last as f64)).collect()
     }
 
     /// What lies beyond the coordinate `x` of element `e`, and where that is. The element's own part is integrated by its Gauss
@@ -156,7 +155,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let y = x + (1.0 - x) * y;
             let tangent = self.rod.frame_within(e, y) * centre_line_tangent();
-            let part = w * (1.0 - x) * self.interpolate(e, y, |point| point.jacobian);
+            let part = w * (1.0 - x) * self.rod.interpolate(e, y, |point| point.jacobian);
             sum.couple += tangent.cross(&self.force(e, y, &self.lengths_beyond(e, y))) * part;
             sum.position -= tangent * part;
         }
@@ -169,7 +168,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let mut sum = self.ends[e + 1];
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let y = x + (1.0 - x) * y;
-            let part = w * (1.0 - x) * self.interpolate(e, y, |point| point.jacobian);
+            let part = w * (1.0 - x) * self.rod.interpolate(e, y, |point| point.jacobian);
             let tissue = self.tissue(e, y);
             sum.length += part;
             sum.volume += part * tissue.section.area();
@@ -180,28 +179,19 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
 
     /// The force at a place, in the fixed frame, N.
     fn force(&self, e: usize, x: f64, beyond: &End) -> Vector3<f64> {
-        let mut cut = Cut::new(self.rod.length() - beyond.length, beyond.length, 0.0);
+        let mut cut = Cut::new(self.length - beyond.length, beyond.length, 0.0);
         cut.volume_beyond = beyond.volume;
-        cut.initial_apex_distance = self.interpolate(e, x, |point| point.initial_apex_distance);
+        cut.initial_apex_distance = self.rod.initial_apex_distance(e, x);
         beyond.distributed + self.load.force(&cut, &self.environment)
     }
 
-    /// The polynomial through what the element's points carry.
-    fn interpolate(&self, e: usize, x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
-        let weights = self.rod.reference().at_points(x);
-        self.rod.element_points(e).iter().zip(weights).map(|(point, w)| w * f(point)).sum()
-    }
-
     fn tissue(&self, e: usize, x: f64) -> Tissue {
-        let mut tissue = Tissue::young(Section::ellipse(
-            self.interpolate(e, x, |point| point.section.along_d1),
-            self.interpolate(e, x, |point| point.section.along_d2),
-        ));
-        tissue.initial_apex_distance = self.interpolate(e, x, |point| point.initial_apex_distance);
+        let mut tissue = Tissue::young(self.rod.section_within(e, x));
+        tissue.initial_apex_distance = self.rod.initial_apex_distance(e, x);
         let first = self.rod.element_points(e)[0].exit_time;
         if e < self.rod.first_growing() {
             // Ever so long ago, or interpolated.
-            let exit = if first.is_finite() { self.interpolate(e, x, |point| point.exit_time) } else { first };
+            let exit = if first.is_finite() { self.rod.interpolate(e, x, |point| point.exit_time) } else { first };
             tissue.age = (self.environment.time - exit).max(0.0);
         }
         tissue
@@ -210,13 +200,11 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     fn within(&self, e: usize, x: f64) -> Place {
         let (rod, time) = (self.rod, self.environment.time);
         let (beyond, tissue, frame) = (self.beyond(e, x), self.tissue(e, x), rod.frame_within(e, x));
-        let intrinsic = Vector3::from_fn(|i, _| self.interpolate(e, x, |point| point.intrinsic[i]));
+        let intrinsic = Vector3::from_fn(|i, _| self.rod.interpolate(e, x, |point| point.intrinsic[i]));
         let couple = frame.inverse_transform_vector(&beyond.couple);
-        // The strain from the couple: one Newton step from the differentiated strain, as the stimuli have it.
-        let elastic = self.strain(e, x) - intrinsic;
-        let response = self.material.respond(&tissue, &elastic);
-        let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
-        let (length, sigma) = (rod.length(), beyond.length);
+        // The strain from the couple, by way of the differentiated strain, as the stimuli have it.
+        let near = rod.strain_within(e, x) - intrinsic;
+        let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();
         let in_zone = e >= rod.first_growing();
         let speed =
@@ -227,23 +215,12 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
             tissue,
             position: beyond.position,
             frame,
-            strain: intrinsic + elastic + inverse * (couple - response.couple),
+            strain: intrinsic + strain_under(self.material, &tissue, &near, &couple),
             intrinsic,
             couple,
             force: self.force(e, x, &beyond),
             regr: if in_zone { self.growth.regr(sigma, time) } else { 0.0 },
             speed: if in_zone { speed(length) - speed(sigma) } else { 0.0 },
         }
-    }
-
-    /// The visible strain by differentiation of the rotations.
-    fn strain(&self, e: usize, x: f64) -> Vector3<f64> {
-        let (reference, rotations) = (self.rod.reference(), self.rod.element_rotations(e));
-        let slopes = lagrange_derivatives(&reference.nodes, x);
-        let mut weights = [0.0; MAX_POINTS];
-        weights[..reference.p].copy_from_slice(&slopes[1..]);
-        let theta = self.rod.rotation_at(e, x);
-        let slope = weighted(rotations, &weights) / self.interpolate(e, x, |point| point.jacobian);
-        Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 }

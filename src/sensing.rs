@@ -1,8 +1,8 @@
 //! What the material points of the growth zone see, in equilibrium.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use crate::constitutive::Constitutive;
+use crate::constitutive::{Constitutive, strain_under};
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue, centre_line_tangent};
@@ -22,7 +22,7 @@ pub(crate) fn visit_sites(
 ) {
     let reference = rod.reference();
     let p = reference.p;
-    let first = rod.zone().start;
+    let (first, time) = (rod.zone().start, force.environment().time);
     let mut end_couple = Vector3::zeros();
     let mut end_position = if with_position { rod.tip() } else { Vector3::repeat(f64::NAN) };
     for e in (rod.first_growing()..rod.elements()).rev() {
@@ -48,14 +48,17 @@ pub(crate) fn visit_sites(
             }
             let couple = frames[g].inverse_transform_vector(&couple);
             let cut = &force.cuts()[e * p + g];
+            // The strain from the couple, by way of the differentiated strain.
+            let point = &points[g];
+            let (tissue, near) = (Tissue::of(point, time), rod.strain_at_point(e, g) - point.intrinsic);
             let site = Site {
                 environment: *force.environment(),
                 frame: frames[g],
-                strain: strain_from_couple(rod, material, force.environment().time, (e, g), &couple),
+                strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
                 couple,
                 arc_length: cut.arc_length,
                 apex_distance: cut.length_beyond,
-                section: points[g].section,
+                section: point.section,
                 position,
                 rod,
             };
@@ -69,20 +72,4 @@ pub(crate) fn visit_sites(
             }
         }
     }
-}
-
-/// The strain under which the elastic law answers with the given couple: one Newton step from the differentiated
-/// strain, exact for a linear law and of twice its order for others.
-fn strain_from_couple(
-    rod: &Rod,
-    material: &impl Constitutive,
-    time: f64,
-    (e, g): (usize, usize),
-    couple: &Vector3<f64>,
-) -> Vector3<f64> {
-    let point = &rod.element_points(e)[g];
-    let elastic = rod.strain_at_point(e, g) - point.intrinsic;
-    let response = material.respond(&Tissue::of(point, time), &elastic);
-    let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
-    point.intrinsic + elastic + inverse * (couple - response.couple)
 }

@@ -160,6 +160,8 @@ mod written {
         assert!(message.contains("numbers at a time of the history"), "{message}");
         let message = refusal(|state| state["predictor"]["known"] = 6.into());
         assert!(message.contains("earlier equilibria"), "{message}");
+        let message = refusal(|state| state["merge_next"] = u64::MAX.into());
+        assert!(message.contains("last tried to be merged"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("numbers at a time"), "{message}");
         let rod = r#"{"order":"Two","frames":[],"rotations":[],"points":[],"node_distance":[],"initial_length":1.0,"kept":[],

@@ -96,6 +96,20 @@ fn couple_strain_and_position_have_their_order_between_points_too() {
 }
 
 #[test]
+fn a_place_and_its_name_find_each_other_at_every_order() {
+    for order in Order::ALL {
+        let rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, order).unwrap();
+        let (load, environment) = (Weight { density: 1000.0 }, Still::upright().environment(0.0));
+        let profile = Profile::of(&rod, &YOUNG, &load, &environment);
+        for place in profile.sample(37) {
+            // Names are linear along a rod that has not grown.
+            let found = rod.arc_length_of(LENGTH - place.tissue.initial_apex_distance).unwrap();
+            assert!((found - place.arc_length).abs() < 1e-15, "{order:?}: {found} for {}", place.arc_length);
+        }
+    }
+}
+
+#[test]
 fn a_point_force_shows_below_its_place_alone() {
     let force = Vector3::new(1e-4, 0.0, 0.0);
     let load = PointForce { initial_apex_distance: 0.4 * LENGTH, force };

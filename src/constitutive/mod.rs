@@ -47,6 +47,19 @@ pub trait Constitutive {
     }
 }
 
+/// The elastic strain under which a law answers with the given couple: one Newton step from a strain near it, exact for a linear law
+/// and of twice its order for others.
+pub(crate) fn strain_under(
+    law: &impl Constitutive,
+    tissue: &Tissue,
+    near: &Vector3<f64>,
+    couple: &Vector3<f64>,
+) -> Vector3<f64> {
+    let response = law.respond(tissue, near);
+    let inverse = response.tangent.try_inverse().unwrap_or_else(Matrix3::zeros);
+    near + inverse * (couple - response.couple)
+}
+
 forward_pointers!(Constitutive {
     fn respond(tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
     fn check() -> Result<(), ParameterError>;

@@ -49,17 +49,7 @@ impl<E: EquilibriumSolver> Integrator for Iterated<E> {
         self.stepper.start(shoot, &mut self.solver, history)
     }
 
-    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
-        self.carry(shoot, until, usize::MAX)
-    }
-
-    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
-        self.carry(shoot, until, 1)
-    }
-}
-
-impl<E: EquilibriumSolver> Iterated<E> {
-    fn carry(
+    fn advance_at_most(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         until: f64,

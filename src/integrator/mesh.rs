@@ -1,8 +1,8 @@
 //! Elements follow the tissue: cut as they stretch, cut at the boundary of the growth zone, merged behind it.
 
-use super::Statistics;
 use nalgebra::Vector3;
 
+use super::Statistics;
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
 use crate::rod::{MaterialPoint, Tissue};

@@ -27,10 +27,6 @@ use crate::shoot::Shoot;
 /// between levels they are cubic. Three levels would give a third order, five still the fourth of the cubic.
 const ORDER: usize = 4;
 
-/// Levels closer to each other than this fraction of a step are as one for what is interpolated: stimuli are known to 1e-11 or
-/// better, and extrapolating their difference over a step magnifies that by the inverse.
-const CLOSE: f64 = 1e-3;
-
 /// What is said of a stimulus that is not finite.
 const STIMULUS: &str = "stimulus of a tropism law (one that looks where it is must declare `with_position`)";
 
@@ -191,7 +187,20 @@ pub trait Integrator {
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
-    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError>;
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+        self.advance_at_most(shoot, until, usize::MAX)
+    }
+
+    /// The same, but stops after so many steps if the time is not reached by then.
+    ///
+    /// # Errors
+    /// See [`IntegrationError`]; the shoot is then as it was.
+    fn advance_at_most(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        until: f64,
+        most_steps: usize,
+    ) -> Result<Statistics, IntegrationError>;
 
     /// Takes one step of those by which [`advance`](Self::advance) goes to time `until` (s): the way to see the shoot after every
     /// step. Where the shoot is at that time already there is no step.
@@ -211,7 +220,9 @@ pub trait Integrator {
     ///
     /// # Errors
     /// See [`IntegrationError`]; the shoot is then as it was.
-    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError>;
+    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+        self.advance_at_most(shoot, until, 1)
+    }
 
     /// Carries the shoot until a condition first holds, at the latest until the time `latest` (s). The condition is a function of
     /// the shoot that is negative before and zero or positive from then on; it is asked after every step, and where its sign has

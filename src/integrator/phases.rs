@@ -2,7 +2,7 @@
 
 use super::collocation::Levels;
 use super::stepper::{Step, Stepper};
-use super::{CLOSE, IntegrationError, ORDER, Outcome, STIMULUS};
+use super::{IntegrationError, ORDER, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
@@ -10,6 +10,7 @@ use crate::model::Model;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
+use crate::state::CLOSE;
 use crate::tropism::TropismLaw;
 
 impl Stepper {

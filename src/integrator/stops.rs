@@ -8,6 +8,7 @@ use crate::state::State;
 
 /// The time of a stop is known to this fraction of the step in which it lies: below any error in time by far.
 const SHARPNESS: f64 = 1e-10;
+
 /// Runs `work` on the shoot; if it fails, puts the shoot back as it was.
 fn guarded<M: Model>(
     shoot: &mut Shoot<M>,
@@ -60,7 +61,8 @@ pub(super) fn advance_until<M: Model>(
 }
 
 /// Finds where in a step the condition begins to hold, and takes the shoot there: regula falsi, with the weight of an end that
-/// stays halved (Illinois), and halving where that is slow, by steps from the state `before`. Of the steps, the last counts as one, and the others as looks.
+/// stays halved (Illinois), and halving where that is slow, by steps from the state `before`. Of the steps, the last counts as one,
+/// and the others as looks.
 fn find<M: Model>(
     integrator: &mut impl Integrator,
     shoot: &mut Shoot<M>,

@@ -2,6 +2,7 @@
 
 mod check;
 mod loss;
+mod pair;
 mod remesh;
 #[cfg(feature = "serde")]
 mod saved;

@@ -2,10 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::loss::{Loss, Part};
+use super::pair::Pair;
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
-use crate::quadrature::legendre;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::section::Section;
 use crate::so3;
@@ -73,104 +72,29 @@ impl Rod {
     }
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
-    /// intrinsic strain would lose more than `tolerance` (rad, root of the mean square), or if the node between them is to be
-    /// kept. Returns whether it was done.
+    /// intrinsic strain would lose more than `tolerance` (rad, root of the mean square), if the section or the `compliance` would
+    /// change too much, or if the node between them is to be kept. Returns whether it was done.
     ///
     /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
     /// are the same as one onto the largest, so nothing accumulates; what is lost is followed exactly.
     pub(crate) fn merge(&mut self, e: usize, tolerance: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> bool {
-        if self.kept[e + 1] {
-            return false;
-        }
-        let reference = self.reference();
+        let (reference, p) = (self.reference(), self.order.points());
         // Tissue that left the growth zone ever so long ago goes together with its like alone.
-        let exits = self.points[e * reference.p].exit_time.is_finite();
-        if self.points[(e + 1) * reference.p].exit_time.is_finite() != exits {
+        let exits = [e, e + 1].map(|e| self.points[e * p].exit_time.is_finite());
+        if self.kept[e + 1] || exits[0] != exits[1] {
             return false;
         }
-        let p = reference.p;
-        let lengths = [self.element_length(e), self.element_length(e + 1)];
-        let total = lengths[0] + lengths[1];
-        let share = lengths[0] / total;
-        // Source points: place in [0, 1] of the merged element by arc length, and weight.
-        let mut places = [(0.0, 0.0); 2 * MAX_POINTS];
-        for side in 0..2 {
-            let points = self.element_points(e + side);
-            let start = if side == 0 { 0.0 } else { lengths[0] };
-            for g in 0..p {
-                let s: f64 = (0..p).map(|j| reference.upto[g][j] * points[j].jacobian).sum();
-                places[side * p + g] = ((start + s) / total, reference.weights[g] * points[g].jacobian / total);
-            }
-        }
-        let source = &self.points[e * p..(e + 2) * p];
-        let project = |f: &dyn Fn(&MaterialPoint) -> f64| -> [f64; MAX_POINTS] {
-            // Legendre coefficients from the source points, evaluated at the new ones.
-            let mut values = [0.0; MAX_POINTS];
-            for k in 0..p {
-                let polynomial = |x: f64| legendre(k, 2.0 * x - 1.0).0;
-                let coefficient: f64 =
-                    source.iter().zip(&places).map(|(point, (x, w))| w * f(point) * polynomial(*x)).sum();
-                for g in 0..p {
-                    values[g] += (2 * k + 1) as f64 * coefficient * polynomial(reference.points[g]);
-                }
-            }
-            values
-        };
-        let intrinsic: [[f64; MAX_POINTS]; 3] = std::array::from_fn(|i| project(&|point| point.intrinsic[i]));
-        let parts = [0, 1].map(|side| {
-            let mut difference = [Vector3::zeros(); MAX_POINTS];
-            for g in 0..p {
-                let at = reference.at_points(places[side * p + g].0);
-                let kept = Vector3::from_fn(|i, _| intrinsic[i].iter().zip(at).map(|(v, l)| v * l).sum());
-                difference[g] = source[side * p + g].intrinsic - kept;
-            }
-            Part { loss: &self.loss[e + side], length: lengths[side], difference }
-        });
-        let loss = Loss::merged(reference, parts);
-        if !(loss.angle() <= tolerance) {
+        let pair = Pair::of(self, e);
+        let new = pair.projected();
+        let loss = pair.loss([self.loss[e], self.loss[e + 1]], &new);
+        let holds = loss.angle() <= tolerance
+            && pair.keeps_section(&new, tolerance)
+            && pair.keeps_compliance(&new, COMPLIANCE * tolerance, compliance);
+        if !holds {
             return false;
         }
-        let (first, second) = (project(&|q| q.section.along_d1), project(&|q| q.section.along_d2));
-        // The section keeps its value to the same measure, relative to itself.
-        for (point, (x, _)) in source.iter().zip(&places) {
-            let at = reference.at_points(*x);
-            for (kept, value) in [(&first, point.section.along_d1), (&second, point.section.along_d2)] {
-                let found: f64 = kept.iter().zip(at).map(|(v, l)| v * l).sum();
-                if !((found - value).abs() <= tolerance * value) {
-                    return false;
-                }
-            }
-        }
-        let exit = if exits { project(&|q| q.exit_time) } else { [source[0].exit_time; MAX_POINTS] };
-        let (distance, initial) = (project(&|q| q.apex_distance), project(&|q| q.initial_apex_distance));
-        let mut new = [source[0]; MAX_POINTS];
-        for g in 0..p {
-            new[g] = MaterialPoint {
-                intrinsic: Vector3::from_fn(|i, _| intrinsic[i][g]),
-                jacobian: total,
-                apex_distance: distance[g],
-                exit_time: exit[g],
-                section: Section::ellipse(first[g], second[g]),
-                initial_apex_distance: initial[g],
-            };
-        }
-        // The stiffness, which rises fast in fresh tissue, is known at the Gauss points alone: what a couple that is constant or linear
-        // along the element bends it by must stay.
-        let mut bends = [0.0; 2];
-        let mut change = [0.0; 2];
-        for (point, (x, w)) in source.iter().zip(&places) {
-            let bend = w * compliance(point);
-            bends = [bends[0] + bend, bends[1] + bend * x];
-        }
-        for (point, (x, w)) in new.iter().zip(reference.points.iter().zip(&reference.weights)) {
-            let bend = w * compliance(point);
-            change = [change[0] + bend, change[1] + bend * x];
-        }
-        if !(0..2).all(|n| (change[n] - bends[n]).abs() <= COMPLIANCE * tolerance * bends[0]) {
-            return false;
-        }
-        self.points[e * p..(e + 1) * p].copy_from_slice(&new[..p]);
-        self.points.drain((e + 1) * p..(e + 2) * p);
+        let share = pair.share();
+        self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         merge_rotations(reference, &mut self.rotations, e, share);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);

@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
+use crate::quadrature::lagrange_derivatives;
 use crate::reference_element::MAX_POINTS;
 use crate::section::Section;
 use crate::so3::{self, Form};
@@ -49,9 +50,30 @@ impl Rod {
     /// The same at a point that there is.
     pub(crate) fn strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
         let reference = self.reference();
+        let jacobian = self.element_points(element)[g].jacobian;
+        self.differentiated(element, &reference.shape[g], &reference.slope[g], jacobian)
+    }
+
+    /// The same at coordinate `x` of an element.
+    pub(crate) fn strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
+        let reference = self.reference();
+        let slopes = lagrange_derivatives(&reference.nodes, x);
+        let mut slope = [0.0; MAX_POINTS];
+        slope[..reference.p].copy_from_slice(&slopes[1..]);
+        let jacobian = self.interpolate(element, x, |point| point.jacobian);
+        self.differentiated(element, &reference.at_nodes(x), &slope, jacobian)
+    }
+
+    /// The strain where the polynomials of the nodes have the values `shape` and the derivatives `slope`.
+    fn differentiated(
+        &self,
+        element: usize,
+        shape: &[f64; MAX_POINTS],
+        slope: &[f64; MAX_POINTS],
+        jacobian: f64,
+    ) -> Vector3<f64> {
         let rotations = self.element_rotations(element);
-        let theta = weighted(rotations, &reference.shape[g]);
-        let slope = weighted(rotations, &reference.slope[g]) / self.element_points(element)[g].jacobian;
+        let (theta, slope) = (weighted(rotations, shape), weighted(rotations, slope) / jacobian);
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
@@ -181,18 +203,21 @@ impl Rod {
         Some((e, if name(e, 1.0) >= d { 1.0 } else { high }))
     }
 
-    /// The section at coordinate `x` of element `e`: the polynomials through the points.
-    pub(crate) fn section_within(&self, e: usize, x: f64) -> Section {
+    /// The polynomial through what the points of element `e` carry, at its coordinate `x`.
+    pub(crate) fn interpolate(&self, e: usize, x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
         let weights = self.reference().at_points(x);
-        let sum = |f: fn(&Section) -> f64| -> f64 {
-            self.element_points(e).iter().zip(weights).map(|(point, w)| w * f(&point.section)).sum()
-        };
-        Section::ellipse(sum(|section| section.along_d1), sum(|section| section.along_d2))
+        self.element_points(e).iter().zip(weights).map(|(point, w)| w * f(point)).sum()
+    }
+
+    /// The section at coordinate `x` of element `e`.
+    pub(crate) fn section_within(&self, e: usize, x: f64) -> Section {
+        let axis = |f: fn(&MaterialPoint) -> f64| self.interpolate(e, x, f);
+        Section::ellipse(axis(|point| point.section.along_d1), axis(|point| point.section.along_d2))
     }
 
     /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial through the points. One
     /// point makes no slope; there it is linear between the points of neighbours.
-    pub(super) fn initial_apex_distance(&self, e: usize, x: f64) -> f64 {
+    pub(crate) fn initial_apex_distance(&self, e: usize, x: f64) -> f64 {
         let points = self.element_points(e);
         if let [point] = points {
             let end = |beyond: Option<usize>, at_end: f64| match beyond.and_then(|i| self.points.get(i)) {
@@ -206,8 +231,7 @@ impl Rod {
             let (from, to) = if x < 0.5 { (first, 1.0 - 2.0 * x) } else { (last, 2.0 * x - 1.0) };
             return point.initial_apex_distance + (from - point.initial_apex_distance) * to;
         }
-        let weights = self.reference().at_points(x);
-        points.iter().zip(weights).map(|(point, w)| w * point.initial_apex_distance).sum()
+        self.interpolate(e, x, |point| point.initial_apex_distance)
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). An `s` beyond either end is

@@ -114,7 +114,8 @@ impl<M> ShootBuilder<M> {
 
     /// The ends of the elements, by their arc length from the base at t = 0, m, instead of equal ones: from 0 to the length,
     /// increasing. Heavy rods want shorter elements near the base. Further nodes are put where loads jump and where the
-    /// growth zone ends; as a zone grows its elements stay shorter than the longest that it has now.
+    /// growth zone ends; as a zone grows its elements stay shorter than the longest that it has now. Growth and merging keep all
+    /// of them, since a section may have its kinks there.
     pub fn nodes(mut self, nodes: &[f64]) -> Self {
         self.nodes = Some(nodes.to_vec());
         self

@@ -39,8 +39,8 @@ impl<M: Model> Shoot<M> {
     /// ```
     ///
     /// # Errors
-    /// Parameters that make no sense, at some place at least; tropism laws that keep other numbers than the present ones, or look back further than the
-    /// history reaches, see [`with_model_restarted`](Self::with_model_restarted); a growth zone that would make mature tissue
+    /// Parameters that make no sense, at some place at least; tropism laws that keep other numbers than the present ones, or look
+    /// back further than the history reaches, see [`with_model_restarted`](Self::with_model_restarted); a growth zone that would make mature tissue
     /// grow again; a load that jumps off the shoot.
     pub fn with_model<N: Model>(&self, model: N) -> Result<Shoot<N>, StateError> {
         let mut state = self.state.clone();

@@ -210,7 +210,10 @@ impl History {
         let first = self.levels.partition_point(|level| level.time <= since).saturating_sub(1);
         let (mut chosen, mut count, mut after) = ([0; N], 0, f64::INFINITY);
         for level in (first..self.levels.len()).rev() {
-            if count < N && after - self.time(level) > gap {
+            if count == N {
+                break;
+            }
+            if after - self.time(level) > gap {
                 (chosen[count], after) = (level, self.time(level));
                 count += 1;
             }

@@ -14,6 +14,10 @@ pub(crate) use predictor::Predictor;
 
 use crate::rod::{MaterialPoint, Rod, part_weights};
 
+/// Levels and equilibria closer to each other than this fraction of a step are as one for what is interpolated: stimuli are known to
+/// 1e-11 or better, and extrapolating their difference over a step magnifies that by the inverse.
+pub(crate) const CLOSE: f64 = 1e-3;
+
 /// The state of a shoot: material points with their intrinsic strains, frames, the laws' variables and their history,
 /// and time.
 ///
@@ -95,6 +99,8 @@ impl State {
             "not in the future (s)",
         )?;
         self.rod.check()?;
+        let (what, pair) = ("number of the pair that was last tried to be merged", self.merge_next);
+        StateError::unless(pair < self.rod.elements(), what, pair as f64, "that of an element")?;
         let started = self.history.levels() > 0;
         self.predictor.check(self.rod.rotations.len(), self.time, started)?;
         self.history.check(self.rod.zone().len(), self.time, since)

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::CLOSE;
 use super::error::StateError;
 use crate::quadrature::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
@@ -9,9 +10,6 @@ use crate::rod::{Rod, merge_rotations, split_rotations};
 /// How many equilibria before the last are kept. A first guess of fifth degree in time leaves so little, at steps of up to a
 /// twelfth of an oscillator's period, that one Newton iteration proves its answer stable.
 const EARLIER: usize = 5;
-
-/// Equilibria closer to each other than this fraction of a step are as one.
-const CLOSE: f64 = 1e-3;
 
 /// Of the present equilibrium and the earlier ones.
 type Weights = [f64; EARLIER + 1];

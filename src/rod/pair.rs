@@ -1,0 +1,129 @@
+//! Two neighbouring elements as one: the projection of what their points carry, and what it changes.
+
+use nalgebra::Vector3;
+
+use super::loss::{Loss, Part};
+use super::{MaterialPoint, Rod};
+use crate::quadrature::legendre;
+use crate::reference_element::{MAX_POINTS, ReferenceElement};
+use crate::section::Section;
+
+/// The points of two elements that may become one.
+pub(super) struct Pair<'a> {
+    reference: &'static ReferenceElement,
+    source: &'a [MaterialPoint],
+    /// Of the two elements, m.
+    lengths: [f64; 2],
+    /// Of every point: its place in [0, 1] of the merged element by arc length, and its weight.
+    places: [(f64, f64); 2 * MAX_POINTS],
+}
+
+impl<'a> Pair<'a> {
+    /// The elements `e` and `e` + 1 of a rod.
+    pub fn of(rod: &'a Rod, e: usize) -> Self {
+        let reference = rod.reference();
+        let p = reference.p;
+        let lengths = [e, e + 1].map(|e| rod.element_length(e));
+        let total = lengths[0] + lengths[1];
+        let mut places = [(0.0, 0.0); 2 * MAX_POINTS];
+        for (side, start) in [0.0, lengths[0]].into_iter().enumerate() {
+            let points = rod.element_points(e + side);
+            for g in 0..p {
+                let s: f64 = (0..p).map(|j| reference.upto[g][j] * points[j].jacobian).sum();
+                places[side * p + g] = ((start + s) / total, reference.weights[g] * points[g].jacobian / total);
+            }
+        }
+        Self { reference, source: &rod.points[e * p..(e + 2) * p], lengths, places }
+    }
+
+    fn length(&self) -> f64 {
+        self.lengths[0] + self.lengths[1]
+    }
+
+    /// Which part of the whole the first element is.
+    pub fn share(&self) -> f64 {
+        self.lengths[0] / self.length()
+    }
+
+    /// The points of the two elements with their places and weights.
+    fn each(&self) -> impl Iterator<Item = (&MaterialPoint, f64, f64)> {
+        self.source.iter().zip(&self.places).map(|(point, (x, w))| (point, *x, *w))
+    }
+
+    /// The L² projection of what the points carry onto polynomials of the merged element, at its points.
+    fn project(&self, f: impl Fn(&MaterialPoint) -> f64) -> [f64; MAX_POINTS] {
+        let mut values = [0.0; MAX_POINTS];
+        for k in 0..self.reference.p {
+            let polynomial = |x: f64| legendre(k, 2.0 * x - 1.0).0;
+            let coefficient: f64 = self.each().map(|(point, x, w)| w * f(point) * polynomial(x)).sum();
+            for (value, x) in values.iter_mut().zip(&self.reference.points) {
+                *value += (2 * k + 1) as f64 * coefficient * polynomial(*x);
+            }
+        }
+        values
+    }
+
+    /// The points of the merged element.
+    pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
+        let intrinsic: [_; 3] = std::array::from_fn(|i| self.project(|point| point.intrinsic[i]));
+        let (first, second) =
+            (self.project(|point| point.section.along_d1), self.project(|point| point.section.along_d2));
+        let (distance, initial) =
+            (self.project(|point| point.apex_distance), self.project(|point| point.initial_apex_distance));
+        // Infinite exit times are all alike.
+        let exit = self.source[0].exit_time;
+        let exits = if exit.is_finite() { self.project(|point| point.exit_time) } else { [exit; MAX_POINTS] };
+        std::array::from_fn(|g| MaterialPoint {
+            intrinsic: Vector3::from_fn(|i, _| intrinsic[i][g]),
+            jacobian: self.length(),
+            apex_distance: distance[g],
+            exit_time: exits[g],
+            section: Section::ellipse(first[g], second[g]),
+            initial_apex_distance: initial[g],
+        })
+    }
+
+    /// What the merged element has at a place.
+    fn at(&self, new: &[MaterialPoint], x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
+        new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()
+    }
+
+    /// What is lost of the intrinsic strain, if the elements have lost `losses` already.
+    pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> Loss {
+        let p = self.reference.p;
+        let parts = [0, 1].map(|side| {
+            let mut difference = [Vector3::zeros(); MAX_POINTS];
+            for (to, (point, x, _)) in difference.iter_mut().zip(self.each().skip(side * p).take(p)) {
+                *to = point.intrinsic - Vector3::from_fn(|i, _| self.at(new, x, |point| point.intrinsic[i]));
+            }
+            Part { loss: &losses[side], length: self.lengths[side], difference }
+        });
+        Loss::merged(self.reference, parts)
+    }
+
+    /// Whether no semi-axis changes by more than `tolerance`, relative to itself.
+    pub fn keeps_section(&self, new: &[MaterialPoint], tolerance: f64) -> bool {
+        let axes: [fn(&MaterialPoint) -> f64; 2] = [|point| point.section.along_d1, |point| point.section.along_d2];
+        self.each().all(|(point, x, _)| {
+            axes.iter().all(|axis| (self.at(new, x, axis) - axis(point)).abs() <= tolerance * axis(point))
+        })
+    }
+
+    /// Whether what a couple that is constant or linear along the element bends it by stays to `tolerance`, relative to itself. The
+    /// stiffness rises fast in fresh tissue, and is known at the Gauss points alone.
+    pub fn keeps_compliance(
+        &self,
+        new: &[MaterialPoint],
+        tolerance: f64,
+        compliance: impl Fn(&MaterialPoint) -> f64,
+    ) -> bool {
+        let add = |bend: [f64; 2], (point, x, w): (&MaterialPoint, f64, f64)| {
+            let c = w * compliance(point);
+            [bend[0] + c, bend[1] + c * x]
+        };
+        let rule = self.reference.points.iter().zip(&self.reference.weights);
+        let before = self.each().fold([0.0; 2], add);
+        let after = new.iter().zip(rule).map(|(point, (x, w))| (point, *x, *w)).fold([0.0; 2], add);
+        (0..2).all(|n| (after[n] - before[n]).abs() <= tolerance * before[0])
+    }
+}
