@@ -225,7 +225,7 @@ fn what_cannot_be_is_refused_and_the_shoot_is_as_it_was() {
     };
     refuse(&|laws| laws.load.density = -1.0, "density is -1");
     refuse(&|laws| laws.growth.0.zone_length = 0.04, "length of a shoot of constant length");
-    refuse(&|laws| laws.tropism.0.memory.delay = 1000.0, "longest delay of the new laws is 1000");
+    refuse(&|laws| laws.tropism.0.memory.delay = 5000.0, "longest delay of the new laws is 5000");
     refuse(&|laws| laws.tropism.1.memory.time = f64::NAN, "memory time is NaN");
     // Off the shoot.
     let Laws { constitutive, growth, tropism, scene, .. } = *shoot.model();

@@ -1,6 +1,7 @@
 //! Steps that are repeated with what they led to: for laws that respond without delay.
 
-use super::stepper::{Correction, Course, Stepper};
+use super::course::{Correction, Course};
+use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -57,6 +58,7 @@ impl<E: EquilibriumSolver> Integrator for Iterated<E> {
     ) -> Result<Statistics, IntegrationError> {
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
         let correction = Some(Correction { tolerance: self.tolerance, most: self.max_corrections });
-        self.stepper.advance(shoot, &mut self.solver, Course { until, size: self.step, most_steps, correction })
+        let mesh = shoot.mesh;
+        self.stepper.advance(shoot, &mut self.solver, Course { until, size: self.step, most_steps, correction, mesh })
     }
 }

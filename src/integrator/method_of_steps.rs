@@ -1,6 +1,7 @@
 //! The method of steps: what the laws ask for during a step is known before it.
 
-use super::stepper::{Course, Stepper};
+use super::course::Course;
+use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -61,6 +62,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         if *step > delay * (1.0 + 1e-12) {
             return Err(IntegrationError::StepTooLong { step: *step, delay });
         }
-        stepper.advance(shoot, solver, Course { until, size: *step, most_steps, correction: None })
+        let mesh = shoot.mesh;
+        stepper.advance(shoot, solver, Course { until, size: *step, most_steps, correction: None, mesh })
     }
 }

@@ -1,7 +1,9 @@
 //! Carries a shoot from one time to another, equilibrium included.
 
+mod adaptive;
 mod begin;
 mod collocation;
+mod course;
 mod gradient_integral;
 mod history_function;
 mod iterated;
@@ -13,6 +15,7 @@ mod step_size;
 mod stepper;
 mod stops;
 
+pub use adaptive::Adaptive;
 pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use iterated::Iterated;
 pub use method_of_steps::MethodOfSteps;
@@ -54,8 +57,12 @@ pub struct Statistics {
     pub merges: usize,
     /// Intervals that the variables of a point had to be halved into, a step of a point counting as one interval.
     pub halvings: usize,
+    /// Steps of trial runs, which only looked ahead. What they cost is in the other counts.
+    pub trial_steps: usize,
     /// The largest error that an equilibrium was left with, rad.
     pub equilibrium_error: f64,
+    /// The estimated largest error of the shape, as a distance relative to the length, where the integrator makes an estimate.
+    pub error: Option<f64>,
 }
 
 impl std::ops::AddAssign for Statistics {
@@ -68,7 +75,17 @@ impl std::ops::AddAssign for Statistics {
         self.splits += other.splits;
         self.merges += other.merges;
         self.halvings += other.halvings;
+        self.trial_steps += other.trial_steps;
         self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
+        // Estimates are of the run up to then.
+        self.error = [self.error, other.error].into_iter().flatten().reduce(f64::max);
+    }
+}
+
+impl Statistics {
+    /// What a run costs that only looks ahead: it makes no step that stays, and cuts and merges nothing.
+    fn as_trial(self) -> Self {
+        Self { steps: 0, splits: 0, merges: 0, trial_steps: self.trial_steps + self.steps, ..self }
     }
 }
 
@@ -125,6 +142,18 @@ pub enum IntegrationError {
         /// The point, counted from the base.
         point: usize,
     },
+    /// A tolerance was not met in the steps that are allowed.
+    #[error(
+        "the tolerance {tolerance:e} is not met: the error reached is {reached:.1e} of the length, after {steps} steps"
+    )]
+    ToleranceNotMet {
+        /// The tolerance, relative to the length.
+        tolerance: f64,
+        /// The estimated error that was reached, relative to the length; infinite if there is no estimate yet.
+        reached: f64,
+        /// Steps made, trials included.
+        steps: usize,
+    },
     /// A condition did not hold by the latest time.
     #[error("the condition does not hold by {time} s; it is {value} then, and would hold at zero or above")]
     NotReached {
@@ -160,7 +189,9 @@ impl IntegrationError {
             Self::Equilibrium { source, .. } => source.is_recoverable(),
             Self::StepTooLong { delay, .. } => *delay > 0.0,
             Self::NotConverged { .. } | Self::Variables { .. } => true,
-            Self::Parameter(_) | Self::NotFinite { .. } | Self::NotReached { .. } => false,
+            Self::Parameter(_) | Self::NotFinite { .. } | Self::NotReached { .. } | Self::ToleranceNotMet { .. } => {
+                false
+            }
         }
     }
 }

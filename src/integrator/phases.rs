@@ -1,7 +1,8 @@
 //! The phases of a step: differential growth, elongation, equilibrium, sensing, and the variables.
 
 use super::collocation::Levels;
-use super::stepper::{Step, Stepper};
+use super::course::Step;
+use super::stepper::Stepper;
 use super::{IntegrationError, ORDER, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;

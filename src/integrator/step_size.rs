@@ -1,11 +1,17 @@
 //! Where the next step ends, and on which side of a discontinuity.
 
-use super::FIRST_STEP;
+use super::course::Course;
+use super::{FIRST_STEP, ORDER};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
 use crate::scene::{after, before};
 use crate::shoot::Shoot;
+use crate::state::CLOSE;
+use crate::tropism::Declaration;
+
+/// So many steps before a breaking point are equal, and so many less one behind it: as many as interpolation reaches across it.
+pub(super) const AROUND: f64 = (ORDER - 1) as f64;
 
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]
@@ -29,8 +35,27 @@ pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool,
     Ok(shoot.model.next_discontinuity(before(start))? <= after(start))
 }
 
-/// The end of the next step of at most `size` (s) on the way to time `until`.
-pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Result<Stop, ParameterError> {
+/// When what is read with a delay passes a discontinuity of the past, s: the last time of it up to now, and the next. The growth that
+/// is asked for has a kink there. It is smoother by two orders when it is read again, and seen no more.
+///
+/// A step ends there, and the steps around it are equal: errors of third order that interpolation across the kink makes on one side
+/// and on the other cancel then.
+fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f64, f64) {
+    let (close, delays) = (CLOSE * size, || laws.delays().filter(|delay| *delay > 0.0));
+    let points = || shoot.state.history.discontinuities().flat_map(|time| delays().map(move |delay| time + delay));
+    let now = shoot.state.time + close;
+    let last = points().filter(|point| *point <= now).fold(f64::NEG_INFINITY, f64::max);
+    let next = points().filter(|point| *point > now).fold(f64::INFINITY, f64::min);
+    // Of some that are close to each other the latest.
+    (last, points().filter(|point| *point <= next + close).fold(next, f64::max))
+}
+
+/// The end of the next step of a course: no more tissue than makes an element of the longest kind leaves the zone in it.
+pub(super) fn next_stop(
+    shoot: &Shoot<impl Model>,
+    laws: &Declaration,
+    &Course { until, size, mesh, .. }: &Course,
+) -> Result<Stop, ParameterError> {
     let (t, growth) = (shoot.state.time, shoot.model.growth());
     // A discontinuity that has been passed is the same as another one within rounding of it.
     let passed = t == shoot.state.smooth_since;
@@ -41,7 +66,8 @@ pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Res
         discontinuity,
         "further from the one before it than rounding (s): are there announcements without end?",
     )?;
-    let target = until.min(discontinuity);
+    let (passed_point, next_point) = breaking_points(shoot, laws, size);
+    let target = until.min(discontinuity).min(next_point);
     let since = t - shoot.state.smooth_since;
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
@@ -51,7 +77,7 @@ pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Res
         // No tissue is further from the apex than this: of a zone that is longer than the shoot none leaves.
         let rod = &shoot.state.rod;
         let reach = rod.node_distance[rod.first_growing().min(rod.elements())].min(zone);
-        while reach - growth.flow(zone, t + step, t).0 > shoot.mesh.longest_element {
+        while reach - growth.flow(zone, t + step, t).0 > mesh.longest_element {
             step *= 0.5;
         }
         // No element is stretched to much more than twice its length before it can be cut.
@@ -60,9 +86,15 @@ pub(super) fn next_stop(shoot: &Shoot<impl Model>, until: f64, size: f64) -> Res
             step = step.min(std::f64::consts::LN_2 / rate);
         }
     }
+    let last_step = shoot.state.history.last_step();
+    if t - passed_point < (AROUND - 0.5) * last_step {
+        step = step.min(last_step);
+    }
     let rest = target - t;
     let time = if rest <= step * (1.0 + 1e-9) {
         target
+    } else if target == next_point && rest < AROUND * step {
+        t + rest / (rest / step).ceil()
     } else if rest < 2.0 * step {
         // Two equal steps rather than one and a remnant, beside which interpolation would lose digits.
         t + 0.5 * rest

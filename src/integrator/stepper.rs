@@ -3,45 +3,18 @@
 use nalgebra::Vector3;
 
 use super::collocation::ExponentialCollocation;
+use super::course::{Correction, Course, Step};
 use super::gradient_integral::GradientIntegral;
-use super::step_size::{Stop, next_stop};
+use super::step_size::{AROUND, Stop, next_stop};
 use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Outcome, Statistics, mesh};
 use crate::equilibrium::EquilibriumSolver;
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::scene::after;
-use crate::shoot::Shoot;
+use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State};
 use crate::tropism::Declaration;
-
-/// How often and how closely a step is repeated with what it led to.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Correction {
-    /// Largest change of an angle that ends the repetition, rad.
-    pub tolerance: f64,
-    /// Bound on the repetitions.
-    pub most: usize,
-}
-
-/// An interval of time, and how many growing elements leave the zone in it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Step {
-    pub from: f64,
-    pub to: f64,
-    pub leaving: usize,
-}
-
-/// Where a run goes: to a time, in steps of at most a size, in so many of them at most.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
-    /// s.
-    pub until: f64,
-    /// s.
-    pub size: f64,
-    pub most_steps: usize,
-    pub correction: Option<Correction>,
-}
 
 /// Workspace for stepping; no state.
 #[derive(Debug, Clone, Default)]
@@ -77,6 +50,17 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         course: Course,
     ) -> Result<Statistics, IntegrationError> {
+        self.advance_watched(shoot, solver, course, |_| ())
+    }
+
+    /// The same, and lets `watch` see the shoot at the start and after every step.
+    pub fn advance_watched<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        solver: &mut impl EquilibriumSolver,
+        course: Course,
+        watch: impl FnMut(&Shoot<M>),
+    ) -> Result<Statistics, IntegrationError> {
         ParameterError::positive("time step", course.size)?;
         let until = course.until;
         let ahead = until >= shoot.time() && until.is_finite();
@@ -85,7 +69,7 @@ impl Stepper {
             if shoot.state.history.levels() == 0 {
                 stepper.begin(shoot, solver, &EmptyHistory)?;
             }
-            stepper.run(shoot, solver, course)
+            stepper.run(shoot, solver, course, watch)
         })
     }
 
@@ -111,23 +95,27 @@ impl Stepper {
         Ok(self.statistics)
     }
 
-    fn run(
+    fn run<M: Model>(
         &mut self,
-        shoot: &mut Shoot<impl Model>,
+        shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
-        Course { until, size, most_steps, correction }: Course,
+        course: Course,
+        mut watch: impl FnMut(&Shoot<M>),
     ) -> Outcome {
+        let Course { until, size, most_steps, correction, mesh } = course;
         self.check_history(&shoot.state)?;
         self.reserve_levels(&mut shoot.state, size, until);
         if shoot.state.changed {
             self.pass_discontinuity(shoot, solver)?;
         }
+        watch(shoot);
         while shoot.state.time < until && self.statistics.steps < most_steps {
-            let stop = next_stop(shoot, until, size)?;
-            self.step(shoot, solver, stop, correction)?;
+            let stop = next_stop(shoot, &self.laws, &course)?;
+            self.step(shoot, solver, stop, correction, &mesh)?;
             if stop.discontinuity {
                 self.pass_discontinuity(shoot, solver)?;
             }
+            watch(shoot);
         }
         Ok(())
     }
@@ -139,9 +127,10 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         stop: Stop,
         correction: Option<Correction>,
+        mesh: &Mesh,
     ) -> Outcome {
         let (to, read_at) = (stop.time, stop.before());
-        let step = self.open(shoot, to);
+        let step = self.open(shoot, mesh, to);
         self.drive(shoot, step)?;
         self.elongate(shoot, step);
         shoot.state.predictor.extrapolate(&mut shoot.state.rod, step.from, to);
@@ -169,12 +158,12 @@ impl Stepper {
     }
 
     /// Prepares the elements for a step to time `to`, keeps where it starts, and opens a level of the history.
-    fn open(&mut self, shoot: &mut Shoot<impl Model>, to: f64) -> Step {
+    fn open(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, to: f64) -> Step {
         let from = shoot.state.time;
         let leaving = mesh::adapt(
             &mut shoot.state,
             (shoot.model.growth(), shoot.model.constitutive()),
-            &shoot.mesh,
+            mesh,
             from,
             to,
             &mut self.statistics,
@@ -189,7 +178,9 @@ impl Stepper {
     /// Tissue leaves the zone, and levels of the history that nothing will read again are dropped.
     fn close(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
         shoot.state.mature(step.leaving);
-        shoot.state.history.forget(step.to - self.laws.longest_delay(), ORDER, &mut self.spare);
+        // A little longer than it is read, so that the steps behind a breaking point know of it.
+        let behind = AROUND * (step.to - step.from);
+        shoot.state.history.forget(step.to - self.laws.longest_delay() - behind, ORDER, &mut self.spare);
         self.statistics.steps += 1;
     }
 

@@ -89,25 +89,20 @@ fn find<M: Model>(
         let holds = value >= 0.0;
         let stays = if last == Some(holds) { 0.5 } else { 1.0 };
         if holds {
-            looks += look(std::mem::replace(&mut last_step, step));
+            looks += std::mem::replace(&mut last_step, step).as_trial();
             (high, low.1) = ((at, value), stays * low.1);
         } else {
-            looks += look(step);
+            looks += step.as_trial();
             (low, high.1) = ((at, value), stays * high.1);
         }
         last = Some(holds);
     }
     if at != high.0 {
         shoot.state.copy_from(before);
-        looks += look(integrator.advance(shoot, high.0)?);
+        looks += integrator.advance(shoot, high.0)?.as_trial();
     }
     looks += last_step;
     Ok(looks)
-}
-
-/// What a step costs that only looks ahead: it is no step of the run, and cuts and merges nothing that stays.
-fn look(step: Statistics) -> Statistics {
-    Statistics { steps: 0, splits: 0, merges: 0, ..step }
 }
 
 /// See [`Integrator::advance_showing`].
@@ -140,7 +135,7 @@ pub(super) fn advance_showing<M: Model>(
             } else {
                 after.copy_from(&shoot.state);
                 shoot.state.copy_from(&before);
-                statistics += look(integrator.advance(shoot, time)?);
+                statistics += integrator.advance(shoot, time)?.as_trial();
                 show(shoot);
                 shoot.state.copy_from(&after);
             }

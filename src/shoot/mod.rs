@@ -41,7 +41,7 @@ pub struct Shoot<M> {
     pub(crate) model: M,
     pub(crate) mesh: Mesh,
     /// How many of the longest elements the growth zone, or a shoot of constant length, is divided into.
-    resolution: f64,
+    pub(crate) resolution: f64,
     pub(crate) state: State,
 }
 

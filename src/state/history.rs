@@ -101,6 +101,20 @@ impl History {
         self.levels.front().map(|level| level.time)
     }
 
+    /// The times of two levels, at which the rates have a discontinuity, s.
+    pub fn discontinuities(&self) -> impl Iterator<Item = f64> {
+        let pairs = self.levels.iter().zip(self.levels.iter().skip(1));
+        pairs.filter(|(a, b)| a.time == b.time).map(|(a, _)| a.time)
+    }
+
+    /// The time between the last two levels, s.
+    pub fn last_step(&self) -> f64 {
+        match self.levels.len() {
+            0 | 1 => 0.0,
+            levels => self.time(levels - 1) - self.time(levels - 2),
+        }
+    }
+
     /// Numbers in a row.
     fn width(&self) -> usize {
         2 * self.variables + self.stimuli

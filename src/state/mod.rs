@@ -2,6 +2,7 @@
 
 mod error;
 mod history;
+mod plan;
 mod predictor;
 #[cfg(feature = "serde")]
 mod saved;
@@ -10,6 +11,7 @@ use std::fmt;
 
 pub use error::StateError;
 pub(crate) use history::{History, Nodes, Reading, Spare};
+pub(crate) use plan::Plan;
 pub(crate) use predictor::Predictor;
 
 use crate::rod::{MaterialPoint, Rod, part_weights};
@@ -40,6 +42,8 @@ pub struct State {
     pub(crate) changed: bool,
     /// The pair of mature elements that was last tried to be merged.
     pub(crate) merge_next: usize,
+    /// The steps and elements that were chosen for a tolerance, if one was given.
+    pub(crate) plan: Option<Plan>,
 }
 
 /// A summary: the whole is thousands of numbers.
@@ -69,13 +73,14 @@ impl State {
             smooth_since: 0.0,
             changed: false,
             merge_next: 0,
+            plan: None,
         }
     }
 
     /// Becomes equal to `source` without new allocations, if there is room.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.time, self.smooth_since, self.changed) = (source.time, source.smooth_since, source.changed);
-        self.merge_next = source.merge_next;
+        (self.merge_next, self.plan) = (source.merge_next, source.plan);
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
@@ -84,7 +89,7 @@ impl State {
     /// Becomes a state that no integrator has started, with the shape that it has.
     pub(crate) fn forget(&mut self) {
         (self.predictor, self.history) = (Predictor::default(), History::default());
-        (self.smooth_since, self.changed) = (self.time, false);
+        (self.smooth_since, self.changed, self.plan) = (self.time, false, None);
     }
 
     /// Refuses a state whose parts do not belong together, or hold numbers that no state has.
@@ -101,6 +106,7 @@ impl State {
         self.rod.check()?;
         let (what, pair) = ("number of the pair that was last tried to be merged", self.merge_next);
         StateError::unless(pair < self.rod.elements(), what, pair as f64, "that of an element")?;
+        self.plan.map_or(Ok(()), |plan| plan.check())?;
         let started = self.history.levels() > 0;
         self.predictor.check(self.rod.rotations.len(), self.time, started)?;
         self.history.check(self.rod.zone().len(), self.time, since)

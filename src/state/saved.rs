@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{History, Predictor, State, StateError};
+use super::{History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
 
 /// To be counted up whenever what is written changes.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// The number of the format: it stands first, so that a file of another format is refused for that reason.
 #[derive(Debug, Clone, Copy)]
@@ -38,12 +38,13 @@ pub(super) struct Saved {
     smooth_since: f64,
     changed: bool,
     merge_next: usize,
+    plan: Option<Plan>,
 }
 
 impl From<State> for Saved {
     fn from(state: State) -> Self {
-        let State { time, rod, predictor, history, smooth_since, changed, merge_next } = state;
-        Self { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next }
+        let State { time, rod, predictor, history, smooth_since, changed, merge_next, plan } = state;
+        Self { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan }
     }
 }
 
@@ -51,8 +52,8 @@ impl TryFrom<Saved> for State {
     type Error = StateError;
 
     fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next } = saved;
-        let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next };
+        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan } = saved;
+        let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next, plan };
         state.check()?;
         Ok(state)
     }

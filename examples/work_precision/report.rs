@@ -1,0 +1,185 @@
+//! What was measured, as a table, as figures, and as a chapter.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::common::{Axes, Series, Style, lines_figure};
+
+/// Errors below this are rounding: they show no order, and no time to reach them.
+const ROUNDING: f64 = 2e-13;
+
+/// One way to compute a scene.
+pub struct Point {
+    pub setting: String,
+    /// True error, relative to the length (or to the time, of an event).
+    pub error: f64,
+    /// What the crate says that it is, if it says something.
+    pub estimate: Option<f64>,
+    /// s.
+    pub seconds: f64,
+}
+
+/// Ways that differ in one setting.
+pub struct Method {
+    pub name: String,
+    /// Whether a tolerance was given instead of a resolution.
+    pub driven: bool,
+    pub points: Vec<Point>,
+}
+
+pub struct Scene {
+    pub name: &'static str,
+    pub what: &'static str,
+    pub methods: Vec<Method>,
+}
+
+impl Method {
+    /// The slope of error over run time in the logarithms of both, by least squares, above rounding.
+    fn slope(&self) -> Option<f64> {
+        let points: Vec<(f64, f64)> = self
+            .points
+            .iter()
+            .filter(|point| point.error > ROUNDING)
+            .map(|point| (point.seconds.ln(), point.error.ln()))
+            .collect();
+        let n = points.len() as f64;
+        let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / n, y + point.1 / n));
+        let (xx, xy) = points.iter().fold((0.0, 0.0), |(a, b), p| (a + (p.0 - x).powi(2), b + (p.0 - x) * (p.1 - y)));
+        (points.len() >= 3 && xx > 0.0).then_some(xy / xx)
+    }
+}
+
+impl Scene {
+    pub fn print(&self) {
+        println!("{}: {}", self.name, self.what);
+        for method in &self.methods {
+            for point in &method.points {
+                let estimate = point.estimate.map_or(String::new(), |e| format!("  estimated {e:.1e}"));
+                println!(
+                    "  {:<24} {:<22} error {:.1e}  {:>10.3} ms{estimate}",
+                    method.name,
+                    point.setting,
+                    point.error,
+                    1e3 * point.seconds
+                );
+            }
+        }
+    }
+
+    pub fn draw(&self, out: &Path) -> Result<(), Box<dyn Error>> {
+        let series: Vec<Series> = self
+            .methods
+            .iter()
+            .enumerate()
+            .map(|(colour, method)| {
+                let points = method.points.iter().map(|p| (1e3 * p.seconds, p.error.max(1e-17))).collect();
+                let slope = method.slope().map_or(String::new(), |slope| format!(" (slope {slope:.1})"));
+                Series::new(format!("{}{slope}", method.name), points, Style::Marked, colour)
+            })
+            .collect();
+        let file = out.join(format!("{}.svg", self.name.replace(' ', "_")));
+        lines_figure(file, self.what, "run time (ms)", "error, relative", &series, Axes::LogLog)?;
+        Ok(())
+    }
+
+    /// The shortest time (s) in which a fixed resolution reaches an error: between two settings by interpolation in the logarithms.
+    fn fixed_time(&self, error: f64) -> Option<f64> {
+        let mut best: Option<f64> = None;
+        for method in self.methods.iter().filter(|method| !method.driven) {
+            for pair in method.points.windows(2) {
+                let (a, b) = (&pair[0], &pair[1]);
+                let time = if b.error <= error && error <= a.error && b.error < a.error {
+                    let share = (a.error / error).ln() / (a.error / b.error.max(1e-17)).ln();
+                    a.seconds * (b.seconds / a.seconds).powf(share)
+                } else if a.error <= error {
+                    a.seconds
+                } else {
+                    continue;
+                };
+                best = Some(best.map_or(time, |best| best.min(time)));
+            }
+        }
+        best
+    }
+
+    /// Of every run with a tolerance, its time over that of the best fixed resolution of the same true error.
+    fn ratios(&self) -> Vec<f64> {
+        let driven = self.methods.iter().filter(|method| method.driven).flat_map(|method| &method.points);
+        driven.filter_map(|p| Some(p.seconds / self.fixed_time(p.error.max(ROUNDING))?)).collect()
+    }
+}
+
+pub fn print_ratios(scenes: &[Scene]) {
+    let mut ratios: Vec<f64> = scenes.iter().flat_map(Scene::ratios).collect();
+    ratios.sort_by(f64::total_cmp);
+    if let (Some(worst), Some(median)) = (ratios.last(), ratios.get(ratios.len() / 2)) {
+        println!(
+            "with a tolerance, over the best fixed resolution of the same true error: median {median:.2}, worst {worst:.2}"
+        );
+    }
+    let mut quality: Vec<f64> = scenes
+        .iter()
+        .flat_map(|scene| &scene.methods)
+        .flat_map(|method| &method.points)
+        .filter_map(|point| Some(point.estimate? / point.error.max(ROUNDING)))
+        .collect();
+    quality.sort_by(f64::total_cmp);
+    if let (Some(least), Some(most)) = (quality.first(), quality.last()) {
+        println!("estimated over true error: {least:.2} to {most:.2}");
+    }
+}
+
+pub fn write_table(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> {
+    let mut text = "scene,method,setting,error,estimate,time_s\n".to_owned();
+    for scene in scenes {
+        for method in &scene.methods {
+            for point in &method.points {
+                let estimate = point.estimate.map_or(String::new(), |e| format!("{e:e}"));
+                writeln!(
+                    text,
+                    "{},{},{},{:e},{estimate},{:e}",
+                    scene.name, method.name, point.setting, point.error, point.seconds
+                )?;
+            }
+        }
+    }
+    Ok(fs::write(file, text)?)
+}
+
+const MARKS: [&str; 2] = ["<!-- tables -->", "<!-- end of the tables -->"];
+
+/// Puts the tables between the marks of a chapter.
+pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> {
+    let text = fs::read_to_string(file)?;
+    let missing = || format!("no marks {MARKS:?} in {}", file.display());
+    let (head, rest) = text.split_once(MARKS[0]).ok_or_else(missing)?;
+    let (_, tail) = rest.split_once(MARKS[1]).ok_or_else(missing)?;
+    let mut tables = String::new();
+    for scene in scenes {
+        writeln!(tables, "\n### {}\n\n{}.\n", capitalised(scene.name), capitalised(scene.what))?;
+        writeln!(tables, "| method | setting | true error | estimate | time |\n|---|---|---|---|---|")?;
+        for method in &scene.methods {
+            for point in &method.points {
+                let estimate = point.estimate.map_or("–".to_owned(), |e| format!("{e:.1e}"));
+                let time = if point.seconds < 1e-3 {
+                    format!("{:.1} µs", 1e6 * point.seconds)
+                } else {
+                    format!("{:.1} ms", 1e3 * point.seconds)
+                };
+                writeln!(
+                    tables,
+                    "| {} | {} | {:.1e} | {estimate} | {time} |",
+                    method.name, point.setting, point.error
+                )?;
+            }
+        }
+    }
+    Ok(fs::write(file, format!("{head}{}\n{tables}\n{}{tail}", MARKS[0], MARKS[1]))?)
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}

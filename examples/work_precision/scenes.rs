@@ -1,0 +1,356 @@
+//! The scenes: what is computed, how, and what is known of the answer.
+
+use std::error::Error;
+use std::f64::consts::FRAC_PI_2;
+
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, Iterated, MethodOfSteps};
+use morphorod::load::{ApicalForce, Distributed, Weight, Whirl};
+use morphorod::rod::Rod;
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
+};
+use morphorod::{Model, Order, Scene as _, Shoot, Still};
+use nalgebra::Vector3;
+
+use crate::measure::measure;
+use crate::report::{Method, Point, Scene};
+
+const HOUR: f64 = 3600.0;
+const RADIUS: f64 = 5e-4;
+const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+const WEIGHT: Weight = Weight { density: 1000.0 };
+const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
+/// What is asked for where a tolerance is given.
+const TOLERANCES: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+
+type Measured = Result<Scene, Box<dyn Error>>;
+/// Computes a scene, quickly if that is all that is asked.
+type Compute = fn(bool) -> Measured;
+
+/// Every scene, by its name.
+pub const ALL: [(&str, Compute); 8] = [
+    ("horizontal base", horizontal_base),
+    ("heavy base", heavy_base),
+    ("helix", helix),
+    ("righting", righting),
+    ("growing shoot", growing_shoot),
+    ("circular orbit", circular_orbit),
+    ("fast statoliths", fast_statoliths),
+    ("snap", snap),
+];
+
+/// The first of a list alone, if it is `quick`.
+fn some<T>(quick: bool, all: &[T]) -> &[T] {
+    if quick { &all[..1] } else { all }
+}
+
+fn distance(a: &Vector3<f64>, b: &Vector3<f64>, length: f64) -> f64 {
+    (a - b).norm() / length
+}
+
+/// A rod of the default section on its side, with `q ℓ³/(E I)` from its length (m) and density (kg/m³).
+fn lying(
+    quick: bool,
+    name: &'static str,
+    what: &'static str,
+    (length, density): (f64, f64),
+    exact: Vector3<f64>,
+) -> Measured {
+    let (scene, weight) = (Still::tilted(FRAC_PI_2), Weight { density });
+    let mut methods = Vec::new();
+    for order in Order::ALL {
+        let mut points = Vec::new();
+        for &elements in some(quick, &[2, 4, 6, 8, 12, 16, 32, 64]) {
+            let mut solver = NewtonSolver::with_tolerance(1e-13);
+            let (tip, seconds) = measure(quick, || {
+                let mut rod = Rod::uniform(length, RADIUS, scene.base, elements, order)?;
+                let _ = solver.solve(&mut rod, &YOUNG, &weight, &scene.environment(0.0))?;
+                Ok(rod.tip())
+            })?;
+            let error = distance(&tip, &exact, length);
+            points.push(Point { setting: format!("{elements} elements"), error, estimate: None, seconds });
+        }
+        methods.push(Method { name: format!("order {}", order.exponent()), driven: false, points });
+    }
+    let mut points = Vec::new();
+    for &tolerance in some(quick, &TOLERANCES) {
+        let mut integrator = Adaptive::new(tolerance);
+        let shoot = Shoot::builder(YOUNG).length(length).radius(RADIUS).load(weight).scene(scene).build()?;
+        let ((tip, cost), seconds) = measure(quick, || {
+            let mut shoot = shoot.clone();
+            let cost = integrator.start(&mut shoot, &EmptyHistory)?;
+            Ok((shoot.tip(), cost))
+        })?;
+        let error = distance(&tip, &exact, length);
+        points.push(Point { setting: format!("tolerance {tolerance:e}"), error, estimate: cost.error, seconds });
+    }
+    methods.push(Method { name: "by tolerance".to_owned(), driven: true, points });
+    Ok(Scene { name, what, methods })
+}
+
+fn horizontal_base(quick: bool) -> Measured {
+    // Quadrature of the elastica's initial value problem at 40 digits, see tests/horizontal_base.rs.
+    let exact = Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89);
+    lying(quick, "horizontal base", "a rod of 6.59 cm on its side, at rest under its weight", (0.0659, 1000.0), exact)
+}
+
+fn heavy_base(quick: bool) -> Measured {
+    // q ℓ³/(E I) = 300: the default rod, 66 times as dense. The reference: 400 elements, shorter by 1.02 from each to the next.
+    let stiffness = YOUNG.stiffness(RADIUS).x;
+    let per_length = 300.0 * stiffness / 0.0659_f64.powi(3);
+    let density = per_length / (9.81 * std::f64::consts::PI * RADIUS * RADIUS);
+    let scene = Still::tilted(FRAC_PI_2);
+    let ratio: f64 = 1.02;
+    let mut nodes: Vec<f64> = (0..=400).map(|i| 0.0659 * (ratio.powi(i) - 1.0) / (ratio.powi(400) - 1.0)).collect();
+    nodes[400] = 0.0659;
+    let mut rod = Rod::straight(&nodes, |_| RADIUS, scene.base, Order::Eight)?;
+    let _ =
+        NewtonSolver::with_tolerance(1e-13).solve(&mut rod, &YOUNG, &Weight { density }, &scene.environment(0.0))?;
+    lying(quick, "heavy base", "the same rod, 66 times as heavy: q ℓ³/(E I) = 300", (0.0659, density), rod.tip())
+}
+
+fn helix(quick: bool) -> Measured {
+    // Ten turns on 10 cm: intrinsic curvature κ and twist τ with √(κ² + τ²) ℓ = 20 π.
+    let (length, turn) = (0.1, 20.0 * std::f64::consts::PI / 0.1);
+    let (curvature, twist) = (0.6 * turn, 0.8 * turn);
+    // After whole turns the tip lies on the axis, (κ, 0, τ)/√(κ² + τ²), at ℓ τ/√(κ² + τ²).
+    let exact = Vector3::new(0.6, 0.0, 0.8) * (0.8 * length);
+    let mut methods = Vec::new();
+    for order in Order::ALL {
+        let mut points = Vec::new();
+        for &elements in some(quick, &[32, 64, 128, 256]) {
+            let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, elements, order)?;
+            rod.set_intrinsic(|_| Vector3::new(curvature, 0.0, twist));
+            let mut solver = NewtonSolver::with_tolerance(1e-13);
+            let (tip, seconds) = measure(quick, || {
+                let mut rod = rod.clone();
+                let environment = Still::upright().environment(0.0);
+                let _ = solver.solve(&mut rod, &YOUNG, &Weight { density: 1e-9 }, &environment)?;
+                Ok(rod.tip())
+            })?;
+            let error = distance(&tip, &exact, length);
+            points.push(Point { setting: format!("{elements} elements"), error, estimate: None, seconds });
+        }
+        methods.push(Method { name: format!("order {}", order.exponent()), driven: false, points });
+    }
+    Ok(Scene { name: "helix", what: "a helix of ten turns, found from a straight rod: exact on any mesh", methods })
+}
+
+/// How a scene in time is computed.
+struct Course<'a> {
+    end: f64,
+    /// Elements of the series of fixed steps, and their steps, s.
+    elements: &'a [usize],
+    steps: &'a [f64],
+    /// Those of the reference.
+    fine: (usize, f64),
+}
+
+/// A scene in time: the tip at its end.
+fn in_time<M: Model>(
+    quick: bool,
+    (name, what): (&'static str, &'static str),
+    make: impl Fn(usize) -> Result<Shoot<M>, Box<dyn Error>>,
+    course: &Course,
+) -> Measured
+where
+    Shoot<M>: Clone,
+{
+    let end = course.end;
+    let mut exact = make(course.fine.0)?;
+    let mut reference = MethodOfSteps::new(course.fine.1);
+    reference.solver.tolerance = 1e-12;
+    reference.advance(&mut exact, end)?;
+    let length = exact.rod().length();
+    let mut methods = Vec::new();
+    for &elements in some(quick, course.elements) {
+        let shoot = make(elements)?;
+        let mut points = Vec::new();
+        for &step in some(quick, course.steps) {
+            let mut integrator = MethodOfSteps::new(step);
+            let (tip, seconds) = measure(quick, || {
+                let mut shoot = shoot.clone();
+                integrator.advance(&mut shoot, end)?;
+                Ok(shoot.tip())
+            })?;
+            let error = distance(&tip, &exact.tip(), length);
+            points.push(Point { setting: format!("{step} s"), error, estimate: None, seconds });
+        }
+        methods.push(Method { name: format!("steps, {elements} elements"), driven: false, points });
+    }
+    let shoot = make(course.elements[0])?;
+    let mut points = Vec::new();
+    for &step in some(quick, course.steps) {
+        let mut integrator = Iterated::new(step);
+        let (tip, seconds) = measure(quick, || {
+            let mut shoot = shoot.clone();
+            integrator.advance(&mut shoot, end)?;
+            Ok(shoot.tip())
+        })?;
+        let error = distance(&tip, &exact.tip(), length);
+        points.push(Point { setting: format!("{step} s"), error, estimate: None, seconds });
+    }
+    methods.push(Method { name: format!("iterated, {} elements", course.elements[0]), driven: false, points });
+    let mut points = Vec::new();
+    // The last is beyond the reference.
+    for &tolerance in some(quick, &TOLERANCES[..6]) {
+        let shoot = make(8)?;
+        let mut integrator = Adaptive::new(tolerance);
+        let ((tip, cost), seconds) = measure(quick, || {
+            let mut shoot = shoot.clone();
+            let cost = integrator.advance(&mut shoot, end)?;
+            Ok((shoot.tip(), cost))
+        })?;
+        let error = distance(&tip, &exact.tip(), length);
+        points.push(Point { setting: format!("tolerance {tolerance:e}"), error, estimate: cost.error, seconds });
+    }
+    methods.push(Method { name: "by tolerance".to_owned(), driven: true, points });
+    Ok(Scene { name, what, methods })
+}
+
+/// A shoot of constant length with the default steering, on a base that leans by `tilt` (rad).
+fn steering<P: Perception<Signal = [f64; 2]> + Clone>(
+    (length, tilt): (f64, f64),
+    elements: usize,
+    perception: P,
+) -> Result<Shoot<impl Model + Clone>, Box<dyn Error>>
+where
+    Gravitropism<P>: Response + Clone,
+{
+    Ok(Shoot::builder(YOUNG)
+        .length(length)
+        .radius(RADIUS)
+        .elements(elements)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+        .tropism((
+            Gravitropism { sensitivity: 0.8, perception }.remembered(MEMORY),
+            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+        ))
+        .load(WEIGHT)
+        .scene(Still::tilted(tilt))
+        .build()?)
+}
+
+fn righting(quick: bool) -> Measured {
+    let course =
+        Course { end: 1.5 * HOUR, elements: &[3, 4, 6, 8], steps: &[360.0, 180.0, 90.0, 45.0, 22.5], fine: (16, 2.0) };
+    let what = "a shoot laid on its side, after 1.5 h";
+    in_time(quick, ("righting", what), |n| steering((0.05, FRAC_PI_2), n, SettledStatoliths), &course)
+}
+
+fn fast_statoliths(quick: bool) -> Measured {
+    let course =
+        Course { end: 1.5 * HOUR, elements: &[3, 4, 6, 8], steps: &[360.0, 180.0, 90.0, 45.0, 22.5], fine: (16, 2.0) };
+    let what = "the same with statoliths that settle in 1 ms";
+    let statoliths = Statoliths { avalanche_time: 1e-3 };
+    in_time(quick, ("fast statoliths", what), |n| steering((0.05, FRAC_PI_2), n, statoliths), &course)
+}
+
+fn circular_orbit(quick: bool) -> Measured {
+    let whirl = Whirl { force: 1e-5, period: 87.6 * 60.0, turns: 2.0 };
+    let make = |elements: usize| -> Result<Shoot<_>, Box<dyn Error>> {
+        Ok(Shoot::builder(YOUNG)
+            .length(0.0659)
+            .radius(RADIUS)
+            .elements(elements)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+            .tropism((
+                Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+                Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+            ))
+            .load((WEIGHT, whirl))
+            .build()?)
+    };
+    let course = Course {
+        end: 10.0 * HOUR,
+        elements: &[3, 4, 6],
+        steps: &[360.0, 180.0, 120.0, 90.0, 60.0, 45.0],
+        fine: (12, 5.0),
+    };
+    in_time(
+        quick,
+        ("circular orbit", "an upright shoot that is led round twice, then left to itself, after 10 h"),
+        make,
+        &course,
+    )
+}
+
+fn growing_shoot(quick: bool) -> Measured {
+    let make = |elements: usize| -> Result<Shoot<_>, Box<dyn Error>> {
+        Ok(Shoot::builder(Lignifying { young: YOUNG, mature_modulus: 2e9, time: 144.0 * HOUR })
+            .length(0.068)
+            .radius(RADIUS)
+            .elements(elements)
+            // Follows the accuracy of the elements: fewer lose more.
+            .merge_tolerance(if elements > 8 { 1e-7 } else { 1e-3 })
+            .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
+            .tropism((
+                Oscillator::new(0.2, 1440.0),
+                Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(MEMORY),
+                Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+            ))
+            .load((
+                WEIGHT,
+                Distributed(Vector3::new(0.0, -1e-6, 0.0)),
+                ApicalForce((|_t: f64| Vector3::new(-1e-7, -1e-7, 0.0)) as fn(f64) -> Vector3<f64>),
+            ))
+            .build()?)
+    };
+    let hours = if quick { 1.0 } else { 10.0 };
+    let course = Course {
+        end: hours * HOUR,
+        elements: &[3, 4, 6, 8],
+        steps: &[360.0, 240.0, 180.0, 144.0, 90.0, 60.0, 45.0, 30.0],
+        fine: (14, 10.0),
+    };
+    in_time(quick, ("growing shoot", "the second video of the paper, after 10 h of growth"), make, &course)
+}
+
+/// A shoot too long to stand, bent to one side by a force at its apex that fades and turns: it snaps to the other side.
+fn snap(quick: bool) -> Measured {
+    let make = |elements: usize| -> Result<Shoot<_>, Box<dyn Error>> {
+        let force = (|t: f64| Vector3::new(1e-5 * (1.0 - t / HOUR), 1e-8, 0.0)) as fn(f64) -> Vector3<f64>;
+        Ok(Shoot::builder(YOUNG)
+            .length(0.09)
+            .radius(RADIUS)
+            .elements(elements)
+            .load((WEIGHT, ApicalForce(force)))
+            .build()?)
+    };
+    let run = |shoot: &Shoot<_>, step: f64| -> Result<(f64, Vector3<f64>), Box<dyn Error>> {
+        let mut shoot = shoot.clone();
+        let mut integrator = MethodOfSteps::new(step);
+        integrator.solver.tolerance = 1e-11;
+        integrator.advance_until(&mut shoot, 6.0 * HOUR, |shoot| -shoot.tip().x)?;
+        let time = shoot.time();
+        integrator.advance(&mut shoot, 6.0 * HOUR)?;
+        Ok((time, shoot.tip()))
+    };
+    let exact = run(&make(24)?, 60.0)?;
+    let mut methods = Vec::new();
+    for &step in some(quick, &[360.0, 120.0]) {
+        for (k, name) in ["time", "tip"].into_iter().enumerate() {
+            let mut points = Vec::new();
+            for &elements in some(quick, &[2, 4, 6, 8, 12]) {
+                let shoot = make(elements)?;
+                let ((time, tip), seconds) = measure(quick, || run(&shoot, step))?;
+                let errors = [(time - exact.0).abs() / exact.0, distance(&tip, &exact.1, 0.09)];
+                points.push(Point {
+                    setting: format!("{elements} elements"),
+                    error: errors[k],
+                    estimate: None,
+                    seconds,
+                });
+            }
+            methods.push(Method { name: format!("{name}, steps of {step} s"), driven: false, points });
+        }
+    }
+    Ok(Scene {
+        name: "snap",
+        what: "a shoot too long to stand, pushed over: the time of the snap, and the tip afterwards",
+        methods,
+    })
+}

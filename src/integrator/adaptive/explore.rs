@@ -1,0 +1,318 @@
+//! The choice of steps and elements: trial runs through the time ahead, each held against another.
+
+use super::cut::{FIRST_LENGTH, cut, longest_element};
+use super::{Adaptive, IntegrationError, Statistics};
+use crate::model::Model;
+use crate::reference_element::Order;
+use crate::shoot::Shoot;
+use crate::state::{Plan, State};
+
+/// The order in time.
+const IN_TIME: f64 = super::super::ORDER as f64;
+/// Elements in the growth zone, or in a shoot of constant length, of the first trial.
+pub(super) const FIRST_ELEMENTS: f64 = 3.0;
+/// Those of the second trial are shorter by this: a little less than [`FIRST_LENGTH`], so that every element is cut of a run that has started already.
+const CUT: f64 = 0.7;
+/// A run is never trusted to be finer than the one it is held against by more than this, in steps: so long the order holds.
+const LONGEST_JUMP: f64 = 8.0;
+/// The same for a run that is not held against another.
+const LONGEST_BLIND_JUMP: f64 = 2.5;
+/// And its size if it can be chosen.
+const BLIND_JUMP: f64 = 2.0;
+/// Or by less than this: the difference of two runs that are all but alike says nothing.
+const SHORTEST_JUMP: f64 = 1.25;
+/// Runs that differ by more than this, relative to the length, do not show the order in time yet.
+const ASYMPTOTIC: f64 = 0.02;
+/// Estimates are multiplied by this before they are reported.
+const SAFETY: f64 = 2.0;
+/// The same for the first trials. The graded steps after a start are alike in both, and halve only further on.
+const FIRST_SAFETY: f64 = 4.0;
+/// Which part of the tolerance is aimed at for the error in time, and for that in space: with the factor above they leave as much
+/// again, so that a run seldom has to be repeated.
+const AIM: [f64; 2] = [0.15, 0.1];
+/// Merging of mature elements moves the tip by a hundredth of the angles that it may change, or by less (`tests/growing_shoot.rs`).
+const MERGING: f64 = 10.0;
+/// Runs whose elements were all but alike show an error of this part of their difference at least.
+const LEAST_GAIN: f64 = 0.5;
+/// The shape at rest from which a run starts keeps this part of the tolerance that the run is for.
+const AT_REST: f64 = 0.05;
+/// What the first trials are for, relative to the length.
+const COARSEST_TRIAL: f64 = 1e-3;
+/// No mature elements are merged more coarsely than this, rad.
+const COARSEST_MERGE: f64 = 2e-3;
+/// So often a step is halved because a run at it fails, or because it does not show the order.
+const HALVINGS: usize = 40;
+/// Steps of the first trial, at least.
+const FIRST_STEPS: f64 = 16.0;
+
+/// The order in space of what a run depends on: positions are of order 2 p, what the laws see at a
+/// material point p + 2, and one order is left for what is not smooth.
+fn order_in_space(order: Order) -> f64 {
+    let p = order.points() as f64;
+    (2.0 * p).min(p + 1.0)
+}
+
+/// How much finer the next run is than the last, in steps, if an answer has to be finer by `whole`. A `blind` answer, which is not held
+/// against another run, is the same as `whole`.
+fn next_jump(whole: f64, blind: bool) -> f64 {
+    let tried = if blind && whole > LONGEST_BLIND_JUMP { whole / BLIND_JUMP } else { whole };
+    // As many jumps of one size as it takes.
+    let jumps = (tried.ln() / LONGEST_JUMP.ln()).ceil().max(1.0);
+    tried.powf(1.0 / jumps)
+}
+
+/// What is known of the error of the last run, relative to the length.
+#[derive(Debug, Clone, Copy)]
+struct Error {
+    time: f64,
+    space: f64,
+    /// By what the estimate is multiplied before it is reported.
+    doubt: f64,
+}
+
+impl Error {
+    fn reported(self) -> f64 {
+        self.doubt * (self.time + self.space)
+    }
+}
+
+impl Adaptive {
+    /// Chooses a resolution for the time to `until`, and goes there, or so many steps of the way.
+    pub(super) fn look_ahead(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        until: f64,
+        most_steps: usize,
+    ) -> Result<Statistics, IntegrationError> {
+        let start = shoot.state.clone();
+        let answer = self.explore(shoot, &start, until, most_steps);
+        if answer.is_err() {
+            shoot.state = start;
+        }
+        answer
+    }
+
+    fn explore(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        start: &State,
+        until: f64,
+        most_steps: usize,
+    ) -> Result<Statistics, IntegrationError> {
+        let inherited = start.plan.map_or(0.0, |plan| plan.error);
+        let mut spent = Spent::default();
+        let order = order_in_space(start.rod.order());
+        let (mut plan, mut error) = self.first_trials(shoot, start, until, &mut spent)?;
+        loop {
+            if error.reported() <= self.tolerance && most_steps == usize::MAX {
+                return Ok(self.keep(shoot, plan, inherited + error.reported(), spent));
+            }
+            let whole = (error.time / (AIM[0] * self.tolerance)).powf(1.0 / IN_TIME).max(SHORTEST_JUMP);
+            let blind = most_steps < usize::MAX;
+            let jump = next_jump(whole, blind);
+            let time = error.time / jump.powf(IN_TIME);
+            // Elements keep pace with the steps.
+            let finer = (error.space / (AIM[1] * self.tolerance).max(time)).powf(1.0 / order).max(1.0);
+            let expected = Error { time, space: error.space / finer.powf(order), ..error };
+            plan = self.resolution(&Plan {
+                step: plan.step / jump,
+                longest_element: plan.longest_element / finer,
+                error: expected.reported(),
+                ..plan
+            });
+            if blind && jump == whole {
+                shoot.state.copy_from(start);
+                let plan = Plan { error: inherited + plan.error, ..plan };
+                return self.set_out(shoot, plan, most_steps, spent);
+            }
+            self.run(shoot, start, &plan, &mut spent, error.reported())?;
+            let difference = self.tracks[0].distance(&self.tracks[1]);
+            // What the run before lost to its longer elements is known; the rest is due to its steps. It cannot tell less than what is
+            // expected, unless all of the difference is less.
+            let gain = jump.powf(IN_TIME) - 1.0;
+            let time = ((difference - error.space) / gain).max(expected.time.min(difference / gain));
+            error = Error { time, space: expected.space + spent.at_rest, doubt: SAFETY };
+        }
+    }
+
+    /// A coarse run, one with more elements, and one with half the steps: the last of them, and its error.
+    fn first_trials(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        start: &State,
+        until: f64,
+        spent: &mut Spent,
+    ) -> Result<(Plan, Error), IntegrationError> {
+        let size = shoot.resolution * shoot.mesh.longest_element;
+        let mut step = self.first_step(shoot, until);
+        // Elements of a run that has started are as they are.
+        let mut longest = start.plan.map_or(longest_element(start) / FIRST_LENGTH, |plan| plan.longest_element);
+        if start.history.levels() == 0 {
+            shoot.state.copy_from(start);
+            cut(shoot, size / (FIRST_LENGTH * FIRST_ELEMENTS));
+            longest = longest_element(&shoot.state) / FIRST_LENGTH;
+        }
+        let plan =
+            Plan { tolerance: self.tolerance, until, step, longest_element: longest, merge_tolerance: 0.0, error: 1.0 };
+        let mut failure = None;
+        for _ in 0..HALVINGS {
+            let coarse = self.resolution(&Plan { step, longest_element: longest, ..plan });
+            let trials = self.trials(shoot, start, &coarse, spent);
+            match trials {
+                Ok((finer, error)) if error.time <= ASYMPTOTIC => return Ok((finer, error)),
+                Ok(_) => (),
+                Err(error) if error.is_recoverable() => {
+                    failure = Some(error);
+                    longest *= CUT;
+                }
+                Err(error) => return Err(failure.unwrap_or(error)),
+            }
+            step *= 0.5;
+        }
+        Err(failure.unwrap_or(IntegrationError::ToleranceNotMet {
+            tolerance: self.tolerance,
+            reached: ASYMPTOTIC,
+            steps: spent.steps(),
+        }))
+    }
+
+    fn trials(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        start: &State,
+        coarse: &Plan,
+        spent: &mut Spent,
+    ) -> Result<(Plan, Error), IntegrationError> {
+        let order = order_in_space(start.rod.order());
+        self.run(shoot, start, coarse, spent, f64::INFINITY)?;
+        let more_elements = Plan { longest_element: CUT * coarse.longest_element, ..*coarse };
+        self.run(shoot, start, &more_elements, spent, f64::INFINITY)?;
+        // By how much the elements were shorter in fact: those of a zone that grows are cut in halves, at times of their own.
+        let ratio = self.tracks[1].longest_element() / self.tracks[0].longest_element();
+        let gain = (ratio.powf(order) - 1.0).max(LEAST_GAIN);
+        let difference = self.tracks[0].distance(&self.tracks[1]);
+        // Where they make no difference the longer elements do.
+        let few_do = difference <= AIM[1] * self.tolerance;
+        let (elements, space) = if few_do { (*coarse, difference) } else { (more_elements, difference / gain) };
+        if few_do {
+            self.tracks.swap(0, 1);
+        }
+        let half = Plan { step: 0.5 * coarse.step, ..elements };
+        self.run(shoot, start, &half, spent, f64::INFINITY)?;
+        let time = self.tracks[0].distance(&self.tracks[1]) / (2.0_f64.powf(IN_TIME) - 1.0);
+        Ok((half, Error { time, space: space + spent.at_rest, doubt: FIRST_SAFETY }))
+    }
+
+    /// The step of the first trial: as long as the laws are read in the past alone, if they look back.
+    fn first_step(&mut self, shoot: &Shoot<impl Model>, until: f64) -> f64 {
+        let span = (until - shoot.time()).max(f64::MIN_POSITIVE);
+        self.stepper.laws.read(shoot.model.tropism());
+        let delay = self.stepper.laws.shortest_delay();
+        let constants = self.stepper.laws.variables().iter().map(|variable| variable.time_constant);
+        let slowest = constants.fold(0.0, f64::max);
+        let scale = if delay > 0.0 && delay.is_finite() {
+            delay
+        } else if slowest > 0.0 {
+            slowest
+        } else {
+            span
+        };
+        scale.min(span / FIRST_STEPS)
+    }
+
+    /// A resolution, with its merging according to the error that is expected of it.
+    fn resolution(&self, plan: &Plan) -> Plan {
+        let tolerance = plan.error.max(self.tolerance);
+        Plan { merge_tolerance: (MERGING * tolerance).min(COARSEST_MERGE), ..*plan }
+    }
+
+    /// Runs from the start through the time of a plan, and keeps its track and the one before.
+    fn run(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        start: &State,
+        plan: &Plan,
+        spent: &mut Spent,
+        reached: f64,
+    ) -> Result<(), IntegrationError> {
+        shoot.state.copy_from(start);
+        let ahead = (plan.until - shoot.time()) / plan.step;
+        let tolerance = self.tolerance;
+        let failure = |steps| IntegrationError::ToleranceNotMet { tolerance, reached, steps };
+        if spent.steps() as f64 + ahead > self.max_steps as f64 {
+            return Err(failure(spent.steps()));
+        }
+        let left = self.max_steps - spent.steps();
+        self.tracks.swap(0, 1);
+        let mut track = std::mem::take(&mut self.tracks[0]);
+        track.clear();
+        self.lay_elements(shoot, plan, spent)?;
+        let course = self.course(shoot, plan, left);
+        let answer = self.stepper.advance_watched(shoot, &mut self.solver, course, |shoot| track.record(shoot));
+        self.tracks[0] = track;
+        let statistics = answer?;
+        spent.trials += std::mem::replace(&mut spent.last, statistics).as_trial();
+        if shoot.time() < plan.until {
+            return Err(failure(spent.steps()));
+        }
+        Ok(())
+    }
+
+    /// Cuts the elements for a run. A shape at rest that it begins with keeps a tolerance of its own.
+    fn lay_elements(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        plan: &Plan,
+        spent: &mut Spent,
+    ) -> Result<(), IntegrationError> {
+        cut(shoot, plan.longest_element);
+        if shoot.state.history.levels() == 0 {
+            let tolerance = AT_REST * plan.error.min(COARSEST_TRIAL).max(self.tolerance);
+            let found = self.settle(shoot, tolerance)?;
+            spent.at_rest = found.error.unwrap_or(0.0);
+            spent.trials += found.as_trial();
+        }
+        Ok(())
+    }
+
+    /// Keeps the answer of the last run.
+    fn keep(&self, shoot: &mut Shoot<impl Model>, plan: Plan, error: f64, spent: Spent) -> Statistics {
+        let mut statistics = spent.last;
+        statistics += spent.trials;
+        let error = error + spent.last.equilibrium_error;
+        shoot.state.plan = Some(Plan { error, ..plan });
+        Statistics { error: Some(error), ..statistics }
+    }
+
+    /// Goes the first steps of a plan that was not tried itself.
+    fn set_out(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        plan: Plan,
+        most_steps: usize,
+        mut spent: Spent,
+    ) -> Result<Statistics, IntegrationError> {
+        self.lay_elements(shoot, &plan, &mut spent)?;
+        let course = self.course(shoot, &plan, most_steps);
+        let mut statistics = self.stepper.advance(shoot, &mut self.solver, course)?;
+        statistics += spent.last.as_trial();
+        statistics += spent.trials;
+        shoot.state.plan = Some(plan);
+        Ok(Statistics { error: Some(plan.error), ..statistics })
+    }
+}
+
+/// What the runs of a call have cost: the last one, and those before it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spent {
+    last: Statistics,
+    trials: Statistics,
+    /// The error of the shape at rest that the last run began with, relative to the length.
+    at_rest: f64,
+}
+
+impl Spent {
+    fn steps(&self) -> usize {
+        self.last.steps + self.trials.trial_steps
+    }
+}

@@ -1,0 +1,112 @@
+//! A shape at rest to a tolerance: elements are cut where it needs them.
+
+use nalgebra::Vector3;
+
+use super::cut::{FIRST_LENGTH, cut, cut_into};
+use super::explore::FIRST_ELEMENTS;
+use super::{
+    Adaptive, EQUILIBRIUM, HistoryFunction, IntegrationError, LOOSEST_EQUILIBRIUM, Statistics, TIGHTEST_EQUILIBRIUM,
+};
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+use crate::so3;
+use crate::state::State;
+
+/// Positions are of order 2 p in the length of elements that are short enough. This many orders less are counted on.
+const RESERVE: f64 = 1.0;
+/// Estimates are multiplied by this before they are reported.
+const SAFETY: f64 = 2.0;
+/// An element is cut into so many parts at most before it is looked at again.
+const MOST_PARTS: usize = 4;
+/// So many elements are more than any shape needs that is smooth between its nodes.
+const MOST_ELEMENTS: usize = 100_000;
+
+impl Adaptive {
+    /// Finds the shape at rest on elements that are short enough, and gives the laws a history.
+    pub(super) fn rest(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        if shoot.state.history.levels() == 0 {
+            cut(shoot, shoot.resolution * shoot.mesh.longest_element / (FIRST_LENGTH * FIRST_ELEMENTS));
+        }
+        // The history is that of other elements; a new one is made at the end.
+        shoot.state.forget();
+        let found = self.settle(shoot, self.tolerance)?;
+        let mut statistics = self.stepper.start(shoot, &mut self.solver, history)?;
+        let error = found.error.map(|error| error + statistics.equilibrium_error);
+        statistics += found;
+        Ok(Statistics { error, ..statistics })
+    }
+
+    /// Cuts the elements of a shoot that no integrator has started, where its shape at rest needs shorter ones to keep a tolerance,
+    /// and finds that shape.
+    pub(super) fn settle(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        tolerance: f64,
+    ) -> Result<Statistics, IntegrationError> {
+        self.solver.tolerance = (EQUILIBRIUM * tolerance).clamp(TIGHTEST_EQUILIBRIUM, LOOSEST_EQUILIBRIUM);
+        let order = 2.0 * shoot.rod().order().points() as f64;
+        let gain = 2.0_f64.powf((order - RESERVE).max(1.0)) - 1.0;
+        self.stepper.statistics = Statistics::default();
+        let time = shoot.time();
+        loop {
+            self.stepper.equilibrate(shoot, &mut self.solver, time)?;
+            let coarse = shoot.state.clone();
+            for e in (0..coarse.rod.elements()).rev() {
+                cut_into(&mut shoot.state, e, 2);
+            }
+            self.stepper.equilibrate(shoot, &mut self.solver, time)?;
+            let error = SAFETY * distance(&coarse.rod, &shoot.state.rod) / gain;
+            // An error that halves bring down to the tolerance is met by them; one that is below it already has no need of them.
+            if SAFETY * error * gain <= tolerance {
+                shoot.state.copy_from(&coarse);
+                return Ok(Statistics { error: Some(error * gain), ..self.stepper.statistics });
+            }
+            if error <= tolerance {
+                return Ok(Statistics { error: Some(error), ..self.stepper.statistics });
+            }
+            if 2 * shoot.rod().elements() > MOST_ELEMENTS {
+                return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, steps: 0 });
+            }
+            let share = tolerance * gain / (SAFETY * coarse.rod.elements() as f64);
+            refine(shoot, &coarse, share, order);
+        }
+    }
+}
+
+/// Goes back to the elements of `coarse`, and cuts those whose halves turn what is beyond them by more than their `share`, rad.
+fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64) {
+    let mut parts: Vec<usize> = (0..coarse.rod.elements())
+        .map(|e| {
+            let excess = turn_between(&coarse.rod, &shoot.state.rod, e) / share;
+            // The parts of an element turn by less with one order more in their length.
+            (excess.powf(1.0 / (order + 1.0)).ceil() as usize).clamp(1, MOST_PARTS)
+        })
+        .collect();
+    if parts.iter().all(|parts| *parts == 1) {
+        parts.fill(2);
+    }
+    shoot.state.copy_from(coarse);
+    for (e, parts) in parts.iter().enumerate().rev() {
+        cut_into(&mut shoot.state, e, *parts);
+    }
+}
+
+/// The largest distance between the ends of the elements of a rod and the same places on one whose elements are halves of these,
+/// relative to the length.
+fn distance(coarse: &Rod, fine: &Rod) -> f64 {
+    let (a, b) = (coarse.centre_line(), fine.centre_line());
+    let distances = a.iter().zip(b.iter().step_by(2)).map(|((_, a), (_, b))| (a - b).norm());
+    distances.fold(0.0, f64::max) / coarse.length()
+}
+
+/// By how much the two ends of element `e` are turned differently against each other on the two rods, rad.
+fn turn_between(coarse: &Rod, fine: &Rod, e: usize) -> f64 {
+    let turn = |rod: &Rod, a: usize, b: usize| rod.frames[a].inverse() * rod.frames[b];
+    let difference: Vector3<f64> = so3::log(&(turn(coarse, e, e + 1).inverse() * turn(fine, 2 * e, 2 * e + 2)));
+    difference.norm()
+}
