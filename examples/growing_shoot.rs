@@ -14,6 +14,7 @@
 //! - `--alpha 0.01`, the third video: with a weak oscillator the slow swing alone is left. It comes from the delays, not
 //!   from the oscillator, which only gives it the first push. Where even that is missing (`--alpha 0`) an exactly upright
 //!   shoot stays upright, until `--imperfection` lays a breath of wind on it.
+//! - `--tolerance 1e-5`: steps, elements and merging are chosen for an error of at most that part of the length.
 //! - `--step 45 --elements 16 --out fine`, then a run with `--compare fine/tip.csv`: how accurate are the defaults?
 //!
 //! The laws are put together in [`growing_shoot`]; the rest is a loop over time that writes down the tip.
@@ -28,7 +29,7 @@ use std::time::Instant;
 use common::{Opt, Options, Progress, Table, path_figure, shapes_figure};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
@@ -68,6 +69,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("alpha", "A", "0.2", "sensitivity of the endogenous oscillator"),
             Opt::value("elements", "N", "8", "elements in the growth zone, at least"),
             Opt::value("step", "S", "90", "longest time step, s; shortened so that whole hours are met"),
+            Opt::value(
+                "tolerance",
+                "T",
+                "",
+                "largest error relative to the length: steps and elements are chosen by it",
+            ),
             Opt::flag("imperfection", "a breath of wind and of pull at the apex, which break the symmetry"),
             Opt::value("compare", "FILE", "", "another tip.csv; print how far this run is from it at common times"),
         ],
@@ -79,42 +86,76 @@ fn run() -> Result<(), Box<dyn Error>> {
     let out = options.out_dir();
 
     let mut shoot = growing_shoot(options.get("alpha"), options.get("elements"), options.flag("imperfection"))?;
-    let mut integrator = MethodOfSteps::new(HOUR / rows_per_hour);
     let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
     let (mut times, mut tips, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
     let progress = Progress::new("growing shoot");
     let clock = Instant::now();
 
-    let mut cost = integrator.start(&mut shoot, &EmptyHistory)?;
-    let rows = (end / HOUR * rows_per_hour).ceil() as usize;
-    for row in 0..=rows {
-        let time = (row as f64 * HOUR / rows_per_hour).min(end);
-        cost += integrator.advance(&mut shoot, time)?;
-        let (length, tip) = (shoot.rod().length(), shoot.tip());
+    // Twenty shapes, at equal times, and the last.
+    let interval = end / 20.0;
+    let mut next_shape = 0.0;
+    let mut show = |shoot: &Shoot<_>| -> Result<(), Box<dyn Error>> {
+        let (time, length, tip) = (shoot.time(), shoot.rod().length(), shoot.tip());
         table.row(&[time, length, tip.x, tip.y, tip.z])?;
         times.push(time / HOUR);
         tips.push(tip.into());
-        if row % rows.div_ceil(20) == 0 {
+        if time >= next_shape - 1e-6 {
             let line = shoot.rod().centre_line_at(101);
             shapes.push((time / HOUR, line.into_iter().map(Into::into).collect()));
+            next_shape += interval;
         }
         progress.set(time / end);
-    }
+        Ok(())
+    };
+    let cost = if options.text("tolerance").is_empty() {
+        let step = HOUR / rows_per_hour;
+        let rows = (end / step).ceil() as usize;
+        let times = (0..=rows).map(|row| (row as f64 * step).min(end));
+        follow(&mut shoot, &mut MethodOfSteps::new(step), times, &mut show)?
+    } else {
+        let mut integrator = Adaptive::new(options.positive("tolerance"));
+        // Every hour, so that the table can be compared, and all steps between.
+        let mut cost = integrator.step(&mut shoot, end)?;
+        show(&shoot)?;
+        while shoot.time() < end {
+            let hour = HOUR * (shoot.time() / HOUR + 1e-9).floor() + HOUR;
+            cost += integrator.step(&mut shoot, hour.min(end))?;
+            show(&shoot)?;
+        }
+        cost
+    };
 
     let wall = clock.elapsed().as_secs_f64();
     progress.finish();
     table.finish()?;
     path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips)?;
-    let interval = 60.0 * rows.div_ceil(20) as f64 / rows_per_hour;
-    shapes_figure(out.join("shapes.svg"), &format!("A growing shoot, every {interval:.0} min"), &shapes)?;
+    shapes_figure(out.join("shapes.svg"), &format!("A growing shoot, every {:.0} min", interval / MINUTE), &shapes)?;
     println!("{} h of growth, to a length of {:.2} cm, in {wall:.3} s:", end / HOUR, 100.0 * shoot.rod().length());
-    println!("  {} time steps of at most {} s, {} equilibria,", cost.steps, integrator.step, cost.equilibria);
+    println!("  {} time steps, {} more in trial runs, {} equilibria,", cost.steps, cost.trial_steps, cost.equilibria);
     println!("  {} Newton iterations, {} elements at the end", cost.iterations, shoot.rod().elements());
+    if let Some(error) = cost.error {
+        println!("  estimated error of the shape {error:.1e} of the length");
+    }
     if !options.text("compare").is_empty() {
         compare(&times, &tips, Path::new(options.text("compare")))?;
     }
     println!("tip.csv, tip.svg and shapes.svg are in {}", out.display());
     Ok(())
+}
+
+/// Carries the shoot to every time (s) in turn and shows it there.
+fn follow<M: Model>(
+    shoot: &mut Shoot<M>,
+    integrator: &mut impl Integrator,
+    times: impl Iterator<Item = f64>,
+    show: &mut impl FnMut(&Shoot<M>) -> Result<(), Box<dyn Error>>,
+) -> Result<Statistics, Box<dyn Error>> {
+    let mut cost = integrator.start(shoot, &EmptyHistory)?;
+    for time in times {
+        cost += integrator.advance(shoot, time)?;
+        show(shoot)?;
+    }
+    Ok(cost)
 }
 
 /// Prints the largest distance between the tip and that of another run, at the times that both have.
