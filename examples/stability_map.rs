@@ -23,14 +23,18 @@
 //! The markers are the three numbers that the paper prints.
 //!
 //! # What to try
-//! `--elements 6`: which curves change, and how long does it take? Fast growth makes short waves: where the elements are too
-//! long for them, twice as many are taken. If that does not do, the column `others_unstable` of the table says NaN, and what is
-//! dashed is told by the other curves. The example `onset` looks at one growth time more closely.
+//! `--tolerance 1e-4`: how many elements do the curves need, and how long does it take? Fast growth makes short waves; each
+//! curve is followed with few elements and corrected with as many as it needs. The column `mesh_error` is what the mesh puts the
+//! length off, relative to it (in B the growth time), as the crate estimates it. Where the count of other unstable roots is not resolved, the
+//! column `others_unstable` says NaN, and what is dashed is told by the other curves. The example `onset` looks at
+//! one growth time more closely.
 
 mod common;
 
 use std::error::Error;
+use std::panic::resume_unwind;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
@@ -39,7 +43,8 @@ use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset,
+    BoundaryPoint, BoundarySettings, Linearisation, Onset, RefinedPoint, Refinement, StabilityError, Unstable,
+    crossings, onset,
 };
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
@@ -71,12 +76,12 @@ struct Kind {
     proprioception: f64,
     weightless: bool,
     memory: Memory,
-    elements: usize,
+    refinement: Refinement,
 }
 
 impl Kind {
-    /// The linear problem of a shoot: growth time in hours and length over Greenhill's.
-    fn at(self, hours: f64, ratio: f64) -> Result<Linearisation, StabilityError> {
+    /// The linear problem of a shoot: growth time in hours, length over Greenhill's, and elements.
+    fn at(self, hours: f64, ratio: f64, elements: usize) -> Result<Linearisation, StabilityError> {
         let length = ratio * greenhill();
         let gravitropism =
             Gravitropism { sensitivity: self.gravitropism, perception: SettledStatoliths }.remembered(self.memory);
@@ -84,7 +89,7 @@ impl Kind {
         let shoot = Shoot::builder(TISSUE)
             .length(length)
             .radius(RADIUS)
-            .elements(self.elements)
+            .elements(elements)
             // The whole shoot is growth zone.
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
             .tropism((gravitropism, proprioception))
@@ -100,8 +105,9 @@ impl Kind {
     /// How many roots are unstable at a growth time and length, on the first of some meshes that resolves the waves that
     /// matter; none if not even the finest does.
     fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
-        for elements in [self.elements, 2 * self.elements] {
-            match (Self { elements, ..self }).at(hours, ratio)?.unstable() {
+        let few = self.refinement.first;
+        for elements in [few, 2 * few] {
+            match self.at(hours, ratio, elements)?.unstable() {
                 Ok(number) => return Ok(Some(number)),
                 Err(StabilityError::UnderResolved { .. }) => {}
                 Err(error) => return Err(error),
@@ -113,13 +119,13 @@ impl Kind {
     /// Where roots cross the axis, on the first of some meshes that resolves the waves that matter.
     fn crossings(
         self,
-        family: impl Fn(Self, f64) -> Result<Linearisation, StabilityError>,
+        family: impl Fn(f64, usize) -> Result<Linearisation, StabilityError>,
         from: f64,
         to: f64,
     ) -> Result<Vec<Onset>, StabilityError> {
-        let mut elements = self.elements;
+        let mut elements = self.refinement.first;
         loop {
-            match crossings(|parameter| family(Self { elements, ..self }, parameter), from, to) {
+            match crossings(|parameter| family(parameter, elements), from, to) {
                 Err(StabilityError::UnderResolved { .. }) if elements < 20 => elements += 4,
                 other => return other,
             }
@@ -127,28 +133,41 @@ impl Kind {
     }
 
     /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
-    fn curve(
-        self,
-        start: BoundaryPoint,
-        cost: &mut Cost,
-    ) -> Result<Vec<(BoundaryPoint, Option<Unstable>)>, StabilityError> {
-        let mut family = |hours: f64, ratio: f64| {
-            cost.linearisations += 1;
-            self.at(hours, ratio)
-        };
+    fn curve(self, start: BoundaryPoint) -> Result<Curve, StabilityError> {
         let [low, high] = WINDOW;
         let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
-        let mut points = boundary(&mut family, &BoundarySettings { direction: [0.0, -1.0], ..up })?;
+        let follow = |settings| self.refinement.boundary(|hours, ratio, n| self.at(hours, ratio, n), settings);
+        let (down, up) = (follow(&BoundarySettings { direction: [0.0, -1.0], ..up })?, follow(&up)?);
+        let linearisations = down.linearisations + up.linearisations;
+        let mut points = down.points;
         points.reverse();
-        points.extend(boundary(&mut family, &up)?.into_iter().skip(1));
-        cost.points += points.len();
+        points.extend(up.points.into_iter().skip(1));
+        let errors = (0..points.len()).map(|k| self.mesh_error(&points, k)).collect();
+        let unstable = self.unstable_along(&points)?;
+        Ok(Curve { points, errors, unstable, linearisations })
+    }
+
+    /// What the mesh puts the length of a point off at its growth time, relative to it; in weightlessness, where length does
+    /// not matter, the growth time.
+    fn mesh_error(self, points: &[RefinedPoint], k: usize) -> f64 {
+        let RefinedPoint { point, parameter_errors: [hours, ratio], .. } = points[k];
+        if self.weightless {
+            return hours / point.parameters[0];
+        }
+        let [before, after] = [k.saturating_sub(1), (k + 1).min(points.len() - 1)].map(|k| points[k].point.parameters);
+        let slope = (after[1] - before[1]) / (after[0] - before[0]);
+        (ratio + hours * slope.abs()) / point.parameters[1]
+    }
+
+    /// How many roots are unstable just right of each point of a curve.
+    fn unstable_along(self, points: &[RefinedPoint]) -> Result<Vec<Option<Unstable>>, StabilityError> {
         // The number changes only where curves cross: look at every 32nd point, and between two that differ.
         let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
         let at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
             if let Some(known) = numbers[k] {
                 return Ok(known);
             }
-            let [hours, ratio] = points[k].parameters;
+            let [hours, ratio] = points[k].point.parameters;
             let number = self.unstable(1.002 * hours, ratio)?;
             numbers[k] = Some(number);
             Ok(number)
@@ -163,8 +182,17 @@ impl Kind {
                 spans.extend([(a, (a + b) / 2), ((a + b) / 2, b)]);
             }
         }
-        Ok(points.into_iter().zip(numbers).map(|(point, number)| (point, number.flatten())).collect())
+        Ok(numbers.into_iter().map(Option::flatten).collect())
     }
+}
+
+/// A curve, point by point.
+struct Curve {
+    points: Vec<RefinedPoint>,
+    /// What the mesh puts the length or the growth time off, relative to it.
+    errors: Vec<f64>,
+    unstable: Vec<Option<Unstable>>,
+    linearisations: usize,
 }
 
 const RADIUS: f64 = 0.5e-3;
@@ -172,10 +200,10 @@ const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_rat
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Whether a curve passes right of a point, at the same length.
-fn is_right_of(curve: &[(BoundaryPoint, Option<Unstable>)], point: BoundaryPoint) -> bool {
+fn is_right_of(curve: &Curve, point: BoundaryPoint) -> bool {
     let [hours, ratio] = point.parameters;
-    curve.windows(2).any(|pair| {
-        let ([x0, y0], [x1, y1]) = (pair[0].0.parameters, pair[1].0.parameters);
+    curve.points.windows(2).any(|pair| {
+        let ([x0, y0], [x1, y1]) = (pair[0].point.parameters, pair[1].point.parameters);
         let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
         between && x0 + (x1 - x0) * (ratio - y0) / (y1 - y0) > 1.002 * hours
     })
@@ -192,22 +220,53 @@ fn greenhill() -> f64 {
 struct Cost {
     points: usize,
     linearisations: usize,
+    error: f64,
+}
+
+impl Cost {
+    fn add(&mut self, curve: &Curve) {
+        self.points += curve.points.len();
+        self.linearisations += curve.linearisations;
+        self.error = curve.errors.iter().copied().fold(self.error, f64::max);
+    }
+}
+
+/// The curves through some crossings, each by itself: as many at a time as there are cores.
+fn curves_of(kind: Kind, starts: &[BoundaryPoint]) -> Result<Vec<Curve>, StabilityError> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            let Some(start) = starts.get(k) else { return done };
+            done.push((k, kind.curve(*start)));
+        }
+    };
+    let mut curves = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let done = threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        done.flatten().collect::<Vec<_>>()
+    });
+    curves.sort_by_key(|(k, _)| *k);
+    curves.into_iter().map(|(_, curve)| curve).collect()
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "stability_map",
         "boundaries of stability of an upright shoot, growth time against length",
-        &[Opt::value("elements", "N", "4", "elements of a shoot")],
+        &[Opt::value("tolerance", "X", "2e-7", "largest error of the mesh, relative to growth time and length")],
     );
-    let elements = options.get_if("elements", "larger than 2", |n: &usize| *n > 2);
+    let tolerance = options.get_if("tolerance", "between 1e-9 and 1", |x: &f64| *x >= 1e-9 && *x < 1.0);
+    let refinement = Refinement::to(tolerance);
     let out = options.out_dir();
     let kind = |gravitropism, proprioception, weightless| Kind {
         gravitropism,
         proprioception,
         weightless,
         memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
-        elements,
+        refinement,
     };
     let kinds = [
         ("A: gravity alone", kind(0.8, 0.0, false)),
@@ -219,11 +278,11 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut cost = Cost::default();
 
     // The three numbers of the paper.
-    let micro = onset(|hours| weightless.at(hours, 0.6), 2.0, 6.0)?;
+    let micro = refinement.onset(|hours, n| weightless.at(hours, 0.6, n), 2.0, 6.0)?;
     println!("microgravity: growth time    {:.8} h, paper 3.5 h", micro.parameter);
     let mut printed = vec![(micro.parameter, 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
-        let at = onset(|ratio| both.at(hours, ratio), 0.3, 0.99)?;
+        let at = refinement.onset(|ratio, n| both.at(hours, ratio, n), 0.3, 0.99)?;
         let length = 100.0 * at.parameter * greenhill();
         println!(
             "both, {hours} h: critical length {length:.8} cm, paper {paper} cm, period {:.4} min",
@@ -232,7 +291,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         printed.push((hours, at.parameter));
     }
 
-    let columns = ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable"];
+    let columns =
+        ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable", "mesh_error", "elements"];
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
     let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
     for (panel, (name, kind)) in kinds.into_iter().enumerate() {
@@ -241,12 +301,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             starts.push(BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency });
         } else {
             // The lowest branch, then all others that cross one line.
-            let main = onset(|ratio| kind.at(20.0, ratio), 0.3, 0.99)?;
+            let main = onset(|ratio| kind.at(20.0, ratio, refinement.first), 0.3, 0.99)?;
             starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
             // The fast one comes close to Greenhill's length at any growth time.
-            let fast = kind.crossings(|kind, ratio| kind.at(20.0, ratio), 0.99, 0.9995)?;
+            let fast = kind.crossings(|ratio, n| kind.at(20.0, ratio, n), 0.99, 0.9995)?;
             let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
-            let others = kind.crossings(|kind, hours| kind.at(hours, 0.985), quickest, 60.0)?;
+            let others = kind.crossings(|hours, n| kind.at(hours, 0.985, n), quickest, 60.0)?;
             starts.extend(
                 fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }),
             );
@@ -266,28 +326,36 @@ fn run() -> Result<(), Box<dyn Error>> {
         let (mut swift, mut badges) = (Vec::new(), Vec::new());
         let mut edge: Vec<(f64, f64)> = Vec::new();
         let (mut slow, mut quick) = (0, 0);
-        let curves: Result<Vec<_>, _> = starts.into_iter().map(|start| kind.curve(start, &mut cost)).collect();
-        let curves = curves?;
-        for (branch, points) in curves.iter().enumerate() {
+        let curves = curves_of(kind, &starts)?;
+        for (branch, curve) in curves.iter().enumerate() {
+            cost.add(curve);
+            let points = &curve.points;
             let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
-            for (point, unstable) in points {
+            for ((refined, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
+                let point = refined.point;
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
                     Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
                     Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
                     // The mesh does not tell; the other curves do, as far as they are known.
-                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, *point))),
+                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point))),
                 };
                 let period = std::f64::consts::TAU / point.frequency;
-                table.row(&[panel as f64, branch as f64, HOUR * hours, ratio * greenhill(), period, others])?;
+                let (length, elements) = (ratio * greenhill(), refined.elements as f64);
+                table.row(&[panel as f64, branch as f64, HOUR * hours, length, period, others, *error, elements])?;
                 // Each point is drawn once; the other style has a gap there.
                 pieces[usize::from(first)].push((hours, ratio));
                 pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
                 edge.extend(first.then_some((hours, ratio)));
             }
-            let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.0.frequency / MINUTE).collect();
+            let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.point.frequency / MINUTE).collect();
             let (least, most) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
-            println!("{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min", points.len());
+            let elements = points.iter().map(|p| p.elements).max().unwrap_or_default();
+            let error = curve.errors.iter().copied().fold(0.0, f64::max);
+            println!(
+                "{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min, {elements} elements, error {error:.1e}",
+                points.len()
+            );
             // The name stands at a place along one of the axes.
             let ((badge, label, colour), axis, place) = if kind.weightless {
                 (ESSENTIAL.0, 1, ESSENTIAL.1)
@@ -300,7 +368,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 (wave, 1, ratio)
             };
             let off = |p: &BoundaryPoint| (p.parameters[axis] - place).abs();
-            let named = points.iter().map(|(point, _)| point).min_by(|a, b| off(a).total_cmp(&off(b)));
+            let named = points.iter().map(|p| &p.point).min_by(|a, b| off(a).total_cmp(&off(b)));
             let [dashed, solid] = pieces;
             let drawn = [
                 Series::new(label, solid, Style::Line, colour).with_badge(badge),
@@ -329,8 +397,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     println!(
-        "{} points of curves, {} linearisations, {:.2} s",
+        "{} points of curves off by {:.1e} of their length at most, {} linearisations, {:.2} s",
         cost.points,
+        cost.error,
         cost.linearisations,
         clock.elapsed().as_secs_f64()
     );
