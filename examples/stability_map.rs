@@ -30,31 +30,19 @@
 //! one growth time more closely.
 
 mod common;
+#[path = "stability_map/curves.rs"]
+mod curves;
 
 use std::error::Error;
-use std::panic::resume_unwind;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
-use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::GREENHILL;
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
-use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, Onset, RefinedPoint, Refinement, StabilityError, Unstable,
-    crossings, onset,
-};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Scene, Shoot, Still};
+use curves::{Cost, HOUR, Kind, WINDOW, curves_of, greenhill, is_right_of};
+use morphorod::stability::{BoundaryPoint, Onset, Refinement, Unstable, onset};
+use morphorod::tropism::Memory;
 
 const MINUTE: f64 = 60.0;
-const HOUR: f64 = 3600.0;
-/// The window of the map: growth time, h, and length over Greenhill's, up to where the shoot would buckle.
-const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
-/// Step along a curve, in fractions of the window's sides: more than 200 points a curve.
-const STEP: f64 = 0.0045;
 
 /// A wave that has a curve: its name in the picture, label in the legend, and colour.
 type Wave = (&'static str, &'static str, usize);
@@ -69,194 +57,11 @@ const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5)
 /// The essential spectrum.
 const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
 
-/// The shoots of one panel: everything but growth time and length.
-#[derive(Clone, Copy)]
-struct Kind {
-    gravitropism: f64,
-    proprioception: f64,
-    weightless: bool,
-    memory: Memory,
-    refinement: Refinement,
-}
-
-impl Kind {
-    /// The linear problem of a shoot: growth time in hours, length over Greenhill's, and elements.
-    fn at(self, hours: f64, ratio: f64, elements: usize) -> Result<Linearisation, StabilityError> {
-        let length = ratio * greenhill();
-        let gravitropism =
-            Gravitropism { sensitivity: self.gravitropism, perception: SettledStatoliths }.remembered(self.memory);
-        let proprioception = Proprioception { sensitivity: self.proprioception }.remembered(self.memory);
-        let shoot = Shoot::builder(TISSUE)
-            .length(length)
-            .radius(RADIUS)
-            .elements(elements)
-            // The whole shoot is growth zone.
-            .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
-            .tropism((gravitropism, proprioception))
-            .load(WEIGHT);
-        // The upright shoot is stationary as it is built; StationarySolver finds other stationary shapes.
-        if self.weightless {
-            Linearisation::about(&shoot.scene(Still::weightless()).build()?)
-        } else {
-            Linearisation::about(&shoot.build()?)
-        }
-    }
-
-    /// How many roots are unstable at a growth time and length, on the first of some meshes that resolves the waves that
-    /// matter; none if not even the finest does.
-    fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
-        let few = self.refinement.first;
-        for elements in [few, 2 * few] {
-            match self.at(hours, ratio, elements)?.unstable() {
-                Ok(number) => return Ok(Some(number)),
-                Err(StabilityError::UnderResolved { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(None)
-    }
-
-    /// Where roots cross the axis, on the first of some meshes that resolves the waves that matter.
-    fn crossings(
-        self,
-        family: impl Fn(f64, usize) -> Result<Linearisation, StabilityError>,
-        from: f64,
-        to: f64,
-    ) -> Result<Vec<Onset>, StabilityError> {
-        let mut elements = self.refinement.first;
-        loop {
-            match crossings(|parameter| family(parameter, elements), from, to) {
-                Err(StabilityError::UnderResolved { .. }) if elements < 20 => elements += 4,
-                other => return other,
-            }
-        }
-    }
-
-    /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
-    fn curve(self, start: BoundaryPoint) -> Result<Curve, StabilityError> {
-        let [low, high] = WINDOW;
-        let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
-        let follow = |settings| self.refinement.boundary(|hours, ratio, n| self.at(hours, ratio, n), settings);
-        let (down, up) = (follow(&BoundarySettings { direction: [0.0, -1.0], ..up })?, follow(&up)?);
-        let linearisations = down.linearisations + up.linearisations;
-        let mut points = down.points;
-        points.reverse();
-        points.extend(up.points.into_iter().skip(1));
-        let errors = (0..points.len()).map(|k| self.mesh_error(&points, k)).collect();
-        let unstable = self.unstable_along(&points)?;
-        Ok(Curve { points, errors, unstable, linearisations })
-    }
-
-    /// What the mesh puts the length of a point off at its growth time, relative to it; in weightlessness, where length does
-    /// not matter, the growth time.
-    fn mesh_error(self, points: &[RefinedPoint], k: usize) -> f64 {
-        let RefinedPoint { point, parameter_errors: [hours, ratio], .. } = points[k];
-        if self.weightless {
-            return hours / point.parameters[0];
-        }
-        let [before, after] = [k.saturating_sub(1), (k + 1).min(points.len() - 1)].map(|k| points[k].point.parameters);
-        let slope = (after[1] - before[1]) / (after[0] - before[0]);
-        (ratio + hours * slope.abs()) / point.parameters[1]
-    }
-
-    /// How many roots are unstable just right of each point of a curve.
-    fn unstable_along(self, points: &[RefinedPoint]) -> Result<Vec<Option<Unstable>>, StabilityError> {
-        // The number changes only where curves cross: look at every 32nd point, and between two that differ.
-        let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
-        let at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
-            if let Some(known) = numbers[k] {
-                return Ok(known);
-            }
-            let [hours, ratio] = points[k].point.parameters;
-            let number = self.unstable(1.002 * hours, ratio)?;
-            numbers[k] = Some(number);
-            Ok(number)
-        };
-        let mut spans: Vec<(usize, usize)> =
-            (0..points.len()).step_by(32).map(|k| (k, (k + 32).min(points.len() - 1))).collect();
-        while let Some((a, b)) = spans.pop() {
-            let (first, last) = (at(a, &mut numbers)?, at(b, &mut numbers)?);
-            if first == last {
-                numbers[a..b].fill(Some(first));
-            } else if b - a > 1 {
-                spans.extend([(a, (a + b) / 2), ((a + b) / 2, b)]);
-            }
-        }
-        Ok(numbers.into_iter().map(Option::flatten).collect())
-    }
-}
-
-/// A curve, point by point.
-struct Curve {
-    points: Vec<RefinedPoint>,
-    /// What the mesh puts the length or the growth time off, relative to it.
-    errors: Vec<f64>,
-    unstable: Vec<Option<Unstable>>,
-    linearisations: usize,
-}
-
-const RADIUS: f64 = 0.5e-3;
-const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
-const WEIGHT: Weight = Weight { density: 1000.0 };
-
-/// Whether a curve passes right of a point, at the same length.
-fn is_right_of(curve: &Curve, point: BoundaryPoint) -> bool {
-    let [hours, ratio] = point.parameters;
-    curve.points.windows(2).any(|pair| {
-        let ([x0, y0], [x1, y1]) = (pair[0].point.parameters, pair[1].point.parameters);
-        let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
-        between && x0 + (x1 - x0) * (ratio - y0) / (y1 - y0) > 1.002 * hours
-    })
-}
-
-/// Greenhill's self-buckling length, m.
-fn greenhill() -> f64 {
-    let gravity = Still::upright().environment(0.0).gravity.norm();
-    let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
-    (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
-}
-
-#[derive(Default)]
-struct Cost {
-    points: usize,
-    linearisations: usize,
-    error: f64,
-}
-
-impl Cost {
-    fn add(&mut self, curve: &Curve) {
-        self.points += curve.points.len();
-        self.linearisations += curve.linearisations;
-        self.error = curve.errors.iter().copied().fold(self.error, f64::max);
-    }
-}
-
-/// The curves through some crossings, each by itself: as many at a time as there are cores.
-fn curves_of(kind: Kind, starts: &[BoundaryPoint]) -> Result<Vec<Curve>, StabilityError> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            let Some(start) = starts.get(k) else { return done };
-            done.push((k, kind.curve(*start)));
-        }
-    };
-    let mut curves = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-        let done = threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        done.flatten().collect::<Vec<_>>()
-    });
-    curves.sort_by_key(|(k, _)| *k);
-    curves.into_iter().map(|(_, curve)| curve).collect()
-}
-
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "stability_map",
         "boundaries of stability of an upright shoot, growth time against length",
-        &[Opt::value("tolerance", "X", "2e-7", "largest error of the mesh, relative to growth time and length")],
+        &[Opt::value("tolerance", "X", "3e-7", "largest error of the mesh, relative to growth time and length")],
     );
     let tolerance = options.get_if("tolerance", "between 1e-9 and 1", |x: &f64| *x >= 1e-9 && *x < 1.0);
     let refinement = Refinement::to(tolerance);

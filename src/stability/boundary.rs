@@ -140,7 +140,7 @@ struct Curve<F> {
 impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> {
     /// Adds a point; false if it is the last one.
     fn extend(&mut self) -> Result<bool, StabilityError> {
-        let mut here = self.places[self.places.len() - 1].clone();
+        let mut here = self.places[self.places.len() - 1];
         // The derivatives are kept up to date by what is computed anyway, and found anew after a failure.
         let mut fresh = false;
         let next = loop {
@@ -153,7 +153,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
                     if self.step < 1e-4 * self.largest {
                         return Err(error);
                     }
-                    let mut beside = here.clone();
+                    let mut beside = here;
                     beside.differentiate(DIFFERENCE, &mut self.family)?;
                     here.slope = beside.slope;
                     fresh = true;
@@ -186,7 +186,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let along = Vector2::new(-across[1], across[0]).normalize();
         let along = if along.dot(&self.tangent) < 0.0 { -along } else { along };
         let (to, expected) = self.extrapolate(along);
-        let mut next = here.clone();
+        let mut next = *here;
         next.advance(to, expected, &(self.family)(&to)?)?;
         next.correct(&Vector2::repeat(1.0), CLOSE, &mut self.family)?;
         let residual = (next.at - here.at).norm();
@@ -227,7 +227,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let share = (side - inside.at[k]) / (outside.at[k] - inside.at[k]);
         let mut to = inside.at + (outside.at - inside.at) * share;
         to[k] = side;
-        let mut end = outside.clone();
+        let mut end = *outside;
         end.advance(to, inside.root + (outside.root - inside.root) * share, &(self.family)(&to)?)?;
         end.correct(&Vector2::ith(1 - k, 1.0), CLOSE, &mut self.family)?;
         Ok(end)

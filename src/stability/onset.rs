@@ -99,7 +99,7 @@ pub fn onset(
     // The leading root at the unstable end is followed to the axis. Where that fails the range is halved by counting.
     let mut leading = Follower::new(&linear, Vector1::new(unstable), linear.leading()?);
     for _ in 0..60 {
-        let crossing = follow_to_axis(&mut at, leading.clone(), stable)?;
+        let crossing = follow_to_axis(&mut at, leading, stable)?;
         let next = match &crossing {
             // It must be the last to cross: nothing is unstable just beyond.
             Some(crossing) => {

@@ -23,9 +23,35 @@ const CLOSE: f64 = 1e-2;
 
 /// To which relative tolerance, and on which meshes.
 ///
+/// ```
+/// # use morphorod::Shoot;
+/// # use morphorod::constitutive::LinearElastic;
+/// # use morphorod::growth::{Ongoing, UniformGrowth};
+/// # use morphorod::load::Weight;
+/// # use morphorod::stability::{Linearisation, Refinement, StabilityError};
+/// # use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
+/// # let memory = Memory { time: 720.0, delay: 720.0 };
+/// let family = |length: f64, elements: usize| -> Result<Linearisation, StabilityError> {
+///     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+///         .length(length).radius(5e-4).elements(elements)
+///         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
+///         .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory))
+///         .load(Weight { density: 1000.0 })
+///         .build()?;
+///     Linearisation::about(&shoot)
+/// };
+/// let found = Refinement::to(1e-8).onset(family, 0.06, 0.075)?;
+/// assert!((found.parameter / 0.071003931291 - 1.0).abs() < 1e-8, "m");
+/// let error = found.parameter_error.expect("always there after a refinement");
+/// println!("{} ± {error:.0e} m on {} elements", found.parameter, found.elements);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// The functions of this page take families of a parameter's value *and the number of elements*, and ask for more of these
 /// until the answer moves so little from one mesh to the next that the estimated error of the finer one is below the
-/// tolerance. Meshes have `first` elements, then 3/2, 2, 3, 4, 6, 8 times as many and so on.
+/// tolerance. A family that has a shoot, and not how to build it, cuts its elements: with `first` 1 the second argument is
+/// the number of parts for [`Linearisation::refined`]. What the estimate means and how far it is to be trusted:
+/// [`guide::stability`](crate::guide::stability). Meshes have `first` elements, then 3/2, 2, 3, 4, 6, 8 times as many and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
     /// The largest error of the mesh, relative to the answer.
@@ -35,6 +61,9 @@ pub struct Refinement {
     /// The largest number of elements.
     pub last: usize,
 }
+
+/// A crossing on its way to finer meshes.
+type Climber = (Follower<1>, Convergence);
 
 impl Refinement {
     /// From four elements on to at most 64.
@@ -55,11 +84,11 @@ impl Refinement {
     pub(super) fn meshes(self) -> impl Iterator<Item = usize> {
         let all = (0..).filter_map(move |k: u32| {
             let doubled = self.first.saturating_mul(1 << (k / 2).min(60));
-            if k % 2 == 0 {
+            if k.is_multiple_of(2) {
                 Some(doubled)
             } else {
                 // One and a half times as many, if that is a whole number.
-                (doubled % 2 == 0).then(|| doubled.saturating_add(doubled / 2))
+                doubled.is_multiple_of(2).then(|| doubled.saturating_add(doubled / 2))
             }
         });
         all.take_while(move |&n| n <= self.last)
@@ -110,7 +139,7 @@ impl Refinement {
     ) -> Result<Onset, StabilityError> {
         self.check()?;
         let count = Cell::new(0);
-        let mut known: Option<(Follower<1>, Convergence)> = None;
+        let mut known: Option<Climber> = None;
         let mut reached = Reached::default();
         for n in self.meshes() {
             let mut at = |x: f64| {
@@ -153,7 +182,7 @@ impl Refinement {
     ) -> Result<Vec<Onset>, StabilityError> {
         self.check()?;
         let count = Cell::new(0);
-        let mut known: Option<(Vec<(Follower<1>, Convergence)>, [Unstable; 2])> = None;
+        let mut known: Option<(Vec<Climber>, [Unstable; 2])> = None;
         let mut reached = Reached::default();
         for n in self.meshes() {
             let mut at = |x: f64| {
