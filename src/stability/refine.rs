@@ -254,8 +254,8 @@ impl Refinement {
         let mut convergence = Convergence::default();
         let mut reached = Reached::default();
         for n in self.meshes() {
-            let linear = family(n)?;
-            let Some(mut roots) = reached.unless_lost(sought(&linear))? else { continue };
+            let answer = family(n).and_then(|linear| Ok((sought(&linear)?, linear)));
+            let Some((mut roots, linear)) = reached.unless_lost(answer)? else { continue };
             if let Some((elements, coarse)) = &known {
                 check_finer(*elements, &linear)?;
                 let smallest = NEAR_ZERO * linear.slowest_rate();
@@ -302,11 +302,13 @@ impl Reached {
 
     /// None for what a finer mesh may do away with.
     pub fn unless_lost<T>(&mut self, answer: Result<T, StabilityError>) -> Result<Option<T>, StabilityError> {
-        use StabilityError::{MechanicallyUnstable, NoConvergence, UnderResolved};
+        use StabilityError::{MechanicallyUnstable, NoConvergence, UnderResolved, Unresolved};
         match answer {
             Ok(answer) => Ok(Some(answer)),
             // A step that a coarse mesh has made too long may end where the shoot buckles.
-            Err(error @ (UnderResolved { .. } | NoConvergence { .. } | MechanicallyUnstable { .. })) => {
+            Err(
+                error @ (UnderResolved { .. } | Unresolved { .. } | NoConvergence { .. } | MechanicallyUnstable { .. }),
+            ) => {
                 self.lost = Some(error);
                 Ok(None)
             }
