@@ -23,33 +23,26 @@
 //! The markers are the three numbers that the paper prints.
 //!
 //! # What to try
-//! `--elements 6`: which curves change, and how long does it take? Fast growth makes short waves: where the elements are too
-//! long for them, twice as many are taken. If that does not do, the column `others_unstable` of the table says NaN, and what is
-//! dashed is told by the other curves. The example `onset` looks at one growth time more closely.
+//! `--tolerance 1e-4`: how many elements do the curves need, and how long does it take? Fast growth makes short waves; each
+//! curve is followed with few elements and corrected with as many as it needs. The column `mesh_error` is what the mesh puts the
+//! length off, relative to it (in B the growth time), as the crate estimates it. Where the count of other unstable roots is not resolved, the
+//! column `others_unstable` says NaN, and what is dashed is told by the other curves. The example `onset` looks at
+//! one growth time more closely.
 
 mod common;
+#[path = "stability_map/curves.rs"]
+mod curves;
 
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
-use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::GREENHILL;
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
-use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, Onset, StabilityError, Unstable, boundary, crossings, onset,
-};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Scene, Shoot, Still};
+use curves::{Cost, HOUR, Kind, WINDOW, curves_of, greenhill, is_right_of};
+use morphorod::stability::{BoundaryPoint, Onset, Refinement, Unstable, onset};
+use morphorod::tropism::Memory;
 
 const MINUTE: f64 = 60.0;
-const HOUR: f64 = 3600.0;
-/// The window of the map: growth time, h, and length over Greenhill's, up to where the shoot would buckle.
-const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
-/// Step along a curve, in fractions of the window's sides: more than 200 points a curve.
-const STEP: f64 = 0.0045;
 
 /// A wave that has a curve: its name in the picture, label in the legend, and colour.
 type Wave = (&'static str, &'static str, usize);
@@ -64,150 +57,21 @@ const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5)
 /// The essential spectrum.
 const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
 
-/// The shoots of one panel: everything but growth time and length.
-#[derive(Clone, Copy)]
-struct Kind {
-    gravitropism: f64,
-    proprioception: f64,
-    weightless: bool,
-    memory: Memory,
-    elements: usize,
-}
-
-impl Kind {
-    /// The linear problem of a shoot: growth time in hours and length over Greenhill's.
-    fn at(self, hours: f64, ratio: f64) -> Result<Linearisation, StabilityError> {
-        let length = ratio * greenhill();
-        let gravitropism =
-            Gravitropism { sensitivity: self.gravitropism, perception: SettledStatoliths }.remembered(self.memory);
-        let proprioception = Proprioception { sensitivity: self.proprioception }.remembered(self.memory);
-        let shoot = Shoot::builder(TISSUE)
-            .length(length)
-            .radius(RADIUS)
-            .elements(self.elements)
-            // The whole shoot is growth zone.
-            .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
-            .tropism((gravitropism, proprioception))
-            .load(WEIGHT);
-        // The upright shoot is stationary as it is built; StationarySolver finds other stationary shapes.
-        if self.weightless {
-            Linearisation::about(&shoot.scene(Still::weightless()).build()?)
-        } else {
-            Linearisation::about(&shoot.build()?)
-        }
-    }
-
-    /// How many roots are unstable at a growth time and length, on the first of some meshes that resolves the waves that
-    /// matter; none if not even the finest does.
-    fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
-        for elements in [self.elements, 2 * self.elements] {
-            match (Self { elements, ..self }).at(hours, ratio)?.unstable() {
-                Ok(number) => return Ok(Some(number)),
-                Err(StabilityError::UnderResolved { .. }) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(None)
-    }
-
-    /// Where roots cross the axis, on the first of some meshes that resolves the waves that matter.
-    fn crossings(
-        self,
-        family: impl Fn(Self, f64) -> Result<Linearisation, StabilityError>,
-        from: f64,
-        to: f64,
-    ) -> Result<Vec<Onset>, StabilityError> {
-        let mut elements = self.elements;
-        loop {
-            match crossings(|parameter| family(Self { elements, ..self }, parameter), from, to) {
-                Err(StabilityError::UnderResolved { .. }) if elements < 20 => elements += 4,
-                other => return other,
-            }
-        }
-    }
-
-    /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
-    fn curve(
-        self,
-        start: BoundaryPoint,
-        cost: &mut Cost,
-    ) -> Result<Vec<(BoundaryPoint, Option<Unstable>)>, StabilityError> {
-        let mut family = |hours: f64, ratio: f64| {
-            cost.linearisations += 1;
-            self.at(hours, ratio)
-        };
-        let [low, high] = WINDOW;
-        let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
-        let mut points = boundary(&mut family, &BoundarySettings { direction: [0.0, -1.0], ..up })?;
-        points.reverse();
-        points.extend(boundary(&mut family, &up)?.into_iter().skip(1));
-        cost.points += points.len();
-        // The number changes only where curves cross: look at every 32nd point, and between two that differ.
-        let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
-        let at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
-            if let Some(known) = numbers[k] {
-                return Ok(known);
-            }
-            let [hours, ratio] = points[k].parameters;
-            let number = self.unstable(1.002 * hours, ratio)?;
-            numbers[k] = Some(number);
-            Ok(number)
-        };
-        let mut spans: Vec<(usize, usize)> =
-            (0..points.len()).step_by(32).map(|k| (k, (k + 32).min(points.len() - 1))).collect();
-        while let Some((a, b)) = spans.pop() {
-            let (first, last) = (at(a, &mut numbers)?, at(b, &mut numbers)?);
-            if first == last {
-                numbers[a..b].fill(Some(first));
-            } else if b - a > 1 {
-                spans.extend([(a, (a + b) / 2), ((a + b) / 2, b)]);
-            }
-        }
-        Ok(points.into_iter().zip(numbers).map(|(point, number)| (point, number.flatten())).collect())
-    }
-}
-
-const RADIUS: f64 = 0.5e-3;
-const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
-const WEIGHT: Weight = Weight { density: 1000.0 };
-
-/// Whether a curve passes right of a point, at the same length.
-fn is_right_of(curve: &[(BoundaryPoint, Option<Unstable>)], point: BoundaryPoint) -> bool {
-    let [hours, ratio] = point.parameters;
-    curve.windows(2).any(|pair| {
-        let ([x0, y0], [x1, y1]) = (pair[0].0.parameters, pair[1].0.parameters);
-        let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
-        between && x0 + (x1 - x0) * (ratio - y0) / (y1 - y0) > 1.002 * hours
-    })
-}
-
-/// Greenhill's self-buckling length, m.
-fn greenhill() -> f64 {
-    let gravity = Still::upright().environment(0.0).gravity.norm();
-    let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
-    (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
-}
-
-#[derive(Default)]
-struct Cost {
-    points: usize,
-    linearisations: usize,
-}
-
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "stability_map",
         "boundaries of stability of an upright shoot, growth time against length",
-        &[Opt::value("elements", "N", "4", "elements of a shoot")],
+        &[Opt::value("tolerance", "X", "3e-7", "largest error of the mesh, relative to growth time and length")],
     );
-    let elements = options.get_if("elements", "larger than 2", |n: &usize| *n > 2);
+    let tolerance = options.get_if("tolerance", "between 1e-9 and 1", |x: &f64| *x >= 1e-9 && *x < 1.0);
+    let refinement = Refinement::to(tolerance);
     let out = options.out_dir();
     let kind = |gravitropism, proprioception, weightless| Kind {
         gravitropism,
         proprioception,
         weightless,
         memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
-        elements,
+        refinement,
     };
     let kinds = [
         ("A: gravity alone", kind(0.8, 0.0, false)),
@@ -219,11 +83,11 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut cost = Cost::default();
 
     // The three numbers of the paper.
-    let micro = onset(|hours| weightless.at(hours, 0.6), 2.0, 6.0)?;
+    let micro = refinement.onset(|hours, n| weightless.at(hours, 0.6, n), 2.0, 6.0)?;
     println!("microgravity: growth time    {:.8} h, paper 3.5 h", micro.parameter);
     let mut printed = vec![(micro.parameter, 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
-        let at = onset(|ratio| both.at(hours, ratio), 0.3, 0.99)?;
+        let at = refinement.onset(|ratio, n| both.at(hours, ratio, n), 0.3, 0.99)?;
         let length = 100.0 * at.parameter * greenhill();
         println!(
             "both, {hours} h: critical length {length:.8} cm, paper {paper} cm, period {:.4} min",
@@ -232,7 +96,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         printed.push((hours, at.parameter));
     }
 
-    let columns = ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable"];
+    let columns =
+        ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable", "mesh_error", "elements"];
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
     let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
     for (panel, (name, kind)) in kinds.into_iter().enumerate() {
@@ -241,12 +106,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             starts.push(BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency });
         } else {
             // The lowest branch, then all others that cross one line.
-            let main = onset(|ratio| kind.at(20.0, ratio), 0.3, 0.99)?;
+            let main = onset(|ratio| kind.at(20.0, ratio, refinement.first), 0.3, 0.99)?;
             starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
             // The fast one comes close to Greenhill's length at any growth time.
-            let fast = kind.crossings(|kind, ratio| kind.at(20.0, ratio), 0.99, 0.9995)?;
+            let fast = kind.crossings(|ratio, n| kind.at(20.0, ratio, n), 0.99, 0.9995)?;
             let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
-            let others = kind.crossings(|kind, hours| kind.at(hours, 0.985), quickest, 60.0)?;
+            let others = kind.crossings(|hours, n| kind.at(hours, 0.985, n), quickest, 60.0)?;
             starts.extend(
                 fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }),
             );
@@ -266,28 +131,36 @@ fn run() -> Result<(), Box<dyn Error>> {
         let (mut swift, mut badges) = (Vec::new(), Vec::new());
         let mut edge: Vec<(f64, f64)> = Vec::new();
         let (mut slow, mut quick) = (0, 0);
-        let curves: Result<Vec<_>, _> = starts.into_iter().map(|start| kind.curve(start, &mut cost)).collect();
-        let curves = curves?;
-        for (branch, points) in curves.iter().enumerate() {
+        let curves = curves_of(kind, &starts)?;
+        for (branch, curve) in curves.iter().enumerate() {
+            cost.add(curve);
+            let points = &curve.points;
             let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
-            for (point, unstable) in points {
+            for ((refined, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
+                let point = refined.point;
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
                     Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
                     Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
                     // The mesh does not tell; the other curves do, as far as they are known.
-                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, *point))),
+                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point))),
                 };
                 let period = std::f64::consts::TAU / point.frequency;
-                table.row(&[panel as f64, branch as f64, HOUR * hours, ratio * greenhill(), period, others])?;
+                let (length, elements) = (ratio * greenhill(), refined.elements as f64);
+                table.row(&[panel as f64, branch as f64, HOUR * hours, length, period, others, *error, elements])?;
                 // Each point is drawn once; the other style has a gap there.
                 pieces[usize::from(first)].push((hours, ratio));
                 pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
                 edge.extend(first.then_some((hours, ratio)));
             }
-            let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.0.frequency / MINUTE).collect();
+            let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.point.frequency / MINUTE).collect();
             let (least, most) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
-            println!("{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min", points.len());
+            let elements = points.iter().map(|p| p.elements).max().unwrap_or_default();
+            let error = curve.errors.iter().copied().fold(0.0, f64::max);
+            println!(
+                "{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min, {elements} elements, error {error:.1e}",
+                points.len()
+            );
             // The name stands at a place along one of the axes.
             let ((badge, label, colour), axis, place) = if kind.weightless {
                 (ESSENTIAL.0, 1, ESSENTIAL.1)
@@ -300,7 +173,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 (wave, 1, ratio)
             };
             let off = |p: &BoundaryPoint| (p.parameters[axis] - place).abs();
-            let named = points.iter().map(|(point, _)| point).min_by(|a, b| off(a).total_cmp(&off(b)));
+            let named = points.iter().map(|p| &p.point).min_by(|a, b| off(a).total_cmp(&off(b)));
             let [dashed, solid] = pieces;
             let drawn = [
                 Series::new(label, solid, Style::Line, colour).with_badge(badge),
@@ -329,8 +202,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     println!(
-        "{} points of curves, {} linearisations, {:.2} s",
+        "{} points of curves off by {:.1e} of their length at most, {} linearisations, {:.2} s",
         cost.points,
+        cost.error,
         cost.linearisations,
         clock.elapsed().as_secs_f64()
     );

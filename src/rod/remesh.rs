@@ -65,6 +65,15 @@ impl Rod {
         }
     }
 
+    /// Cuts every element into so many, equal in its coordinate.
+    pub(crate) fn cut(&mut self, parts: usize) {
+        for e in (0..self.elements()).rev() {
+            for part in 1..parts {
+                self.split(e + part - 1, 1.0 / (parts + 1 - part) as f64);
+            }
+        }
+    }
+
     /// The coordinate in element `e` of the point at the given distance from the apex, which must lie inside.
     pub(crate) fn coordinate_at_distance(&self, e: usize, sigma: f64) -> f64 {
         let first = self.node_distance[e];

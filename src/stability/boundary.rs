@@ -5,10 +5,11 @@ use nalgebra::{Complex, Vector2};
 use super::error::StabilityError;
 use super::follow::Follower;
 use super::linearisation::Linearisation;
+use super::mesh_error::size;
 use crate::error::ParameterError;
 
 /// Step of the differences, in fractions of the sides: rounding of the root is 1e-12 of it, and two digits of the slope do.
-const DIFFERENCE: f64 = 1e-6;
+pub(super) const DIFFERENCE: f64 = 1e-6;
 /// How close to the curve a point is, in fractions of the sides.
 const CLOSE: f64 = 1e-9;
 
@@ -53,13 +54,25 @@ impl BoundarySettings {
         Ok(())
     }
 
-    fn sides(&self) -> Vector2<f64> {
+    pub(super) fn sides(&self) -> Vector2<f64> {
         Vector2::from(self.high) - Vector2::from(self.low)
     }
 
     /// Parameters from fractions of the sides.
-    fn parameters(&self, at: &Vector2<f64>) -> [f64; 2] {
+    pub(super) fn parameters(&self, at: &Vector2<f64>) -> [f64; 2] {
         (Vector2::from(self.low) + self.sides().component_mul(at)).into()
+    }
+
+    /// What errors of the parameters at a place are relative to, in fractions of the sides: the parameters, or where a side
+    /// holds zero its larger end.
+    pub(super) fn sizes(&self, place: &Follower<2>) -> Vector2<f64> {
+        let at = self.parameters(&place.at);
+        let sizes = [0, 1].map(|k| size(at[k], self.low[k], self.high[k]));
+        Vector2::from(sizes).component_div(&self.sides())
+    }
+
+    pub(super) fn point(&self, place: &Follower<2>) -> BoundaryPoint {
+        BoundaryPoint { parameters: self.parameters(&place.at), frequency: place.root.im.abs() }
     }
 }
 
@@ -73,9 +86,17 @@ impl BoundarySettings {
 /// # Errors
 /// Settings that make no sense, what `family` reports, or a root that is lost at the smallest step.
 pub fn boundary(
-    mut family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
+    family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
     settings: &BoundarySettings,
 ) -> Result<Vec<BoundaryPoint>, StabilityError> {
+    Ok(places(family, settings)?.iter().map(|place| settings.point(place)).collect())
+}
+
+/// The points of a boundary, their parameters in fractions of the rectangle's sides.
+pub(super) fn places(
+    mut family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
+    settings: &BoundarySettings,
+) -> Result<Vec<Follower<2>>, StabilityError> {
     settings.check()?;
     let mut at = |x: &Vector2<f64>| {
         let [first, second] = settings.parameters(x);
@@ -101,11 +122,7 @@ pub fn boundary(
             Err(error) => return Err(error),
         }
     }
-    let point = |place: &Follower<2>| BoundaryPoint {
-        parameters: settings.parameters(&place.at),
-        frequency: place.root.im.abs(),
-    };
-    Ok(curve.places.iter().map(point).collect())
+    Ok(curve.places)
 }
 
 /// A curve that is followed, its parameters in fractions of the rectangle's sides.
@@ -123,7 +140,7 @@ struct Curve<F> {
 impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> {
     /// Adds a point; false if it is the last one.
     fn extend(&mut self) -> Result<bool, StabilityError> {
-        let mut here = self.places[self.places.len() - 1].clone();
+        let mut here = self.places[self.places.len() - 1];
         // The derivatives are kept up to date by what is computed anyway, and found anew after a failure.
         let mut fresh = false;
         let next = loop {
@@ -136,7 +153,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
                     if self.step < 1e-4 * self.largest {
                         return Err(error);
                     }
-                    let mut beside = here.clone();
+                    let mut beside = here;
                     beside.differentiate(DIFFERENCE, &mut self.family)?;
                     here.slope = beside.slope;
                     fresh = true;
@@ -169,7 +186,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let along = Vector2::new(-across[1], across[0]).normalize();
         let along = if along.dot(&self.tangent) < 0.0 { -along } else { along };
         let (to, expected) = self.extrapolate(along);
-        let mut next = here.clone();
+        let mut next = *here;
         next.advance(to, expected, &(self.family)(&to)?)?;
         next.correct(&Vector2::repeat(1.0), CLOSE, &mut self.family)?;
         let residual = (next.at - here.at).norm();
@@ -210,7 +227,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let share = (side - inside.at[k]) / (outside.at[k] - inside.at[k]);
         let mut to = inside.at + (outside.at - inside.at) * share;
         to[k] = side;
-        let mut end = outside.clone();
+        let mut end = *outside;
         end.advance(to, inside.root + (outside.root - inside.root) * share, &(self.family)(&to)?)?;
         end.correct(&Vector2::ith(1 - k, 1.0), CLOSE, &mut self.family)?;
         Ok(end)

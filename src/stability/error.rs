@@ -76,6 +76,18 @@ pub enum StabilityError {
         /// The share of itself by which the characteristic function may change, at the λ where this share is largest.
         share: f64,
     },
+    /// The finest mesh allowed does not meet the tolerance.
+    #[error(
+        "the mesh puts the answer off by {error:.1e} of itself with {elements} elements, more than {tolerance:.1e}"
+    )]
+    ToleranceNotMet {
+        /// The tolerance asked for.
+        tolerance: f64,
+        /// The estimated error that was reached, relative; infinite if no two meshes had an answer.
+        error: f64,
+        /// The number of elements asked for on the last mesh with an estimate; zero if there was none.
+        elements: usize,
+    },
     /// A number that follows from the shoot and its laws is infinite or not a number.
     #[error("the {what} is not finite")]
     NotFinite {

@@ -14,7 +14,7 @@ const JUMP: f64 = 0.1;
 const CONTRACTION: f64 = 0.5;
 
 /// A root of a part of the spectrum at N parameters, and its derivatives by them as far as they are known.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Follower<const N: usize> {
     pub part: Part,
     pub at: SVector<f64, N>,
@@ -22,13 +22,16 @@ pub(super) struct Follower<const N: usize> {
     /// The derivatives.
     pub slope: SVector<Complex<f64>, N>,
     /// The slowest rate of the laws there, 1/s.
-    rate: f64,
+    pub rate: f64,
+    /// The number of elements there.
+    pub elements: usize,
 }
 
 impl<const N: usize> Follower<N> {
     /// A root that is known.
     pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): Found) -> Self {
-        Self { part, at, root, slope: SVector::zeros(), rate: linear.slowest_rate() }
+        let slope = SVector::zeros();
+        Self { part, at, root, slope, rate: linear.slowest_rate(), elements: linear.elements() }
     }
 
     /// The root next to an angular frequency (1/s) on the axis.
@@ -71,6 +74,18 @@ impl<const N: usize> Follower<N> {
         let step = (to - self.at).map(Complex::from);
         self.slope += step * ((root - self.predict(&to)) / Complex::from((to - self.at).norm_squared()));
         (self.at, self.root, self.rate) = (to, root, linear.slowest_rate());
+        self.elements = linear.elements();
+        Ok(())
+    }
+
+    /// Goes over to the linear problem on another mesh at the same parameters, where a root of the same kind is expected.
+    /// The derivatives are kept.
+    ///
+    /// # Errors
+    /// A root that is not where it is expected.
+    pub fn change_mesh(&mut self, expected: Complex<f64>, linear: &Linearisation) -> Result<(), StabilityError> {
+        (self.part, self.root) = find_alike(linear, self.part, expected)?;
+        (self.rate, self.elements) = (linear.slowest_rate(), linear.elements());
         Ok(())
     }
 
@@ -78,6 +93,13 @@ impl<const N: usize> Follower<N> {
     pub fn step_to_axis(&self, free: &SVector<f64, N>) -> SVector<f64, N> {
         let across = self.slope.map(|z| z.re).component_mul(free);
         across * (-self.root.re / across.norm_squared())
+    }
+
+    /// Makes a last step, by prediction alone.
+    pub fn end_on_axis(&mut self, step: &SVector<f64, N>) {
+        let to = self.at + step;
+        self.root = Complex::new(0.0, self.predict(&to).im);
+        self.at = to;
     }
 
     /// Finds the derivatives by differences, and moves by as much.
@@ -114,9 +136,7 @@ impl<const N: usize> Follower<N> {
             // What a step leaves is as much smaller as it is smaller than the one before.
             let left = if last.is_finite() { size * (size / last) } else { size };
             if left < close {
-                let to = self.at + step;
-                self.root = Complex::new(0.0, self.predict(&to).im);
-                self.at = to;
+                self.end_on_axis(&step);
                 return Ok(());
             }
             if !(size < CONTRACTION * last) {
@@ -130,9 +150,22 @@ impl<const N: usize> Follower<N> {
     }
 }
 
+/// The root nearest to where it is expected, of any part that is isolated or essential as one of another mesh is: there
+/// the parts may be others where tissue varies from point to point.
+pub(super) fn find_alike(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Found, StabilityError> {
+    let alike = |name: &Part| matches!(name, Part::Essential(_)) == matches!(part, Part::Essential(_));
+    let roots =
+        linear.spectrum.names().filter(alike).filter_map(|name| Some((name, find(linear, name, expected).ok()?)));
+    let nearest = roots.min_by(|a, b| (a.1 - expected).norm().total_cmp(&(b.1 - expected).norm()));
+    nearest.ok_or_else(|| lost(expected.norm()))
+}
+
+fn lost(residual: f64) -> StabilityError {
+    StabilityError::NoConvergence { what: "root that is followed", residual }
+}
+
 /// The root of a part next to where it is expected.
 fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
-    let lost = |residual| StabilityError::NoConvergence { what: "root that is followed", residual };
     // A part may be missing for some parameters.
     let root = polish(linear.spectrum.part(part).ok_or_else(|| lost(f64::NAN))?, expected)?;
     let jump = (root - expected).norm();

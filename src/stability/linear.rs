@@ -19,6 +19,10 @@ use crate::tropism::{Declaration, TropismLaw};
 /// of a third derivative, and rounding by 1e-14 over it.
 const ANGLE: f64 = 3e-5;
 
+/// Next to buckling a small bend turns the shoot by far more, and it is shortened until no frame turns further than this,
+/// rad: central differences then err by 1e-8 of what they are.
+const LARGEST_TURN: f64 = 10.0 * ANGLE;
+
 /// T(λ) of every kind of point.
 pub(super) type Transfers = Vec<AnalyticMatrix>;
 
@@ -231,11 +235,19 @@ fn respond(
     let mut stimuli = vec![0.0; m];
     for (j, &(i, c)) in unknowns.iter().enumerate() {
         let at = first + i;
-        let step = ANGLE / (rod.reference().weights[at % p] * rod.points()[at].jacobian);
+        let mut step = ANGLE / (rod.reference().weights[at % p] * rod.points()[at].jacobian);
         for sign in [1.0, -1.0] {
-            moved.clone_from(rod);
-            moved.points[at].intrinsic[c] += sign * step;
-            tangent.follow(&mut moved);
+            let mut bend = |step: f64| {
+                moved.clone_from(rod);
+                moved.points[at].intrinsic[c] += sign * step;
+                tangent.follow(&mut moved);
+                largest_turn(rod, &moved)
+            };
+            let turn = bend(step);
+            if sign > 0.0 && turn > LARGEST_TURN {
+                step *= LARGEST_TURN / turn;
+                let _ = bend(step);
+            }
             visit_sites(&moved, material, force, laws.reads_position(), |i, site| {
                 law.sense(site, &mut stimuli);
                 for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
@@ -255,6 +267,12 @@ fn respond(
     } else {
         Err(StabilityError::NotFinite { what: "response of the stimuli" })
     }
+}
+
+/// The largest turn of a frame at an end of an element, rad.
+fn largest_turn(from: &Rod, to: &Rod) -> f64 {
+    let turns = from.frames().iter().zip(to.frames()).map(|(from, to)| 2.0 * (to.coords - from.coords).norm());
+    turns.fold(0.0, f64::max)
 }
 
 /// X of a rigid shoot: a bend turns all frames beyond it.

@@ -11,12 +11,17 @@ use super::linear::{LinearProblem, precise_solver};
 use super::modes::{Root, mode};
 use super::roots::{rightmost, roots_right_of, threshold};
 use super::spectrum::{Found, Part, Spectrum};
+use super::stationary::StationarySolver;
 use super::steady::{SteadyState, check_unforced};
-use crate::equilibrium::EquilibriumSolver;
+use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
+use crate::rod::Rod;
 use crate::shoot::Shoot;
+
+/// Elements that a refined mesh must stay below: its matrices are dense.
+const MOST_ELEMENTS: f64 = 1e4;
 
 /// The number of unstable roots.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,24 +51,48 @@ impl Linearisation {
     /// A state that is not stationary or mechanically unstable, laws that depend on time or steer nothing, or whose
     /// derivatives are not finite.
     pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
-        let mut solver = precise_solver();
+        Self::on(shoot, shoot.state.rod.clone())
+    }
+
+    /// The same on a finer mesh: every element is cut into so many `parts`, and the shape settled again. The shoot is not
+    /// changed. What it is made of stays as its elements hold it: of a section that tapers, the polynomials through their
+    /// points. A shoot that is built anew with more elements has its section anew.
+    ///
+    /// # Errors
+    /// Those of [`about`](Self::about), no parts, or a shape that does not settle on the finer mesh.
+    pub fn refined(shoot: &Shoot<impl Model>, parts: usize) -> Result<Self, StabilityError> {
         let mut rod = shoot.state.rod.clone();
-        let environment = shoot.environment();
-        let force = InternalForce::of(&rod, shoot.model.load(), &environment);
-        let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
-        if found.inertia.negative > 0 {
-            return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
+        let elements = (rod.elements() as f64) * parts as f64;
+        let ok = parts > 0 && elements < MOST_ELEMENTS;
+        ParameterError::unless(
+            ok,
+            "number of parts of an element",
+            parts as f64,
+            "at least 1, and such that there are fewer than 1e4 elements",
+        )?;
+        if parts == 1 {
+            return Self::on(shoot, rod);
         }
-        let steady = SteadyState::of(shoot, &rod, &force);
-        check_unforced(shoot, &rod, shoot.model.load(), &steady)?;
-        // What the equilibrium's own error lets the laws ask for, times a margin.
-        let gradient = steady.largest_gradient();
-        if !(gradient * steady.radius() < 1e-8) {
-            return Err(StabilityError::NotStationary { gradient });
-        }
+        // What is not stationary as it is would settle elsewhere.
+        let _ = rest(shoot, &mut rod, &mut precise_solver())?;
+        rod.cut(parts);
+        let _ = StationarySolver::default().settle(shoot, &mut rod)?;
+        Self::on(shoot, rod)
+    }
+
+    /// Linearises a shoot about a rod.
+    fn on(shoot: &Shoot<impl Model>, mut rod: Rod) -> Result<Self, StabilityError> {
+        let mut solver = precise_solver();
+        let (force, steady) = rest(shoot, &mut rod, &mut solver)?;
         let problem = Arc::new(LinearProblem::about(shoot, &rod, &steady, &force, &mut solver)?);
         let spectrum = Spectrum::of(&problem);
         Ok(Self { problem, spectrum })
+    }
+
+    /// The number of elements in the growth zone.
+    #[must_use]
+    pub fn elements(&self) -> usize {
+        self.problem.lengths.len()
     }
 
     /// The number of unknowns.
@@ -148,6 +177,11 @@ impl Linearisation {
         leading.ok_or(StabilityError::NoIsolatedRoot)
     }
 
+    /// Material points in an element: half the order of the mesh.
+    pub(super) fn points_per_element(&self) -> usize {
+        self.problem.points_per_element()
+    }
+
     /// The inverse of the longest time in the laws, 1/s.
     pub(super) fn slowest_rate(&self) -> f64 {
         self.problem.slowest_rate()
@@ -172,6 +206,28 @@ impl Linearisation {
         }
         Ok(out)
     }
+}
+
+/// Brings a rod into mechanical equilibrium, and refuses one that is not stationary then. The force in it, and what its
+/// laws do.
+fn rest(
+    shoot: &Shoot<impl Model>,
+    rod: &mut Rod,
+    solver: &mut NewtonSolver,
+) -> Result<(InternalForce, SteadyState), StabilityError> {
+    let force = InternalForce::of(rod, shoot.model.load(), &shoot.environment());
+    let found = solver.equilibrate(rod, shoot.model.constitutive(), &force)?;
+    if found.inertia.negative > 0 {
+        return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
+    }
+    let steady = SteadyState::of(shoot, rod, &force);
+    check_unforced(shoot, rod, shoot.model.load(), &steady)?;
+    // What the equilibrium's own error lets the laws ask for, times a margin.
+    let gradient = steady.largest_gradient();
+    if !(gradient * steady.radius() < 1e-8) {
+        return Err(StabilityError::NotStationary { gradient });
+    }
+    Ok((force, steady))
 }
 
 /// The largest real part of some roots.

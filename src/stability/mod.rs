@@ -11,7 +11,8 @@
 //! X turns a disturbance of the intrinsic strain into that of the stimuli, by way of the equilibrium; F are the laws' rates
 //! and G their gradients. All derivatives are differences of the laws' own functions, unless a law offers its own; so one
 //! written downstream is covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter
-//! changes, [`crossings`] where any root does, and [`boundary`] follows a crossing in two parameters. Method, cost and
+//! changes, [`crossings`] where any root does, and [`boundary`] follows a crossing in two parameters. [`Refinement`] has the same
+//! to a tolerance, on meshes that it chooses; `with_error` tells the error of a mesh of one's own. Method, cost and
 //! limits: [`guide::stability`](crate::guide::stability).
 //!
 //! At which length does an upright shoot begin to oscillate, and how fast?
@@ -58,8 +59,11 @@ mod error;
 mod follow;
 mod linear;
 mod linearisation;
+mod mesh_error;
 mod modes;
 mod onset;
+mod refine;
+mod refine_boundary;
 mod roots;
 mod short_waves;
 mod spectrum;
@@ -72,4 +76,6 @@ pub use error::StabilityError;
 pub use linearisation::{Linearisation, Unstable};
 pub use modes::{Polarisation, Root};
 pub use onset::{Onset, crossings, onset};
+pub use refine::Refinement;
+pub use refine_boundary::{RefinedBoundary, RefinedPoint};
 pub use stationary::{Stationary, StationarySolver};

@@ -25,6 +25,9 @@ pub struct Root {
     pub value: Complex<f64>,
     /// The smallest singular direction's |M(λ) v| relative to |M(λ)| |v|.
     pub residual: f64,
+    /// By how much the mesh puts λ off, estimated, 1/s; none if nobody has asked for it, see
+    /// [`with_error`](Self::with_error) and [`Refinement`](super::Refinement).
+    pub error: Option<f64>,
     /// How many of the shoot's uncoupled parts share it.
     pub multiplicity: usize,
     /// How the mode moves.
@@ -83,7 +86,7 @@ pub(super) fn mode(block: &Block, value: Complex<f64>) -> Root {
         Some(tip) if multiplicity == 1 => polarisation(tip, &problem.apex_tangent),
         _ => Polarisation::Isotropic,
     };
-    Root { value, residual, multiplicity, polarisation, strain, displacement }
+    Root { value, residual, error: None, multiplicity, polarisation, strain, displacement }
 }
 
 /// A displacement a exp(iωt) is planar if, seen along the tangent, its real and imaginary parts are parallel. Else the tip is at

@@ -31,6 +31,14 @@ pub struct Onset {
     pub residual: f64,
     /// Linearisations that it took.
     pub linearisations: usize,
+    /// Elements of the growth zone on the mesh that it was found on.
+    pub elements: usize,
+    /// By how much the mesh puts the parameter off, estimated; none if nobody has asked for it, see
+    /// [`with_error`](Self::with_error) and [`Refinement`](super::Refinement).
+    pub parameter_error: Option<f64>,
+    /// The same for the frequency, 1/s.
+    pub frequency_error: Option<f64>,
+    pub(super) crossing: Follower<1>,
 }
 
 impl Onset {
@@ -40,13 +48,17 @@ impl Onset {
         std::f64::consts::TAU / self.frequency
     }
 
-    fn of(crossing: &Follower<1>, linearisations: usize) -> Self {
+    pub(super) fn of(crossing: &Follower<1>, linearisations: usize) -> Self {
         Self {
             parameter: crossing.at[0],
             frequency: crossing.frequency(),
             essential: matches!(crossing.part, Part::Essential(_)),
             residual: crossing.root.re.abs(),
             linearisations,
+            elements: crossing.elements,
+            parameter_error: None,
+            frequency_error: None,
+            crossing: *crossing,
         }
     }
 }
@@ -87,7 +99,7 @@ pub fn onset(
     // The leading root at the unstable end is followed to the axis. Where that fails the range is halved by counting.
     let mut leading = Follower::new(&linear, Vector1::new(unstable), linear.leading()?);
     for _ in 0..60 {
-        let crossing = follow_to_axis(&mut at, leading.clone(), stable)?;
+        let crossing = follow_to_axis(&mut at, leading, stable)?;
         let next = match &crossing {
             // It must be the last to cross: nothing is unstable just beyond.
             Some(crossing) => {

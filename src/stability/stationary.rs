@@ -52,28 +52,25 @@ impl StationarySolver {
     /// # Errors
     /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was.
     pub fn solve(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
-        let before = shoot.state.clone();
-        let outcome = self.search(shoot);
-        if outcome.is_err() {
-            shoot.state = before;
-        }
-        outcome
+        let mut rod = shoot.state.rod.clone();
+        let found = self.settle(shoot, &mut rod)?;
+        shoot.state.rod = rod;
+        Ok(found)
     }
 
-    fn search(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
+    /// Brings a rod, instead of that of the shoot, into a stationary state under the shoot's laws. After an error it is in
+    /// no state of use.
+    pub(super) fn settle(&self, shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<Stationary, StabilityError> {
         let environment = shoot.environment();
-        shoot.state.rod.set_base(shoot.model.scene().base(environment.time))?;
-        let mut iterations = self.find_shape(shoot)?;
+        rod.set_base(shoot.model.scene().base(environment.time))?;
+        let mut iterations = self.find_shape(shoot, rod)?;
         let mut solver = precise_solver();
-        let first = shoot.state.rod.first_growing() * shoot.state.rod.order().points();
+        let first = rod.first_growing() * rod.order().points();
         let limit = iterations + self.max_iterations;
         let mut last = f64::INFINITY;
         loop {
-            let mut rod = shoot.state.rod.clone();
-            let force = InternalForce::of(&rod, shoot.model.load(), &environment);
-            let found = solver.equilibrate(&mut rod, shoot.model.constitutive(), &force)?;
-            shoot.state.rod = rod;
-            let rod = &shoot.state.rod;
+            let force = InternalForce::of(rod, shoot.model.load(), &environment);
+            let found = solver.equilibrate(rod, shoot.model.constitutive(), &force)?;
             let steady = SteadyState::of(shoot, rod, &force);
             check_unforced(shoot, rod, shoot.model.load(), &steady)?;
             let gradient = steady.largest_gradient();
@@ -89,16 +86,15 @@ impl StationarySolver {
             let step = linear.stationary_step(&steady);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
-                shoot.state.rod.points[first + i].intrinsic[c] += value;
+                rod.points[first + i].intrinsic[c] += value;
             }
         }
     }
 
-    /// Gives the shoot the shape in which the laws ask for no change, and the intrinsic strain that holds it. Newton's
+    /// Gives the rod the shape in which the laws ask for no change, and the intrinsic strain that holds it. Newton's
     /// method for the visible strain, on an unloaded copy of the rod.
-    fn find_shape(&self, shoot: &mut Shoot<impl Model>) -> Result<usize, StabilityError> {
+    fn find_shape(&self, shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<usize, StabilityError> {
         let environment = shoot.environment();
-        let rod = &shoot.state.rod;
         let p = rod.order().points();
         let mut trial = rod.clone();
         for e in 0..rod.elements() {
@@ -151,7 +147,7 @@ impl StationarySolver {
         visit_sites(&trial, shoot.model.constitutive(), &force, false, |i, site| {
             change.fixed_rows_mut::<3>(3 * i).copy_from(&(trial.points()[first + i].intrinsic - site.strain));
         });
-        shoot.state.rod = displaced(&trial, &change);
+        *rod = displaced(&trial, &change);
         Ok(iterations)
     }
 }
