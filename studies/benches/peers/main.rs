@@ -7,7 +7,7 @@
 //! ```
 //!
 //! All of Rust run in turns on one thread, and the shortest time of each counts. With `--peers` the figure shows what
-//! `benches/peers/peers.py` has measured for peers in Python, too.
+//! `benches/peers/peers.py` has measured for peers in Python, too. What came out is in `benches/peers/README.md`.
 
 mod ours;
 mod problem;
@@ -43,7 +43,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         "peers",
         "a rod at rest by morphorod and by others: error against run time",
         &[
-            Opt::value("rounds", "N", "200", "runs of each setting, of which the fastest counts"),
+            Opt::value("rounds", "N", "100", "runs of each setting, of which the fastest counts"),
             Opt::value("peers", "FILE", "", "a table of benches/peers/peers.py, to be shown in the figure"),
             Opt::flag("bench", "given by cargo bench; without effect"),
         ],

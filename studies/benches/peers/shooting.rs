@@ -18,7 +18,9 @@ use crate::problem::{Candidate, POISSON};
 const OFFERED: &str = "differential-equations BVP";
 const TAILORED: &str = "differential-equations IVP";
 /// Tolerances, relative and absolute, that are tried.
-const TOLERANCES: [f64; 10] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13];
+const TOLERANCES: [f64; 8] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12];
+/// First guesses of the couple at the base, over that of a straight rod: it, and half of it, which is closer to a bent rod's.
+const GUESSES: [f64; 2] = [1.0, 0.5];
 /// Pieces of the rod in multiple shooting.
 const SEGMENTS: usize = 4;
 /// Shots in a search at most; good ones take a dozen.
@@ -76,11 +78,6 @@ fn start(couple: Vector3<f64>) -> State {
     [0.0, 0.0, 0.0, half, 0.0, half, 0.0, couple.x, couple.y, couple.z]
 }
 
-/// The couple at the base of a straight rod, which all begin with.
-fn straight(load: f64) -> Vector3<f64> {
-    Vector3::new(0.0, 0.5 * load, 0.0)
-}
-
 /// Stores nothing.
 struct Quiet;
 
@@ -107,26 +104,30 @@ pub enum Search {
     Broyden,
 }
 
-/// All methods, tolerances and searches under a load q̂.
+/// All methods, tolerances, searches and guesses under a load q̂.
 pub fn candidates(load: f64) -> Vec<Candidate> {
     let mut out = Vec::new();
-    for tolerance in TOLERANCES {
+    for (tolerance, guess) in TOLERANCES.into_iter().flat_map(|tolerance| GUESSES.map(|guess| (tolerance, guess))) {
+        // A straight rod's weight has an arm of half the length.
+        let couple = Vector3::new(0.0, 0.5 * guess * load, 0.0);
         macro_rules! push {
             ($($method:ident),*) => {$({
                 let method = ExplicitRungeKutta::$method().rtol(tolerance).atol(tolerance);
-                let name = format!("{} {tolerance:e}", stringify!($method));
+                let name = format!("{} {tolerance:e} from {guess} times the straight couple", stringify!($method));
                 for search in [Search::Newton, Search::Broyden] {
                     let method = method.clone();
-                    let solve = Box::new(move || tailored(method.clone(), load, tolerance, search));
-                    out.push(Candidate { peer: TAILORED.into(), setting: format!("{name} {search:?}"), solve });
+                    let solve = Box::new(move || tailored(method.clone(), load, couple, tolerance, search));
+                    out.push(Candidate { peer: TAILORED.into(), setting: format!("{name}; {search:?}"), solve });
                 }
                 // No closer than the integration itself, as in the other search.
-                let single = Shooting::single(method.clone()).max_iterations(MOST_ITERATIONS).tolerance(tolerance * load);
-                let solve = Box::new(move || offered(single.clone(), load));
-                out.push(Candidate { peer: OFFERED.into(), setting: format!("{name} single"), solve });
-                let multiple = Shooting::multiple(method).max_iterations(MOST_ITERATIONS).segments(SEGMENTS).tolerance(tolerance * load);
-                let solve = Box::new(move || offered(multiple.clone(), load));
-                out.push(Candidate { peer: OFFERED.into(), setting: format!("{name} multiple"), solve });
+                let close = tolerance * load;
+                let single = Shooting::single(method.clone()).max_iterations(MOST_ITERATIONS).tolerance(close);
+                let solve = Box::new(move || offered(single.clone(), load, couple));
+                out.push(Candidate { peer: OFFERED.into(), setting: format!("{name}; single"), solve });
+                let multiple = Shooting::multiple(method).max_iterations(MOST_ITERATIONS);
+                let multiple = multiple.segments(SEGMENTS).tolerance(close);
+                let solve = Box::new(move || offered(multiple.clone(), load, couple));
+                out.push(Candidate { peer: OFFERED.into(), setting: format!("{name}; multiple"), solve });
             })*};
         }
         push!(dopri5, dop853, rkv655e, rkv766e, rkv877e, rkv988e);
@@ -134,16 +135,22 @@ pub fn candidates(load: f64) -> Vec<Candidate> {
     out
 }
 
-/// The tip by the crate's own solver of boundary value problems.
-fn offered(method: impl BVPMethod<f64, State>, load: f64) -> Option<Vector3<f64>> {
+/// The tip by the crate's own solver of boundary value problems, from a guess of the couple at the base.
+fn offered(method: impl BVPMethod<f64, State>, load: f64, couple: Vector3<f64>) -> Option<Vector3<f64>> {
     let rod = Rod { load };
-    let found = BVP::ode(&rod, 0.0, 1.0, start(straight(load))).method(method).solve().ok()?;
+    let found = BVP::ode(&rod, 0.0, 1.0, start(couple)).method(method).solve().ok()?;
     let (_, tip) = found.last().ok()?;
     Some(Vector3::new(tip[0], tip[1], tip[2]))
 }
 
 /// The tip by a search for the base couple alone.
-fn tailored<M>(mut method: M, load: f64, tolerance: f64, search: Search) -> Option<Vector3<f64>>
+fn tailored<M>(
+    mut method: M,
+    load: f64,
+    mut couple: Vector3<f64>,
+    tolerance: f64,
+    search: Search,
+) -> Option<Vector3<f64>>
 where
     M: OrdinaryNumericalMethod<f64, State> + Interpolation<f64, State>,
 {
@@ -154,7 +161,6 @@ where
         let left = Vector3::new(end[7], end[8], end[9]);
         left.iter().all(|part| part.is_finite()).then(|| (left, Vector3::new(end[0], end[1], end[2])))
     };
-    let mut couple = straight(load);
     let (mut left, mut tip) = shot(couple)?;
     let mut shots = 1;
     let mut derivative = None;
