@@ -88,7 +88,7 @@ fn a_sweep_that_is_killed_goes_on_to_the_same_table() {
     let mut kills = Vec::new();
     while rows(&killed) < 8 && kills.len() < 30 {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let delay = Duration::from_millis(seed >> 32 & 0x3f);
+        let delay = Duration::from_millis(seed >> 32 & 0x1f);
         let mut child =
             sweep(&killed, &["--threads", "1"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         sleep(delay);

@@ -98,3 +98,28 @@ pub fn write_whole(file: &Path, text: &str) -> io::Result<()> {
 fn named(file: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", file.display()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_reads_while_a_file_is_written_finds_all_of_it() {
+        let folder = std::env::temp_dir().join(format!("morphorod-whole-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("file");
+        // Long enough that writing takes many times as long as opening.
+        let texts = ["a", "b"].map(|letter| letter.repeat(1 << 20));
+        write_whole(&file, &texts[0]).unwrap();
+        std::thread::scope(|scope| {
+            let writer = scope.spawn(|| (0..40).for_each(|k| write_whole(&file, &texts[k % 2]).unwrap()));
+            while !writer.is_finished() {
+                let found = fs::read_to_string(&file).unwrap();
+                assert!(texts.contains(&found), "{} of {} bytes", found.len(), texts[0].len());
+            }
+        });
+        // Nothing else is left.
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
