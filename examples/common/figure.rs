@@ -8,6 +8,7 @@ mod canvas;
 mod colour;
 mod legend;
 mod lines;
+mod map;
 mod panel;
 mod path;
 mod range;
@@ -16,6 +17,7 @@ mod ticks;
 mod view;
 
 pub use lines::{Axes, Series, Style, lines_figure, panels_figure};
+pub use map::{Map, map_figure};
 pub use path::path_figure;
 pub use shapes::shapes_figure;
 

@@ -11,7 +11,7 @@ pub mod options;
 pub mod progress;
 pub mod table;
 
-pub use figure::{Axes, Series, Style, lines_figure, panels_figure, path_figure, shapes_figure};
+pub use figure::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure, path_figure, shapes_figure};
 pub use options::{Opt, Options};
 pub use progress::Progress;
 pub use table::Table;

@@ -86,6 +86,11 @@ impl Options {
     /// directory, `about` says in one line what it does. `--out` and `--help`
     /// need no declaration. Does not return after `--help` or on a mistake.
     pub fn parse(example: &str, about: &str, options: &[Opt]) -> Self {
+        Self::parse_for(&format!("cargo run --release --example {example}"), example, about, options)
+    }
+
+    /// The same for a program that is started by another `command` than an example.
+    pub fn parse_for(command: &str, example: &str, about: &str, options: &[Opt]) -> Self {
         let mut parsed = Self { declared: options.to_vec(), given: BTreeMap::new() };
         // Declared last so that it ends the list of options in the usage text.
         parsed.declared.push(Opt::value("out", "DIR", "", "directory for the results"));
@@ -95,7 +100,7 @@ impl Options {
             let arg = arg.into_string().unwrap_or_else(|raw| fail(&format!("argument {raw:?} is not valid Unicode")));
             if arg == "--help" || arg == "-h" {
                 // A closed pipe (`--help | head`) is no reason to panic.
-                let usage = parsed.usage(example, about, &out);
+                let usage = parsed.usage(command, example, about, &out);
                 let _ = std::io::stdout().write_all(usage.as_bytes());
                 exit(0);
             }
@@ -181,7 +186,7 @@ impl Options {
         }
     }
 
-    fn usage(&self, example: &str, about: &str, out: &str) -> String {
+    fn usage(&self, command: &str, example: &str, about: &str, out: &str) -> String {
         let left = |option: &Opt| match option.placeholder {
             Some(placeholder) => format!("--{} {placeholder}", option.name),
             None => format!("--{}", option.name),
@@ -192,8 +197,8 @@ impl Options {
             .map(|option| {
                 let default = match (option.name, option.placeholder) {
                     ("out", _) => format!(" [default: {out}]"),
-                    (_, Some(_)) => format!(" [default: {}]", option.default),
-                    (_, None) => String::new(),
+                    (_, Some(_)) if !option.default.is_empty() => format!(" [default: {}]", option.default),
+                    _ => String::new(),
                 };
                 (left(option), format!("{}{default}", option.help))
             })
@@ -202,7 +207,7 @@ impl Options {
         let width = rows.iter().map(|(l, _)| l.chars().count()).max();
         let width = width.unwrap_or(0);
         let mut text = format!("{example}: {about}\n\n");
-        text += &format!("Usage: cargo run --release --example {example} -- [OPTIONS]\n\n");
+        text += &format!("Usage: {command} -- [OPTIONS]\n\n");
         text += "Options:\n";
         for (left, right) in rows {
             text += &format!("  {left:width$}  {right}\n");

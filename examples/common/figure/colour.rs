@@ -3,8 +3,9 @@
 use plotters::style::RGBColor;
 
 use super::canvas::{Canvas, Label, Point};
+use super::panel::Axis;
 use super::range::Range;
-use super::ticks::linear_ticks;
+use super::ticks::{linear_ticks, log_ticks};
 use super::{MERGED, TICK_SIZE};
 
 /// Lines of frames and axes.
@@ -50,15 +51,15 @@ const VIRIDIS: [[f64; 3]; 9] = [
 /// but would break a line into needlessly many pieces.
 const STEPS: usize = 96;
 
-/// The colour scale of time.
-#[derive(Clone, Copy)]
-pub struct TimeScale {
-    range: Range,
+/// A quantity that is shown by colour.
+#[derive(Clone)]
+pub struct ColourScale {
+    axis: Axis,
 }
 
-impl TimeScale {
-    /// A scale over the finite ones of the times.
-    pub fn new(hours: impl Iterator<Item = f64>) -> Self {
+impl ColourScale {
+    /// A scale of time over the finite ones of the times.
+    pub fn time(hours: impl Iterator<Item = f64>) -> Self {
         let range = Range::of(hours);
         // A single time is shown from time zero, not in a span around it.
         let range = match range.length() > 0.0 {
@@ -66,24 +67,31 @@ impl TimeScale {
             false if range.centre() == 0.0 => Range { lo: 0.0, hi: 1.0 },
             false => Range { lo: range.centre().min(0.0), hi: range.centre().max(0.0) },
         };
-        Self { range }
+        Self { axis: Axis::linear("time (h)", range) }
     }
 
-    /// Colour of a time.
-    pub fn colour(&self, hours: f64) -> RGBColor {
-        step_colour(self.step(hours))
+    /// A logarithmic scale; what lies outside is shown as its end.
+    pub fn logarithmic(label: &str, lo: f64, hi: f64) -> Self {
+        let range = Range { lo: lo.log10(), hi: hi.log10() };
+        Self { axis: Axis { label: label.into(), range, log: true } }
     }
 
-    fn step(&self, hours: f64) -> usize {
-        let fraction = (hours - self.range.lo) / self.range.length();
+    /// Colour of a value.
+    pub fn colour(&self, value: f64) -> RGBColor {
+        step_colour(self.step(value))
+    }
+
+    fn step(&self, value: f64) -> usize {
+        let place = if self.axis.log { value.log10() } else { value };
+        let fraction = (place - self.axis.range.lo) / self.axis.range.length();
         ((fraction * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
     }
 
-    /// A line coloured by time; `None` is a gap.
+    /// A line coloured by a value at each point; `None` is a gap.
     pub fn line(&self, canvas: &mut Canvas, path: &[(f64, Option<Point>)], width: f64) {
         let mut run: Vec<Point> = Vec::new();
         let mut run_step = 0;
-        for (i, (hours, point)) in path.iter().enumerate() {
+        for (i, (value, point)) in path.iter().enumerate() {
             let Some(point) = *point else {
                 if !run.is_empty() {
                     canvas.line(&run, step_colour(run_step), width);
@@ -91,7 +99,7 @@ impl TimeScale {
                 }
                 continue;
             };
-            let step = self.step(*hours);
+            let step = self.step(*value);
             match run.last() {
                 None => run_step = step,
                 Some(last) => {
@@ -120,7 +128,9 @@ impl TimeScale {
     /// The colour bar, its lower left corner at (`left`, `bottom`).
     pub fn draw_bar(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
         let right = left + 22.0;
-        let y = |hours: f64| bottom - (bottom - top) * (hours - self.range.lo) / self.range.length();
+        let Axis { range, log, label: name } = &self.axis;
+        // Of a logarithmic scale the ticks have logarithms for positions, as the range has.
+        let y = |place: f64| bottom - (bottom - top) * (place - range.lo) / range.length();
         for step in 0..STEPS {
             let lower = bottom - (bottom - top) * step as f64 / STEPS as f64;
             // Each area reaches to the top and is painted over by the next
@@ -131,14 +141,15 @@ impl TimeScale {
         let corners = [(left, top), (right, top), (right, bottom), (left, bottom)];
         let outline: Vec<Point> = corners.into_iter().chain([(left, top)]).collect();
         canvas.line(&outline, FRAME, 1.0);
-        let ticks = linear_ticks(self.range, ((bottom - top) / 50.0) as usize);
-        let unit = ticks.axis_label("time (h)");
-        for (hours, text) in ticks.labelled() {
-            canvas.line(&[(right, y(hours)), (right + 6.0, y(hours))], FRAME, 1.0);
+        let count = ((bottom - top) / 50.0) as usize;
+        let ticks = if *log { log_ticks(*range, count) } else { linear_ticks(*range, count) };
+        let unit = ticks.axis_label(name);
+        for (place, text) in ticks.labelled() {
+            canvas.line(&[(right, y(place)), (right + 6.0, y(place))], FRAME, 1.0);
             let label = Label {
                 size: TICK_SIZE,
                 h: plotters::style::text_anchor::HPos::Left,
-                ..Label::new(right + 10.0, y(hours))
+                ..Label::new(right + 10.0, y(place))
             };
             canvas.text(text, label);
         }

@@ -180,19 +180,24 @@ fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool, paddin
     Axis { label: label.into(), range: range.padded(padding), log }
 }
 
-fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
-    let colour = palette(series.colour);
-    let places = series.points.iter().map(|(x, y)| panel.at(*x, *y));
-    // Points left out split a line instead of being bridged by it.
+/// The points of a series that can be shown, in pixels. Points left out split a line instead of being bridged by it.
+pub fn runs(panel: &Panel, series: &Series) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
-    for place in places {
-        match (place, runs.last_mut()) {
+    for (x, y) in &series.points {
+        match (panel.at(*x, *y), runs.last_mut()) {
             (Some(point), Some(run)) => run.push(point),
             (None, Some(run)) if !run.is_empty() => runs.push(Vec::new()),
             _ => {}
         }
     }
-    for run in runs.iter().filter(|run| !run.is_empty()) {
+    runs.retain(|run| !run.is_empty());
+    runs
+}
+
+/// Draws a series in a panel.
+pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
+    let colour = palette(series.colour);
+    for run in &runs(panel, series) {
         match series.style {
             Style::Line => canvas.line(&thinned(run), colour, 2.4),
             Style::Dashed => canvas.dashed(&thinned(run), colour, 2.4),

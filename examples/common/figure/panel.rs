@@ -150,9 +150,7 @@ impl Panel {
             let y = self.pixel_y(v);
             canvas.line(&[(left, y), (left + 4.0, y)], FRAME, 1.0);
         }
-        let corners = [(right, top), (right, bottom), (left, bottom), (left, top)];
-        let outline: Vec<Point> = [(left, top)].into_iter().chain(corners).collect();
-        canvas.line(&outline, FRAME, 1.2);
+        self.draw_frame(canvas);
         for (v, text) in x_ticks.labelled() {
             let x = self.pixel_x(v);
             canvas.line(&[(x, bottom), (x, bottom + 6.0)], FRAME, 1.2);
@@ -173,6 +171,14 @@ impl Panel {
         canvas.text(&y_label, beside.fitted(&y_label, self.frame.height() + BELOW));
         let above = Label { size: LABEL_SIZE, v: VPos::Bottom, ..Label::new(x_mid, top - 4.0) };
         canvas.text(title, above.fitted(title, self.frame.width() + LEFT));
+    }
+
+    /// Draws the frame alone, once more where data have covered it.
+    pub fn draw_frame(&self, canvas: &mut Canvas) {
+        let Rect { left, top, right, bottom } = self.frame;
+        let corners = [(right, top), (right, bottom), (left, bottom), (left, top)];
+        let outline: Vec<Point> = [(left, top)].into_iter().chain(corners).collect();
+        canvas.line(&outline, FRAME, 1.2);
     }
 
     /// The frame of the panel.

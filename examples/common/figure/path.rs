@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Canvas, Label, Point, write_svg};
-use super::colour::TimeScale;
+use super::colour::ColourScale;
 use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
 use super::range::Range;
 use super::view::{View, extent};
@@ -31,7 +31,7 @@ pub fn path_figure(file: impl AsRef<Path>, title: &str, times_hours: &[f64], poi
     let usable = |p: &&(f64, [f64; 3])| p.0.is_finite() && p.1.iter().all(|c| c.is_finite());
     let ranges = space_ranges(path.iter().filter(usable).map(|p| p.1));
     let [x, y, z] = ranges;
-    let time = TimeScale::new(path.iter().filter(usable).map(|p| p.0));
+    let time = ColourScale::time(path.iter().filter(usable).map(|p| p.0));
 
     let column = (WIDTH - BAR_COLUMN) / 2.0;
     let frame_width = column - LEFT - RIGHT;
@@ -99,7 +99,12 @@ fn row_height(frame_width: f64, aspect: f64) -> f64 {
     (frame_width * aspect).clamp(280.0, 560.0)
 }
 
-fn draw_path(canvas: &mut Canvas, time: &TimeScale, path: &[(f64, [f64; 3])], at: impl Fn([f64; 3]) -> Option<Point>) {
+fn draw_path(
+    canvas: &mut Canvas,
+    time: &ColourScale,
+    path: &[(f64, [f64; 3])],
+    at: impl Fn([f64; 3]) -> Option<Point>,
+) {
     let shown: Vec<(f64, Option<Point>)> =
         path.iter().map(|(hours, p)| (*hours, at(*p).filter(|_| hours.is_finite()))).collect();
     time.line(canvas, &shown, 2.2);

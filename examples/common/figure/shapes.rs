@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 use super::canvas::{Point, write_svg};
-use super::colour::TimeScale;
+use super::colour::ColourScale;
 use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
 use super::path::{NAMES, space_ranges};
 use super::{BAR_COLUMN, MM_PER_M, TITLE_BAND, WIDTH, draw_title};
@@ -21,7 +21,7 @@ pub fn shapes_figure(file: impl AsRef<Path>, title: &str, shapes: &[(f64, Vec<[f
         .collect();
     let all = shapes.iter().flat_map(|(_, line)| line.iter().copied());
     let [x, y, z] = space_ranges(all.filter(|p| p.iter().all(|c| c.is_finite())));
-    let time = TimeScale::new(shapes.iter().map(|s| s.0));
+    let time = ColourScale::time(shapes.iter().map(|s| s.0));
 
     let column = (WIDTH - BAR_COLUMN) / 2.0;
     let side = x.length().max(y.length());

@@ -1,0 +1,124 @@
+//! The grid of a sweep: which shoots are looked at.
+
+/// Equally spaced values of one parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// The first value.
+    pub from: f64,
+    /// The last value.
+    pub to: f64,
+    /// How many there are, two at least.
+    pub count: usize,
+}
+
+impl Span {
+    /// The value of a number counted from zero.
+    #[must_use]
+    pub fn at(&self, k: usize) -> f64 {
+        let share = k as f64 / (self.count - 1) as f64;
+        // Exact at both ends.
+        self.from * (1.0 - share) + self.to * share
+    }
+
+    /// All values.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        (0..self.count).map(|k| self.at(k)).collect()
+    }
+}
+
+/// Everything that the numbers of a sweep depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Lengths of the shoots, m: the points of a row.
+    pub lengths: Span,
+    /// Proprioceptive sensitivities: one for each row.
+    pub etas: Span,
+    /// Gravitropic sensitivity of all.
+    pub beta: f64,
+    /// Growth time of all, s.
+    pub growth_time: f64,
+    /// Simulated time, s.
+    pub time: f64,
+    /// Time step, s.
+    pub step: f64,
+    /// Elements of a shoot.
+    pub elements: usize,
+}
+
+impl Grid {
+    /// The settings in words, a line each: what a file of results must agree with to belong to this sweep.
+    #[must_use]
+    pub fn settings(&self) -> Vec<String> {
+        let span = |name: &str, unit: &str, Span { from, to, count }: Span| {
+            format!("{name}: {count} from {from:e} to {to:e}{unit}")
+        };
+        vec![
+            span("lengths", " m", self.lengths),
+            span("proprioceptive sensitivities", "", self.etas),
+            format!("gravitropic sensitivity: {:e}", self.beta),
+            format!("growth time: {:e} s", self.growth_time),
+            format!("simulated time: {:e} s", self.time),
+            format!("time step: {:e} s", self.step),
+            format!("elements: {}", self.elements),
+        ]
+    }
+}
+
+/// A part of the rows, for one of several processes: every `of`-th, beginning with number `number`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    /// Which part, counted from one.
+    pub number: usize,
+    /// How many parts there are.
+    pub of: usize,
+}
+
+impl Part {
+    /// All of it.
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// Reads `number/of`.
+    #[must_use]
+    pub fn read(text: &str) -> Option<Self> {
+        let (number, of) = text.split_once('/')?;
+        let part = Self { number: number.parse().ok()?, of: of.parse().ok()? };
+        (1..=part.of).contains(&part.number).then_some(part)
+    }
+
+    /// Whether a row, counted from zero, belongs to it.
+    #[must_use]
+    pub fn has(&self, row: usize) -> bool {
+        row % self.of == self.number - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_span_ends_where_it_should() {
+        // 0.1 and 0.7 are not binary: a sum of steps would miss the end.
+        let span = Span { from: 0.1, to: 0.7, count: 7 };
+        assert_eq!((span.at(0), span.at(6), span.values().len()), (0.1, 0.7, 7));
+    }
+
+    #[test]
+    fn every_row_is_in_one_part() {
+        for of in 1..6 {
+            let parts: Vec<Part> = (1..=of).map(|number| Part { number, of }).collect();
+            for row in 0..20 {
+                assert_eq!(parts.iter().filter(|part| part.has(row)).count(), 1, "row {row} of {of} parts");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_no_part() {
+        for text in ["0/4", "5/4", "a/b", "1/0", "0/0", "3", "1/2/3", "-1/4", "", "/", "1.5/4"] {
+            assert_eq!(Part::read(text), None, "{text}");
+        }
+        assert_eq!(Part::read("4/4"), Some(Part { number: 4, of: 4 }));
+    }
+}

@@ -1,0 +1,125 @@
+//! The folder of a sweep: one file for each row of the grid, whole or not there.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::grid::Grid;
+use super::point::Numbers;
+use super::row;
+
+/// The files of the rows of one sweep. Several processes may share the folder.
+pub struct Store {
+    folder: PathBuf,
+    grid: Grid,
+}
+
+impl Store {
+    /// The rows of a grid below `out`.
+    ///
+    /// # Errors
+    /// A folder that cannot be made.
+    pub fn open(out: &Path, grid: Grid) -> io::Result<Self> {
+        let folder = out.join("rows");
+        fs::create_dir_all(&folder).map_err(|error| named(&folder, &error))?;
+        Ok(Self { folder, grid })
+    }
+
+    /// The file of a row, counted from zero.
+    fn file(&self, row: usize) -> PathBuf {
+        self.folder.join(format!("row-{:04}.csv", row + 1))
+    }
+
+    /// All rows that are there.
+    ///
+    /// # Errors
+    /// The first file that is no sound row of this sweep, with the reason. No file is changed.
+    pub fn read(&self) -> io::Result<Vec<Option<Vec<Numbers>>>> {
+        (0..self.grid.etas.count).map(|row| self.read_row(row)).collect()
+    }
+
+    fn read_row(&self, row: usize) -> io::Result<Option<Vec<Numbers>>> {
+        let file = self.file(row);
+        let bytes = match fs::read(&file) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(named(&file, &error)),
+        };
+        let refused = |reason: &str| {
+            let what =
+                format!("{}: {reason}; nothing was changed: move it away, or take another --out", file.display());
+            io::Error::new(ErrorKind::InvalidData, what)
+        };
+        let text = String::from_utf8(bytes).map_err(|_| refused("it is damaged: it is not text"))?;
+        row::read(&self.grid, row, &text).map(Some).map_err(|reason| refused(&reason))
+    }
+
+    /// Writes a row. If another process has written it meanwhile, that one stays: both are the same.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or one that is in its place and no sound row of this sweep.
+    pub fn write(&self, row: usize, points: &[Numbers]) -> io::Result<()> {
+        if self.read_row(row)?.is_some() {
+            return Ok(());
+        }
+        write_whole(&self.file(row), &row::write(&self.grid, row, points))
+    }
+}
+
+/// Writes a file so that whoever reads it, now or after a crash, finds all of it or none: under another name in the same
+/// folder, brought to the disk, then renamed, which file systems do at once or not at all.
+///
+/// Who is killed in between leaves a file that begins with a dot and ends with `.tmp`; it may be deleted.
+///
+/// # Errors
+/// Those of the file system, with the file's name.
+pub fn write_whole(file: &Path, text: &str) -> io::Result<()> {
+    // Processes on several machines that share a folder may have the same number, but not at the same nanosecond.
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let other = file.with_file_name(format!(".{name}.{}-{now}.tmp", std::process::id()));
+    let written = || -> io::Result<()> {
+        let mut out = File::options().write(true).create_new(true).open(&other)?;
+        out.write_all(text.as_bytes())?;
+        out.sync_all()?;
+        fs::rename(&other, file)?;
+        // The name must reach the disk, too. Folders can be opened as files on Unix only.
+        #[cfg(unix)]
+        if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            File::open(folder)?.sync_all()?;
+        }
+        Ok(())
+    };
+    written().map_err(|error| named(file, &error))
+}
+
+/// The system's message alone does not name the file.
+fn named(file: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", file.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_reads_while_a_file_is_written_finds_all_of_it() {
+        let folder = std::env::temp_dir().join(format!("morphorod-whole-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("file");
+        // Long enough that writing takes many times as long as opening.
+        let texts = ["a", "b"].map(|letter| letter.repeat(1 << 20));
+        write_whole(&file, &texts[0]).unwrap();
+        std::thread::scope(|scope| {
+            let writer = scope.spawn(|| (0..40).for_each(|k| write_whole(&file, &texts[k % 2]).unwrap()));
+            while !writer.is_finished() {
+                let found = fs::read_to_string(&file).unwrap();
+                assert!(texts.contains(&found), "{} of {} bytes", found.len(), texts[0].len());
+            }
+        });
+        // Nothing else is left.
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}

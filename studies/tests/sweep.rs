@@ -1,0 +1,169 @@
+//! The program `sweep` as a user meets it: killed and resumed, in parts, with files that are not sound.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// A folder of one test, empty at its beginning.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A small grid: eight rows of four shoots, an hour each.
+fn sweep(out: &Path, options: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sweep"));
+    command.args(["--lengths", "4", "--etas", "8", "--hours", "1", "--elements", "4", "--eta-from", "20"]);
+    command.args(options).arg("--out").arg(out).stdin(Stdio::null());
+    command
+}
+
+fn run(out: &Path, options: &[&str]) -> Output {
+    sweep(out, options).output().unwrap()
+}
+
+/// Runs to a good end.
+fn succeed(out: &Path, options: &[&str]) {
+    let end = run(out, options);
+    assert!(end.status.success(), "{options:?}: {}", String::from_utf8_lossy(&end.stderr));
+}
+
+/// Runs to an error, and gives its message.
+fn fail(out: &Path, options: &[&str]) -> String {
+    let end = run(out, options);
+    let message = String::from_utf8_lossy(&end.stderr).into_owned();
+    assert!(!end.status.success(), "{options:?} succeeded");
+    assert!(message.starts_with("error: ") && !message.contains("panicked"), "{message}");
+    message
+}
+
+/// Table and picture.
+fn results(out: &Path) -> [Vec<u8>; 2] {
+    ["sweep.csv", "sweep.svg"].map(|name| fs::read(out.join(name)).unwrap())
+}
+
+fn rows(out: &Path) -> usize {
+    let names = fs::read_dir(out.join("rows")).map(|all| all.map(|entry| entry.unwrap().file_name())).into_iter();
+    names.flatten().filter(|name| name.to_string_lossy().starts_with("row-")).count()
+}
+
+#[test]
+fn threads_parts_and_kills_leave_no_trace_in_the_table() {
+    let whole = folder("whole");
+    succeed(&whole, &["--threads", "1"]);
+    let expected = results(&whole);
+    // Eight rows of four shoots below one line of names.
+    assert_eq!(expected[0].iter().filter(|byte| **byte == b'\n').count(), 33);
+
+    let threads = folder("threads");
+    succeed(&threads, &["--threads", "3"]);
+    assert!(results(&threads) == expected, "three threads");
+
+    let parts = folder("parts");
+    for part in ["2/3", "1/3"] {
+        succeed(&parts, &["--shard", part]);
+    }
+    let message = fail(&parts, &["--merge"]);
+    assert!(message.contains("2 of 8 rows are missing: 3, 6"), "{message}");
+    assert!(!parts.join("sweep.csv").exists());
+    // Parts of another division go on where those have ended.
+    succeed(&parts, &["--shard", "1/1"]);
+    succeed(&parts, &["--merge"]);
+    assert!(results(&parts) == expected, "parts");
+}
+
+#[test]
+fn a_sweep_that_is_killed_goes_on_to_the_same_table() {
+    let whole = folder("uninterrupted");
+    succeed(&whole, &[]);
+    let expected = results(&whole);
+
+    let killed = folder("killed");
+    // Delays by a linear congruence (Knuth, The Art of Computer Programming 2, 3.3.4) from the clock: others in every run.
+    let mut seed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().subsec_nanos() as u64;
+    let mut kills = Vec::new();
+    while rows(&killed) < 8 && kills.len() < 30 {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let delay = Duration::from_millis(seed >> 32 & 0x1f);
+        let mut child =
+            sweep(&killed, &["--threads", "1"]).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        sleep(delay);
+        child.kill().unwrap();
+        let _ = child.wait().unwrap();
+        kills.push((delay, rows(&killed)));
+    }
+    // Whatever stands in the folder now is sound, so that this neither fails nor begins anew.
+    succeed(&killed, &[]);
+    assert!(results(&killed) == expected, "killed at (delay, rows then) {kills:?}");
+    assert!(kills.len() > 1, "ended before it could be killed twice: {kills:?}");
+}
+
+#[test]
+fn rows_that_are_there_are_not_computed_again() {
+    let out = folder("skipped");
+    succeed(&out, &["--shard", "1/2"]);
+    let end = run(&out, &[]);
+    let text = String::from_utf8(end.stdout).unwrap();
+    assert!(text.contains("4 of 8 rows are there already") && text.contains("16 shoots on"), "{text}");
+}
+
+#[test]
+fn unsound_rows_are_refused_and_kept() {
+    let out = folder("unsound");
+    succeed(&out, &[]);
+    let file = out.join("rows/row-0007.csv");
+    let sound = fs::read(&file).unwrap();
+    let mut changed = sound.clone();
+    changed[sound.len() / 2] ^= 4;
+    let unsound: [(&str, &[u8]); 5] = [
+        ("cut short", &sound[..sound.len() / 2]),
+        ("damaged", &changed),
+        ("no row of a sweep", b""),
+        ("not text", &[0xff; 100]),
+        ("has format", &String::from_utf8(sound.clone()).unwrap().replace("format 1", "format 7").into_bytes()),
+    ];
+    for (reason, bytes) in unsound {
+        fs::write(&file, bytes).unwrap();
+        for options in [&[][..], &["--merge"], &["--shard", "1/8"]] {
+            let message = fail(&out, options);
+            assert!(message.contains("row-0007.csv") && message.contains(reason), "{message}");
+        }
+        assert_eq!(fs::read(&file).unwrap(), bytes, "{reason}: the file has changed");
+    }
+    // The row of another place, and a sweep with other settings.
+    fs::copy(out.join("rows/row-0008.csv"), &file).unwrap();
+    let message = fail(&out, &[]);
+    assert!(message.contains("row-0007.csv") && message.contains("row: 8 of 8"), "{message}");
+    fs::write(&file, &sound).unwrap();
+    let before = results(&out);
+    let message = fail(&out, &["--beta", "1.5"]);
+    assert!(message.contains("row-0001.csv") && message.contains("gravitropic sensitivity: 1.5e0"), "{message}");
+    assert!(results(&out) == before && rows(&out) == 8);
+    succeed(&out, &["--merge"]);
+}
+
+#[test]
+fn what_makes_no_sense_on_the_command_line_is_named() {
+    let out = folder("refused");
+    for part in ["0/4", "5/4", "a/b", "4", "1/0"] {
+        let message = fail(&out, &["--shard", part]);
+        assert!(
+            message.contains(&format!("--shard has the value '{part}'")) && message.contains("1 <= i <= n"),
+            "{message}"
+        );
+    }
+    let message = fail(&out, &["--shard", "1/2", "--merge"]);
+    assert!(message.contains("--merge") && message.contains("--shard"), "{message}");
+    for (option, value) in [("--etas", "1"), ("--length-to", "3"), ("--threads", "0"), ("--hours", "nan")] {
+        let message = fail(&out, &[option, value]);
+        assert!(message.contains(option), "{message}");
+    }
+    // Only the library knows that a step must not exceed the delay.
+    let message = fail(&out, &["--step", "1000", "--threads", "2"]);
+    assert!(message.contains("1000 s") && message.contains("720 s"), "{message}");
+    assert_eq!(rows(&out), 0);
+}
