@@ -157,18 +157,22 @@ impl History {
         levels: &[usize],
         mut visit: impl FnMut(&[f64], &[&[f64]; N], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
-        let (variables, points) = (self.variables, self.points());
+        let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
-        let failed = (0..points).find(|&point| {
-            let row = self.row(point);
+        let before = self.levels.back().map_or(&[][..], |level| &level.rows);
+        let mut rows: [&[f64]; N] = [&[]; N];
+        for (to, level) in rows.iter_mut().zip(&levels[..known]) {
+            *to = &self.levels[*level].rows;
+        }
+        let failed = last.rows.chunks_exact_mut(width.max(1)).enumerate().position(|(point, now)| {
+            let row = point * width..(point + 1) * width;
             let mut stimuli: [&[f64]; N] = [&[]; N];
-            for (to, level) in stimuli.iter_mut().zip(&levels[..levels.len() - 1]) {
-                *to = self.stimuli(*level, point);
+            for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
+                *to = &rows[row.clone()][2 * variables..];
             }
-            let before = self.variables(self.levels.len() - 1, point);
-            let now = RecordMut::of(&mut last.rows[row], variables);
-            stimuli[levels.len() - 1] = now.stimuli;
-            !visit(before, &stimuli, now.variables, now.rates)
+            let now = RecordMut::of(now, variables);
+            stimuli[known] = now.stimuli;
+            !visit(&before[row][..variables], &stimuli, now.variables, now.rates)
         });
         self.levels.push_back(last);
         failed.map_or(Ok(()), Err)
