@@ -247,16 +247,14 @@ impl History {
         Reading { level, weights }
     }
 
-    /// A variable of a point at an earlier time.
+    /// The variables of a point at an earlier time.
     #[inline]
-    pub fn read(&self, at: &Reading, point: usize, variable: usize) -> f64 {
-        let row = self.row(point);
+    pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
+        let (row, v, w) = (self.row(point), self.variables, at.weights);
         let (old, new) = (&self.levels[at.level].rows[row.clone()], &self.levels[at.level + 1].rows[row]);
-        let rate = self.variables + variable;
-        at.weights[0] * old[variable]
-            + at.weights[1] * old[rate]
-            + at.weights[2] * new[variable]
-            + at.weights[3] * new[rate]
+        let old = old[..v].iter().zip(&old[v..2 * v]);
+        let new = new[..v].iter().zip(&new[v..2 * v]);
+        old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
     }
 
     /// Replaces the `p` points from `first` on by the 2 `p` points of two parts, at every level.
