@@ -10,7 +10,7 @@ use super::elimination::{Elimination, Row, vector_at};
 use crate::constitutive::{Constitutive, Tissue};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
-use crate::so3::{Form, hat, s_functions};
+use crate::so3::{Form, s_functions};
 
 /// What the equilibrium of one element depends on.
 pub(super) struct ElementData<'a> {
@@ -100,12 +100,13 @@ impl ElementSystem {
                 let tangent = response.tangent * weight;
                 let strain_theta = to_strain.jacobian(&theta, &slope);
                 let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
-                let a = strain_theta.tr_mul(&c_theta) + to_strain.hessian(&theta, &couple, &slope)
+                let a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
                     - exp.hessian(&theta, &force, &along);
                 let b = strain_theta.tr_mul(&c_slope)
                     + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
-                let c = strain_slope.tr_mul(&c_slope);
-                let turn_theta = hat(&force) * exp.jacobian(&theta, &along);
+                let c = symmetric_product(&strain_slope, &c_slope);
+                let turned_theta = exp.jacobian(&theta, &along);
+                let theta_turn = Matrix3::from_fn(|i, j| force.cross(&turned_theta.column(i))[j]);
                 let turn_turn =
                     Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
                 let bt = b.transpose();
@@ -115,7 +116,7 @@ impl ElementSystem {
                     for k in 0..=l {
                         self.hessian.add_block(3 * k, 3 * l, &(x * shape[k] + y * slopes[k]));
                     }
-                    self.hessian.add_block(3 * l, 3 * P, &(turn_theta.transpose() * shape[l]));
+                    self.hessian.add_block(3 * l, 3 * P, &(theta_turn * shape[l]));
                 }
                 self.hessian.add_block(3 * P, 3 * P, &turn_turn);
             }
@@ -141,13 +142,12 @@ impl ElementSystem {
         let by_first = self.inverse.jacobian(&theta, &g);
         let block = |row, col| self.hessian.block(row, col);
         let (pp, tp, tt) = (block(m, m), block(m + 3, m), block(m + 3, m + 3));
-        let mixed = chain_t * (tp.transpose() - pp * chain_t) - by_last * chain_t;
+        let (pp_chain_t, chain_pt) = (pp * chain_t, chain * tp.transpose());
+        let mixed = chain_t * (tp.transpose() - pp_chain_t) - by_last * chain_t;
         Condensed {
             h11: chain_t * pp * chain + symmetric_part(&(by_last * chain)),
             h01: mixed.transpose(),
-            h00: chain * pp * chain_t - chain * tp.transpose() - tp * chain_t
-                + tt
-                + symmetric_part(&(by_first * chain_t)),
+            h00: chain * pp_chain_t - chain_pt - chain_pt.transpose() + tt + symmetric_part(&(by_first * chain_t)),
         }
     }
 
@@ -182,6 +182,14 @@ impl ElementSystem {
     pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
         (0..P).map(|k| self.gradient[k].dot(&steps[k])).sum::<f64>() + self.gradient[P].dot(first)
     }
+}
+
+/// aᵀ b, where that is known to be symmetric.
+#[inline]
+fn symmetric_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let [x, y, z] = [0, 1, 2].map(|i| a.column(i).dot(&b.column(i)));
+    let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| a.column(i).dot(&b.column(j)));
+    Matrix3::new(x, xy, xz, xy, y, yz, xz, yz, z)
 }
 
 fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {

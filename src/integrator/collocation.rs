@@ -274,6 +274,9 @@ impl ExponentialCollocation {
                 self.integrate(j, depth);
                 change = change.max(self.force(law, j, size));
             }
+            if change == f64::INFINITY {
+                break;
+            }
             // How far the variables will be off when they have followed once more: the next change, by the slower of two sweeps.
             let ratio = change / last;
             let next = change * ratio.max(last_ratio);
