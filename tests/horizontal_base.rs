@@ -88,6 +88,28 @@ fn a_straight_first_guess_needs_few_iterations_on_every_mesh() {
 }
 
 #[test]
+fn a_neighbour_needs_one_tangent_and_a_straight_guess_three() {
+    let scene = Still::tilted(FRAC_PI_2);
+    for elements in [4, 5, 8, 16] {
+        let mut solver = NewtonSolver::default();
+        let mut solve = |rod: &mut Rod, density: f64| {
+            let found = solver
+                .solve(rod, &young_tissue(), &Weight { density }, &scene.environment(0.0))
+                .expect("an equilibrium");
+            assert!(found.error <= 1e-11 && found.inertia.negative == 0, "{found:?}");
+            (found.iterations, found.factorisations, found.evaluations)
+        };
+        let mut rod = straight(elements, Order::default());
+        // Newton's steps of some 1, 1e-1 and 1e-3 rad; chord steps, each a thousandth of the one before, go on from there.
+        let (iterations, factorisations, evaluations) = solve(&mut rod, DENSITY);
+        assert!((iterations, factorisations) <= (3, 3) && evaluations <= 5, "{iterations}, {evaluations}");
+        // A thousandth more load: a step of some 1e-3 rad, whose error of 1e-6 two chord steps bring below 1e-11.
+        let (iterations, factorisations, evaluations) = solve(&mut rod, 1.001 * DENSITY);
+        assert!((iterations, factorisations) == (1, 1) && evaluations <= 2, "{iterations}, {evaluations}");
+    }
+}
+
+#[test]
 fn a_shoot_at_rest_is_recognised_at_once() {
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = straight(16, Order::default());

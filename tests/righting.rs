@@ -99,6 +99,18 @@ fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
 }
 
 #[test]
+fn a_step_makes_one_tangent_and_one_gradient() {
+    let mut shoot = righting().build().unwrap();
+    let cost = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * HOUR).unwrap();
+    assert_eq!(cost.equilibria, cost.steps + 1);
+    // The first equilibrium is found from a straight shoot, in three iterations, and when the response begins, after one delay,
+    // the first guess knows nothing of it, in two or three steps.
+    for count in [cost.iterations, cost.factorisations, cost.evaluations] {
+        assert!(count <= cost.equilibria + 6, "{cost:?}");
+    }
+}
+
+#[test]
 fn the_response_begins_when_the_delay_is_over() {
     let mut shoot = righting().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);

@@ -6,13 +6,11 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::Inertia;
+use super::elimination::{Elimination, Row, vector_at};
 use crate::constitutive::{Constitutive, Tissue};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
-use crate::so3::{Form, hat, s_functions};
-
-/// Largest number of unknowns of an element: p rotation vectors and the turn of the whole.
-const MAX: usize = 3 * (MAX_POINTS + 1);
+use crate::so3::{Form, s_functions};
 
 /// What the equilibrium of one element depends on.
 pub(super) struct ElementData<'a> {
@@ -33,10 +31,10 @@ pub(super) struct ElementData<'a> {
 pub(super) struct ElementSystem {
     gradient: [Vector3<f64>; MAX_POINTS + 1],
     /// The gradient after the elimination, by components.
-    condensed: [f64; MAX],
-    /// Lower triangle; after the elimination the interior columns hold the factor L and their diagonal the pivots.
-    hessian: [[f64; MAX]; MAX],
+    condensed: Row,
+    hessian: Elimination,
     /// Jr(θ)⁻¹ at the last node: a turn of the last frame's change of its rotation vector.
+    inverse: Form,
     chain: Matrix3<f64>,
 }
 
@@ -52,8 +50,9 @@ impl Default for ElementSystem {
     fn default() -> Self {
         Self {
             gradient: [Vector3::zeros(); MAX_POINTS + 1],
-            condensed: [0.0; MAX],
-            hessian: [[0.0; MAX]; MAX],
+            condensed: Row::default(),
+            hessian: Elimination::default(),
+            inverse: Form::inverse_right_jacobian(&s_functions(0.0)),
             chain: Matrix3::identity(),
         }
     }
@@ -67,164 +66,114 @@ impl ElementSystem {
         material: &impl Constitutive,
         data: &ElementData,
     ) -> f64 {
-        self.gradient.fill(Vector3::zeros());
         if HESSIAN {
-            for row in &mut self.hessian[..3 * (P + 1)] {
-                row.fill(0.0);
-            }
+            self.hessian.clear();
         }
         let rotate = data.frame.to_rotation_matrix().into_inner();
-        let mut energy = 0.0;
+        let (mut energy, mut gradient) = (0.0, [Vector3::zeros(); MAX_POINTS + 1]);
         for g in 0..P {
+            let (shape, slopes) = (&reference.shape[g], &reference.slope[g]);
             let point = &data.points[g];
             let inverse = 1.0 / point.jacobian;
             let weight = reference.weights[g] * point.jacobian;
-            let theta = weighted(data.rotations, &reference.shape[g]);
-            let slope = weighted(data.rotations, &reference.slope[g]) * inverse;
+            let theta = weighted(data.rotations, shape);
+            let slope = weighted(data.rotations, slopes) * inverse;
             let s = s_functions(theta.norm_squared());
             let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
             let strain = to_strain.apply(&theta, &slope);
             let response = material.respond(&Tissue::of(point, data.time), &(strain - point.intrinsic));
-            let force = rotate.tr_mul(&data.forces[g]);
+            let (couple, force) = (response.couple * weight, rotate.tr_mul(&(data.forces[g] * weight)));
             let along = centre_line_tangent();
             let turned = exp.apply(&theta, &along);
-            energy += weight * (response.energy - force.dot(&turned));
+            energy += weight * response.energy - force.dot(&turned);
 
-            let jr = to_strain.matrix(&theta);
-            let by_theta =
-                (to_strain.gradient(&theta, &response.couple, &slope) - exp.gradient(&theta, &force, &along)) * weight;
-            let by_slope = jr.tr_mul(&response.couple) * (weight * inverse);
+            // The strain by the derivative of θ along the element's coordinate.
+            let strain_slope = to_strain.matrix(&theta) * inverse;
+            let by_theta = to_strain.gradient(&theta, &couple, &slope) - exp.gradient(&theta, &force, &along);
+            let by_slope = strain_slope.tr_mul(&couple);
             for k in 0..P {
-                self.gradient[k] += by_theta * reference.shape[g][k] + by_slope * reference.slope[g][k];
+                gradient[k] += by_theta * shape[k] + by_slope * slopes[k];
             }
-            self.gradient[P] -= turned.cross(&force) * weight;
+            gradient[P] -= turned.cross(&force);
 
             if HESSIAN {
+                let tangent = response.tangent * weight;
                 let strain_theta = to_strain.jacobian(&theta, &slope);
-                let c_theta = response.tangent * strain_theta;
-                let c_slope = response.tangent * jr;
-                let a = (strain_theta.tr_mul(&c_theta) + to_strain.hessian(&theta, &response.couple, &slope)
-                    - exp.hessian(&theta, &force, &along))
-                    * weight;
-                let b = (strain_theta.tr_mul(&c_slope)
-                    + to_strain.transpose().jacobian(&theta, &response.couple).transpose())
-                    * (weight * inverse);
-                let c = jr.tr_mul(&c_slope) * (weight * inverse * inverse);
-                let bt = b.transpose();
-                for l in 0..P {
-                    let (shape, slope) = (reference.shape[g][l], reference.slope[g][l]);
-                    let x = a * shape + b * slope;
-                    let y = bt * shape + c * slope;
-                    for k in l..P {
-                        let block = x * reference.shape[g][k] + y * reference.slope[g][k];
-                        self.add(3 * k, 3 * l, &block);
-                    }
-                }
-                let turn_theta = hat(&force) * exp.jacobian(&theta, &along) * weight;
-                for k in 0..P {
-                    self.add(3 * P, 3 * k, &(turn_theta * reference.shape[g][k]));
-                }
+                let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
+                let a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
+                    - exp.hessian(&theta, &force, &along);
+                let b = strain_theta.tr_mul(&c_slope)
+                    + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
+                let c = symmetric_product(&strain_slope, &c_slope);
+                let turned_theta = exp.jacobian(&theta, &along);
+                let theta_turn = Matrix3::from_fn(|i, j| force.cross(&turned_theta.column(i))[j]);
                 let turn_turn =
                     Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
-                self.add(3 * P, 3 * P, &(turn_turn * weight));
+                let bt = b.transpose();
+                for l in 0..P {
+                    let x = a * shape[l] + b * slopes[l];
+                    let y = bt * shape[l] + c * slopes[l];
+                    for k in 0..=l {
+                        self.hessian.add_block(3 * k, 3 * l, &(x * shape[k] + y * slopes[k]));
+                    }
+                    self.hessian.add_block(3 * l, 3 * P, &(theta_turn * shape[l]));
+                }
+                self.hessian.add_block(3 * P, 3 * P, &turn_turn);
             }
         }
+        self.gradient = gradient;
         // Also without a Hessian: a balance of couples on frames that have moved needs the present one.
         let theta = data.rotations[P - 1];
-        self.chain = Form::inverse_right_jacobian(&s_functions(theta.norm_squared())).matrix(&theta);
+        self.inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
+        self.chain = self.inverse.matrix(&theta);
         energy
-    }
-
-    #[inline]
-    fn add(&mut self, row: usize, col: usize, block: &Matrix3<f64>) {
-        for i in 0..3 {
-            for j in 0..3 {
-                self.hessian[row + i][col + j] += block[(i, j)];
-            }
-        }
-    }
-
-    #[inline]
-    fn block(&self, row: usize, col: usize) -> Matrix3<f64> {
-        Matrix3::from_fn(|i, j| self.hessian[(row + i).max(col + j)][(row + i).min(col + j)])
-    }
-
-    fn vector(values: &[f64; MAX], at: usize) -> Vector3<f64> {
-        Vector3::new(values[at], values[at + 1], values[at + 2])
     }
 
     /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and passes from the rotation vector of
     /// the last node to the turn of the last frame. Counts the interior pivots.
     pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: f64, inertia: &mut Inertia) -> Condensed {
-        let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        let mut diagonal = [0.0; MAX];
-        for k in 0..m {
-            self.hessian[k][k] += shift;
-            diagonal[k] = self.hessian[k][k].abs();
-        }
-        for k in 0..m {
-            let pivot = self.hessian[k][k];
-            inertia.count(pivot, diagonal[k], super::tangent::NEUTRAL * diagonal[k]);
-            let inverse = if pivot == 0.0 { 0.0 } else { 1.0 / pivot };
-            let column: [f64; MAX] = std::array::from_fn(|i| self.hessian[i][k]);
-            for i in k + 1..n {
-                let l = column[i] * inverse;
-                for j in k + 1..=i {
-                    self.hessian[i][j] -= l * column[j];
-                }
-                self.hessian[i][k] = l;
-            }
-        }
+        let m = 3 * (P - 1);
+        self.hessian.eliminate::<P>(shift, inertia);
         let theta = data.rotations[P - 1];
-        let inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
         let (chain, chain_t) = (self.chain, self.chain.transpose());
         // Second derivatives of the last rotation vector, contracted with the gradient there (docs/method.md).
         let g = self.gradient[P - 1];
-        let by_last = inverse.transpose().jacobian(&theta, &g);
-        let by_first = inverse.jacobian(&theta, &g);
-        let (pp, tp, tt) = (self.block(m, m), self.block(m + 3, m), self.block(m + 3, m + 3));
-        let mixed = chain_t * (tp.transpose() - pp * chain_t) - by_last * chain_t;
+        let by_last = self.inverse.transpose().jacobian(&theta, &g);
+        let by_first = self.inverse.jacobian(&theta, &g);
+        let block = |row, col| self.hessian.block(row, col);
+        let (pp, tp, tt) = (block(m, m), block(m + 3, m), block(m + 3, m + 3));
+        let (pp_chain_t, chain_pt) = (pp * chain_t, chain * tp.transpose());
+        let mixed = chain_t * (tp.transpose() - pp_chain_t) - by_last * chain_t;
         Condensed {
             h11: chain_t * pp * chain + symmetric_part(&(by_last * chain)),
             h01: mixed.transpose(),
-            h00: chain * pp * chain_t - chain * tp.transpose() - tp * chain_t
-                + tt
-                + symmetric_part(&(by_first * chain_t)),
+            h00: chain * pp_chain_t - chain_pt - chain_pt.transpose() + tt + symmetric_part(&(by_first * chain_t)),
         }
     }
 
     /// Eliminates from the gradient with the factors of [`condense`](Self::condense). Returns what is left: the gradient by
     /// the turns of the last and of the first frame.
     pub fn condense_gradient<const P: usize>(&mut self) -> (Vector3<f64>, Vector3<f64>) {
-        let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        let mut g: [f64; MAX] = std::array::from_fn(|i| self.gradient[i / 3][i % 3]);
-        for k in 0..m {
-            for i in k + 1..n {
-                g[i] -= self.hessian[i][k] * g[k];
-            }
+        let m = 3 * (P - 1);
+        for k in 0..=P {
+            self.condensed.as_flattened_mut()[3 * k..3 * k + 3].copy_from_slice(self.gradient[k].as_slice());
         }
-        self.condensed = g;
-        let last = Self::vector(&g, m);
-        (self.chain.tr_mul(&last), Self::vector(&g, m + 3) - self.chain * last)
+        self.hessian.reduce::<P>(&mut self.condensed);
+        let (last, whole) = (vector_at(&self.condensed, m), vector_at(&self.condensed, m + 3));
+        (self.chain.tr_mul(&last), whole - self.chain * last)
     }
 
     /// The Newton step of the interior rotation vectors from the gradient of
     /// [`condense_gradient`](Self::condense_gradient), given the turns of the last and of the first frame.
     pub fn recover<const P: usize>(&self, last: &Vector3<f64>, first: &Vector3<f64>, steps: &mut [Vector3<f64>]) {
-        let (m, n) = (3 * (P - 1), 3 * (P + 1));
-        let mut x = self.condensed;
+        let m = 3 * (P - 1);
+        let mut x = Row::default();
         let outer = self.chain * last - self.chain.tr_mul(first);
-        x[m..m + 3].copy_from_slice(outer.as_slice());
-        x[m + 3..n].copy_from_slice(first.as_slice());
-        for k in (0..m).rev() {
-            let pivot = self.hessian[k][k];
-            x[k] = if pivot == 0.0 { 0.0 } else { -x[k] / pivot };
-            for i in k + 1..n {
-                x[k] -= self.hessian[i][k] * x[i];
-            }
-        }
+        x.as_flattened_mut()[m..m + 3].copy_from_slice(outer.as_slice());
+        x.as_flattened_mut()[m + 3..m + 6].copy_from_slice(first.as_slice());
+        self.hessian.recover::<P>(&self.condensed, &mut x);
         for (k, step) in steps.iter_mut().enumerate().take(P - 1) {
-            *step = Self::vector(&x, 3 * k);
+            *step = vector_at(&x, 3 * k);
         }
         steps[P - 1] = outer;
     }
@@ -233,6 +182,14 @@ impl ElementSystem {
     pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
         (0..P).map(|k| self.gradient[k].dot(&steps[k])).sum::<f64>() + self.gradient[P].dot(first)
     }
+}
+
+/// aᵀ b, where that is known to be symmetric.
+#[inline]
+fn symmetric_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
+    let [x, y, z] = [0, 1, 2].map(|i| a.column(i).dot(&b.column(i)));
+    let [xy, xz, yz] = [(0, 1), (0, 2), (1, 2)].map(|(i, j)| a.column(i).dot(&b.column(j)));
+    Matrix3::new(x, xy, xz, xy, y, yz, xz, yz, z)
 }
 
 fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {
@@ -388,7 +345,7 @@ mod tests {
             let (plus, minus) = (gradient(h), gradient(-h));
             for i in j..15 {
                 let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
-                let value = system.hessian[i][j];
+                let value = system.hessian.at(j, i);
                 assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
             }
         }

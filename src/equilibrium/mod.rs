@@ -1,6 +1,7 @@
 //! The shape at rest under the present loads, equations (1) and (9) to (12).
 
 mod element;
+mod elimination;
 mod newton;
 mod search;
 mod system;

@@ -15,6 +15,8 @@ const LARGEST_TURN: f64 = 1.0;
 const SMALL_TURN: f64 = 1e-4;
 /// Steps shorter than this are followed by one with the same factors, whose size tells the error.
 const CHORD_TURN: f64 = 0.05;
+/// Chord steps that follow one another at most: a gradient and its solution cost a quarter of what a fresh tangent does.
+const CHORDS: i32 = 4;
 /// Steps shorter than this leave nothing but rounding behind, rad: Newton's method squares them.
 const NEAR_TURN: f64 = 1e-8;
 /// A shifted step shorter than this finds next to no gradient, rad: the frames are at a saddle.
@@ -96,8 +98,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             }
             let fraction = self.search_line(rod)?;
             if fraction == 1.0 && self.shift == 0.0 && self.turn < CHORD_TURN {
-                let rest = self.follow_chord(rod);
-                if self.accepts(rod, rest)? {
+                let (error, shrinks) = self.follow_chords(rod);
+                if self.accepts(rod, error, shrinks)? {
                     return Ok(self.found);
                 }
             }
@@ -228,33 +230,44 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// The chord step: with the old factors from the gradient at the new frames, which the line search has left. It costs
-    /// little, and its size is the error that the Newton step left. Returns the size, rad.
-    fn follow_chord(&mut self, rod: &mut Rod) -> f64 {
-        self.system.balance::<P>();
-        self.system.solve::<P>();
-        let rest = self.system.largest_turn();
-        if self.shrinks_to(rest) {
+    /// Chord steps: with the old factors from the gradient at the new frames, the first of which the line search has left. They
+    /// cost little, and their sizes tell the error that they leave. Returns that error, rad, and whether the last one was
+    /// clearly shorter than the step before it; at rounding level it is not.
+    fn follow_chords(&mut self, rod: &mut Rod) -> (f64, bool) {
+        let (mut last, mut more) = (self.turn, CHORDS);
+        loop {
+            more -= 1;
+            self.system.balance::<P>();
+            self.system.solve::<P>();
+            let rest = self.system.largest_turn();
+            if !(rest < 0.5 * last) {
+                return (last.max(rest), false);
+            }
             self.system.start.keep(rod);
             self.system.advance::<P>(rod, 1.0);
+            // What the chord step leaves shrinks by the same ratio again, or by what the turn has changed of the tangent.
+            let ratio = (rest / last).max(self.turn);
+            let error = 4.0 * rest * ratio;
+            if error <= self.tolerance || !self.is_safe() || error * ratio.powi(more) > self.tolerance {
+                return (error, true);
+            }
+            self.found.energy = self.system.evaluate::<P>(rod, self.material, self.force);
+            self.found.evaluations += 1;
+            last = rest;
         }
-        rest
     }
 
-    /// Whether a chord step of size `rest` is clearly shorter than the Newton step; at rounding level it is not.
-    fn shrinks_to(&self, rest: f64) -> bool {
-        rest < 0.5 * self.turn
+    /// Whether the signs of the tangent at the last step's start are those at its end: its smallest pivot is safe from a change of
+    /// that size.
+    fn is_safe(&self) -> bool {
+        self.stable && self.found.inertia.margin >= 10.0 * self.turn
     }
 
-    /// Whether the frames after a chord step of size `rest` are an equilibrium of the wanted kind, within the tolerance.
-    fn accepts(&mut self, rod: &Rod, rest: f64) -> Result<bool, EquilibriumError> {
-        // What the chord step leaves shrinks by the same ratio again, or by what the turn has changed of the tangent.
-        let shrinks = self.shrinks_to(rest);
-        let error = if shrinks { 4.0 * rest * (rest / self.turn).max(self.turn) } else { self.turn.max(rest) };
-        // The tangent was that of the last step's start, and its signs are those at the answer where its smallest pivot is
-        // safe from a change of that size. Where not, the answer is made as good as rounding allows, and a tangent is made
-        // there.
-        let safe = self.stable && self.found.inertia.margin >= 10.0 * self.turn;
+    /// Whether the frames are an equilibrium of the wanted kind, within the tolerance, given their error, rad, and whether the
+    /// last chord step was clearly shorter than the one before.
+    fn accepts(&mut self, rod: &Rod, error: f64, shrinks: bool) -> Result<bool, EquilibriumError> {
+        // Where the signs are not safe, the answer is made as good as rounding allows, and a tangent is made there.
+        let safe = self.is_safe();
         if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEAR_TURN)) {
             return Ok(false);
         }

@@ -1,17 +1,17 @@
 //! The beginning of a run: the first equilibrium and the history before it.
 
+use super::memories::check_memories;
 use super::step_size::starts_at_discontinuity;
 use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
-use crate::error::ParameterError;
 use crate::model::Model;
 use crate::quadrature::lagrange_derivatives;
 use crate::scene::before;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::History;
-use crate::tropism::{Source, TropismLaw};
+use crate::tropism::TropismLaw;
 
 /// Intervals into which a history that varies is sampled, over the longest delay.
 const SAMPLES: usize = 64;
@@ -59,27 +59,10 @@ impl Stepper {
         if !shoot.state.history.is_finite() {
             return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
         }
-        self.check_memories(&mut shoot.state.history)?;
-        if discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
-    }
-
-    /// Refuses laws whose rates are not those of the linear memories that they declare.
-    fn check_memories(&self, history: &mut History) -> Result<(), ParameterError> {
-        for point in history.each_present() {
-            for (i, variable) in self.laws.variables().iter().enumerate() {
-                let x = match variable.remembers {
-                    Source::Stimulus(k) => point.stimuli[k],
-                    Source::Variable(k) => point.variables[k],
-                    Source::Computed => continue,
-                };
-                let (y, change) = (point.variables[i], point.rates[i] * variable.time_constant);
-                // One subtraction and one quotient, however the law writes them.
-                let linear = (change - (x - y)).abs() <= 16.0 * f64::EPSILON * (x.abs() + y.abs());
-                let name = "rate of a variable that is declared a memory, times its time constant";
-                ParameterError::unless(linear, name, change, "what it remembers minus itself")?;
-            }
+        for point in shoot.state.history.each_present() {
+            check_memories(&self.laws, point.variables, point.rates, point.stimuli)?;
         }
-        Ok(())
+        if discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
     }
 }
 

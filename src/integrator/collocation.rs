@@ -6,18 +6,16 @@
 //! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
 //! iteration, node after node; if that does not contract fast, the interval is halved.
 
-use nalgebra::{Matrix4, Vector4};
-
 use super::ORDER;
-use crate::quadrature::{lagrange, lobatto, rule};
+use super::memories::Memories;
+use super::relaxation::{Kernel, LANES, Lanes, NODES};
+use crate::quadrature::{lagrange, lobatto};
 use crate::tropism::{Declaration, TropismLaw};
 
-/// Collocation points: the stimuli are polynomials through as many levels.
-const NODES: usize = ORDER;
 /// Sweeps after which an interval is halved: a contraction by 1/10 a sweep reaches the tolerance in them, and means that
 /// the nonlinearity is well resolved.
 const SWEEPS: usize = 12;
-/// Change in a sweep, relative to the largest variable, that ends the iteration: below any error in time by far.
+/// Error of a variable, relative to itself and its own motion, that ends the iteration: below any error in time by far.
 const TOLERANCE: f64 = 1e-12;
 /// Halvings after which it is given up.
 const DEPTH: usize = 40;
@@ -30,16 +28,51 @@ const BUDGET: usize = 20_000;
 #[derive(Debug, Clone, Default)]
 struct Weights {
     size: f64,
-    variables: Vec<Kernel>,
+    kernels: Vec<Kernel>,
 }
 
-/// The weights of one variable.
+/// A few variables of a point. What fills up the last group stays zero.
 #[derive(Debug, Clone, Copy, Default)]
-struct Kernel {
-    /// exp(−c δ/τ) at every node.
-    decay: [f64; NODES],
-    /// ∫ from 0 to node j of exp(−(cj − c) δ/τ) × polynomial l, times δ.
-    integral: [[f64; NODES]; NODES],
+struct Group {
+    /// 1/τ.
+    inverse: Lanes,
+    /// The variables at the start of the interval, and how far they would go on as they start.
+    start: Lanes,
+    motion: Lanes,
+    /// N at every node.
+    forcing: [Lanes; NODES],
+}
+
+impl Group {
+    /// The variables at node `j`.
+    // Out of line, so that numbers of one group are treated together, and not those of two groups, which lie apart.
+    #[inline(never)]
+    fn at(&self, j: usize, kernel: &Kernel) -> Lanes {
+        let mut value = [0.0; LANES];
+        for i in 0..LANES {
+            value[i] = kernel.decay[j][i] * self.start[i];
+        }
+        for l in 0..NODES {
+            for i in 0..LANES {
+                value[i] += kernel.integral[j][l][i] * self.forcing[l][i];
+            }
+        }
+        value
+    }
+
+    /// Sets N = ẏ + y/τ at node `j`. Returns by how much that changes a variable within `size` (s), relative to the variable
+    /// and its own motion: they need not share a unit.
+    #[inline(never)]
+    fn force(&mut self, j: usize, value: &Lanes, rate: &Lanes, size: f64) -> f64 {
+        let (forcing, mut change) = (&mut self.forcing[j], [0.0; LANES]);
+        for i in 0..LANES {
+            let new = rate[i] + value[i] * self.inverse[i];
+            let motion = size * (new - forcing[i]).abs();
+            change[i] = motion / (value[i].abs() + self.motion[i] + f64::MIN_POSITIVE);
+            forcing[i] = new;
+        }
+        change.into_iter().fold(0.0, |a, b| if b > a { b } else { a })
+    }
 }
 
 /// Solves for the variables; keeps nothing between calls but workspace and weights.
@@ -49,17 +82,19 @@ pub(super) struct ExponentialCollocation {
     levels: Levels,
     /// Interpolation weights of the stimuli at the nodes of the whole step.
     at_nodes: [[f64; ORDER]; NODES],
-    /// Stimuli of a point.
+    /// Variables and stimuli of a point.
+    variables: usize,
     sensed: usize,
     constants: Vec<f64>,
-    /// 1/τ.
-    inverse: Vec<f64>,
     weights: Vec<Weights>,
+    /// Whether there is nothing but memories, which need no iteration.
+    remember: bool,
+    memories: Memories,
     stimuli: Vec<f64>,
-    forcing: Vec<f64>,
-    values: Vec<f64>,
-    rates: Vec<f64>,
-    first_rates: Vec<f64>,
+    groups: Vec<Group>,
+    /// At every node.
+    values: [Vec<Lanes>; NODES],
+    rates: Vec<Lanes>,
     /// Intervals that had to be halved since this was last set to zero.
     pub halvings: usize,
     /// Intervals that may still be halved for the present point.
@@ -93,61 +128,99 @@ impl ExponentialCollocation {
         for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
             *at = levels.weights(*c);
         }
-        let v = laws.size().variables;
         let constants = || laws.variables().iter().map(|variable| variable.time_constant);
         // Weights belong to a size of step and to the laws' time constants.
         let known = self.weights[0].size == size && self.constants.iter().copied().eq(constants());
-        self.constants.clear();
-        self.constants.extend(constants());
-        self.inverse.clear();
-        self.inverse.extend(self.constants.iter().map(|tau| 1.0 / tau));
-        self.sensed = laws.size().stimuli;
-        self.stimuli.resize(NODES * self.sensed, 0.0);
-        self.rates.resize(v, 0.0);
-        self.forcing.resize(NODES * v, 0.0);
-        self.values.resize(NODES * v, 0.0);
-        self.first_rates.resize(v, 0.0);
         if !known {
-            for weights in &mut self.weights {
-                weights.size = 0.0;
-                // Room now, so that no later step allocates when it first halves its interval.
-                weights.variables.resize(v, Kernel::default());
-            }
+            self.constants.clear();
+            self.constants.extend(constants());
+            self.make_room(laws);
             self.fill(0, size);
+        }
+        self.remember = self.memories.prepare(laws, &self.weights[0].kernels, &self.at_nodes);
+    }
+
+    /// Makes room for the numbers of a point, so that no later step allocates when it first halves its interval.
+    fn make_room(&mut self, laws: &Declaration) {
+        (self.variables, self.sensed) = (laws.size().variables, laws.size().stimuli);
+        self.stimuli.resize(NODES * self.sensed, 0.0);
+        let groups = self.variables.div_ceil(LANES);
+        self.groups.clear();
+        self.groups.resize(groups, Group::default());
+        for (i, tau) in self.constants.iter().enumerate() {
+            self.groups[i / LANES].inverse[i % LANES] = 1.0 / tau;
+        }
+        for numbers in self.values.iter_mut().chain([&mut self.rates]) {
+            numbers.clear();
+            numbers.resize(groups, [0.0; LANES]);
+        }
+        for weights in &mut self.weights {
+            weights.size = 0.0;
+            weights.kernels.clear();
+            weights.kernels.resize(groups, Kernel::default());
         }
     }
 
     fn fill(&mut self, depth: usize, size: f64) {
         let weights = &mut self.weights[depth];
         weights.size = size;
-        for (kernel, tau) in weights.variables.iter_mut().zip(&self.constants) {
-            let z = size / tau;
-            for (j, c) in self.nodes.iter().enumerate() {
-                kernel.decay[j] = (-c * z).exp();
-                kernel.integral[j] = relaxed_integral(&self.nodes, z, *c).map(|w| w * size);
-            }
-        }
-    }
-
-    /// Evaluates N = ẏ + y/τ at node `j`.
-    fn force(&mut self, law: &impl TropismLaw, j: usize) {
-        let (v, m) = (self.constants.len(), self.sensed);
-        let values = &self.values[j * v..(j + 1) * v];
-        // What a law does not write is not a number, whatever stood there before.
-        self.rates.fill(f64::NAN);
-        law.rates(values, &self.stimuli[j * m..(j + 1) * m], &mut self.rates);
-        if j == 0 {
-            self.first_rates.copy_from_slice(&self.rates);
-        }
-        for i in 0..v {
-            self.forcing[j * v + i] = self.rates[i] + values[i] * self.inverse[i];
+        for (i, tau) in self.constants.iter().enumerate() {
+            weights.kernels[i / LANES].set(i % LANES, &self.nodes, size, *tau);
         }
     }
 
     /// Carries the variables `y` of a point over the step, under its stimuli at every level. Returns whether it succeeded.
     pub fn carry(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; ORDER], y: &mut [f64]) -> bool {
+        if self.remember {
+            self.memories.carry(&stimuli[..self.levels.count], y);
+            return true;
+        }
         self.budget = BUDGET;
         self.advance(law, stimuli, y, 0.0, 0)
+    }
+
+    /// Evaluates the rates at node `j`.
+    fn find_rates(&mut self, law: &impl TropismLaw, j: usize) {
+        let (v, m) = (self.variables, self.sensed);
+        // What a law does not write is not a number, whatever stood there before.
+        let rates = &mut self.rates.as_flattened_mut()[..v];
+        rates.fill(f64::NAN);
+        law.rates(&self.values[j].as_flattened()[..v], &self.stimuli[j * m..(j + 1) * m], rates);
+    }
+
+    /// Begins an interval of `size` (s): the variables are known at its start, and N is taken to stay as it is there.
+    fn begin(&mut self, law: &impl TropismLaw, y: &[f64], size: f64) {
+        self.values[0].as_flattened_mut()[..y.len()].copy_from_slice(y);
+        self.find_rates(law, 0);
+        for (group, (value, rate)) in self.groups.iter_mut().zip(self.values[0].iter().zip(&self.rates)) {
+            let mut forcing = [0.0; LANES];
+            for i in 0..LANES {
+                group.motion[i] = size * rate[i].abs();
+                forcing[i] = rate[i] + value[i] * group.inverse[i];
+            }
+            (group.start, group.forcing) = (*value, [forcing; NODES]);
+        }
+    }
+
+    /// Finds the variables at node `j` from N at every node.
+    #[inline]
+    fn integrate(&mut self, j: usize, depth: usize) {
+        let groups = self.values[j].iter_mut().zip(&self.weights[depth].kernels).zip(&self.groups);
+        for ((value, kernel), group) in groups {
+            *value = group.at(j, kernel);
+        }
+    }
+
+    /// Evaluates N at node `j`. Returns by how much that changes a variable within `size` (s), relatively.
+    #[inline]
+    fn force(&mut self, law: &impl TropismLaw, j: usize, size: f64) -> f64 {
+        self.find_rates(law, j);
+        let mut largest = 0.0;
+        for (group, (value, rate)) in self.groups.iter_mut().zip(self.values[j].iter().zip(&self.rates)) {
+            let change = group.force(j, value, rate, size);
+            largest = if change > largest { change } else { largest };
+        }
+        largest
     }
 
     /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, under the stimuli of a point
@@ -160,7 +233,7 @@ impl ExponentialCollocation {
         start: f64,
         depth: usize,
     ) -> bool {
-        let (v, m) = (self.constants.len(), self.sensed);
+        let m = self.sensed;
         let part = 0.5_f64.powi(depth as i32);
         if self.weights[depth].size == 0.0 {
             self.fill(depth, self.weights[0].size * part);
@@ -168,46 +241,18 @@ impl ExponentialCollocation {
         for (j, c) in self.nodes.iter().enumerate() {
             // The whole step is the same for every point; parts of it are rare.
             let at = if depth == 0 { self.at_nodes[j] } else { self.levels.weights(start + part * c) };
-            for (i, x) in self.stimuli[j * m..(j + 1) * m].iter_mut().enumerate() {
-                *x = (0..self.levels.count).map(|k| at[k] * stimuli[k][i]).sum();
-            }
-        }
-        // The first guess goes on at the first rates; the forcing at the first node stays for all sweeps.
-        self.values[..v].copy_from_slice(y);
-        self.force(law, 0);
-        for j in 1..NODES {
-            let time = self.nodes[j] * self.weights[depth].size;
-            for i in 0..v {
-                self.values[j * v + i] = y[i] + time * self.first_rates[i];
-            }
-            self.force(law, j);
-        }
-        for _ in 0..SWEEPS {
-            let (mut converged, mut finite) = (true, true);
-            // Each node uses what the ones before it have become in this sweep.
-            for j in 1..NODES {
-                let weights = &self.weights[depth];
-                for i in 0..v {
-                    let kernel = &weights.variables[i];
-                    let mut value = kernel.decay[j] * y[i];
-                    for l in 0..NODES {
-                        value += kernel.integral[j][l] * self.forcing[l * v + i];
-                    }
-                    let old = std::mem::replace(&mut self.values[j * v + i], value);
-                    // Every variable is measured against itself and its own motion: they need not share a unit.
-                    let scale = value.abs() + weights.size * self.first_rates[i].abs();
-                    converged &= (value - old).abs() <= TOLERANCE * scale;
-                    finite &= value.is_finite();
+            let sensed = &mut self.stimuli[j * m..(j + 1) * m];
+            sensed.fill(0.0);
+            for (stimuli, weight) in stimuli[..self.levels.count].iter().zip(at) {
+                for (x, stimulus) in sensed.iter_mut().zip(*stimuli) {
+                    *x += weight * stimulus;
                 }
-                self.force(law, j);
             }
-            if !finite {
-                break;
-            }
-            if converged {
-                y.copy_from_slice(&self.values[(NODES - 1) * v..]);
-                return true;
-            }
+        }
+        self.begin(law, y, self.weights[depth].size);
+        if self.sweep(law, depth) {
+            y.copy_from_slice(&self.values[NODES - 1].as_flattened()[..y.len()]);
+            return true;
         }
         if depth == DEPTH || self.budget == 0 {
             return false;
@@ -216,34 +261,32 @@ impl ExponentialCollocation {
         self.halvings += 1;
         self.advance(law, stimuli, y, start, depth + 1) && self.advance(law, stimuli, y, start + 0.5 * part, depth + 1)
     }
-}
 
-/// ∫ from 0 to `c` of exp(−(c − t) z) times each Lagrange polynomial through `nodes`, dt.
-fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
-    let mut out = [0.0; NODES];
-    if c == 0.0 {
-        return out;
-    }
-    if c * z <= 3.0 {
-        let (points, weights) = rule::<8>();
-        for (x, w) in points.iter().zip(weights) {
-            let mut values = [0.0; NODES];
-            lagrange(nodes, c * x, &mut values);
-            let kernel = w * c * (-(c - c * x) * z).exp();
-            for (o, v) in out.iter_mut().zip(values) {
-                *o += kernel * v;
+    /// Iterates from the forcing that is guessed at every node. Returns whether that converged.
+    fn sweep(&mut self, law: &impl TropismLaw, depth: usize) -> bool {
+        let size = self.weights[depth].size;
+        // Where one variable drives another and this one the first, sweeps gain much and little in turns.
+        let (mut last, mut last_ratio, mut known) = (f64::INFINITY, 0.0_f64, false);
+        for _ in 0..SWEEPS {
+            let mut change = 0.0_f64;
+            // Each node uses what the ones before it have become in this sweep.
+            for j in 1..NODES {
+                self.integrate(j, depth);
+                change = change.max(self.force(law, j, size));
             }
+            if change == f64::INFINITY {
+                break;
+            }
+            // How far the variables will be off when they have followed once more: the next change, by the slower of two sweeps.
+            let ratio = change / last;
+            let next = change * ratio.max(last_ratio);
+            if change <= TOLERANCE || (known && next <= TOLERANCE) {
+                self.integrate(NODES - 1, depth);
+                return self.values[NODES - 1].as_flattened().iter().all(|y| y.is_finite());
+            }
+            known = last.is_finite();
+            (last, last_ratio) = (change, ratio);
         }
-        return out;
+        false
     }
-    // Moments ∫ exp(−(c − t) z) t^m dt by the recurrence Im = (c^m − m Im−1)/z, stable for c z > 3.
-    let mut moments = [0.0; NODES];
-    moments[0] = -(-c * z).exp_m1() / z;
-    for m in 1..NODES {
-        moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
-    }
-    // Weights that reproduce the moments reproduce the integral of every polynomial through the nodes. The nodes are
-    // distinct, so there are some.
-    let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
-    powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }

@@ -10,20 +10,22 @@ use crate::growth::GrowthLaw;
 use crate::quadrature::{lagrange, rule};
 use crate::section::Section;
 use crate::state::{History, Nodes, Reading};
-use crate::tropism::{Declaration, Growing, Size, TropismLaw};
+use crate::tropism::{Declaration, Growing, TropismLaw};
 
 /// The Gauss points of a step and how the past is read at each of them; the same for all material points.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
-    /// For every node, one entry for every variable; none for one that is not read.
-    readings: Vec<Option<Reading>>,
+    /// For every node, one entry for every delay.
+    readings: Vec<Reading>,
+    /// The delays with which variables are read, each once, s.
+    delays: Vec<f64>,
+    /// For every variable, which of them is its own; none for one that is not read.
+    delay_of: Vec<Option<usize>>,
     /// The levels through which present stimuli are interpolated.
     levels: Option<Nodes<ORDER>>,
     /// The ends of the pieces.
     ends: Vec<f64>,
-    /// Of the laws.
-    size: Size,
     past: Vec<f64>,
     present: Vec<f64>,
 }
@@ -45,14 +47,22 @@ impl GradientIntegral {
         self.ends.clear();
         self.ends.extend([from, to]);
         let variables = laws.variables();
-        self.size = laws.size();
-        for (v, variable) in variables.iter().enumerate() {
-            // Each delay once.
-            if let Some(delay) = variable.delay
-                && variables[..v].iter().all(|other| other.delay != Some(delay))
-            {
-                self.ends.extend(history.passings(delay, from, to));
-            }
+        let size = laws.size();
+        // What is not read stays zero.
+        self.past.clear();
+        self.past.resize(size.variables, 0.0);
+        self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
+        self.delays.clear();
+        self.delay_of.clear();
+        for variable in variables {
+            let place = variable.delay.map(|delay| {
+                self.delays.iter().position(|known| *known == delay).unwrap_or_else(|| {
+                    self.ends.extend(history.passings(delay, from, to));
+                    self.delays.push(delay);
+                    self.delays.len() - 1
+                })
+            });
+            self.delay_of.push(place);
         }
         self.ends.sort_unstable_by(f64::total_cmp);
         let mut times = [0.0; ORDER];
@@ -69,13 +79,13 @@ impl GradientIntegral {
             for (x, w) in x.iter().zip(w) {
                 let time = a + (b - a) * x;
                 let mut interpolation = [0.0; ORDER];
-                if laws.size().reads_present {
+                if size.reads_present {
                     lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
                 }
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
                 // Every Gauss point of a piece lies between the same two levels as its middle does.
                 let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
-                self.readings.extend(variables.iter().map(|variable| variable.delay.map(read)));
+                self.readings.extend(self.delays.iter().copied().map(read));
             }
         }
     }
@@ -91,15 +101,17 @@ impl GradientIntegral {
         section: Section,
         (distance, start): (f64, f64),
     ) -> Vector3<f64> {
-        let size = self.size;
-        self.past.resize(size.variables, 0.0);
-        self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         let moves = growth.elongates();
         let mut sum = Vector3::zeros();
         for (i, node) in self.nodes.iter().enumerate() {
-            let readings = &self.readings[i * size.variables..(i + 1) * size.variables];
-            for (v, reading) in readings.iter().enumerate() {
-                self.past[v] = reading.map_or(0.0, |reading| history.read(&reading, point, v));
+            let delays = self.delays.len();
+            for (d, reading) in self.readings[i * delays..(i + 1) * delays].iter().enumerate() {
+                let places = self.past.iter_mut().zip(&self.delay_of);
+                for ((past, delay), value) in places.zip(history.read(reading, point)) {
+                    if *delay == Some(d) {
+                        *past = value;
+                    }
+                }
             }
             for (m, value) in self.present.iter_mut().enumerate() {
                 let levels = self.levels.iter().flat_map(|levels| levels.iter()).zip(node.interpolation);

@@ -2,6 +2,7 @@
 
 use super::collocation::Levels;
 use super::course::Step;
+use super::memories::check_memories;
 use super::stepper::Stepper;
 use super::{IntegrationError, ORDER, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
@@ -132,16 +133,23 @@ impl Stepper {
         times[count - 1] = 1.0;
         self.collocation.prepare(&self.laws, size, Levels { count, times });
         let first = state.rod.zone().start;
+        let mut honest = Ok(());
         let carried = state.history.each_step(&smooth, |before, stimuli, variables, rates| {
             variables.copy_from_slice(before);
             let carried = self.collocation.carry(tropism, stimuli, variables);
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[count - 1], rates);
-            carried && rates.iter().all(|rate| rate.is_finite())
+            // What is declared is what is integrated, and what stability is computed from: it has to be true at every step.
+            let finite = carried && rates.iter().all(|rate| rate.is_finite());
+            if finite {
+                honest = check_memories(&self.laws, variables, rates, stimuli[count - 1]);
+            }
+            finite && honest.is_ok()
         });
         carried.or_else(|point| {
-            // The likely reason, if it is there.
+            // The likely reasons, if they are there.
             self.check_size(tropism)?;
+            honest?;
             Err(IntegrationError::Variables { time: step.to, point: first + point })
         })
     }

@@ -50,36 +50,43 @@ impl<'a> Pair<'a> {
         self.source.iter().zip(&self.places).map(|(point, (x, w))| (point, *x, *w))
     }
 
-    /// The L² projection of what the points carry onto polynomials of the merged element, at its points.
-    fn project(&self, f: impl Fn(&MaterialPoint) -> f64) -> [f64; MAX_POINTS] {
-        let mut values = [0.0; MAX_POINTS];
+    /// Weights of the points of both elements at those of the merged one: the L² projection onto its polynomials.
+    fn projection(&self) -> [[f64; 2 * MAX_POINTS]; MAX_POINTS] {
+        let polynomial = |k: usize, x: f64| legendre(k, 2.0 * x - 1.0).0;
+        let mut weights = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
         for k in 0..self.reference.p {
-            let polynomial = |x: f64| legendre(k, 2.0 * x - 1.0).0;
-            let coefficient: f64 = self.each().map(|(point, x, w)| w * f(point) * polynomial(x)).sum();
-            for (value, x) in values.iter_mut().zip(&self.reference.points) {
-                *value += (2 * k + 1) as f64 * coefficient * polynomial(*x);
+            let mut share = [0.0; 2 * MAX_POINTS];
+            for (share, (_, x, w)) in share.iter_mut().zip(self.each()) {
+                *share = (2 * k + 1) as f64 * w * polynomial(k, x);
+            }
+            for (weights, x) in weights.iter_mut().zip(&self.reference.points) {
+                let value = polynomial(k, *x);
+                weights.iter_mut().zip(share).for_each(|(weight, share)| *weight += value * share);
             }
         }
-        values
+        weights
+    }
+
+    /// Σ weights · what the points of both elements carry.
+    fn sum(&self, weights: &[f64], f: impl Fn(&MaterialPoint) -> f64) -> f64 {
+        self.source.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
     }
 
     /// The points of the merged element.
     pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
-        let intrinsic: [_; 3] = std::array::from_fn(|i| self.project(|point| point.intrinsic[i]));
-        let (first, second) =
-            (self.project(|point| point.section.along_d1), self.project(|point| point.section.along_d2));
-        let (distance, initial) =
-            (self.project(|point| point.apex_distance), self.project(|point| point.initial_apex_distance));
+        let projection = self.projection();
         // Infinite exit times are all alike.
         let exit = self.source[0].exit_time;
-        let exits = if exit.is_finite() { self.project(|point| point.exit_time) } else { [exit; MAX_POINTS] };
         std::array::from_fn(|g| MaterialPoint {
-            intrinsic: Vector3::from_fn(|i, _| intrinsic[i][g]),
+            intrinsic: Vector3::from_fn(|i, _| self.sum(&projection[g], |point| point.intrinsic[i])),
             jacobian: self.length(),
-            apex_distance: distance[g],
-            exit_time: exits[g],
-            section: Section::ellipse(first[g], second[g]),
-            initial_apex_distance: initial[g],
+            apex_distance: self.sum(&projection[g], |point| point.apex_distance),
+            exit_time: if exit.is_finite() { self.sum(&projection[g], |point| point.exit_time) } else { exit },
+            section: Section::ellipse(
+                self.sum(&projection[g], |point| point.section.along_d1),
+                self.sum(&projection[g], |point| point.section.along_d2),
+            ),
+            initial_apex_distance: self.sum(&projection[g], |point| point.initial_apex_distance),
         })
     }
 
@@ -94,7 +101,8 @@ impl<'a> Pair<'a> {
         let parts = [0, 1].map(|side| {
             let mut difference = [Vector3::zeros(); MAX_POINTS];
             for (to, (point, x, _)) in difference.iter_mut().zip(self.each().skip(side * p).take(p)) {
-                *to = point.intrinsic - Vector3::from_fn(|i, _| self.at(new, x, |point| point.intrinsic[i]));
+                let weights = self.reference.at_points(x);
+                *to = new.iter().zip(weights).fold(point.intrinsic, |sum, (new, w)| sum - new.intrinsic * w);
             }
             Part { loss: &losses[side], length: self.lengths[side], difference }
         });

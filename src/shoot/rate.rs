@@ -25,7 +25,7 @@ impl<M: Model> Shoot<M> {
         let mut sum = 0.0;
         for (i, (point, weight)) in rod.points[zone].iter().zip(weights).enumerate() {
             for (k, reading) in readings.iter().enumerate() {
-                past[k] = reading.map_or(0.0, |reading| history.read(&reading, i, k));
+                past[k] = reading.and_then(|reading| history.read(&reading, i).nth(k)).unwrap_or(0.0);
             }
             let at = Growing::new(time, point.section, point.apex_distance);
             let present = size.present(history.stimuli(history.levels() - 1, i));

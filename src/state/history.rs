@@ -171,18 +171,22 @@ impl History {
         levels: &[usize],
         mut visit: impl FnMut(&[f64], &[&[f64]; N], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
-        let (variables, points) = (self.variables, self.points());
+        let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
-        let failed = (0..points).find(|&point| {
-            let row = self.row(point);
+        let before = self.levels.back().map_or(&[][..], |level| &level.rows);
+        let mut rows: [&[f64]; N] = [&[]; N];
+        for (to, level) in rows.iter_mut().zip(&levels[..known]) {
+            *to = &self.levels[*level].rows;
+        }
+        let failed = last.rows.chunks_exact_mut(width.max(1)).enumerate().position(|(point, now)| {
+            let row = point * width..(point + 1) * width;
             let mut stimuli: [&[f64]; N] = [&[]; N];
-            for (to, level) in stimuli.iter_mut().zip(&levels[..levels.len() - 1]) {
-                *to = self.stimuli(*level, point);
+            for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
+                *to = &rows[row.clone()][2 * variables..];
             }
-            let before = self.variables(self.levels.len() - 1, point);
-            let now = RecordMut::of(&mut last.rows[row], variables);
-            stimuli[levels.len() - 1] = now.stimuli;
-            !visit(before, &stimuli, now.variables, now.rates)
+            let now = RecordMut::of(now, variables);
+            stimuli[known] = now.stimuli;
+            !visit(&before[row][..variables], &stimuli, now.variables, now.rates)
         });
         self.levels.push_back(last);
         failed.map_or(Ok(()), Err)
@@ -257,16 +261,14 @@ impl History {
         Reading { level, weights }
     }
 
-    /// A variable of a point at an earlier time.
+    /// The variables of a point at an earlier time.
     #[inline]
-    pub fn read(&self, at: &Reading, point: usize, variable: usize) -> f64 {
-        let row = self.row(point);
+    pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
+        let (row, v, w) = (self.row(point), self.variables, at.weights);
         let (old, new) = (&self.levels[at.level].rows[row.clone()], &self.levels[at.level + 1].rows[row]);
-        let rate = self.variables + variable;
-        at.weights[0] * old[variable]
-            + at.weights[1] * old[rate]
-            + at.weights[2] * new[variable]
-            + at.weights[3] * new[rate]
+        let old = old[..v].iter().zip(&old[v..2 * v]);
+        let new = new[..v].iter().zip(&new[v..2 * v]);
+        old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
     }
 
     /// Replaces the `p` points from `first` on by the 2 `p` points of two parts, at every level.
