@@ -1,35 +1,19 @@
 //! The choice of steps and elements: trial runs through the time ahead, each held against another.
 
 use super::cut::{FIRST_LENGTH, cut, longest_element};
+use super::estimate::{AIM, BLIND_SAFETY, Error, next_jump};
 use super::{Adaptive, IntegrationError, Statistics};
 use crate::model::Model;
 use crate::reference_element::Order;
 use crate::shoot::Shoot;
 use crate::state::{Plan, State};
 
-/// The order in time.
-const IN_TIME: f64 = super::super::ORDER as f64;
 /// Elements in the growth zone, or in a shoot of constant length, of the first trial.
 pub(super) const FIRST_ELEMENTS: f64 = 3.0;
 /// Those of the second trial are shorter by this: a little less than [`FIRST_LENGTH`], so that every element is cut of a run that has started already.
 const CUT: f64 = 0.7;
-/// A run is never trusted to be finer than the one it is held against by more than this, in steps: so long the order holds.
-const LONGEST_JUMP: f64 = 8.0;
-/// The same for a run that is not held against another.
-const LONGEST_BLIND_JUMP: f64 = 2.5;
-/// And its size if it can be chosen.
-const BLIND_JUMP: f64 = 2.0;
-/// Or by less than this: the difference of two runs that are all but alike says nothing.
-const SHORTEST_JUMP: f64 = 1.25;
 /// Runs that differ by more than this, relative to the length, do not show the order in time yet.
 const ASYMPTOTIC: f64 = 0.02;
-/// Estimates are multiplied by this before they are reported.
-const SAFETY: f64 = 2.0;
-/// The same for the first trials. The graded steps after a start are alike in both, and halve only further on.
-const FIRST_SAFETY: f64 = 4.0;
-/// Which part of the tolerance is aimed at for the error in time, and for that in space: with the factor above they leave as much
-/// again, so that a run seldom has to be repeated.
-const AIM: [f64; 2] = [0.15, 0.1];
 /// Merging of mature elements moves the tip by a hundredth of the angles that it may change, or by less (`tests/growing_shoot.rs`).
 const MERGING: f64 = 10.0;
 /// Runs whose elements were all but alike show an error of this part of their difference at least.
@@ -50,30 +34,6 @@ const FIRST_STEPS: f64 = 16.0;
 fn order_in_space(order: Order) -> f64 {
     let p = order.points() as f64;
     (2.0 * p).min(p + 1.0)
-}
-
-/// How much finer the next run is than the last, in steps, if an answer has to be finer by `whole`. A `blind` answer, which is not held
-/// against another run, is the same as `whole`.
-fn next_jump(whole: f64, blind: bool) -> f64 {
-    let tried = if blind && whole > LONGEST_BLIND_JUMP { whole / BLIND_JUMP } else { whole };
-    // As many jumps of one size as it takes.
-    let jumps = (tried.ln() / LONGEST_JUMP.ln()).ceil().max(1.0);
-    tried.powf(1.0 / jumps)
-}
-
-/// What is known of the error of the last run, relative to the length.
-#[derive(Debug, Clone, Copy)]
-struct Error {
-    time: f64,
-    space: f64,
-    /// By what the estimate is multiplied before it is reported.
-    doubt: f64,
-}
-
-impl Error {
-    fn reported(self) -> f64 {
-        self.doubt * (self.time + self.space)
-    }
 }
 
 impl Adaptive {
@@ -101,37 +61,29 @@ impl Adaptive {
     ) -> Result<Statistics, IntegrationError> {
         let inherited = start.plan.map_or(0.0, |plan| plan.error);
         let mut spent = Spent::default();
-        let order = order_in_space(start.rod.order());
+        let in_space = order_in_space(start.rod.order());
         let (mut plan, mut error) = self.first_trials(shoot, start, until, &mut spent)?;
         loop {
             if error.reported() <= self.tolerance && most_steps == usize::MAX {
                 return Ok(self.keep(shoot, plan, inherited + error.reported(), spent));
             }
-            let whole = (error.time / (AIM[0] * self.tolerance)).powf(1.0 / IN_TIME).max(SHORTEST_JUMP);
             let blind = most_steps < usize::MAX;
-            let jump = next_jump(whole, blind);
-            let time = error.time / jump.powf(IN_TIME);
-            // Elements keep pace with the steps.
-            let finer = (error.space / (AIM[1] * self.tolerance).max(time)).powf(1.0 / order).max(1.0);
-            let expected = Error { time, space: error.space / finer.powf(order), ..error };
+            let jump = next_jump(error.whole_jump(self.tolerance, blind), blind);
+            let (finer, expected) = error.expected(jump, self.tolerance, in_space);
             plan = self.resolution(&Plan {
                 step: plan.step / jump,
                 longest_element: plan.longest_element / finer,
                 error: expected.reported(),
                 ..plan
             });
-            if blind && jump == whole {
+            if blind && jump == error.whole_jump(self.tolerance, blind) {
                 shoot.state.copy_from(start);
-                let plan = Plan { error: inherited + plan.error, ..plan };
+                let plan = Plan { error: inherited + BLIND_SAFETY * plan.error, ..plan };
                 return self.set_out(shoot, plan, most_steps, spent);
             }
             self.run(shoot, start, &plan, &mut spent, error.reported())?;
             let difference = self.tracks[0].distance(&self.tracks[1]);
-            // What the run before lost to its longer elements is known; the rest is due to its steps. It cannot tell less than what is
-            // expected, unless all of the difference is less.
-            let gain = jump.powf(IN_TIME) - 1.0;
-            let time = ((difference - error.space) / gain).max(expected.time.min(difference / gain));
-            error = Error { time, space: expected.space + spent.at_rest, doubt: SAFETY };
+            error = error.seen(&expected, jump, difference, spent.at_rest);
         }
     }
 
@@ -199,8 +151,8 @@ impl Adaptive {
         }
         let half = Plan { step: 0.5 * coarse.step, ..elements };
         self.run(shoot, start, &half, spent, f64::INFINITY)?;
-        let time = self.tracks[0].distance(&self.tracks[1]) / (2.0_f64.powf(IN_TIME) - 1.0);
-        Ok((half, Error { time, space: space + spent.at_rest, doubt: FIRST_SAFETY }))
+        let difference_in_time = self.tracks[0].distance(&self.tracks[1]);
+        Ok((half, Error::of_first_trials(difference_in_time, space + spent.at_rest)))
     }
 
     /// The step of the first trial: as long as the laws are read in the past alone, if they look back.

@@ -1,6 +1,7 @@
 //! Digits instead of steps: an integrator that is given a tolerance, and says how accurate its answer is.
 
 mod cut;
+mod estimate;
 mod explore;
 mod rest;
 mod track;

@@ -13,8 +13,9 @@ use crate::shoot::Shoot;
 use crate::so3;
 use crate::state::State;
 
-/// Positions are of order 2 p in the length of elements that are short enough. This many orders less are counted on.
-const RESERVE: f64 = 1.0;
+/// Positions are of order 2 p in the length of elements that are short enough. Two orders less are counted on:
+/// elements that are just short enough do not show them all.
+const RESERVE: f64 = 2.0;
 /// Estimates are multiplied by this before they are reported.
 const SAFETY: f64 = 2.0;
 /// An element is cut into so many parts at most before it is looked at again.
