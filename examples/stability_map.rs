@@ -34,12 +34,13 @@ mod common;
 mod curves;
 
 use std::error::Error;
+use std::panic::resume_unwind;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
-use curves::{Cost, HOUR, Kind, WINDOW, curves_of, greenhill, is_right_of};
-use morphorod::stability::{BoundaryPoint, Onset, Refinement, Unstable, onset};
+use curves::{Cost, Curve, HOUR, Kind, WINDOW, curves_of, greenhill, is_right_of};
+use morphorod::stability::{BoundaryPoint, Onset, Refinement, StabilityError, Unstable, onset};
 use morphorod::tropism::Memory;
 
 const MINUTE: f64 = 60.0;
@@ -56,6 +57,28 @@ const WAVES: [(Wave, f64); 3] = [
 const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5), [2.6, 1.25, 1.8]);
 /// The essential spectrum.
 const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
+
+/// A place on every curve of a panel, and how many linear problems it took to find them. `micro` is the onset in weightlessness.
+fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), StabilityError> {
+    if kind.weightless {
+        return Ok((vec![BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency }], 0));
+    }
+    // The lowest branch, then all others that cross one line.
+    let main = onset(|ratio| kind.at(20.0, ratio, kind.refinement.first), 0.3, 0.99)?;
+    let mut starts = vec![BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency }];
+    // The fast one comes close to Greenhill's length at any growth time.
+    let fast = kind.crossings(|ratio, n| kind.at(20.0, ratio, n), 0.99, 0.9995)?;
+    let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
+    let others = kind.crossings(|hours, n| kind.at(hours, 0.985, n), quickest, 60.0)?;
+    starts.extend(fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }));
+    // The fast ones cross that line, too; they have the same period everywhere.
+    let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
+    let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
+    let place = |at: &Onset| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency };
+    starts.extend(others.iter().rev().map(place));
+    let spent = [fast.first(), others.first()].into_iter().flatten().map(|at| at.linearisations);
+    Ok((starts, main.linearisations + spent.sum::<usize>()))
+}
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
@@ -100,38 +123,23 @@ fn run() -> Result<(), Box<dyn Error>> {
         ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable", "mesh_error", "elements"];
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
     let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
-    for (panel, (name, kind)) in kinds.into_iter().enumerate() {
-        let mut starts: Vec<BoundaryPoint> = Vec::new();
-        if kind.weightless {
-            starts.push(BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency });
-        } else {
-            // The lowest branch, then all others that cross one line.
-            let main = onset(|ratio| kind.at(20.0, ratio, refinement.first), 0.3, 0.99)?;
-            starts.push(BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency });
-            // The fast one comes close to Greenhill's length at any growth time.
-            let fast = kind.crossings(|ratio, n| kind.at(20.0, ratio, n), 0.99, 0.9995)?;
-            let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
-            let others = kind.crossings(|hours, n| kind.at(hours, 0.985, n), quickest, 60.0)?;
-            starts.extend(
-                fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }),
-            );
-            // The fast ones cross that line, too; they have the same period everywhere.
-            let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
-            let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
-            starts.extend(
-                others
-                    .iter()
-                    .rev()
-                    .map(|at| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency }),
-            );
-            let spent = [fast.first(), others.first()].into_iter().flatten().map(|at| at.linearisations);
-            cost.linearisations += main.linearisations + spent.sum::<usize>();
-        }
+    // The panels at once: what one core is at when the others are done is short.
+    let found = std::thread::scope(|scope| {
+        let threads = kinds.map(|(_, kind)| {
+            scope.spawn(move || -> Result<(Vec<Curve>, usize), StabilityError> {
+                let (starts, linearisations) = starts(kind, &micro)?;
+                Ok((curves_of(kind, &starts)?, linearisations))
+            })
+        });
+        threads.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    });
+    for (panel, ((name, kind), found)) in kinds.into_iter().zip(found).enumerate() {
         let mut series = Vec::new();
         let (mut swift, mut badges) = (Vec::new(), Vec::new());
         let mut edge: Vec<(f64, f64)> = Vec::new();
         let (mut slow, mut quick) = (0, 0);
-        let curves = curves_of(kind, &starts)?;
+        let (curves, linearisations) = found?;
+        cost.linearisations += linearisations;
         for (branch, curve) in curves.iter().enumerate() {
             cost.add(curve);
             let points = &curve.points;

@@ -89,7 +89,14 @@ impl Kind {
         let [low, high] = WINDOW;
         let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
         let follow = |settings| self.refinement.boundary(|hours, ratio, n| self.at(hours, ratio, n), settings);
-        let (down, up) = (follow(&BoundarySettings { direction: [0.0, -1.0], ..up })?, follow(&up)?);
+        let down = BoundarySettings { direction: [0.0, -1.0], ..up };
+        // Both ways at once: the last curve then keeps two cores busy.
+        let (down, up) = std::thread::scope(|scope| {
+            let down = scope.spawn(|| follow(&down));
+            let up = follow(&up);
+            (down.join().unwrap_or_else(|panic| resume_unwind(panic)), up)
+        });
+        let (down, up) = (down?, up?);
         let linearisations = down.linearisations + up.linearisations;
         let mut points = down.points;
         points.reverse();
