@@ -1,4 +1,4 @@
-//! Chapters: short programs for what people want to do, how to write a law, and two for who doubts the numbers.
+//! Chapters: short programs for what people want to do, how to write a law, and four for who doubts the numbers.
 
 /// How to read, stop, change, vary and multiply shoots.
 #[doc = include_str!("../docs/recipes.md")]
@@ -22,3 +22,12 @@ pub mod method {}
 #[doc = include_str!("../docs/stability.md")]
 #[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/stability_map.svg"), "</figure>")]
 pub mod stability {}
+
+/// What a tolerance means, how far its estimate can be trusted, and error against run time in tables.
+#[doc = include_str!("../docs/accuracy.md")]
+#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/work_precision.svg"), "</figure>")]
+pub mod accuracy {}
+
+/// Where the time of a step goes, what it needs at least, what was done and what did not pay.
+#[doc = include_str!("../docs/performance.md")]
+pub mod performance {}

@@ -18,7 +18,8 @@ use nalgebra::Vector3;
 use shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 
 /// Where a shoot is at equal times: its length, and places along it.
-type Path = Vec<(f64, Vec<Vector3<f64>>)>;
+type Place = (f64, Vec<Vector3<f64>>);
+type Path = Vec<Place>;
 
 const LOOKS: u32 = 23;
 
@@ -32,9 +33,7 @@ fn path(mut shoot: Shoot<impl Model>, integrator: &mut impl Integrator, end: f64
 
 /// The largest distance between two paths, relative to the length.
 fn distance(a: &Path, b: &Path) -> f64 {
-    let at = |(a, b): (&(f64, Vec<Vector3<f64>>), &(f64, Vec<Vector3<f64>>))| {
-        a.1.iter().zip(&b.1).map(|(x, y)| (x - y).norm() / a.0).fold(0.0, f64::max)
-    };
+    let at = |(a, b): (&Place, &Place)| a.1.iter().zip(&b.1).map(|(x, y)| (x - y).norm() / a.0).fold(0.0, f64::max);
     a.iter().zip(b).map(at).fold(0.0, f64::max)
 }
 
