@@ -9,7 +9,7 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{
     Adaptive, EmptyHistory, IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory,
 };
-use morphorod::load::Weight;
+use morphorod::load::{ApicalForce, Pulse, Weight};
 use morphorod::tropism::{
     Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
 };
@@ -312,4 +312,53 @@ fn trials_are_a_part_of_the_work() {
     assert!(cost.trial_steps * 2 <= cost.steps, "{cost:?}");
     assert!(cost.steps < 900 && cost.iterations * 2 < cost.equilibria * 3, "{cost:?}");
     assert!(shoot.rod().elements() <= 24, "{}", shoot.rod().elements());
+}
+
+#[test]
+fn a_choice_holds_for_its_own_steps_alone() {
+    let mut shoot = righting().build().unwrap();
+    let mut integrator = Adaptive::new(1e-5);
+    integrator.step(&mut shoot, 4.0 * HOUR).unwrap();
+    // Coarse steps in between: what was chosen is forgotten with them.
+    MethodOfSteps::new(720.0).advance(&mut shoot, HOUR).unwrap();
+    assert!(integrator.advance(&mut shoot, 4.0 * HOUR).unwrap().trial_steps > 0);
+}
+
+#[test]
+fn delays_and_spans_of_any_size() {
+    // Far shorter than a step, or than the time ahead.
+    for delay in [1e-3, 0.05, 1.0] {
+        let memory = |delay: f64| Memory { time: 720.0, delay };
+        let laws = || {
+            let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory(delay));
+            (gravity, Proprioception { sensitivity: 20.0 }.remembered(memory(720.0)))
+        };
+        let make = || righting().tropism(laws()).build().unwrap();
+        let (mut found, mut exact) = (make(), make());
+        let cost = Adaptive::new(1e-5).advance(&mut found, 2.0 * HOUR).unwrap();
+        Iterated::new(10.0).advance(&mut exact, 2.0 * HOUR).unwrap();
+        let error = (found.tip() - exact.tip()).norm() / 0.05;
+        assert!(error < 1e-5 && cost.steps < 3000, "{delay} s: {error:e}, {cost:?}");
+    }
+    let mut shoot = righting().elements(3).build().unwrap();
+    let mut integrator = Adaptive::new(1e-4);
+    integrator.advance(&mut shoot, 36000.0).unwrap();
+    for until in [36000_f64.next_up(), 36000.0 + 1e-10, 36000.001] {
+        integrator.advance(&mut shoot, until).unwrap();
+        assert_eq!(shoot.time(), until);
+    }
+}
+
+#[test]
+fn kinks_that_fall_together_and_loads_that_all_but_vanish() {
+    // The beginning of the pulse, read after the delay, a rounding or a moment behind its end.
+    for duration in [720.0, 720.0_f64.next_down(), 719.95, 720.05] {
+        let pulse = Pulse { peak: Vector3::new(1e-6, 0.0, 0.0), start: 1000.1, duration };
+        let mut shoot = righting().load((WEIGHT, pulse)).build().unwrap();
+        MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
+    }
+    // A gust whose force falls below the smallest number with all digits.
+    let gust = ApicalForce(|t: f64| Vector3::new((-((t - 9000.0) / 120.0).powi(2)).exp() * 1e-5, 0.0, 0.0));
+    let mut shoot = shoots::reduced(0.05, 20.0 * HOUR).load((WEIGHT, gust)).build().unwrap();
+    MethodOfSteps::new(120.0).advance(&mut shoot, 3.0 * HOUR).unwrap();
 }

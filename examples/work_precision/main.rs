@@ -1,6 +1,6 @@
 //! Error against run time: how long must one wait for so many digits?
 //!
-//! Eight scenes, from a horizontal rod at rest to ten hours of growth and a snap. Each is computed at many fixed resolutions, of every
+//! Eight scenes, from a horizontal rod at rest to ten hours of growth and a shoot that is led over. Each is computed at many fixed resolutions, of every
 //! order and with every integrator that takes it, and by tolerance. Errors are true ones, against closed forms or far finer runs of
 //! another resolution; a run time is the shortest of seven or more, each long enough to be measured.
 //!

@@ -75,7 +75,7 @@ impl Scene {
             .enumerate()
             .map(|(colour, method)| {
                 let points = method.points.iter().map(|p| (1e3 * p.seconds, p.error.max(1e-17))).collect();
-                let slope = method.slope().map_or(String::new(), |slope| format!(" (slope {slope:.1})"));
+                let slope = method.slope().map_or(String::new(), |slope| format!(", slope −{:.1}", -slope));
                 Series::new(format!("{}{slope}", method.name), points, Style::Marked, colour)
             })
             .collect();

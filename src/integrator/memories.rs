@@ -66,8 +66,9 @@ pub(super) fn check_memories(
             Source::Computed => continue,
         };
         let change = rate * variable.time_constant;
-        // One subtraction and one quotient, however the law writes them.
-        let linear = (change - (x - y)).abs() <= 16.0 * f64::EPSILON * (x.abs() + y.abs());
+        // One subtraction and one quotient, however the law writes them, of numbers that may be too small for all their digits.
+        let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + variable.time_constant);
+        let linear = (change - (x - y)).abs() <= rounding;
         let name = "rate of a variable that is declared a memory, times its time constant";
         ParameterError::unless(linear, name, change, "what it remembers minus itself")?;
     }

@@ -87,7 +87,8 @@ pub(super) fn next_stop(
         }
     }
     let last_step = shoot.state.history.last_step();
-    if t - passed_point < (AROUND - 0.5) * last_step {
+    // There was no step since a discontinuity.
+    if last_step > 0.0 && t - passed_point < (AROUND - 0.5) * last_step {
         step = step.min(last_step);
     }
     let rest = target - t;

@@ -104,6 +104,8 @@ impl Stepper {
     ) -> Outcome {
         let Course { until, size, most_steps, correction, mesh } = course;
         self.check_history(&shoot.state)?;
+        // What was chosen for a tolerance does not hold for other steps than those; `Adaptive` puts it back.
+        shoot.state.plan = None;
         self.reserve_levels(&mut shoot.state, size, until);
         if shoot.state.changed {
             self.pass_discontinuity(shoot, solver)?;

@@ -78,7 +78,7 @@ impl Rod {
     }
 
     /// The vector from the first end of an element to its coordinate `x`, in the fixed frame, m.
-    fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
+    pub(crate) fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
         let reference = self.reference();
         let mut sum = Vector3::zeros();
         for (y, w) in reference.points.iter().zip(&reference.weights) {

@@ -133,6 +133,7 @@ impl<M: Model> Shoot<M> {
     /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
     pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
         self.state.rod.set_intrinsic(strain);
+        self.state.plan = None;
     }
 
     /// How fine the elements are kept.

@@ -17,17 +17,10 @@ const SAFETY: f64 = 2.0;
 pub(super) const AIM: [f64; 2] = [0.15, 0.1];
 /// The same for the first trials. The graded steps after a start are alike in both, and halve only further on.
 const FIRST_SAFETY: f64 = 4.0;
+/// No lower order in time is believed: kinks leave three, and what is not resolved yet says nothing.
+const LEAST_ORDER: f64 = 2.0;
 /// Estimates of runs that are not held against another are multiplied by this once more, and half as much is aimed at.
 pub(super) const BLIND_SAFETY: f64 = 2.0;
-
-/// How much finer the next run is than the last, in steps, if an answer has to be finer by `whole`. A `blind` answer, which is not held
-/// against another run, is the same as `whole`.
-pub(super) fn next_jump(whole: f64, blind: bool) -> f64 {
-    let tried = if blind && whole > LONGEST_BLIND_JUMP { whole / BLIND_JUMP } else { whole };
-    // As many jumps of one size as it takes.
-    let jumps = (tried.ln() / LONGEST_JUMP.ln()).ceil().max(1.0);
-    tried.powf(1.0 / jumps)
-}
 
 /// What is known of the error of the last run, relative to the length.
 #[derive(Debug, Clone, Copy)]
@@ -54,17 +47,28 @@ impl Error {
         self.doubt * (self.time + self.space)
     }
 
-    /// How much finer an answer has to be than the last run, in steps, to keep a tolerance.
-    pub fn whole_jump(&self, tolerance: f64, blind: bool) -> f64 {
-        let aim = AIM[0] * tolerance / if blind { BLIND_SAFETY } else { 1.0 };
-        (self.time / aim).powf(1.0 / self.order).max(SHORTEST_JUMP)
+    /// How much finer the next run has to be than the last, in steps, on the way to a tolerance, and whether it may be an answer that is not
+    /// held against another, if the answer is to be such a `blind` one.
+    pub fn next_jump(&self, tolerance: f64, blind: bool) -> (f64, bool) {
+        let aim = AIM[0] * tolerance / self.caution(blind);
+        let whole = (self.time / aim).powf(1.0 / self.order).max(SHORTEST_JUMP);
+        let is_last = blind && whole <= LONGEST_BLIND_JUMP;
+        let tried = if blind && !is_last { whole / BLIND_JUMP } else { whole };
+        // As many jumps of one size as it takes.
+        let jumps = (tried.ln() / LONGEST_JUMP.ln()).ceil().max(1.0);
+        (tried.powf(1.0 / jumps), is_last)
+    }
+
+    /// By how much less is aimed at, so that what is reported stays below the tolerance.
+    fn caution(&self, blind: bool) -> f64 {
+        if blind { BLIND_SAFETY * self.doubt / SAFETY } else { 1.0 }
     }
 
     /// How much shorter elements have to be in a run that is finer than the last by `jump` in its steps, and the error that is expected
     /// of that run. Elements, of such an order in their length, keep pace with the steps.
-    pub fn expected(&self, jump: f64, tolerance: f64, order: f64) -> (f64, Self) {
+    pub fn expected(&self, jump: f64, tolerance: f64, blind: bool, order: f64) -> (f64, Self) {
         let time = self.time / jump.powf(self.order);
-        let finer = (self.space / (AIM[1] * tolerance).max(time)).powf(1.0 / order).max(1.0);
+        let finer = (self.space / (AIM[1] * tolerance / self.caution(blind)).max(time)).powf(1.0 / order).max(1.0);
         (finer, Self { time, space: self.space / finer.powf(order), ..*self })
     }
 
@@ -74,7 +78,7 @@ impl Error {
         // What the run before lost to its longer elements is known; the rest is due to its steps.
         let in_time = difference - self.space;
         // Differences e(2h) − e(h) and e(h) − e(h/j) of e = c h^q: their ratio is about 2^q − 1.
-        let order = ((1.0 + self.difference / in_time).ln() / self.jump.ln()).clamp(1.0, IN_TIME);
+        let order = ((1.0 + self.difference / in_time).ln() / self.jump.ln()).clamp(LEAST_ORDER, IN_TIME);
         let order = if in_time > 0.0 { order } else { IN_TIME };
         let gain = jump.powf(order) - 1.0;
         // It cannot tell less than what is expected, unless all of the difference is less.

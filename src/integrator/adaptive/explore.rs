@@ -1,7 +1,7 @@
 //! The choice of steps and elements: trial runs through the time ahead, each held against another.
 
 use super::cut::{FIRST_LENGTH, cut, longest_element};
-use super::estimate::{AIM, BLIND_SAFETY, Error, next_jump};
+use super::estimate::{AIM, BLIND_SAFETY, Error};
 use super::{Adaptive, IntegrationError, Statistics};
 use crate::model::Model;
 use crate::reference_element::Order;
@@ -26,6 +26,10 @@ const COARSEST_TRIAL: f64 = 1e-3;
 const COARSEST_MERGE: f64 = 2e-3;
 /// So often a step is halved because a run at it fails, or because it does not show the order.
 const HALVINGS: usize = 40;
+/// Steps of the first trial, at most, but for those that a start or a jump takes more.
+const MOST_FIRST_STEPS: f64 = 1000.0;
+/// The shortest first step, relative to the time: a million units of its rounding.
+const SHORTEST_STEP: f64 = 1e6 * f64::EPSILON;
 /// Steps of the first trial, at least.
 const FIRST_STEPS: f64 = 16.0;
 
@@ -68,15 +72,15 @@ impl Adaptive {
                 return Ok(self.keep(shoot, plan, inherited + error.reported(), spent));
             }
             let blind = most_steps < usize::MAX;
-            let jump = next_jump(error.whole_jump(self.tolerance, blind), blind);
-            let (finer, expected) = error.expected(jump, self.tolerance, in_space);
+            let (jump, is_last) = error.next_jump(self.tolerance, blind);
+            let (finer, expected) = error.expected(jump, self.tolerance, blind, in_space);
             plan = self.resolution(&Plan {
                 step: plan.step / jump,
                 longest_element: plan.longest_element / finer,
                 error: expected.reported(),
                 ..plan
             });
-            if blind && jump == error.whole_jump(self.tolerance, blind) {
+            if is_last {
                 shoot.state.copy_from(start);
                 let plan = Plan { error: inherited + BLIND_SAFETY * plan.error, ..plan };
                 return self.set_out(shoot, plan, most_steps, spent);
@@ -169,13 +173,15 @@ impl Adaptive {
         } else {
             span
         };
-        scale.min(span / FIRST_STEPS)
+        // Delays that are far shorter than the time ahead are left to the corrections of a step.
+        let step = scale.max(span / MOST_FIRST_STEPS).min(span / FIRST_STEPS);
+        step.max(SHORTEST_STEP * until.abs())
     }
 
     /// A resolution, with its merging according to the error that is expected of it.
     fn resolution(&self, plan: &Plan) -> Plan {
-        let tolerance = plan.error.max(self.tolerance);
-        Plan { merge_tolerance: (MERGING * tolerance).min(COARSEST_MERGE), ..*plan }
+        // Not coarser than that of the run before in the ratio of their errors, or merging would not show in their difference.
+        Plan { merge_tolerance: (MERGING * plan.error).min(COARSEST_MERGE), ..*plan }
     }
 
     /// Runs from the start through the time of a plan, and keeps its track and the one before.

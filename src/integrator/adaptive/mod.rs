@@ -34,7 +34,7 @@ const TIGHTEST_EQUILIBRIUM: f64 = 1e-13;
 /// resolution that these differences ask for, and compares the last run with the one before. What a run costs is proportional to
 /// its steps, so that the trials together cost about half of the answer. The method is that of
 /// [`MethodOfSteps`](super::MethodOfSteps); where steps are longer than the shortest delay of the laws it is that of
-/// [`Iterated`](super::Iterated), so that it takes laws of any delay. [`guide::method`](crate::guide::method) has the details.
+/// [`Iterated`](super::Iterated), so that it takes laws of any delay. [`guide::accuracy`](crate::guide::accuracy) has the details.
 ///
 /// ```
 /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::{Ongoing, UniformGrowth}, load::Weight, Still};
@@ -150,6 +150,7 @@ impl Integrator for Adaptive {
         };
         let course = Course { until, ..self.course(shoot, &plan, most_steps) };
         let statistics = self.stepper.advance(shoot, &mut self.solver, course)?;
+        shoot.state.plan = Some(plan);
         Ok(Statistics { error: Some(plan.error), ..statistics })
     }
 }
