@@ -88,7 +88,9 @@ fn tolerances_that_nobody_can_meet_are_told() {
     let told =
         matches!(error, StabilityError::ToleranceNotMet { error, elements: 8, .. } if error > 3e-7 && error < 3e-5);
     assert!(told, "{error}");
-    for meshes in [Refinement { first: 0, ..bounded }, Refinement { last: 4, ..bounded }] {
+    // Nothing, less than the first mesh, and one mesh alone: the next would have 126 elements.
+    let alone = Refinement { first: 63, last: 64, ..bounded };
+    for meshes in [Refinement { first: 0, ..bounded }, Refinement { last: 4, ..bounded }, alone] {
         assert!(matches!(meshes.onset(family, 0.02, 0.03), Err(StabilityError::Parameter(_))));
     }
     // A family that does not refine.

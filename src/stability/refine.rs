@@ -76,8 +76,11 @@ impl Refinement {
         let ok = self.tolerance >= SMALLEST && self.tolerance < 1.0;
         ParameterError::unless(ok, "tolerance of the mesh", self.tolerance, "at least 1e-9, and below 1")?;
         ParameterError::unless(self.first > 0, "elements of the first mesh", self.first as f64, "at least 1")?;
-        let ok = self.last > self.first;
-        ParameterError::unless(ok, "elements of the finest mesh", self.last as f64, "more than those of the first")
+        // An answer is held against that on another mesh.
+        let ok = self.meshes().nth(1).is_some();
+        let requirement =
+            "enough for two meshes: half as many again as those of the first if these are even, else twice as many";
+        ParameterError::unless(ok, "elements of the finest mesh", self.last as f64, requirement)
     }
 
     /// The numbers of elements.
