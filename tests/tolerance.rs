@@ -199,7 +199,7 @@ fn random_shoots() {
     println!("{all} of {cases} shoots with an answer, {kept} keep the tolerance, {near} estimates within 0.3 and 30");
     // Promised: 97 of 100. Of few, one may miss.
     assert!(all - kept <= 1 + 3 * all / 100, "{kept} of {all}");
-    // Nine of ten: where the first trial is far better than what was asked for, the estimate is too large or too small by more.
+    // Eight of ten: where the first trial is far better than what was asked for, the estimate is too large or too small by more.
     assert!(near * 10 >= all * 8, "{near} of {all}");
     assert!(all as u64 * 10 >= cases * 9);
 }
@@ -361,4 +361,30 @@ fn kinks_that_fall_together_and_loads_that_all_but_vanish() {
     let gust = ApicalForce(|t: f64| Vector3::new((-((t - 9000.0) / 120.0).powi(2)).exp() * 1e-5, 0.0, 0.0));
     let mut shoot = shoots::reduced(0.05, 20.0 * HOUR).load((WEIGHT, gust)).build().unwrap();
     MethodOfSteps::new(120.0).advance(&mut shoot, 3.0 * HOUR).unwrap();
+}
+
+/// The weak point that docs/accuracy.md names: `cargo test --workspace --test tolerance weak -- --nocapture` prints its numbers.
+#[test]
+fn growth_that_leaves_the_zone_is_the_weak_point() {
+    let make = || {
+        Shoot::builder(YOUNG)
+            .length(0.04)
+            .radius(RADIUS)
+            .growth(UniformGrowth { zone_length: 0.04, time: 20.0 * HOUR })
+            .tropism(steering(SettledStatoliths))
+            .load(WEIGHT)
+            .scene(Still::tilted(60_f64.to_radians()))
+            .build()
+            .unwrap()
+    };
+    let mut fine = MethodOfSteps::new(15.0);
+    fine.solver.tolerance = 1e-12;
+    let exact = path(make(), &mut fine, 6.0 * HOUR).unwrap();
+    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
+        let cost = Adaptive::new(tolerance).advance(&mut make(), 6.0 * HOUR).unwrap();
+        let error = distance(&path(make(), &mut Adaptive::new(tolerance), 6.0 * HOUR).unwrap(), &exact);
+        println!("{tolerance:e}: error {error:.1e}, estimate {:.1e}, {} steps", cost.error.unwrap(), cost.steps);
+        // Not the tolerance, as elsewhere: no more than three times as much has been seen.
+        assert!(error < 3.0 * tolerance, "{tolerance:e}: {error:e}");
+    }
 }

@@ -1,8 +1,8 @@
 """A rod with a clamped horizontal base that bends under its own weight, by peers in Python: error of the tip and run time.
 
-    python3 -m venv /tmp/peers
-    /tmp/peers/bin/pip install -r benches/peers/requirements.txt
-    /tmp/peers/bin/python benches/peers/peers.py --out target/out/peers_python.csv
+    python3 -m venv target/peers
+    target/peers/bin/pip install -r benches/peers/requirements.txt
+    target/peers/bin/python benches/peers/peers.py --out target/out/peers_python.csv
     cargo bench -p morphorod-studies --bench peers -- --peers target/out/peers_python.csv
 
 The table has a row for each peer and setting: error of the tip relative to the length, and the shortest of a few run times in

@@ -149,6 +149,26 @@ struct Course<'a> {
     fine: (usize, f64),
 }
 
+/// A run of a shoot to the time of the `exact` one.
+fn timed<M: Model>(
+    quick: bool,
+    shoot: &Shoot<M>,
+    integrator: &mut impl Integrator,
+    exact: &Shoot<M>,
+    setting: String,
+) -> Result<Point, Box<dyn Error>>
+where
+    Shoot<M>: Clone,
+{
+    let ((tip, cost), seconds) = measure(quick, || {
+        let mut shoot = shoot.clone();
+        let cost = integrator.advance(&mut shoot, exact.time())?;
+        Ok((shoot.tip(), cost))
+    })?;
+    let error = distance(&tip, &exact.tip(), exact.rod().length());
+    Ok(Point { setting, error, estimate: cost.error, seconds })
+}
+
 /// A scene in time: the tip at its end.
 fn in_time<M: Model>(
     quick: bool,
@@ -159,53 +179,29 @@ fn in_time<M: Model>(
 where
     Shoot<M>: Clone,
 {
-    let end = course.end;
     let mut exact = make(course.fine.0)?;
     let mut reference = MethodOfSteps::new(course.fine.1);
     reference.solver.tolerance = 1e-12;
-    reference.advance(&mut exact, end)?;
-    let length = exact.rod().length();
+    reference.advance(&mut exact, course.end)?;
     let mut methods = Vec::new();
     for &elements in some(quick, course.elements) {
-        let shoot = make(elements)?;
-        let mut points = Vec::new();
+        let (shoot, mut points) = (make(elements)?, Vec::new());
         for &step in some(quick, course.steps) {
-            let mut integrator = MethodOfSteps::new(step);
-            let (tip, seconds) = measure(quick, || {
-                let mut shoot = shoot.clone();
-                integrator.advance(&mut shoot, end)?;
-                Ok(shoot.tip())
-            })?;
-            let error = distance(&tip, &exact.tip(), length);
-            points.push(Point { setting: format!("{step} s"), error, estimate: None, seconds });
+            points.push(timed(quick, &shoot, &mut MethodOfSteps::new(step), &exact, format!("{step} s"))?);
         }
         methods.push(Method { name: format!("steps, {elements} elements"), driven: false, points });
     }
-    let shoot = make(course.elements[0])?;
-    let mut points = Vec::new();
+    let few = course.elements[0];
+    let (shoot, mut points) = (make(few)?, Vec::new());
     for &step in some(quick, course.steps) {
-        let mut integrator = Iterated::new(step);
-        let (tip, seconds) = measure(quick, || {
-            let mut shoot = shoot.clone();
-            integrator.advance(&mut shoot, end)?;
-            Ok(shoot.tip())
-        })?;
-        let error = distance(&tip, &exact.tip(), length);
-        points.push(Point { setting: format!("{step} s"), error, estimate: None, seconds });
+        points.push(timed(quick, &shoot, &mut Iterated::new(step), &exact, format!("{step} s"))?);
     }
-    methods.push(Method { name: format!("iterated, {} elements", course.elements[0]), driven: false, points });
-    let mut points = Vec::new();
+    methods.push(Method { name: format!("iterated, {few} elements"), driven: false, points });
+    let (shoot, mut points) = (make(8)?, Vec::new());
     // The last is beyond the reference.
     for &tolerance in some(quick, &TOLERANCES[..6]) {
-        let shoot = make(8)?;
-        let mut integrator = Adaptive::new(tolerance);
-        let ((tip, cost), seconds) = measure(quick, || {
-            let mut shoot = shoot.clone();
-            let cost = integrator.advance(&mut shoot, end)?;
-            Ok((shoot.tip(), cost))
-        })?;
-        let error = distance(&tip, &exact.tip(), length);
-        points.push(Point { setting: format!("tolerance {tolerance:e}"), error, estimate: cost.error, seconds });
+        let setting = format!("tolerance {tolerance:e}");
+        points.push(timed(quick, &shoot, &mut Adaptive::new(tolerance), &exact, setting)?);
     }
     methods.push(Method { name: "by tolerance".to_owned(), driven: true, points });
     Ok(Scene { name, what, methods })

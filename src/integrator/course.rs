@@ -1,6 +1,11 @@
 //! Where a run goes, and by which steps.
 
-use crate::shoot::Mesh;
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::shoot::{Mesh, Shoot};
+
+/// A step whose corrections need more is too long.
+pub(super) const CORRECTIONS: usize = 30;
 
 /// How often and how closely a step is repeated with what it led to.
 #[derive(Debug, Clone, Copy)]
@@ -30,4 +35,10 @@ pub(super) struct Course {
     pub correction: Option<Correction>,
     /// How fine the elements are kept on the way.
     pub mesh: Mesh,
+}
+
+/// Refuses a time to go to that lies in the past of a shoot, or nowhere.
+pub(super) fn check_ahead(name: &'static str, shoot: &Shoot<impl Model>, until: f64) -> Result<(), ParameterError> {
+    let ahead = until >= shoot.time() && until.is_finite();
+    ParameterError::unless(ahead, name, until, "finite and not in the past (s)")
 }

@@ -1,6 +1,6 @@
 //! Steps that are repeated with what they led to: for laws that respond without delay.
 
-use super::course::{Correction, Course};
+use super::course::{CORRECTIONS, Correction, Course};
 use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -37,7 +37,7 @@ impl<E> Iterated<E> {
     /// Steps of `step` seconds with the given solver.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        Self { step, tolerance: 1e-8, max_corrections: 30, solver, stepper: Stepper::default() }
+        Self { step, tolerance: 1e-8, max_corrections: CORRECTIONS, solver, stepper: Stepper::default() }
     }
 }
 

@@ -63,20 +63,24 @@ pub(super) fn adapt(
     state.rod.elements() - first
 }
 
+/// What a couple bends a material point by at a time (s), up to a factor: what merging has to keep.
+pub(super) fn compliance(constitutive: &impl Constitutive, time: f64) -> impl Fn(&MaterialPoint) -> f64 {
+    move |point| {
+        let tangent = constitutive.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
+        1.0 / (tangent[(0, 0)] + tangent[(1, 1)])
+    }
+}
+
 /// Tries the youngest pair of mature elements, and one of all others, each in its turn: what could not be merged when it was fresh
 /// may be when it has stiffened.
 fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh, statistics: &mut Statistics) {
     if mesh.merge_tolerance == 0.0 {
         return;
     }
-    let time = state.time;
-    let compliance = |point: &MaterialPoint| {
-        let tangent = constitutive.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
-        1.0 / (tangent[(0, 0)] + tangent[(1, 1)])
-    };
+    let compliance = compliance(constitutive, state.time);
     let mut attempt = |state: &mut State, e: usize| {
         let length = state.rod.element_length(e) + state.rod.element_length(e + 1);
-        if length <= mesh.longest_element && state.merge(e, mesh.merge_tolerance, compliance) {
+        if length <= mesh.longest_element && state.merge(e, mesh.merge_tolerance, &compliance) {
             statistics.merges += 1;
         }
     };

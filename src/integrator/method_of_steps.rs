@@ -57,9 +57,8 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         ParameterError::positive("time step", *step)?;
         stepper.laws.read(shoot.model.tropism());
         stepper.laws.check()?;
-        let delay = stepper.laws.shortest_delay();
-        // Rounding of a step that is meant to equal the delay is no fault.
-        if *step > delay * (1.0 + 1e-12) {
+        if !stepper.reads_past_alone(*step) {
+            let delay = stepper.laws.shortest_delay();
             return Err(IntegrationError::StepTooLong { step: *step, delay });
         }
         let mesh = shoot.mesh;

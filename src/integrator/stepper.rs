@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::collocation::ExponentialCollocation;
-use super::course::{Correction, Course, Step};
+use super::course::{Correction, Course, Step, check_ahead};
 use super::gradient_integral::GradientIntegral;
 use super::step_size::{AROUND, Stop, next_stop};
 use super::{EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, ORDER, Outcome, Statistics, mesh};
@@ -62,15 +62,19 @@ impl Stepper {
         watch: impl FnMut(&Shoot<M>),
     ) -> Result<Statistics, IntegrationError> {
         ParameterError::positive("time step", course.size)?;
-        let until = course.until;
-        let ahead = until >= shoot.time() && until.is_finite();
-        ParameterError::unless(ahead, "time to advance to", until, "finite and not in the past (s)")?;
+        check_ahead("time to advance to", shoot, course.until)?;
         self.guarded(shoot, |stepper, shoot| {
             if shoot.state.history.levels() == 0 {
                 stepper.begin(shoot, solver, &EmptyHistory)?;
             }
             stepper.run(shoot, solver, course, watch)
         })
+    }
+
+    /// Whether the laws ask for nothing within a step of so many seconds that is not known before it. Rounding of a step that is meant to
+    /// equal the delay is no fault.
+    pub fn reads_past_alone(&self, step: f64) -> bool {
+        step <= self.laws.shortest_delay() * (1.0 + 1e-12)
     }
 
     /// Runs `work` on the shoot; if it fails, puts the shoot back as it was.

@@ -1,5 +1,6 @@
 //! Runs that stop at a condition, and runs that are seen at given times: both by taking shorter steps from where one began.
 
+use super::course::check_ahead;
 use super::{IntegrationError, Integrator, Statistics};
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -9,13 +10,13 @@ use crate::state::State;
 /// The time of a stop is known to this fraction of the step in which it lies: below any error in time by far.
 const SHARPNESS: f64 = 1e-10;
 
-/// Runs `work` on the shoot; if it fails, puts the shoot back as it was.
-fn guarded<M: Model>(
+/// Runs `work` on the shoot and the state that it has; if it fails, puts the shoot back as it was.
+pub(super) fn guarded<M: Model>(
     shoot: &mut Shoot<M>,
-    work: impl FnOnce(&mut Shoot<M>) -> Result<Statistics, IntegrationError>,
+    work: impl FnOnce(&mut Shoot<M>, &State) -> Result<Statistics, IntegrationError>,
 ) -> Result<Statistics, IntegrationError> {
     let backup = shoot.state.clone();
-    let answer = work(shoot);
+    let answer = work(shoot, &backup);
     if answer.is_err() {
         shoot.state = backup;
     }
@@ -29,9 +30,8 @@ pub(super) fn advance_until<M: Model>(
     latest: f64,
     mut condition: impl FnMut(&Shoot<M>) -> f64,
 ) -> Result<Statistics, IntegrationError> {
-    let ahead = latest >= shoot.time() && latest.is_finite();
-    ParameterError::unless(ahead, "latest time to advance to", latest, "finite and not in the past (s)")?;
-    guarded(shoot, |shoot| {
+    check_ahead("latest time to advance to", shoot, latest)?;
+    guarded(shoot, |shoot, _| {
         let mut ask = |shoot: &Shoot<M>| {
             let value = condition(shoot);
             let unknown = IntegrationError::NotFinite { what: "condition", time: shoot.time() };
@@ -113,7 +113,7 @@ pub(super) fn advance_showing<M: Model>(
     times: impl IntoIterator<Item = f64>,
     mut show: impl FnMut(&Shoot<M>),
 ) -> Result<Statistics, IntegrationError> {
-    guarded(shoot, |shoot| {
+    guarded(shoot, |shoot, _| {
         let mut statistics = integrator.advance(shoot, shoot.time())?;
         let (mut before, mut after) = (shoot.state.clone(), shoot.state.clone());
         let mut shown = shoot.time();

@@ -1,11 +1,9 @@
 //! The elements of a shoot made as coarse or as fine as a tolerance asks for.
 
-use crate::constitutive::Constitutive;
+use crate::integrator::mesh::compliance;
 use crate::model::Model;
-use crate::rod::{MaterialPoint, Tissue};
 use crate::shoot::Shoot;
 use crate::state::State;
-use nalgebra::Vector3;
 
 /// Elements are joined again before a run if that changes nothing by more than this: rounding alone, of what is projected.
 const LOSSLESS: f64 = 1e-11;
@@ -19,6 +17,19 @@ pub(super) fn longest_element(state: &State) -> f64 {
     (first..rod.elements()).map(|e| rod.element_length(e)).fold(0.0, f64::max)
 }
 
+/// Elements in the growth zone, or in a shoot of constant length, of the first trial.
+const FIRST_ELEMENTS: f64 = 3.0;
+
+/// What a shoot is divided into elements of: the growth zone, or a shoot of constant length, m.
+fn size(shoot: &Shoot<impl Model>) -> f64 {
+    shoot.resolution * shoot.mesh.longest_element
+}
+
+/// Lays the first elements of a shoot that no integrator has started.
+pub(super) fn cut_first(shoot: &mut Shoot<impl Model>) {
+    cut(shoot, size(shoot) / (FIRST_LENGTH * FIRST_ELEMENTS));
+}
+
 /// Elements that growth cuts in halves when they are longest begin at this part of that, in the middle of what follows: so runs with
 /// shorter elements are like each other, cut for cut.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -27,13 +38,13 @@ pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// are joined before, where nothing is lost by that: a uniform section has no need of them. Its mature part is then cut into as many
 /// parts as the zone, however short it is: it may stiffen as steeply.
 pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
-    let (size, mut longest_mature) = (shoot.resolution * shoot.mesh.longest_element, longest);
+    let mut longest_mature = longest;
     if shoot.state.history.levels() == 0 {
         join(shoot);
         longest *= FIRST_LENGTH;
         let rod = &shoot.state.rod;
         let mature: f64 = (0..rod.first_growing).map(|e| rod.element_length(e)).sum();
-        longest_mature = longest.min(mature * longest / size);
+        longest_mature = longest.min(mature * longest / size(shoot));
     }
     let state = &mut shoot.state;
     for e in (0..state.rod.elements()).rev() {
@@ -52,15 +63,11 @@ pub(super) fn cut_into(state: &mut State, e: usize, parts: usize) {
 
 fn join(shoot: &mut Shoot<impl Model>) {
     let (model, state) = (&shoot.model, &mut shoot.state);
-    let time = state.time;
-    let compliance = |point: &MaterialPoint| {
-        let tangent = model.constitutive().respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
-        1.0 / (tangent[(0, 0)] + tangent[(1, 1)])
-    };
+    let compliance = compliance(model.constitutive(), state.time);
     let mut e = 0;
     while e + 1 < state.rod.elements() {
         let border = e + 1 == state.rod.first_growing;
-        if border || !state.merge(e, LOSSLESS, compliance) {
+        if border || !state.merge(e, LOSSLESS, &compliance) {
             e += 1;
         }
     }

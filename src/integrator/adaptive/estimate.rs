@@ -4,19 +4,19 @@
 const IN_TIME: f64 = super::super::ORDER as f64;
 /// A run is never trusted to be finer than the one it is held against by more than this, in steps: so long the order holds.
 const LONGEST_JUMP: f64 = 8.0;
-/// The same for a run that is not held against another.
+/// Or by less than this: the difference of two runs that are all but alike says nothing.
+const SHORTEST_JUMP: f64 = 1.25;
+/// The longest jump of a run that is not held against another.
 const LONGEST_BLIND_JUMP: f64 = 2.5;
 /// And its size if it can be chosen.
 const BLIND_JUMP: f64 = 2.0;
-/// Or by less than this: the difference of two runs that are all but alike says nothing.
-const SHORTEST_JUMP: f64 = 1.25;
 /// Estimates are multiplied by this before they are reported.
-const SAFETY: f64 = 2.0;
+pub(super) const SAFETY: f64 = 2.0;
+/// The same for the first trials. The graded steps after a start are alike in both, and halve only further on.
+const FIRST_SAFETY: f64 = 4.0;
 /// Which part of the tolerance is aimed at for the error in time, and for that in space: with the factor above they leave as much
 /// again, so that a run seldom has to be repeated.
 pub(super) const AIM: [f64; 2] = [0.15, 0.1];
-/// The same for the first trials. The graded steps after a start are alike in both, and halve only further on.
-const FIRST_SAFETY: f64 = 4.0;
 /// No lower order in time is believed: kinks leave three, and what is not resolved yet says nothing.
 const LEAST_ORDER: f64 = 2.0;
 /// Estimates of runs that are not held against another are multiplied by this once more, and half as much is aimed at.

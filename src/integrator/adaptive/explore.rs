@@ -1,20 +1,21 @@
 //! The choice of steps and elements: trial runs through the time ahead, each held against another.
 
-use super::cut::{FIRST_LENGTH, cut, longest_element};
+use super::cut::{FIRST_LENGTH, cut, cut_first, longest_element};
 use super::estimate::{AIM, BLIND_SAFETY, Error};
 use super::{Adaptive, IntegrationError, Statistics};
+use crate::integrator::stops::guarded;
 use crate::model::Model;
 use crate::reference_element::Order;
 use crate::shoot::Shoot;
 use crate::state::{Plan, State};
 
-/// Elements in the growth zone, or in a shoot of constant length, of the first trial.
-pub(super) const FIRST_ELEMENTS: f64 = 3.0;
-/// Those of the second trial are shorter by this: a little less than [`FIRST_LENGTH`], so that every element is cut of a run that has started already.
+/// The elements of the second trial are shorter than those of the first by this: a little less than [`FIRST_LENGTH`], so that every
+/// element is cut of a run that has started already.
 const CUT: f64 = 0.7;
 /// Runs that differ by more than this, relative to the length, do not show the order in time yet.
 const ASYMPTOTIC: f64 = 0.02;
-/// Merging of mature elements moves the tip by a hundredth of the angles that it may change, or by less (`tests/growing_shoot.rs`).
+/// The angles that merging of mature elements may change, over the error of the shape: they vanish on average, so that the tip moves by
+/// far less.
 const MERGING: f64 = 10.0;
 /// Runs whose elements were all but alike show an error of this part of their difference at least.
 const LEAST_GAIN: f64 = 0.5;
@@ -48,12 +49,7 @@ impl Adaptive {
         until: f64,
         most_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
-        let start = shoot.state.clone();
-        let answer = self.explore(shoot, &start, until, most_steps);
-        if answer.is_err() {
-            shoot.state = start;
-        }
-        answer
+        guarded(shoot, |shoot, start| self.explore(shoot, start, until, most_steps))
     }
 
     fn explore(
@@ -69,12 +65,12 @@ impl Adaptive {
         let (mut plan, mut error) = self.first_trials(shoot, start, until, &mut spent)?;
         loop {
             if error.reported() <= self.tolerance && most_steps == usize::MAX {
-                return Ok(self.keep(shoot, plan, inherited + error.reported(), spent));
+                return Ok(keep(shoot, plan, inherited + error.reported(), spent));
             }
             let blind = most_steps < usize::MAX;
             let (jump, is_last) = error.next_jump(self.tolerance, blind);
             let (finer, expected) = error.expected(jump, self.tolerance, blind, in_space);
-            plan = self.resolution(&Plan {
+            plan = resolution(&Plan {
                 step: plan.step / jump,
                 longest_element: plan.longest_element / finer,
                 error: expected.reported(),
@@ -99,20 +95,19 @@ impl Adaptive {
         until: f64,
         spent: &mut Spent,
     ) -> Result<(Plan, Error), IntegrationError> {
-        let size = shoot.resolution * shoot.mesh.longest_element;
         let mut step = self.first_step(shoot, until);
         // Elements of a run that has started are as they are.
         let mut longest = start.plan.map_or(longest_element(start) / FIRST_LENGTH, |plan| plan.longest_element);
         if start.history.levels() == 0 {
             shoot.state.copy_from(start);
-            cut(shoot, size / (FIRST_LENGTH * FIRST_ELEMENTS));
+            cut_first(shoot);
             longest = longest_element(&shoot.state) / FIRST_LENGTH;
         }
         let plan =
             Plan { tolerance: self.tolerance, until, step, longest_element: longest, merge_tolerance: 0.0, error: 1.0 };
         let mut failure = None;
         for _ in 0..HALVINGS {
-            let coarse = self.resolution(&Plan { step, longest_element: longest, ..plan });
+            let coarse = resolution(&Plan { step, longest_element: longest, ..plan });
             let trials = self.trials(shoot, start, &coarse, spent);
             match trials {
                 Ok((finer, error)) if error.time <= ASYMPTOTIC => return Ok((finer, error)),
@@ -178,12 +173,6 @@ impl Adaptive {
         step.max(SHORTEST_STEP * until.abs())
     }
 
-    /// A resolution, with its merging according to the error that is expected of it.
-    fn resolution(&self, plan: &Plan) -> Plan {
-        // Not coarser than that of the run before in the ratio of their errors, or merging would not show in their difference.
-        Plan { merge_tolerance: (MERGING * plan.error).min(COARSEST_MERGE), ..*plan }
-    }
-
     /// Runs from the start through the time of a plan, and keeps its track and the one before.
     fn run(
         &mut self,
@@ -233,15 +222,6 @@ impl Adaptive {
         Ok(())
     }
 
-    /// Keeps the answer of the last run.
-    fn keep(&self, shoot: &mut Shoot<impl Model>, plan: Plan, error: f64, spent: Spent) -> Statistics {
-        let mut statistics = spent.last;
-        statistics += spent.trials;
-        let error = error + spent.last.equilibrium_error;
-        shoot.state.plan = Some(Plan { error, ..plan });
-        Statistics { error: Some(error), ..statistics }
-    }
-
     /// Goes the first steps of a plan that was not tried itself.
     fn set_out(
         &mut self,
@@ -258,6 +238,21 @@ impl Adaptive {
         shoot.state.plan = Some(plan);
         Ok(Statistics { error: Some(plan.error), ..statistics })
     }
+}
+
+/// A resolution, with its merging in proportion to the error that is expected of it: finer than that of the run before, or merging would
+/// not show in their difference.
+fn resolution(plan: &Plan) -> Plan {
+    Plan { merge_tolerance: (MERGING * plan.error).min(COARSEST_MERGE), ..*plan }
+}
+
+/// Keeps the answer of the last run.
+fn keep(shoot: &mut Shoot<impl Model>, plan: Plan, error: f64, spent: Spent) -> Statistics {
+    let mut statistics = spent.last;
+    statistics += spent.trials;
+    let error = error + spent.last.equilibrium_error;
+    shoot.state.plan = Some(Plan { error, ..plan });
+    Statistics { error: Some(error), ..statistics }
 }
 
 /// What the runs of a call have cost: the last one, and those before it.

@@ -6,8 +6,9 @@ mod explore;
 mod rest;
 mod track;
 
-use super::course::{Correction, Course};
+use super::course::{CORRECTIONS, Correction, Course, check_ahead};
 use super::stepper::Stepper;
+use super::stops::guarded;
 use super::{EmptyHistory, HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
@@ -94,11 +95,10 @@ impl Adaptive {
 
     /// The way through the time to `until` at a resolution.
     fn course(&mut self, shoot: &Shoot<impl Model>, resolution: &Plan, most_steps: usize) -> Course {
-        let tolerance = (EQUILIBRIUM * resolution.tolerance).clamp(TIGHTEST_EQUILIBRIUM, LOOSEST_EQUILIBRIUM);
+        let tolerance = of_equilibria(resolution.tolerance);
         self.solver.tolerance = tolerance;
         self.stepper.laws.read(shoot.model.tropism());
-        // Rounding of a step that is meant to equal the delay is no fault.
-        let past_only = resolution.step <= self.stepper.laws.shortest_delay() * (1.0 + 1e-12);
+        let past_only = self.stepper.reads_past_alone(resolution.step);
         let correction = Correction { tolerance, most: CORRECTIONS };
         Course {
             until: resolution.until,
@@ -110,8 +110,10 @@ impl Adaptive {
     }
 }
 
-/// A step whose corrections need more is too long.
-const CORRECTIONS: usize = 30;
+/// How closely equilibria are found in a run for a tolerance, rad.
+fn of_equilibria(tolerance: f64) -> f64 {
+    (EQUILIBRIUM * tolerance).clamp(TIGHTEST_EQUILIBRIUM, LOOSEST_EQUILIBRIUM)
+}
 
 impl Integrator for Adaptive {
     fn start(
@@ -120,12 +122,7 @@ impl Integrator for Adaptive {
         history: &impl HistoryFunction,
     ) -> Result<Statistics, IntegrationError> {
         self.check()?;
-        let before = shoot.state.clone();
-        let answer = self.rest(shoot, history);
-        if answer.is_err() {
-            shoot.state = before;
-        }
-        answer
+        guarded(shoot, |shoot, _| self.rest(shoot, history))
     }
 
     fn advance_at_most(
@@ -135,8 +132,7 @@ impl Integrator for Adaptive {
         most_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
         self.check()?;
-        let ahead = until >= shoot.time() && until.is_finite();
-        ParameterError::unless(ahead, "time to advance to", until, "finite and not in the past (s)")?;
+        check_ahead("time to advance to", shoot, until)?;
         let started = shoot.state.history.levels() > 0;
         if until == shoot.time() && !started {
             return self.start(shoot, &EmptyHistory);

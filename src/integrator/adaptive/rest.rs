@@ -2,11 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::cut::{FIRST_LENGTH, cut, cut_into};
-use super::explore::FIRST_ELEMENTS;
-use super::{
-    Adaptive, EQUILIBRIUM, HistoryFunction, IntegrationError, LOOSEST_EQUILIBRIUM, Statistics, TIGHTEST_EQUILIBRIUM,
-};
+use super::cut::{cut_first, cut_into};
+use super::estimate::SAFETY;
+use super::{Adaptive, HistoryFunction, IntegrationError, Statistics, of_equilibria};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -16,8 +14,6 @@ use crate::state::State;
 /// Positions are of order 2 p in the length of elements that are short enough. Two orders less are counted on:
 /// elements that are just short enough do not show them all.
 const RESERVE: f64 = 2.0;
-/// Estimates are multiplied by this before they are reported.
-const SAFETY: f64 = 2.0;
 /// An element is cut into so many parts at most before it is looked at again.
 const MOST_PARTS: usize = 4;
 /// So many elements are more than any shape needs that is smooth between its nodes.
@@ -31,7 +27,7 @@ impl Adaptive {
         history: &impl HistoryFunction,
     ) -> Result<Statistics, IntegrationError> {
         if shoot.state.history.levels() == 0 {
-            cut(shoot, shoot.resolution * shoot.mesh.longest_element / (FIRST_LENGTH * FIRST_ELEMENTS));
+            cut_first(shoot);
         }
         // The history is that of other elements; a new one is made at the end.
         shoot.state.forget();
@@ -49,7 +45,7 @@ impl Adaptive {
         shoot: &mut Shoot<impl Model>,
         tolerance: f64,
     ) -> Result<Statistics, IntegrationError> {
-        self.solver.tolerance = (EQUILIBRIUM * tolerance).clamp(TIGHTEST_EQUILIBRIUM, LOOSEST_EQUILIBRIUM);
+        self.solver.tolerance = of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
         let gain = 2.0_f64.powf((order - RESERVE).max(1.0)) - 1.0;
         self.stepper.statistics = Statistics::default();
