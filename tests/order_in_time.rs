@@ -224,3 +224,16 @@ fn delays_that_no_step_divides() {
         assert!(found[2] < 1e-9, "{found:?}");
     }
 }
+
+#[test]
+fn memories_far_shorter_than_a_step() {
+    // y rises to its stimulus all but at once, so that the growth it asks for jumps a delay later.
+    for time in [1e-6, 1e-4] {
+        let memory = Memory { time, delay: 720.0 };
+        let shoot = || righting().tropism(laws(memory, memory)).build().unwrap();
+        let found = errors(shoot, MethodOfSteps::new, &[HOUR, 2.0 * HOUR], [240.0, 120.0, 60.0, 30.0], 5.0);
+        assert_fourth_order("a short memory", found);
+        // What is left of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this.
+        assert!(found[3] < 1e-9 * 0.05, "{time} s: {found:?}");
+    }
+}

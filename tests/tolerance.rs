@@ -363,10 +363,9 @@ fn kinks_that_fall_together_and_loads_that_all_but_vanish() {
     MethodOfSteps::new(120.0).advance(&mut shoot, 3.0 * HOUR).unwrap();
 }
 
-/// The weak point that docs/accuracy.md names: `cargo test --workspace --test tolerance weak -- --nocapture` prints its numbers.
 #[test]
-fn growth_that_leaves_the_zone_is_the_weak_point() {
-    let make = || {
+fn growth_whose_tissue_leaves_the_zone() {
+    let make = |elements: usize| {
         Shoot::builder(YOUNG)
             .length(0.04)
             .radius(RADIUS)
@@ -374,17 +373,40 @@ fn growth_that_leaves_the_zone_is_the_weak_point() {
             .tropism(steering(SettledStatoliths))
             .load(WEIGHT)
             .scene(Still::tilted(60_f64.to_radians()))
+            .elements(elements)
+            .merge_tolerance(1e-8)
             .build()
             .unwrap()
     };
-    let mut fine = MethodOfSteps::new(15.0);
-    fine.solver.tolerance = 1e-12;
-    let exact = path(make(), &mut fine, 6.0 * HOUR).unwrap();
-    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6] {
-        let cost = Adaptive::new(tolerance).advance(&mut make(), 6.0 * HOUR).unwrap();
-        let error = distance(&path(make(), &mut Adaptive::new(tolerance), 6.0 * HOUR).unwrap(), &exact);
-        println!("{tolerance:e}: error {error:.1e}, estimate {:.1e}, {} steps", cost.error.unwrap(), cost.steps);
-        // Not the tolerance, as elsewhere: no more than three times as much has been seen.
-        assert!(error < 3.0 * tolerance, "{tolerance:e}: {error:e}");
+    let tolerances = [1e-3, 1e-4, 1e-5, 1e-6];
+    for ((error, estimate), tolerance) in errors(make, 6.0 * HOUR, 15.0, &tolerances).iter().zip(tolerances) {
+        assert!(*error <= tolerance && estimate / error > 0.3, "{tolerance:e}: {error:e}, {estimate:e}");
+    }
+    // Steps of 45 s err by 2e-8 here. When positions were interpolated across kinks it took four times as many.
+    let cost = Adaptive::new(1e-6).advance(&mut make(8), 6.0 * HOUR).unwrap();
+    assert!(cost.steps + cost.trial_steps < 1500, "{} and {}", cost.steps, cost.trial_steps);
+}
+
+#[test]
+fn a_load_that_is_exchanged() {
+    let light = || righting().load(Weight { density: 100.0 });
+    let heavy = |shoot: &Shoot<shoots::Reduced>| {
+        shoot.with_model(shoot.model().with_load(Weight { density: 20_000.0 })).unwrap()
+    };
+    let mut fine = light().elements(32).build().unwrap();
+    let mut run = MethodOfSteps::new(15.0);
+    run.solver.tolerance = 1e-12;
+    run.advance(&mut fine, HOUR).unwrap();
+    let mut fine = heavy(&fine);
+    run.advance(&mut fine, HOUR).unwrap();
+    for tolerance in [1e-4, 1e-6] {
+        let mut integrator = Adaptive::new(tolerance);
+        let mut shoot = light().build().unwrap();
+        let before = integrator.advance(&mut shoot, HOUR).unwrap().error.unwrap();
+        let mut shoot = heavy(&shoot);
+        // At the same time: the elements were chosen for the lighter one.
+        let after = integrator.advance(&mut shoot, HOUR).unwrap().error.unwrap();
+        let error = (shoot.tip() - fine.tip()).norm() / 0.05;
+        assert!(error <= before + tolerance && after > 0.3 * error, "{tolerance:e}: {error:e}, {after:e}");
     }
 }

@@ -13,6 +13,9 @@ use crate::tropism::Declaration;
 /// So many steps before a breaking point are equal, and so many less one behind it: as many as interpolation reaches across it.
 pub(super) const AROUND: f64 = (ORDER - 1) as f64;
 
+/// The first step, over the time in which a variable rises to what it remembers: cubics follow an exponential for so long.
+const FRESH: f64 = 0.25;
+
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stop {
@@ -20,6 +23,8 @@ pub(super) struct Stop {
     pub time: f64,
     /// Whether something has a discontinuity there.
     pub discontinuity: bool,
+    /// Whether a delay carries one on to there: the path is continuous, its second derivative is not.
+    pub kink: bool,
 }
 
 impl Stop {
@@ -42,12 +47,32 @@ pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool,
 /// and on the other cancel then.
 fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f64, f64) {
     let (close, delays) = (CLOSE * size, || laws.delays().filter(|delay| *delay > 0.0));
-    let points = || shoot.state.history.discontinuities().flat_map(|time| delays().map(move |delay| time + delay));
+    let times = || shoot.state.history.discontinuities().map(|level| shoot.state.history.time(level));
+    let points = || times().flat_map(|time| delays().map(move |delay| time + delay));
     let now = shoot.state.time + close;
     let last = points().filter(|point| *point <= now).fold(f64::NEG_INFINITY, f64::max);
     let next = points().filter(|point| *point > now).fold(f64::INFINITY, f64::min);
     // Of some that are close to each other the latest.
     (last, points().filter(|point| *point <= next + close).fold(next, f64::max))
+}
+
+/// The time in which a variable would come at its rate to what it remembers, at a level behind a discontinuity, s: the shortest of any.
+fn shortest_rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize) -> f64 {
+    let rises = laws.variables().iter().enumerate().map(|(i, variable)| {
+        let (value, rate) = shoot.state.history.largest(level, i);
+        // Of a stimulus x = y + τ ẏ.
+        variable.time_constant + value / rate
+    });
+    // What stays zero never rises.
+    rises.filter(|time| *time > 0.0).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether what is read with a delay changes within a step behind such a time (s), since a variable did: the growth that is asked for
+/// all but jumps.
+fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64, time: f64) -> bool {
+    let history = &shoot.state.history;
+    let at = |level: &usize| laws.delays().any(|delay| (history.time(*level) + delay - time).abs() <= CLOSE * size);
+    history.discontinuities().filter(at).any(|level| shortest_rise(shoot, laws, level) < size)
 }
 
 /// The end of the next step of a course: no more tissue than makes an element of the longest kind leaves the zone in it.
@@ -69,8 +94,13 @@ pub(super) fn next_stop(
     let (passed_point, next_point) = breaking_points(shoot, laws, size);
     let target = until.min(discontinuity).min(next_point);
     let since = t - shoot.state.smooth_since;
+    let mut first = FIRST_STEP * size;
+    if since < first {
+        // Variables are read by cubics, which would swing far beyond what one comes to that changes all at once.
+        first = first.min(FRESH * shortest_rise(shoot, laws, shoot.state.history.levels() - 1));
+    }
     // Rounding must not turn a full step into two.
-    let mut step = if since < size * (1.0 - 1e-9) { since.max(FIRST_STEP * size) } else { size };
+    let mut step = if since < size * (1.0 - 1e-9) { since.max(first) } else { size };
     // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
     let zone = growth.zone_length();
     if growth.elongates() && zone.is_finite() {
@@ -87,8 +117,9 @@ pub(super) fn next_stop(
         }
     }
     let last_step = shoot.state.history.last_step();
-    // There was no step since a discontinuity.
-    if last_step > 0.0 && t - passed_point < (AROUND - 0.5) * last_step {
+    let smooth = shoot.state.smooth_since;
+    // There was a step since a discontinuity.
+    if last_step > 0.0 && passed_point > smooth && t - passed_point < (AROUND - 0.5) * last_step {
         step = step.min(last_step);
     }
     let rest = target - t;
@@ -103,5 +134,6 @@ pub(super) fn next_stop(
         t + step
     };
     ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
-    Ok(Stop { time, discontinuity: time == discontinuity })
+    let kink = time == next_point;
+    Ok(Stop { time, discontinuity: time == discontinuity || kink && is_sharp(shoot, laws, size, time), kink })
 }

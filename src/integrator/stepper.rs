@@ -50,16 +50,16 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         course: Course,
     ) -> Result<Statistics, IntegrationError> {
-        self.advance_watched(shoot, solver, course, |_| ())
+        self.advance_watched(shoot, solver, course, |_, _| ())
     }
 
-    /// The same, and lets `watch` see the shoot at the start and after every step.
+    /// The same, and lets `watch` see the shoot at the start and after every step, with the stop at which that ended.
     pub fn advance_watched<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
         course: Course,
-        watch: impl FnMut(&Shoot<M>),
+        watch: impl FnMut(&Shoot<M>, Option<Stop>),
     ) -> Result<Statistics, IntegrationError> {
         ParameterError::positive("time step", course.size)?;
         check_ahead("time to advance to", shoot, course.until)?;
@@ -104,7 +104,7 @@ impl Stepper {
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
         course: Course,
-        mut watch: impl FnMut(&Shoot<M>),
+        mut watch: impl FnMut(&Shoot<M>, Option<Stop>),
     ) -> Outcome {
         let Course { until, size, most_steps, correction, mesh } = course;
         self.check_history(&shoot.state)?;
@@ -114,14 +114,14 @@ impl Stepper {
         if shoot.state.changed {
             self.pass_discontinuity(shoot, solver)?;
         }
-        watch(shoot);
+        watch(shoot, None);
         while shoot.state.time < until && self.statistics.steps < most_steps {
             let stop = next_stop(shoot, &self.laws, &course)?;
             self.step(shoot, solver, stop, correction, &mesh)?;
             if stop.discontinuity {
                 self.pass_discontinuity(shoot, solver)?;
             }
-            watch(shoot);
+            watch(shoot, Some(stop));
         }
         Ok(())
     }

@@ -162,7 +162,11 @@ impl Rod {
         // Arc length is a smooth and nearly linear function of the coordinate: Newton reaches rounding in a few steps.
         for _ in 0..8 {
             let excess = weighted_jacobian(points, &reference.integral_upto(x)) - s;
-            x = (x - excess / weighted_jacobian(points, &reference.at_points(x))).clamp(0.0, 1.0);
+            let next = (x - excess / weighted_jacobian(points, &reference.at_points(x))).clamp(0.0, 1.0);
+            if next == x {
+                break;
+            }
+            x = next;
         }
         x
     }

@@ -101,10 +101,9 @@ impl History {
         self.levels.front().map(|level| level.time)
     }
 
-    /// The times of two levels, at which the rates have a discontinuity, s.
-    pub fn discontinuities(&self) -> impl Iterator<Item = f64> {
-        let pairs = self.levels.iter().zip(self.levels.iter().skip(1));
-        pairs.filter(|(a, b)| a.time == b.time).map(|(a, _)| a.time)
+    /// The levels behind a discontinuity of the rates: those of the same time as the one before.
+    pub fn discontinuities(&self) -> impl Iterator<Item = usize> {
+        (1..self.levels()).filter(|level| self.time(level - 1) == self.time(*level))
     }
 
     /// The time between the last two levels, s.
@@ -161,6 +160,13 @@ impl History {
         let (width, variables) = (self.width().max(1), self.variables);
         let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width));
         rows.map(move |row| RecordMut::of(row, variables))
+    }
+
+    /// The largest value of a variable at a level, and its largest rate.
+    pub fn largest(&self, level: usize, variable: usize) -> (f64, f64) {
+        let rows = self.levels[level].rows.iter();
+        let column = |k: usize| rows.clone().skip(k).step_by(self.width()).fold(0.0, |a: f64, x| a.max(x.abs()));
+        (column(variable), column(self.variables + variable))
     }
 
     /// Calls `visit` with every point: its variables at the last level but one, its stimuli at the levels of `levels`, at

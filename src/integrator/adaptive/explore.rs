@@ -1,7 +1,7 @@
 //! The choice of steps and elements: trial runs through the time ahead, each held against another.
 
-use super::cut::{FIRST_LENGTH, cut, cut_first, longest_element};
-use super::estimate::{AIM, BLIND_SAFETY, Error};
+use super::cut::{FIRST_LENGTH, cut, cut_first, longest_element as longest};
+use super::estimate::{AIM, ASYMPTOTIC, BLIND_SAFETY, Error, Ladder};
 use super::{Adaptive, IntegrationError, Statistics};
 use crate::integrator::stops::guarded;
 use crate::model::Model;
@@ -12,17 +12,17 @@ use crate::state::{Plan, State};
 /// The elements of the second trial are shorter than those of the first by this: a little less than [`FIRST_LENGTH`], so that every
 /// element is cut of a run that has started already.
 const CUT: f64 = 0.7;
-/// Runs that differ by more than this, relative to the length, do not show the order in time yet.
-const ASYMPTOTIC: f64 = 0.02;
 /// The angles that merging of mature elements may change, over the error of the shape: they vanish on average, so that the tip moves by
 /// far less.
 const MERGING: f64 = 10.0;
-/// Runs whose elements were all but alike show an error of this part of their difference at least.
-const LEAST_GAIN: f64 = 0.5;
+/// Elements are not made shorter by more than this before they are looked at again: so long an order holds.
+const MOST_FINER: f64 = 2.0;
+/// Runs whose elements are longer by less than this are as good as alike, and say nothing of the elements.
+const LEAST_RATIO: f64 = 1.15;
+/// So often at most: a shoot that asks for elements a thousand times as short as the first is not resolved by them.
+const MOST_RUNGS: usize = 20;
 /// The shape at rest from which a run starts keeps this part of the tolerance that the run is for.
 const AT_REST: f64 = 0.05;
-/// What the first trials are for, relative to the length.
-const COARSEST_TRIAL: f64 = 1e-3;
 /// No mature elements are merged more coarsely than this, rad.
 const COARSEST_MERGE: f64 = 2e-3;
 /// So often a step is halved because a run at it fails, or because it does not show the order.
@@ -61,7 +61,6 @@ impl Adaptive {
     ) -> Result<Statistics, IntegrationError> {
         let inherited = start.plan.map_or(0.0, |plan| plan.error);
         let mut spent = Spent::default();
-        let in_space = order_in_space(start.rod.order());
         let (mut plan, mut error) = self.first_trials(shoot, start, until, &mut spent)?;
         loop {
             if error.reported() <= self.tolerance && most_steps == usize::MAX {
@@ -69,25 +68,19 @@ impl Adaptive {
             }
             let blind = most_steps < usize::MAX;
             let (jump, is_last) = error.next_jump(self.tolerance, blind);
-            let (finer, expected) = error.expected(jump, self.tolerance, blind, in_space);
-            plan = resolution(&Plan {
-                step: plan.step / jump,
-                longest_element: plan.longest_element / finer,
-                error: expected.reported(),
-                ..plan
-            });
+            plan.step /= jump;
             if is_last {
                 shoot.state.copy_from(start);
-                let plan = Plan { error: inherited + BLIND_SAFETY * plan.error, ..plan };
+                let expected = error.expected(jump).reported();
+                let plan = Plan { error: inherited + BLIND_SAFETY * expected, ..plan };
                 return self.set_out(shoot, plan, most_steps, spent);
             }
             self.run(shoot, start, &plan, &mut spent, error.reported())?;
-            let difference = self.tracks[0].distance(&self.tracks[1]);
-            error = error.seen(&expected, jump, difference, spent.at_rest);
+            error = error.seen(jump, self.tracks[0].distance(&self.tracks[1]));
         }
     }
 
-    /// A coarse run, one with more elements, and one with half the steps: the last of them, and its error.
+    /// Coarse runs with more and more elements, and one with half the steps: the last of them, and its error.
     fn first_trials(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -95,36 +88,32 @@ impl Adaptive {
         until: f64,
         spent: &mut Spent,
     ) -> Result<(Plan, Error), IntegrationError> {
-        let mut step = self.first_step(shoot, until);
         // Elements of a run that has started are as they are.
-        let mut longest = start.plan.map_or(longest_element(start) / FIRST_LENGTH, |plan| plan.longest_element);
+        let mut longest_element = start.plan.map_or(longest(start) / FIRST_LENGTH, |plan| plan.longest_element);
         if start.history.levels() == 0 {
             shoot.state.copy_from(start);
             cut_first(shoot);
-            longest = longest_element(&shoot.state) / FIRST_LENGTH;
+            longest_element = longest(&shoot.state) / FIRST_LENGTH;
         }
-        let plan =
-            Plan { tolerance: self.tolerance, until, step, longest_element: longest, merge_tolerance: 0.0, error: 1.0 };
+        let step = self.first_step(shoot, until);
+        let tolerance = self.tolerance;
+        let merge_tolerance = (MERGING * tolerance).min(COARSEST_MERGE);
+        let mut coarse = Plan { tolerance, until, step, longest_element, merge_tolerance, error: 1.0 };
         let mut failure = None;
         for _ in 0..HALVINGS {
-            let coarse = resolution(&Plan { step, longest_element: longest, ..plan });
-            let trials = self.trials(shoot, start, &coarse, spent);
-            match trials {
-                Ok((finer, error)) if error.time <= ASYMPTOTIC => return Ok((finer, error)),
+            match self.trials(shoot, start, &coarse, spent) {
+                Ok((finer, error)) if error.shows_order() => return Ok((finer, error)),
                 Ok(_) => (),
                 Err(error) if error.is_recoverable() => {
                     failure = Some(error);
-                    longest *= CUT;
+                    coarse.longest_element *= CUT;
                 }
                 Err(error) => return Err(failure.unwrap_or(error)),
             }
-            step *= 0.5;
+            coarse.step *= 0.5;
         }
-        Err(failure.unwrap_or(IntegrationError::ToleranceNotMet {
-            tolerance: self.tolerance,
-            reached: ASYMPTOTIC,
-            steps: spent.steps(),
-        }))
+        let reached = ASYMPTOTIC;
+        Err(failure.unwrap_or(IntegrationError::ToleranceNotMet { tolerance, reached, steps: spent.steps() }))
     }
 
     fn trials(
@@ -134,24 +123,55 @@ impl Adaptive {
         coarse: &Plan,
         spent: &mut Spent,
     ) -> Result<(Plan, Error), IntegrationError> {
-        let order = order_in_space(start.rod.order());
-        self.run(shoot, start, coarse, spent, f64::INFINITY)?;
-        let more_elements = Plan { longest_element: CUT * coarse.longest_element, ..*coarse };
-        self.run(shoot, start, &more_elements, spent, f64::INFINITY)?;
-        // By how much the elements were shorter in fact: those of a zone that grows are cut in halves, at times of their own.
-        let ratio = self.tracks[1].longest_element() / self.tracks[0].longest_element();
-        let gain = (ratio.powf(order) - 1.0).max(LEAST_GAIN);
-        let difference = self.tracks[0].distance(&self.tracks[1]);
-        // Where they make no difference the longer elements do.
-        let few_do = difference <= AIM[1] * self.tolerance;
-        let (elements, space) = if few_do { (*coarse, difference) } else { (more_elements, difference / gain) };
-        if few_do {
-            self.tracks.swap(0, 1);
-        }
-        let half = Plan { step: 0.5 * coarse.step, ..elements };
+        let (fit, space) = self.fit_elements(shoot, start, coarse, spent)?;
+        let half = Plan { step: 0.5 * coarse.step, ..fit };
         self.run(shoot, start, &half, spent, f64::INFINITY)?;
-        let difference_in_time = self.tracks[0].distance(&self.tracks[1]);
-        Ok((half, Error::of_first_trials(difference_in_time, space + spent.at_rest)))
+        let difference = self.tracks[0].distance(&self.tracks[1]);
+        Ok((half, Error::of_first_trials(difference, space + spent.at_rest)))
+    }
+
+    /// Runs with the same steps and ever more elements, until these are enough: the last resolution, and the error of its elements.
+    fn fit_elements(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        start: &State,
+        coarse: &Plan,
+        spent: &mut Spent,
+    ) -> Result<(Plan, f64), IntegrationError> {
+        let mut ladder = Ladder::new(order_in_space(start.rod.order()));
+        let enough = AIM[1] * self.tolerance;
+        let mut plan = *coarse;
+        self.run(shoot, start, &plan, spent, f64::INFINITY)?;
+        let mut compared = plan.longest_element;
+        let mut finer = 1.0 / CUT;
+        for _ in 0..MOST_RUNGS {
+            plan.longest_element /= finer;
+            self.run(shoot, start, &plan, spent, f64::INFINITY)?;
+            // By how much the elements were shorter in fact: those of a zone that grows are cut in halves, at times of their own.
+            let ratio = self.tracks[1].longest_element() / self.tracks[0].longest_element();
+            let alike = (1.0 / LEAST_RATIO..LEAST_RATIO).contains(&ratio);
+            let difference = self.tracks[0].distance(&self.tracks[1]);
+            if difference <= enough && !alike {
+                // Where they make no difference the longer elements do.
+                if ratio > 1.0 {
+                    self.tracks.swap(0, 1);
+                    plan.longest_element = compared;
+                }
+                return Ok((plan, difference));
+            }
+            if ratio < LEAST_RATIO {
+                self.tracks.swap(0, 1);
+                continue;
+            }
+            let space = ladder.climb(ratio, difference);
+            if space <= enough || difference > ASYMPTOTIC {
+                return Ok((plan, space));
+            }
+            compared = plan.longest_element;
+            finer = (space / enough).powf(1.0 / ladder.order()).clamp(1.0 / CUT, MOST_FINER);
+        }
+        let reached = self.tracks[0].distance(&self.tracks[1]);
+        Err(IntegrationError::ToleranceNotMet { tolerance: self.tolerance, reached, steps: spent.steps() })
     }
 
     /// The step of the first trial: as long as the laws are read in the past alone, if they look back.
@@ -195,7 +215,8 @@ impl Adaptive {
         track.clear();
         self.lay_elements(shoot, plan, spent)?;
         let course = self.course(shoot, plan, left);
-        let answer = self.stepper.advance_watched(shoot, &mut self.solver, course, |shoot| track.record(shoot));
+        let answer =
+            self.stepper.advance_watched(shoot, &mut self.solver, course, |shoot, stop| track.record(shoot, stop));
         self.tracks[0] = track;
         let statistics = answer?;
         spent.trials += std::mem::replace(&mut spent.last, statistics).as_trial();
@@ -214,8 +235,7 @@ impl Adaptive {
     ) -> Result<(), IntegrationError> {
         cut(shoot, plan.longest_element);
         if shoot.state.history.levels() == 0 {
-            let tolerance = AT_REST * plan.error.min(COARSEST_TRIAL).max(self.tolerance);
-            let found = self.settle(shoot, tolerance)?;
+            let found = self.settle(shoot, AT_REST * self.tolerance)?;
             spent.at_rest = found.error.unwrap_or(0.0);
             spent.trials += found.as_trial();
         }
@@ -238,12 +258,6 @@ impl Adaptive {
         shoot.state.plan = Some(plan);
         Ok(Statistics { error: Some(plan.error), ..statistics })
     }
-}
-
-/// A resolution, with its merging in proportion to the error that is expected of it: finer than that of the run before, or merging would
-/// not show in their difference.
-fn resolution(plan: &Plan) -> Plan {
-    Plan { merge_tolerance: (MERGING * plan.error).min(COARSEST_MERGE), ..*plan }
 }
 
 /// Keeps the answer of the last run.

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::cut::longest_element;
+use crate::integrator::step_size::Stop;
 use crate::model::Model;
 use crate::quadrature::lagrange;
 use crate::shoot::Shoot;
@@ -23,10 +24,19 @@ pub(super) struct Track {
 #[derive(Debug, Clone, Copy)]
 struct Look {
     time: f64,
-    /// When the piece began on which the path is smooth, s.
-    since: f64,
+    /// How the path goes on here from what was before.
+    joint: Joint,
     length: f64,
     places: [Vector3<f64>; PLACES],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Joint {
+    Smooth,
+    /// Nothing is interpolated across it.
+    Kink,
+    /// Nor up to it.
+    Jump,
 }
 
 impl Track {
@@ -35,13 +45,18 @@ impl Track {
         self.longest_elements = 0.0;
     }
 
-    /// Writes down where the shoot is.
-    pub fn record(&mut self, shoot: &Shoot<impl Model>) {
+    /// Writes down where the shoot is, after a step to a stop.
+    pub fn record(&mut self, shoot: &Shoot<impl Model>, stop: Option<Stop>) {
+        let joint = match stop {
+            Some(Stop { discontinuity: false, kink: false, .. }) => Joint::Smooth,
+            Some(Stop { discontinuity: false, .. }) => Joint::Kink,
+            _ => Joint::Jump,
+        };
         self.longest_elements += longest_element(&shoot.state);
         let line = shoot.rod().centre_line_at(PLACES + 1);
         self.looks.push(Look {
             time: shoot.time(),
-            since: shoot.state.smooth_since,
+            joint,
             length: shoot.rod().length(),
             places: std::array::from_fn(|k| line[k + 1]),
         });
@@ -60,7 +75,7 @@ impl Track {
             while near < self.looks.len() && self.looks[near].time < look.time {
                 near += 1;
             }
-            let Some(places) = self.at(look, near) else { continue };
+            let Some(places) = self.at(look.time, near) else { continue };
             for (a, b) in places.iter().zip(&look.places) {
                 // Not a number is further away than any other.
                 let distance = (a - b).norm() / look.length;
@@ -70,30 +85,31 @@ impl Track {
         largest
     }
 
-    /// The places at the time of `look`, by the looks around number `near`, the first that is not before it.
-    fn at(&self, look: &Look, near: usize) -> Option<[Vector3<f64>; PLACES]> {
-        let same = |i: &usize| self.looks[*i].since == look.since;
-        let (mut first, mut end) = (near, near);
-        while end - first < THROUGH {
-            let before = first.checked_sub(1).filter(same);
-            let after = Some(end).filter(|i| *i < self.looks.len()).filter(same);
-            match (before, after) {
-                // The nearer half on either side, as far as there are some.
-                (Some(i), Some(_)) if near - i <= end - near => first = i,
-                (_, Some(_)) => end += 1,
-                (Some(i), None) => first = i,
-                (None, None) => break,
-            }
+    /// The places at a time, by the looks around number `near`, the first that is not before it.
+    fn at(&self, time: f64, near: usize) -> Option<[Vector3<f64>; PLACES]> {
+        if let Some(look) = self.looks.get(near).filter(|look| look.time == time) {
+            return Some(look.places);
         }
-        if first == end {
-            return None;
+        let joint = |i: usize| self.looks[i].joint;
+        // There is a look at the start of the run, so one before.
+        let (mut first, mut end) = (near.checked_sub(1)?, near);
+        while end - first < THROUGH {
+            let before = first.checked_sub(1).filter(|_| joint(first) == Joint::Smooth);
+            let goes_on = end < self.looks.len() && joint(end) != Joint::Jump;
+            let after = goes_on && (end == near || joint(end - 1) == Joint::Smooth);
+            match before {
+                // The nearer half on either side, as far as there are some.
+                Some(i) if !after || near - first <= end - near => first = i,
+                _ if after => end += 1,
+                _ => break,
+            }
         }
         let mut times = [0.0; THROUGH];
         for (time, other) in times.iter_mut().zip(&self.looks[first..end]) {
             *time = other.time;
         }
         let mut weights = [0.0; THROUGH];
-        lagrange(&times[..end - first], look.time, &mut weights[..end - first]);
+        lagrange(&times[..end - first], time, &mut weights[..end - first]);
         let mut places = [Vector3::zeros(); PLACES];
         for (other, weight) in self.looks[first..end].iter().zip(weights) {
             for (place, at) in places.iter_mut().zip(&other.places) {
