@@ -80,6 +80,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         ],
     );
     let end = HOUR * options.positive("hours");
+    let by_tolerance = options.flag("tolerance");
+    if by_tolerance && (options.flag("step") || options.flag("elements")) {
+        return Err("--tolerance chooses steps and elements: leave out --step and --elements".into());
+    }
     let longest = options.positive("step");
     // A row of the table after every step, at whole hours among others and at least every 5 min.
     let rows_per_hour = (HOUR / longest.min(5.0 * MINUTE)).ceil();
@@ -107,7 +111,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         progress.set(time / end);
         Ok(())
     };
-    let cost = if options.text("tolerance").is_empty() {
+    let cost = if !by_tolerance {
         let step = HOUR / rows_per_hour;
         let rows = (end / step).ceil() as usize;
         let times = (0..=rows).map(|row| (row as f64 * step).min(end));

@@ -295,14 +295,17 @@ fn growing_shoot(quick: bool) -> Measured {
             ))
             .build()?)
     };
-    let hours = if quick { 1.0 } else { 10.0 };
+    let (hours, what) = match quick {
+        true => (1.0, "the second video of the paper, after an hour of growth"),
+        false => (10.0, "the second video of the paper, after 10 h of growth"),
+    };
     let course = Course {
         end: hours * HOUR,
         elements: &[3, 4, 6, 8],
         steps: &[360.0, 240.0, 180.0, 144.0, 90.0, 60.0, 45.0, 30.0],
         fine: (14, 10.0),
     };
-    in_time(quick, ("growing shoot", "the second video of the paper, after 10 h of growth"), make, &course)
+    in_time(quick, ("growing shoot", what), make, &course)
 }
 
 /// A shoot too long to stand. A force at its apex bends it to one side, fades and turns: the shoot swings round to the other side within

@@ -291,8 +291,8 @@ pub trait Integrator {
         stops::advance_until(self, shoot, latest, condition)
     }
 
-    /// Carries the shoot to time `until` (s) by the same steps as [`advance`](Self::advance), and shows it at given times on the
-    /// way, in increasing order, without shortening a step for them. A look between two steps costs one further equilibrium, and
+    /// Carries the shoot to time `until` (s), and shows it at given times on the way, in increasing order, without shortening a step
+    /// for them: integrators of fixed resolution take the same steps as in [`advance`](Self::advance). A look between two steps costs one further equilibrium, and
     /// does not count as a step.
     ///
     /// ```
