@@ -15,6 +15,8 @@
 //!   from the oscillator, which only gives it the first push. Where even that is missing (`--alpha 0`) an exactly upright
 //!   shoot stays upright, until `--imperfection` lays a breath of wind on it.
 //! - `--tolerance 1e-5`: steps, elements and merging are chosen for an error of at most that part of the length.
+//! - `--checkpoint FILE`, with `--features serde`: a run that is killed and started again goes on from the last whole hour, to the
+//!   same bits.
 //! - `--step 45 --elements 16 --out fine`, then a run with `--compare fine/tip.csv`: how accurate are the defaults?
 //!
 //! The laws are put together in [`growing_shoot`]; the rest is a loop over time that writes down the tip.
@@ -76,6 +78,12 @@ fn run() -> Result<(), Box<dyn Error>> {
                 "largest error relative to the length: steps and elements are chosen by it",
             ),
             Opt::flag("imperfection", "a breath of wind and of pull at the apex, which break the symmetry"),
+            Opt::value(
+                "checkpoint",
+                "FILE",
+                "",
+                "kept up to date every hour of growth; a run goes on from it if it is there",
+            ),
             Opt::value("compare", "FILE", "", "another tip.csv; print how far this run is from it at common times"),
         ],
     );
@@ -90,50 +98,62 @@ fn run() -> Result<(), Box<dyn Error>> {
     let out = options.out_dir();
 
     let mut shoot = growing_shoot(options.get("alpha"), options.get("elements"), options.flag("imperfection"))?;
-    let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
-    let (mut times, mut tips, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
+    let settings = ["alpha", "elements", "step", "tolerance"].map(|name| options.text(name)).join(" ");
+    let settings = format!("{settings} {}", options.flag("imperfection"));
+    let file = Some(options.text("checkpoint")).filter(|file| !file.is_empty()).map(Path::new);
+    if file.is_some() && !cfg!(feature = "serde") {
+        return Err(NO_SERDE.into());
+    }
+    let mut record = Record { interval: end / 20.0, ..Record::default() };
+    if let Some(file) = file.filter(|file| file.exists()) {
+        resume(file, &settings, &mut shoot, &mut record)?;
+        println!("going on from {:.1} h", shoot.time() / HOUR);
+    }
     let progress = Progress::new("growing shoot");
     let clock = Instant::now();
 
-    // Twenty shapes, at equal times, and the last.
-    let interval = end / 20.0;
-    let mut next_shape = 0.0;
-    let mut show = |shoot: &Shoot<_>| -> Result<(), Box<dyn Error>> {
-        let (time, length, tip) = (shoot.time(), shoot.rod().length(), shoot.tip());
-        table.row(&[time, length, tip.x, tip.y, tip.z])?;
-        times.push(time / HOUR);
-        tips.push(tip.into());
-        if time >= next_shape - 1e-6 {
-            let line = shoot.rod().centre_line_at(101);
-            shapes.push((time / HOUR, line.into_iter().map(Into::into).collect()));
-            next_shape += interval;
+    let mut saved = shoot.time();
+    let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
+        record.look(shoot);
+        progress.set(shoot.time() / end);
+        if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
+            save(file, &settings, shoot, record)?;
+            saved = shoot.time();
         }
-        progress.set(time / end);
         Ok(())
     };
-    let cost = if !by_tolerance {
-        let step = HOUR / rows_per_hour;
-        let rows = (end / step).ceil() as usize;
-        let times = (0..=rows).map(|row| (row as f64 * step).min(end));
-        follow(&mut shoot, &mut MethodOfSteps::new(step), times, &mut show)?
-    } else {
+    let mut cost = Statistics::default();
+    if by_tolerance {
         let mut integrator = Adaptive::new(options.positive("tolerance"));
-        // Every hour, so that the table can be compared, and all steps between.
-        let mut cost = integrator.step(&mut shoot, end)?;
-        show(&shoot)?;
+        // Every hour, so that the table can be compared, and all steps between; the choice is for the whole way.
+        let mut until = end;
         while shoot.time() < end {
-            let hour = HOUR * (shoot.time() / HOUR + 1e-9).floor() + HOUR;
-            cost += integrator.step(&mut shoot, hour.min(end))?;
-            show(&shoot)?;
+            cost += integrator.step(&mut shoot, until)?;
+            show(&shoot, &mut record)?;
+            until = (HOUR * (shoot.time() / HOUR + 1e-9).floor() + HOUR).min(end);
         }
-        cost
-    };
+    } else {
+        let step = HOUR / rows_per_hour;
+        let mut integrator = MethodOfSteps::new(step);
+        if record.rows.is_empty() {
+            cost += integrator.start(&mut shoot, &EmptyHistory)?;
+        }
+        for row in record.rows.len()..=(end / step).ceil() as usize {
+            cost += integrator.advance(&mut shoot, (row as f64 * step).min(end))?;
+            show(&shoot, &mut record)?;
+        }
+    }
 
     let wall = clock.elapsed().as_secs_f64();
     progress.finish();
+    let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
+    record.rows.iter().try_for_each(|row| table.row(row))?;
     table.finish()?;
+    let times: Vec<f64> = record.rows.iter().map(|row| row[0] / HOUR).collect();
+    let tips: Vec<[f64; 3]> = record.rows.iter().map(|row| [row[2], row[3], row[4]]).collect();
     path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips)?;
-    shapes_figure(out.join("shapes.svg"), &format!("A growing shoot, every {:.0} min", interval / MINUTE), &shapes)?;
+    let title = format!("A growing shoot, every {:.0} min", record.interval / MINUTE);
+    shapes_figure(out.join("shapes.svg"), &title, &record.shapes)?;
     println!("{} h of growth, to a length of {:.2} cm, in {wall:.3} s:", end / HOUR, 100.0 * shoot.rod().length());
     println!("  {} time steps, {} more in trial runs, {} equilibria,", cost.steps, cost.trial_steps, cost.equilibria);
     println!("  {} Newton iterations, {} elements at the end", cost.iterations, shoot.rod().elements());
@@ -147,19 +167,67 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Carries the shoot to every time (s) in turn and shows it there.
-fn follow<M: Model>(
-    shoot: &mut Shoot<M>,
-    integrator: &mut impl Integrator,
-    times: impl Iterator<Item = f64>,
-    show: &mut impl FnMut(&Shoot<M>) -> Result<(), Box<dyn Error>>,
-) -> Result<Statistics, Box<dyn Error>> {
-    let mut cost = integrator.start(shoot, &EmptyHistory)?;
-    for time in times {
-        cost += integrator.advance(shoot, time)?;
-        show(shoot)?;
+const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
+
+/// What is written down on the way; with the state of the shoot, enough to go on from there.
+#[derive(Default)]
+struct Record {
+    /// Time (s), length, place of the tip (m).
+    rows: Vec<[f64; 5]>,
+    /// Twenty shapes, at equal times (h), and the last.
+    shapes: Vec<(f64, Vec<[f64; 3]>)>,
+    /// Between two of them, s.
+    interval: f64,
+}
+
+impl Record {
+    fn look(&mut self, shoot: &Shoot<impl Model>) {
+        let (time, tip) = (shoot.time(), shoot.tip());
+        self.rows.push([time, shoot.rod().length(), tip.x, tip.y, tip.z]);
+        if time >= self.interval * self.shapes.len() as f64 - 1e-6 {
+            let line = shoot.rod().centre_line_at(101);
+            self.shapes.push((time / HOUR, line.into_iter().map(Into::into).collect()));
+        }
     }
-    Ok(cost)
+}
+
+#[cfg(feature = "serde")]
+fn save(file: &Path, settings: &str, shoot: &Shoot<impl Model>, record: &Record) -> Result<(), Box<dyn Error>> {
+    let all = (settings, shoot.state(), &record.rows, &record.shapes);
+    Ok(common::replace(file, &morphorod::checkpoint::to_bytes(&all)?)?)
+}
+
+#[cfg(feature = "serde")]
+fn resume(
+    file: &Path,
+    settings: &str,
+    shoot: &mut Shoot<impl Model>,
+    record: &mut Record,
+) -> Result<(), Box<dyn Error>> {
+    let (made_with, state, rows, shapes): (String, morphorod::State, _, _) =
+        morphorod::checkpoint::from_bytes(&std::fs::read(file)?)
+            .map_err(|error| format!("{}: {error}", file.display()))?;
+    if made_with != settings {
+        return Err(format!("{} is of a run with other options: {made_with}, not {settings}", file.display()).into());
+    }
+    shoot.restore(&state)?;
+    (record.rows, record.shapes) = (rows, shapes);
+    Ok(())
+}
+
+#[cfg(not(feature = "serde"))]
+fn save(_: &Path, _: &str, _: &Shoot<impl Model>, _: &Record) -> Result<(), Box<dyn Error>> {
+    Err(NO_SERDE.into())
+}
+
+#[cfg(not(feature = "serde"))]
+fn resume(
+    file: &Path,
+    settings: &str,
+    shoot: &mut Shoot<impl Model>,
+    record: &mut Record,
+) -> Result<(), Box<dyn Error>> {
+    save(file, settings, shoot, record)
 }
 
 /// Prints the largest distance between the tip and that of another run, at the times that both have.

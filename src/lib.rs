@@ -79,7 +79,7 @@
 //!
 //! | feature | default | what it adds |
 //! |---|---|---|
-//! | `serde` | off | `Serialize` and `Deserialize` for [`State`], [`Rod`](rod::Rod), the shipped laws, loads and scenes |
+//! | `serde` | off | `Serialize` and `Deserialize` for [`State`], [`Rod`](rod::Rod), the shipped laws, loads and scenes; module `checkpoint` |
 //!
 //! A [`State`] that is saved and read again is the same bit by bit if the format keeps every bit of a number, as binary
 //! formats do. `serde_json` does with its feature `float_roundtrip`; without it the last digit of some numbers changes.
@@ -92,6 +92,8 @@
 
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "serde")]
+pub mod checkpoint;
 pub mod constitutive;
 pub mod equilibrium;
 mod error;

@@ -13,7 +13,7 @@ const LAYERS: [&[&str]; 9] = [
     &["constitutive", "growth", "load", "tropism"],
     &["equilibrium", "profile", "sensing"],
     &["model", "state"],
-    &["shoot"],
+    &["checkpoint", "shoot"],
     &["integrator", "stability"],
     &["guide"],
 ];

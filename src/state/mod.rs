@@ -13,6 +13,8 @@ pub use error::StateError;
 pub(crate) use history::{History, Nodes, Reading, Spare};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::Predictor;
+#[cfg(feature = "serde")]
+pub(crate) use saved::FORMAT;
 
 use crate::rod::{MaterialPoint, Rod, part_weights};
 

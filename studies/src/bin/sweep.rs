@@ -66,7 +66,12 @@ const OPTIONS: [Opt; 14] = [
     Opt::value("step", "S", "120", "time step, s, not longer than the delay of 720 s"),
     Opt::value("elements", "N", "6", "elements of a shoot"),
     Opt::value("threads", "N", "", "threads; without it, as many as the machine has cores"),
-    Opt::value("shard", "I/N", "", "compute every N-th row from the I-th (1 to N) only, and merge nothing: with the same grid in all parts"),
+    Opt::value(
+        "shard",
+        "I/N",
+        "",
+        "compute every N-th row from the I-th (1 to N) only, and merge nothing: with the same grid in all parts",
+    ),
     Opt::flag("merge", "compute nothing: make table and picture of what is there, or say what is missing"),
 ];
 
