@@ -32,6 +32,8 @@ pub(super) struct Course {
     /// s.
     pub size: f64,
     pub most_steps: usize,
+    /// How often a step that failed may be tried again with half its length.
+    pub retries: usize,
     pub correction: Option<Correction>,
     /// How fine the elements are kept on the way.
     pub mesh: Mesh,

@@ -20,6 +20,9 @@ pub struct Iterated<E = NewtonSolver> {
     pub tolerance: f64,
     /// Bound on the repetitions of a step.
     pub max_corrections: usize,
+    /// How often in a call a step that fails is tried again with half its length, as in
+    /// [`MethodOfSteps::retries`](super::MethodOfSteps::retries).
+    pub retries: usize,
     /// Finds the shapes.
     pub solver: E,
     stepper: Stepper,
@@ -37,7 +40,7 @@ impl<E> Iterated<E> {
     /// Steps of `step` seconds with the given solver.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        Self { step, tolerance: 1e-8, max_corrections: CORRECTIONS, solver, stepper: Stepper::default() }
+        Self { step, tolerance: 1e-8, max_corrections: CORRECTIONS, retries: 0, solver, stepper: Stepper::default() }
     }
 }
 
@@ -59,6 +62,7 @@ impl<E: EquilibriumSolver> Integrator for Iterated<E> {
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
         let correction = Some(Correction { tolerance: self.tolerance, most: self.max_corrections });
         let mesh = shoot.mesh;
-        self.stepper.advance(shoot, &mut self.solver, Course { until, size: self.step, most_steps, correction, mesh })
+        let course = Course { until, size: self.step, most_steps, retries: self.retries, correction, mesh };
+        self.stepper.advance(shoot, &mut self.solver, course)
     }
 }

@@ -17,6 +17,9 @@ use crate::shoot::Shoot;
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
     pub step: f64,
+    /// How often in a call a step that fails is tried again with half its length, where that may help; none by default.
+    /// [`Statistics::retries`] has the number.
+    pub retries: usize,
     /// Finds the shapes.
     pub solver: E,
     stepper: Stepper,
@@ -34,7 +37,7 @@ impl<E> MethodOfSteps<E> {
     /// Steps of `step` seconds with the given solver.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        Self { step, solver, stepper: Stepper::default() }
+        Self { step, retries: 0, solver, stepper: Stepper::default() }
     }
 }
 
@@ -53,7 +56,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         until: f64,
         most_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
-        let Self { step, solver, stepper } = self;
+        let Self { step, retries, solver, stepper } = self;
         ParameterError::positive("time step", *step)?;
         stepper.laws.read(shoot.model.tropism());
         stepper.laws.check()?;
@@ -62,6 +65,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             return Err(IntegrationError::StepTooLong { step: *step, delay });
         }
         let mesh = shoot.mesh;
-        stepper.advance(shoot, solver, Course { until, size: *step, most_steps, correction: None, mesh })
+        let course = Course { until, size: *step, most_steps, retries: *retries, correction: None, mesh };
+        stepper.advance(shoot, solver, course)
     }
 }

@@ -59,6 +59,8 @@ pub struct Statistics {
     pub merges: usize,
     /// Intervals that the variables of a point had to be halved into, a step of a point counting as one interval.
     pub halvings: usize,
+    /// Steps that failed and were tried again with half their length.
+    pub retries: usize,
     /// Steps of trial runs, which only looked ahead. What they cost is in the other counts.
     pub trial_steps: usize,
     /// The largest error that an equilibrium was left with, rad.
@@ -77,6 +79,7 @@ impl std::ops::AddAssign for Statistics {
         self.splits += other.splits;
         self.merges += other.merges;
         self.halvings += other.halvings;
+        self.retries += other.retries;
         self.trial_steps += other.trial_steps;
         self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
         // Estimates are of the run up to then.

@@ -103,10 +103,10 @@ impl Stepper {
         &mut self,
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
-        course: Course,
+        mut course: Course,
         mut watch: impl FnMut(&Shoot<M>, Option<Stop>),
     ) -> Outcome {
-        let Course { until, size, most_steps, correction, mesh } = course;
+        let Course { until, size, most_steps, .. } = course;
         self.check_history(&shoot.state)?;
         // What was chosen for a tolerance does not hold for other steps than those; `Adaptive` puts it back.
         shoot.state.plan = None;
@@ -117,13 +117,51 @@ impl Stepper {
         watch(shoot, None);
         while shoot.state.time < until && self.statistics.steps < most_steps {
             let stop = next_stop(shoot, &self.laws, &course)?;
-            self.step(shoot, solver, stop, correction, &mesh)?;
-            if stop.discontinuity {
-                self.pass_discontinuity(shoot, solver)?;
-            }
+            let stop = match course.retries {
+                0 => self.go(shoot, solver, &course, stop)?,
+                _ => self.try_to_go(shoot, solver, &mut course, stop)?,
+            };
             watch(shoot, Some(stop));
         }
         Ok(())
+    }
+
+    /// A step of a course to its stop, and over the discontinuity there if there is one.
+    fn go(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        course: &Course,
+        stop: Stop,
+    ) -> Result<Stop, IntegrationError> {
+        self.step(shoot, solver, stop, course.correction, &course.mesh)?;
+        if stop.discontinuity {
+            self.pass_discontinuity(shoot, solver)?;
+        }
+        Ok(stop)
+    }
+
+    /// The same; if it fails, half as far, and so on while there are retries left. What is left of them stays in the course.
+    fn try_to_go(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        course: &mut Course,
+        mut stop: Stop,
+    ) -> Result<Stop, IntegrationError> {
+        let before = shoot.state.clone();
+        loop {
+            match self.go(shoot, solver, course, stop) {
+                Err(error) if error.is_recoverable() && course.retries > 0 => {
+                    shoot.state.copy_from(&before);
+                    course.retries -= 1;
+                    self.statistics.retries += 1;
+                    let size = 0.5 * (stop.time - before.time);
+                    stop = next_stop(shoot, &self.laws, &Course { size, ..*course })?;
+                }
+                gone => return gone,
+            }
+        }
     }
 
     /// One step, to the near side of a discontinuity if it ends at one.

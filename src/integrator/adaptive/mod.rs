@@ -104,6 +104,7 @@ impl Adaptive {
             until: resolution.until,
             size: resolution.step,
             most_steps,
+            retries: 0,
             correction: if past_only { None } else { Some(correction) },
             mesh: Mesh { longest_element: resolution.longest_element, merge_tolerance: resolution.merge_tolerance },
         }
