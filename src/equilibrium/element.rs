@@ -36,6 +36,8 @@ pub(super) struct ElementSystem {
     /// Jr(θ)⁻¹ at the last node: a turn of the last frame's change of its rotation vector.
     inverse: Form,
     chain: Matrix3<f64>,
+    /// What a couple bends or twists the element by at least, ∫ ds/K with the largest K, rad/(N m); of the last Hessian.
+    pub compliance: f64,
 }
 
 /// The element's part of the condensed system: blocks for the turns of its last frame (1) and of its first (0).
@@ -54,6 +56,7 @@ impl Default for ElementSystem {
             hessian: Elimination::default(),
             inverse: Form::inverse_right_jacobian(&s_functions(0.0)),
             chain: Matrix3::identity(),
+            compliance: 0.0,
         }
     }
 }
@@ -68,6 +71,7 @@ impl ElementSystem {
     ) -> f64 {
         if HESSIAN {
             self.hessian.clear();
+            self.compliance = 0.0;
         }
         let rotate = data.frame.to_rotation_matrix().into_inner();
         let (mut energy, mut gradient) = (0.0, [Vector3::zeros(); MAX_POINTS + 1]);
@@ -98,6 +102,7 @@ impl ElementSystem {
 
             if HESSIAN {
                 let tangent = response.tangent * weight;
+                self.compliance += reference.weights[g] * point.jacobian / response.tangent.diagonal().max();
                 let strain_theta = to_strain.jacobian(&theta, &slope);
                 let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
                 let a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)

@@ -17,6 +17,10 @@ const SMALL_TURN: f64 = 1e-4;
 const CHORD_TURN: f64 = 0.05;
 /// Chord steps that follow one another at most: a gradient and its solution cost a quarter of what a fresh tangent does.
 const CHORDS: i32 = 4;
+/// The smallest pivot, relative to that without load, is to be so many times what a step may change of it by the load.
+const SAFE_LOAD: f64 = 2.0;
+/// And so many times the step, whatever the load.
+const SAFE: f64 = 10.0;
 /// Steps shorter than this leave nothing but rounding behind, rad: Newton's method squares them.
 const NEAR_TURN: f64 = 1e-8;
 /// A shifted step shorter than this finds next to no gradient, rad: the frames are at a saddle.
@@ -258,9 +262,11 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     }
 
     /// Whether the signs of the tangent at the last step's start are those at its end: its smallest pivot is safe from a change of
-    /// that size.
+    /// that size. Relative to the elastic tangent, turns φ change it by |n| ℓ² φ/K at most, in what the force does along the rod
+    /// (by the square of 2/π of that) and in the couples that it causes (by 2/π).
     fn is_safe(&self) -> bool {
-        self.stable && self.found.inertia.margin >= 10.0 * self.turn
+        let load = self.largest_force * self.length * self.system.compliance();
+        self.stable && self.system.resistance > (SAFE_LOAD * load).max(SAFE) * self.turn
     }
 
     /// Whether the frames are an equilibrium of the wanted kind, within the tolerance, given their error, rad, and whether the

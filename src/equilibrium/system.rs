@@ -17,6 +17,9 @@ pub(super) struct System {
     tangent: Tangent,
     /// The largest couple on a frame that [`balance`](Self::balance) found, N m.
     pub unbalanced: f64,
+    /// The smallest pivot of the last tangent relative to that of the same rod without load: how far the load is from making
+    /// it unstable.
+    pub resistance: f64,
     /// Couples on the frames, then their turns in the present step; the base's (zero) first.
     turns: Vec<Vector3<f64>>,
     /// Steps of the rotation vectors of every element.
@@ -86,8 +89,15 @@ impl System {
             }
         }
         self.balance::<P>();
-        self.tangent.factorise(&mut inertia)?;
+        let interior = inertia.margin;
+        let compliance = self.elements.iter().map(|element| element.compliance);
+        self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance)?);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+    }
+
+    /// What a couple on the apex bends or twists the rod by at least, rad/(N m); of the last assembly.
+    pub fn compliance(&self) -> f64 {
+        self.elements.iter().map(|element| element.compliance).sum()
     }
 
     /// The energy, J, and its gradient at the rod's frames; the factors stay.

@@ -122,11 +122,16 @@ impl Tangent {
         }
     }
 
-    /// Factorises and adds the pivots to `inertia`. They are as many and of the signs of the eigenvalues (Sylvester).
-    pub fn factorise(&mut self, inertia: &mut Inertia) -> Result<(), super::EquilibriumError> {
+    /// Factorises and adds the pivots to `inertia`. They are as many and of the signs of the eigenvalues (Sylvester). Returns the
+    /// smallest pivot relative to that of the same rod without load, given the elements' `compliance`, rad/(N m).
+    pub fn factorise(
+        &mut self,
+        inertia: &mut Inertia,
+        compliance: impl Iterator<Item = f64> + Clone,
+    ) -> Result<f64, super::EquilibriumError> {
         let n = 3 * self.capacity;
         let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
-            return Ok(());
+            return Ok(f64::INFINITY);
         };
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
         let matrix = SparseColMatRef::new(pattern, &self.values);
@@ -149,9 +154,18 @@ impl Tangent {
         let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
         let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
-        for column in 0..3 * self.blocks {
+        // Without load the rest of the rod up to a frame and the element behind it are springs side by side.
+        let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
+        let unloaded = compliance.scan(0.0, |sum, c| {
+            *sum += c;
+            Some(*sum)
+        });
+        let unloaded = unloaded.zip(behind).map(|(before, behind)| 1.0 / before + 1.0 / behind);
+        let mut least = f64::INFINITY;
+        for (column, unloaded) in (0..3 * self.blocks).zip(unloaded.flat_map(|pivot| [pivot; 3])) {
             let at = symbolic.col_ptr()[column];
             let scale = size(column);
+            least = least.min(self.factors[at] / unloaded.min(scale));
             let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
             if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
                 // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
@@ -159,7 +173,7 @@ impl Tangent {
                 self.factors[at] = f64::INFINITY;
             }
         }
-        Ok(())
+        Ok(least)
     }
 
     /// Solves for the frames' rotations in place.
