@@ -13,7 +13,7 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
-use crate::state::{Spare, State};
+use crate::state::{Spare, State, intrinsic_moments};
 use crate::tropism::Declaration;
 
 /// Workspace for stepping; no state.
@@ -175,9 +175,10 @@ impl Stepper {
     ) -> Outcome {
         let (to, read_at) = (stop.time, stop.before());
         let step = self.open(shoot, mesh, to);
+        let before = intrinsic_moments(&shoot.state.rod);
         self.drive(shoot, step)?;
         self.elongate(shoot, step);
-        shoot.state.predictor.extrapolate(&mut shoot.state.rod, step.from, to);
+        shoot.state.predictor.extrapolate(&mut shoot.state.rod, &before, step.from, to);
         shoot.state.time = to;
         self.equilibrate(shoot, solver, read_at)?;
         self.sense(shoot)?;

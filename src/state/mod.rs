@@ -12,7 +12,7 @@ use std::fmt;
 pub use error::StateError;
 pub(crate) use history::{History, Nodes, Reading, Spare};
 pub(crate) use plan::Plan;
-pub(crate) use predictor::Predictor;
+pub(crate) use predictor::{Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]
 pub(crate) use saved::FORMAT;
 

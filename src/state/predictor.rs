@@ -1,15 +1,37 @@
-//! The first guess of an equilibrium, extrapolated in time from the last ones.
+//! The first guess of an equilibrium: extrapolated in time from the last ones, and corrected by what the intrinsic strain has
+//! become since, which is known beforehand.
 
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::CLOSE;
 use super::error::StateError;
 use crate::quadrature::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
-/// How many equilibria before the last are kept. A first guess of fifth degree in time leaves so little, at steps of up to a
-/// twelfth of an oscillator's period, that one Newton iteration proves its answer stable.
-const EARLIER: usize = 5;
+/// How many equilibria before the last are kept. What a polynomial in time through them does not foresee, as an oscillation in a few
+/// steps, the intrinsic strain tells: at steps of up to a quarter of an oscillator's period one Newton iteration does.
+const EARLIER: usize = 4;
+/// Combinations of the intrinsic strains that are smaller than this, by its square relative to all, are hardly used: what they leave
+/// out would be magnified.
+const RIDGE: f64 = 1e-5;
+
+/// The moments of a rod's intrinsic strain, of degree 0, 1 and 2 in the distance from the apex over the length, rad.
+pub(crate) type Moments = SVector<f64, 9>;
+
+/// The moments of the intrinsic strain of a rod.
+pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
+    let (reference, length) = (rod.reference(), rod.length());
+    let mut moments = [Vector3::zeros(); 3];
+    for element in rod.points.chunks_exact(reference.p) {
+        for (point, weight) in element.iter().zip(&reference.weights) {
+            let (part, x) = (point.intrinsic * (weight * point.jacobian), point.apex_distance / length);
+            moments[0] += part;
+            moments[1] += part * x;
+            moments[2] += part * (x * x);
+        }
+    }
+    Moments::from_fn(|i, _| moments[i / 3][i % 3])
+}
 
 /// Of the present equilibrium and the earlier ones.
 type Weights = [f64; EARLIER + 1];
@@ -23,11 +45,12 @@ pub(crate) struct Predictor {
     known: usize,
 }
 
-/// The rotation vectors of an earlier equilibrium, on the present elements.
+/// The rotation vectors of an earlier equilibrium, on the present elements, and the moments of its intrinsic strain.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Earlier {
     time: f64,
+    moments: Moments,
     rotations: Vec<Vector3<f64>>,
 }
 
@@ -37,7 +60,7 @@ impl Predictor {
         self.known = source.known;
         self.earlier.resize_with(source.earlier.len(), Earlier::default);
         for (to, from) in self.earlier.iter_mut().zip(&source.earlier) {
-            to.time = from.time;
+            (to.time, to.moments) = (from.time, from.moments);
             to.rotations.clone_from(&from.rotations);
         }
     }
@@ -56,6 +79,8 @@ impl Predictor {
             let (what, square) =
                 ("sum of squared earlier rotations", earlier.rotations.iter().map(Vector3::norm_squared).sum());
             StateError::unless(f64::is_finite(square), what, square, "finite")?;
+            let (what, square) = ("sum of squared moments of the intrinsic strain", earlier.moments.norm_squared());
+            StateError::unless(square.is_finite(), what, square, "finite")?;
             let before = i >= self.known || earlier.time < after;
             let ok = before && earlier.time.is_finite();
             StateError::unless(ok, "time of an earlier equilibrium", earlier.time, "before that of the next (s)")?;
@@ -68,7 +93,7 @@ impl Predictor {
     pub fn make_room(&mut self, rod: &Rod, time: f64) {
         self.known = 0;
         self.earlier.clear();
-        let room = || Earlier { time, rotations: rod.rotations.clone() };
+        let room = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations.clone() };
         self.earlier.extend((0..EARLIER).map(|_| room()));
     }
 
@@ -77,18 +102,19 @@ impl Predictor {
         self.known = 0;
     }
 
-    /// Keeps the present rotations of `rod`, at time `from` (s), and extrapolates them to time `to`.
-    pub fn extrapolate(&mut self, rod: &mut Rod, from: f64, to: f64) {
+    /// Keeps the present rotations of `rod`, at time `from` (s), and extrapolates them to time `to`, at which it has its intrinsic
+    /// strain already; `before` were the moments of that.
+    pub fn extrapolate(&mut self, rod: &mut Rod, before: &Moments, from: f64, to: f64) {
         // An equilibrium that is all but the present one says nothing of the motion.
         while self.known > 0 && from - self.earlier[0].time < CLOSE * (to - from) {
             self.earlier.rotate_left(1);
             self.known -= 1;
         }
-        let (degree, weights) = self.degree(rod, from, to);
+        let weights = self.corrected(self.weights(rod, from, to), rod, before);
         for (i, rotation) in rod.rotations.iter_mut().enumerate() {
             let present = *rotation;
             *rotation = present * weights[0];
-            for (earlier, weight) in self.earlier[..degree].iter().zip(&weights[1..]) {
+            for (earlier, weight) in self.earlier[..self.known].iter().zip(&weights[1..]) {
                 *rotation += earlier.rotations[i] * *weight;
             }
             // The oldest is no longer needed: the present takes its place.
@@ -97,17 +123,17 @@ impl Predictor {
             }
         }
         if let Some(last) = self.earlier.last_mut() {
-            last.time = from;
+            (last.time, last.moments) = (from, *before);
         }
         self.earlier.rotate_right(1);
         self.known = (self.known + 1).min(self.earlier.len());
         rod.chain_frames();
     }
 
-    /// The degree in time up to which each further term of the extrapolation, at the ends of the elements, is smaller than the one
-    /// before it, and the weights of the present and the earlier equilibria. Where steps are long against what moves the shoot, or a
-    /// shoot collapses, higher terms only lead astray.
-    fn degree(&self, rod: &Rod, from: f64, to: f64) -> (usize, Weights) {
+    /// The weights of the present and the earlier equilibria, of the degree in time up to which each further term of the
+    /// extrapolation, at the ends of the elements, is smaller than the one before it. Where steps are long against what moves the
+    /// shoot, or a shoot collapses, higher terms only lead astray.
+    fn weights(&self, rod: &Rod, from: f64, to: f64) -> Weights {
         let mut times = [from; EARLIER + 1];
         for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
             *time = earlier.time;
@@ -131,7 +157,27 @@ impl Predictor {
             }
             (degree, weights, last) = (degree + 1, next, size);
         }
-        (degree, weights)
+        weights
+    }
+
+    /// Changes the weights so that the same sum of intrinsic strains comes near to the one that `rod` has, in its moments: shapes
+    /// follow the intrinsic strain all but linearly in a step, and what else acts is left to the weights as they were.
+    fn corrected(&self, mut weights: Weights, rod: &Rod, before: &Moments) -> Weights {
+        let (mut missing, mut differences) =
+            (intrinsic_moments(rod) - before * weights[0], SMatrix::<f64, 9, EARLIER>::zeros());
+        for (k, earlier) in self.earlier[..self.known].iter().enumerate() {
+            missing -= earlier.moments * weights[k + 1];
+            differences.set_column(k, &(earlier.moments - before));
+        }
+        let mut normal = differences.tr_mul(&differences);
+        let ridge = RIDGE * normal.trace() + f64::MIN_POSITIVE;
+        (0..EARLIER).for_each(|k| normal[(k, k)] += ridge);
+        if let Some(factors) = normal.cholesky() {
+            let change = factors.solve(&differences.tr_mul(&missing));
+            weights[0] -= change.sum();
+            weights[1..].iter_mut().zip(&change).for_each(|(weight, change)| *weight += change);
+        }
+        weights
     }
 
     /// Cuts element `e` of `rod` at its coordinate `x`, in every equilibrium.
