@@ -87,6 +87,8 @@ pub(super) struct ExponentialCollocation {
     sensed: usize,
     constants: Vec<f64>,
     weights: Vec<Weights>,
+    /// Whether a point was carried over this step before.
+    follows: bool,
     /// Whether there is nothing but memories, which need no iteration.
     remember: bool,
     memories: Memories,
@@ -124,7 +126,7 @@ impl ExponentialCollocation {
             self.nodes = lobatto(NODES - 1);
             self.weights.resize_with(DEPTH + 1, Weights::default);
         }
-        self.levels = levels;
+        (self.levels, self.follows) = (levels, false);
         for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
             *at = levels.weights(*c);
         }
@@ -188,8 +190,10 @@ impl ExponentialCollocation {
         law.rates(&self.values[j].as_flattened()[..v], &self.stimuli[j * m..(j + 1) * m], rates);
     }
 
-    /// Begins an interval of `size` (s): the variables are known at its start, and N is taken to stay as it is there.
+    /// Begins an interval of `size` (s): the variables are known at its start, and N is taken to change as at the point before, if
+    /// there was one in this step, or to stay as it is.
     fn begin(&mut self, law: &impl TropismLaw, y: &[f64], size: f64) {
+        let follows = std::mem::replace(&mut self.follows, true);
         self.values[0].as_flattened_mut()[..y.len()].copy_from_slice(y);
         self.find_rates(law, 0);
         for (group, (value, rate)) in self.groups.iter_mut().zip(self.values[0].iter().zip(&self.rates)) {
@@ -198,7 +202,13 @@ impl ExponentialCollocation {
                 group.motion[i] = size * rate[i].abs();
                 forcing[i] = rate[i] + value[i] * group.inverse[i];
             }
-            (group.start, group.forcing) = (*value, [forcing; NODES]);
+            group.start = *value;
+            let first = group.forcing[0];
+            for at in &mut group.forcing {
+                for i in 0..LANES {
+                    at[i] = if follows { at[i] + (forcing[i] - first[i]) } else { forcing[i] };
+                }
+            }
         }
     }
 
