@@ -36,7 +36,8 @@ impl<'a> Pair<'a> {
         Self { reference, source: &rod.points[e * p..(e + 2) * p], lengths, places }
     }
 
-    fn length(&self) -> f64 {
+    /// Of both, m.
+    pub fn length(&self) -> f64 {
         self.lengths[0] + self.lengths[1]
     }
 
@@ -95,8 +96,9 @@ impl<'a> Pair<'a> {
         new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()
     }
 
-    /// What is lost of the intrinsic strain, if the elements have lost `losses` already.
-    pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> Loss {
+    /// What is lost of the intrinsic strain, if the elements have lost `losses` already, and by which angle (rad) the merged element
+    /// turns less for it.
+    pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {
             let mut difference = [Vector3::zeros(); MAX_POINTS];

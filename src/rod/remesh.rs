@@ -22,6 +22,17 @@ pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> 
 /// that is lost of the intrinsic strain it does not vanish on average, and moves all that lies beyond.
 const COMPLIANCE: f64 = 1e-2;
 
+/// The angle that is lost inside an element may be so many times the tolerance: it does vanish on average, and what it turns to second
+/// order is made up for.
+const INSIDE: f64 = 20.0;
+/// And no larger than this unless the tolerance is, rad.
+const LARGEST_INSIDE: f64 = 2e-3;
+
+/// The angle that may be lost inside an element, rad (root of the mean square).
+fn largest_loss(tolerance: f64) -> f64 {
+    tolerance.max((INSIDE * tolerance).min(LARGEST_INSIDE))
+}
+
 impl Rod {
     /// Cuts an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and are
     /// the same polynomials afterwards.
@@ -81,11 +92,12 @@ impl Rod {
     }
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
-    /// intrinsic strain would lose more than `tolerance` (rad, root of the mean square), if the section or the `compliance` would
-    /// change too much, or if the node between them is to be kept. Returns whether it was done.
+    /// intrinsic strain would lose too much for a `tolerance` (rad), if the section or the `compliance` would change too much, or if
+    /// the node between them is to be kept. Returns whether it was done.
     ///
     /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
-    /// are the same as one onto the largest, so nothing accumulates; what is lost is followed exactly.
+    /// are the same as one onto the largest, so nothing accumulates; what is lost is followed exactly. A constant strain makes up for
+    /// what it turns to second order.
     pub(crate) fn merge(&mut self, e: usize, tolerance: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> bool {
         let (reference, p) = (self.reference(), self.order.points());
         // Tissue that left the growth zone ever so long ago goes together with its like alone.
@@ -94,14 +106,16 @@ impl Rod {
             return false;
         }
         let pair = Pair::of(self, e);
-        let new = pair.projected();
-        let loss = pair.loss([self.loss[e], self.loss[e + 1]], &new);
-        let holds = loss.angle() <= tolerance
+        let mut new = pair.projected();
+        let (loss, turn) = pair.loss([self.loss[e], self.loss[e + 1]], &new);
+        let holds = loss.angle() <= largest_loss(tolerance)
             && pair.keeps_section(&new, tolerance)
             && pair.keeps_compliance(&new, COMPLIANCE * tolerance, compliance);
         if !holds {
             return false;
         }
+        let strain = turn / pair.length();
+        new.iter_mut().for_each(|point| point.intrinsic += strain);
         let share = pair.share();
         self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         merge_rotations(reference, &mut self.rotations, e, share);

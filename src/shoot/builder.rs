@@ -127,9 +127,10 @@ impl<M> ShootBuilder<M> {
         self
     }
 
-    /// How much an angle may change when mature elements are merged, rad (root of the mean square); zero keeps all of them. 1e-4 by
-    /// default: what is lost has no moments, so the tip moves by far less. The stiffness of an element is held to a hundredth of
-    /// it, relative to itself.
+    /// How much mature elements that are merged may turn what lies beyond them, rad; zero keeps all of them. 1e-4 by default. Inside
+    /// an element an angle may change by twenty times that, up to 2e-3 (root of the mean square), or by the tolerance if that is
+    /// larger: what is lost has no moments, so that the tip moves by far less. The stiffness of an element is held to a hundredth of
+    /// the tolerance, relative to itself.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.merge_tolerance = tolerance;
         self

@@ -30,7 +30,8 @@ const MOST_ELEMENTS: f64 = 1e6;
 pub struct Mesh {
     /// Longest element, m: a longer one in the growth zone is cut in two, and merging outside it makes none that is longer.
     pub longest_element: f64,
-    /// Mature elements are merged while that changes angles by no more than this, rad (root of the mean square).
+    /// Mature elements are merged while that turns what lies beyond by no more than this, rad:
+    /// [`ShootBuilder::merge_tolerance`].
     pub merge_tolerance: f64,
 }
 
