@@ -64,6 +64,9 @@ pub struct Equilibrium {
     pub energy: f64,
     /// Signs of the eigenvalues of the tangent at the answer. All zero for a solver that needs no tangent.
     pub inertia: Inertia,
+    /// How far the tip came (m) from where the first guess, or what followed from it, was found unstable: the answer need not be its
+    /// continuation. None if it was stable all the way.
+    pub jump: Option<f64>,
 }
 
 /// Why there is no equilibrium to report. The rod is as it was before the call.
@@ -84,6 +87,12 @@ pub enum EquilibriumError {
         residual: f64,
         /// The largest force in the rod, N: the load under which it was sought.
         force: f64,
+    },
+    /// On the way to an equilibrium an element would turn by π, where its rotation vector ends. Shorter elements are needed.
+    #[error("element {element} would turn by π; it needs to be shorter")]
+    Folded {
+        /// The element, counted from the base.
+        element: usize,
     },
     /// The only equilibrium found is unstable.
     #[error("the equilibrium found is unstable: {negative} negative eigenvalues")]
@@ -118,7 +127,7 @@ impl EquilibriumError {
     /// Whether a smaller load, a nearer guess or a smaller time step may succeed where this failed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. })
+        matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. } | Self::Folded { .. })
     }
 }
 

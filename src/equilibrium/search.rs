@@ -25,8 +25,16 @@ const SAFE: f64 = 10.0;
 const NEAR_TURN: f64 = 1e-8;
 /// A shifted step shorter than this finds next to no gradient, rad: the frames are at a saddle.
 const SADDLE_TURN: f64 = 1e-3 * SMALL_TURN;
-/// A saddle is left at most this often: in bending about d2, about d1, and in twist.
-const SADDLES: usize = 3;
+/// A saddle is left at most this often: thrice in bending about d2, about d1, and in twist.
+const SADDLES: usize = 9;
+/// Passes of the inverse iteration that finds the direction in which the energy falls most.
+const PASSES: usize = 8;
+/// How far a frame is turned to leave a saddle, rad.
+const PUSH: f64 = 0.1;
+/// No rotation vector within an element becomes longer, rad: at π it would jump to the other side.
+const LARGEST_ROTATION: f64 = 3.1;
+/// A line search that comes to steps as short as this finds nothing, rad.
+const SHORTEST_TURN: f64 = 1e-10;
 /// Fraction of the predicted decrease that a step must achieve (Armijo).
 const DECREASE: f64 = 1e-4;
 /// Couples are balanced to rounding when what is left of them is below this fraction of force times length.
@@ -51,8 +59,10 @@ pub(super) struct Search<'a, C, const P: usize> {
     turn: f64,
     /// Whether the present step is not much shorter than the one before.
     stagnates: bool,
-    /// Number of saddles left.
+    /// How often a saddle was left.
     saddles: usize,
+    /// Where the tip was when the tangent was not positive definite for the first time, m.
+    lost: Option<Vector3<f64>>,
     /// The answer as far as it is known: counts, and energy and inertia of the last assembly.
     found: Equilibrium,
 }
@@ -79,6 +89,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             turn: f64::INFINITY,
             stagnates: false,
             saddles: 0,
+            lost: None,
             found: Equilibrium::default(),
         }
     }
@@ -98,23 +109,27 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             }
             if self.is_balanced_to_rounding() {
                 self.found.error = self.turn;
-                return Ok(self.found);
+                return Ok(self.finish(rod));
             }
             let fraction = self.search_line(rod)?;
             if fraction == 1.0 && self.shift == 0.0 && self.turn < CHORD_TURN {
                 let (error, shrinks) = self.follow_chords(rod);
                 if self.accepts(rod, error, shrinks)? {
-                    return Ok(self.found);
+                    return Ok(self.finish(rod));
                 }
             }
         }
+        Err(self.not_found(bound))
+    }
+
+    fn not_found(&mut self, iterations: usize) -> EquilibriumError {
         self.system.balance::<P>();
-        Err(EquilibriumError::NoConvergence {
-            iterations: bound,
-            step: self.turn,
-            residual: self.system.unbalanced,
-            force: self.largest_force,
-        })
+        let (step, residual, force) = (self.turn, self.system.unbalanced, self.largest_force);
+        EquilibriumError::NoConvergence { iterations, step, residual, force }
+    }
+
+    fn finish(&self, rod: &Rod) -> Equilibrium {
+        Equilibrium { jump: self.lost.map(|tip| (rod.tip() - tip).norm()), ..self.found }
     }
 
     fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {
@@ -150,6 +165,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
         if self.shift > 0.0 {
             self.last_shift = self.shift;
+            self.lost.get_or_insert_with(|| rod.tip());
         }
         Ok(())
     }
@@ -189,14 +205,17 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         self.stable && self.shift > 0.0 && self.turn < SADDLE_TURN
     }
 
-    /// Bends the rod a little in a direction that breaks the symmetry, another one each time.
+    /// Bends the rod a little in the direction in which the energy falls most, of those that turn about one axis, another one each time.
     fn leave_saddle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         if self.saddles == SADDLES {
             self.shift = 0.0;
             return Err(EquilibriumError::Unstable { negative: self.assemble(rod)?.1.negative });
         }
-        disturb(rod, self.saddles);
+        let axis = [Vector3::y(), Vector3::x(), Vector3::z()][self.saddles % 3];
         self.saddles += 1;
+        self.system.start.keep(rod);
+        self.system.soften::<P>(rod, &axis, PASSES);
+        self.system.advance::<P>(rod, PUSH / self.system.largest_turn());
         Ok(())
     }
 
@@ -216,19 +235,26 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         let energy = self.found.energy;
         // The energy is known to rounding of its largest terms.
         let slack = 64.0 * f64::EPSILON * energy.abs();
+        let longest = largest_rotation(rod).0.max(LARGEST_ROTATION);
         self.system.start.keep(rod);
         loop {
             self.system.advance::<P>(rod, fraction);
             let trial = self.system.evaluate::<P>(rod, self.material, self.force);
             self.found.evaluations += 1;
-            let small = fraction * self.turn < SMALL_TURN;
-            if trial.is_finite() && (small || !self.stable || trial <= energy + DECREASE * fraction * slope + slack) {
+            let tiny = self.turn < SMALL_TURN;
+            let falls = trial <= energy + DECREASE * fraction * slope + slack;
+            let (rotation, node) = largest_rotation(rod);
+            let folds = self.stable && rotation > longest;
+            if trial.is_finite() && !folds && (falls || tiny || !self.stable) {
                 self.found.energy = trial;
                 return Ok(fraction);
             }
             self.system.start.restore(rod);
-            if small {
-                return Err(EquilibriumError::NotFinite { what: "energy" });
+            if fraction * self.turn < SHORTEST_TURN {
+                return Err(match folds {
+                    true => EquilibriumError::Folded { element: node / P },
+                    false => self.not_found(self.found.iterations),
+                });
             }
             fraction *= 0.5;
         }
@@ -286,16 +312,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     }
 }
 
-/// Bends the rod a little: about d2 of the base the first time, then about d1, then twists it.
-fn disturb(rod: &mut Rod, time: usize) {
-    let axis = [Vector3::y(), Vector3::x(), Vector3::z()][time % SADDLES];
-    let reference = rod.reference();
-    let share = 0.1 / rod.length();
-    for e in 0..rod.elements() {
-        let h = rod.element_length(e);
-        for k in 0..reference.p {
-            rod.rotations[e * reference.p + k] += axis * (share * h * reference.nodes[k + 1]);
-        }
-    }
-    rod.chain_frames();
+/// The longest rotation vector within an element, rad, and its number.
+fn largest_rotation(rod: &Rod) -> (f64, usize) {
+    let sizes = rod.rotations.iter().map(Vector3::norm).zip(0..);
+    sizes.fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
 }

@@ -127,9 +127,33 @@ impl System {
     /// The step that the factorised tangent takes from the gradient in `turns`.
     pub fn solve<const P: usize>(&mut self) {
         self.tangent.solve(&mut self.turns[1..]);
+        self.recover::<P>();
+    }
+
+    /// What the turns in the present step make of the rotation vectors within the elements.
+    fn recover<const P: usize>(&mut self) {
         for (e, element) in self.elements.iter().enumerate() {
             element.recover::<P>(&self.turns[e + 1], &self.turns[e], &mut self.steps[e * P..(e + 1) * P]);
         }
+    }
+
+    /// Makes the present step the direction in which the rod is softest, of those that turn about an axis of the base: inverse
+    /// iteration with the factors at hand, from an even bend.
+    pub fn soften<const P: usize>(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
+        let mut s = 0.0;
+        for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
+            s += rod.element_length(e);
+            *turn = rod.frames[e + 1].inverse() * (rod.frames[0] * axis) * s;
+        }
+        for _ in 0..passes {
+            let largest = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
+            // The couples that this turn, weighted by length, stands for.
+            for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
+                *turn *= rod.element_length(e) / largest;
+            }
+            self.tangent.solve(&mut self.turns[1..]);
+        }
+        self.recover::<P>();
     }
 
     /// The largest rotation in the present step, rad; not a number if one is.

@@ -61,6 +61,13 @@ pub struct Statistics {
     pub halvings: usize,
     /// Steps that failed and were tried again with half their length.
     pub retries: usize,
+    /// Steps in which the shape lost its stability and went over to another one. Quasi-statics says nothing of the way; what laws
+    /// remember is smooth across it.
+    pub snaps: usize,
+    /// When the last of them ended, s.
+    pub last_snap: Option<f64>,
+    /// The longest way of the tip in one of them, m.
+    pub largest_jump: f64,
     /// Steps of trial runs, which only looked ahead. What they cost is in the other counts.
     pub trial_steps: usize,
     /// The largest error that an equilibrium was left with, rad.
@@ -80,6 +87,9 @@ impl std::ops::AddAssign for Statistics {
         self.merges += other.merges;
         self.halvings += other.halvings;
         self.retries += other.retries;
+        self.snaps += other.snaps;
+        self.last_snap = other.last_snap.or(self.last_snap);
+        self.largest_jump = self.largest_jump.max(other.largest_jump);
         self.trial_steps += other.trial_steps;
         self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
         // Estimates are of the run up to then.
@@ -90,7 +100,7 @@ impl std::ops::AddAssign for Statistics {
 impl Statistics {
     /// What a run costs that only looks ahead: it makes no step that stays, and cuts and merges nothing.
     fn as_trial(self) -> Self {
-        Self { steps: 0, splits: 0, merges: 0, trial_steps: self.trial_steps + self.steps, ..self }
+        Self { steps: 0, splits: 0, merges: 0, snaps: 0, trial_steps: self.trial_steps + self.steps, ..self }
     }
 }
 

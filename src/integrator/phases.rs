@@ -78,7 +78,7 @@ impl Stepper {
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         time: f64,
-    ) -> Outcome {
+    ) -> Result<Option<f64>, IntegrationError> {
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let (base, environment) = (model.scene().base(time), model.scene().environment(time));
         // A quaternion that is no rotation would be normalised into one that nobody meant.
@@ -94,7 +94,7 @@ impl Stepper {
             .equilibrate(rod, model.constitutive(), &self.force)
             .map_err(|source| IntegrationError::Equilibrium { time, source })?;
         self.statistics += found;
-        Ok(())
+        Ok(found.jump)
     }
 
     /// Writes the stimuli of the present equilibrium to the last level.

@@ -180,7 +180,15 @@ impl Stepper {
         self.elongate(shoot, step);
         shoot.state.predictor.extrapolate(&mut shoot.state.rod, &before, step.from, to);
         shoot.state.time = to;
-        self.equilibrate(shoot, solver, read_at)?;
+        let jump = match self.equilibrate(shoot, solver, read_at) {
+            // Extrapolation may lead astray; the last shape is the nearest that is known to be one.
+            Err(error) if error.is_recoverable() => {
+                shoot.state.predictor.take_last(&mut shoot.state.rod);
+                self.equilibrate(shoot, solver, read_at)?
+            }
+            found => found?,
+        };
+        self.note(jump, shoot);
         self.sense(shoot)?;
         self.carry(shoot, step)?;
         if let Some(Correction { tolerance, most }) = correction {
@@ -192,7 +200,8 @@ impl Stepper {
                     return Err(IntegrationError::NotConverged { time: to, corrections, change });
                 }
                 corrections += 1;
-                self.equilibrate(shoot, solver, read_at)?;
+                let jump = self.equilibrate(shoot, solver, read_at)?;
+                self.note(jump, shoot);
                 self.sense(shoot)?;
                 self.carry(shoot, step)?;
                 change = self.drive(shoot, step)?;
@@ -200,6 +209,16 @@ impl Stepper {
         }
         self.close(shoot, step);
         Ok(())
+    }
+
+    /// Writes down a snap. What is extrapolated from before it is no guess any more.
+    fn note(&mut self, jump: Option<f64>, shoot: &mut Shoot<impl Model>) {
+        if let Some(jump) = jump {
+            self.statistics.snaps += 1;
+            self.statistics.last_snap = Some(shoot.state.time);
+            self.statistics.largest_jump = self.statistics.largest_jump.max(jump);
+            shoot.state.predictor.forget();
+        }
     }
 
     /// Prepares the elements for a step to time `to`, keeps where it starts, and opens a level of the history.
@@ -236,7 +255,8 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
     ) -> Outcome {
         let time = shoot.state.time;
-        self.equilibrate(shoot, solver, after(time))?;
+        let jump = self.equilibrate(shoot, solver, after(time))?;
+        self.note(jump, shoot);
         shoot.state.history.push(time, &mut self.spare);
         self.sense(shoot)?;
         self.find_rates(shoot);

@@ -106,6 +106,15 @@ impl Predictor {
         self.known = 0;
     }
 
+    /// Gives the rod the shape that it had before it was extrapolated, and forgets those before.
+    pub fn take_last(&mut self, rod: &mut Rod) {
+        if let Some(last) = self.earlier.first().filter(|_| self.known > 0) {
+            rod.rotations.clone_from(&last.rotations);
+            rod.chain_frames();
+            self.known = 0;
+        }
+    }
+
     /// Keeps the present rotations of `rod`, at time `from` (s), and extrapolates them to time `to`, at which it has its intrinsic
     /// strain already; `before` were the moments of that.
     pub fn extrapolate(&mut self, rod: &mut Rod, before: &Moments, from: f64, to: f64) {
