@@ -39,13 +39,13 @@ pub trait Model {
     /// Gravity and the base.
     fn scene(&self) -> &Self::Scene;
 
-    /// The first time after `t` (s) at which a load, the scene or a tropism law has a discontinuity; infinite if there is
-    /// none.
+    /// The first time after `t` (s) at which a law, a load or the scene has a discontinuity; infinite if there is none.
     ///
     /// # Errors
     /// A law that announces a time that has passed, or none.
     fn next_discontinuity(&self, t: f64) -> Result<f64, ParameterError> {
         let announced = [
+            ("discontinuity that the growth law announces", self.growth().next_discontinuity(t)),
             ("discontinuity that the load announces", self.load().next_discontinuity(t)),
             ("discontinuity that the scene announces", self.scene().next_discontinuity(t)),
             ("discontinuity that the tropism laws announce", self.tropism().next_discontinuity(t)),

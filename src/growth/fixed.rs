@@ -46,6 +46,10 @@ impl<G: GrowthLaw> GrowthLaw for Ongoing<G> {
         false
     }
 
+    fn next_discontinuity(&self, t: f64) -> f64 {
+        self.0.next_discontinuity(t)
+    }
+
     fn check(&self, length: f64) -> Result<(), ParameterError> {
         self.0.check(length)?;
         ParameterError::unless(

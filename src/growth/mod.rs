@@ -7,8 +7,8 @@ mod uniform;
 
 pub use fixed::{NoGrowth, Ongoing};
 pub use profile::{CosineProfile, LinearProfile};
-pub(crate) use trace::exit_before_start;
 pub use trace::{Trace, length, trace};
+pub(crate) use trace::{exit_before_start, zone_elongation};
 pub use uniform::UniformGrowth;
 
 use crate::error::ParameterError;
@@ -57,6 +57,12 @@ pub trait GrowthLaw {
     /// When the point that is at `sigma` at time `from` leaves the zone, if it does so by time `until`.
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         if self.elongates() { search_exit(self, sigma, from, until) } else { None }
+    }
+
+    /// The first time after `t` (s) at which REGR or its slope in time has a discontinuity; infinite if there is none. Integrators
+    /// step onto it, and read the law a few units of rounding before and after it.
+    fn next_discontinuity(&self, _t: f64) -> f64 {
+        f64::INFINITY
     }
 
     /// Refuses parameters that make no sense for a shoot of the given initial length (m).
@@ -137,5 +143,6 @@ forward_pointers!(GrowthLaw {
     fn apical_speed(sigma: f64, t: f64) -> f64;
     fn flow(sigma: f64, from: f64, to: f64) -> (f64, f64);
     fn exit_time(sigma: f64, from: f64, until: f64) -> Option<f64>;
+    fn next_discontinuity(t: f64) -> f64;
     fn check(length: f64) -> Result<(), ParameterError>;
 });

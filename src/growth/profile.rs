@@ -1,4 +1,4 @@
-//! Growth rates that vary over the zone; the motion is integrated.
+//! Growth rates that vary over the zone: linearly, in closed form, and as a cosine, where the motion is integrated.
 
 use std::f64::consts::TAU;
 
@@ -8,6 +8,8 @@ use crate::error::ParameterError;
 /// REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the base end of the growth zone: growth is fastest at the apex.
 ///
 /// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same pace.
+///
+/// A point in the zone moves as σ = 2ℓg/(1 + c exp(−2t/τg)) with c = 2ℓg/σ(0) − 1, and leaves at (τg/2) ln c.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearProfile {
@@ -28,6 +30,18 @@ impl GrowthLaw for LinearProfile {
 
     fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
         sigma * (2.0 - sigma / self.zone_length) / self.time
+    }
+
+    fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
+        // σ̇ = 2σ (1 − σ/2ℓg)/τg is logistic growth towards 2ℓg.
+        let (limit, decay) = (2.0 * self.zone_length, (2.0 * (from - to) / self.time).exp());
+        let factor = limit / (sigma + (limit - sigma) * decay);
+        (sigma * factor, factor * factor * decay)
+    }
+
+    fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
+        let exit = from + 0.5 * self.time * (2.0 * self.zone_length / sigma - 1.0).ln().max(0.0);
+        (exit <= until).then_some(exit)
     }
 
     fn check(&self, _length: f64) -> Result<(), ParameterError> {

@@ -3,6 +3,9 @@
 use super::GrowthLaw;
 use crate::quadrature::rule;
 
+/// Speeds vary with time at the pace of days at most; pieces of a sixty-fourth of a run resolve anything slower than that.
+const PIECES: u32 = 64;
+
 /// A material point at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -23,20 +26,18 @@ pub fn length(law: &impl GrowthLaw, initial: f64, t: f64) -> f64 {
     }
     let zone = law.zone_length();
     if initial >= zone {
-        return initial + elongation(law, 0.0, t);
+        return initial + zone_elongation(law, 0.0, t, PIECES);
     }
     match law.exit_time(initial, 0.0, t) {
         None => law.flow(initial, 0.0, t).0,
-        Some(full) => zone + elongation(law, full, t),
+        Some(full) => zone + zone_elongation(law, full, t, PIECES),
     }
 }
 
-/// What a whole growth zone adds to the length between two times: ∫ of its apical speed.
-fn elongation(law: &impl GrowthLaw, from: f64, to: f64) -> f64 {
+/// What a whole growth zone adds to the length between two times: ∫ of its apical speed, in so many pieces of time.
+pub(crate) fn zone_elongation(law: &impl GrowthLaw, from: f64, to: f64, pieces: u32) -> f64 {
     let zone = law.zone_length();
     let (x, w) = rule::<8>();
-    // Speeds vary with time at the pace of days at most; pieces of a sixty-fourth resolve anything slower than that.
-    let pieces = 64;
     let h = (to - from) / f64::from(pieces);
     (0..pieces)
         .flat_map(|i| x.iter().zip(w).map(move |(x, w)| (from + h * (f64::from(i) + x), w * h)))

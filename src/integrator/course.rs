@@ -22,6 +22,8 @@ pub(super) struct Step {
     pub from: f64,
     pub to: f64,
     pub leaving: usize,
+    /// From when to when growth is read, s: after a discontinuity at the start, and before one at the end.
+    pub growth: [f64; 2],
 }
 
 /// Where a run goes: to a time, in steps of at most a size, in so many of them at most.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::Statistics;
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
-use crate::rod::{MaterialPoint, Tissue};
+use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;
 
@@ -21,8 +21,7 @@ pub(super) fn adapt(
     state: &mut State,
     (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
     mesh: &Mesh,
-    from: f64,
-    to: f64,
+    [from, to]: [f64; 2],
     statistics: &mut Statistics,
 ) -> usize {
     if !growth.elongates() {
@@ -31,9 +30,12 @@ pub(super) fn adapt(
     merge_mature(state, constitutive, mesh, statistics);
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
+        let length = state.rod.element_length(e);
         // Rounding is no reason to cut.
-        if state.rod.element_length(e) > mesh.longest_element * (1.0 + 1e-9) {
-            state.split(e, 0.5);
+        let long = length > mesh.longest_element * (1.0 + 1e-9);
+        let uneven = length > mesh.longest_element * SMALLEST_PART && state.rod.unevenness(e) > UNEVEN;
+        if long || uneven {
+            state.split(e, state.rod.halfway(e));
             statistics.splits += 1;
         } else {
             e += 1;

@@ -4,6 +4,7 @@ mod adaptive;
 mod begin;
 mod collocation;
 mod course;
+mod elongation;
 mod gradient_integral;
 mod history_function;
 mod iterated;
@@ -157,6 +158,19 @@ pub enum IntegrationError {
         /// The point, counted from the base.
         point: usize,
     },
+    /// Tissue is stretched so unevenly within an element that its points no longer say where it is.
+    #[error(
+        "growth up to {time} s stretches some tissue of element {element} {ratio:.1} times as much as other, which its points do not \
+         resolve: take more elements, or a shorter step"
+    )]
+    Uneven {
+        /// The end of the step, s.
+        time: f64,
+        /// The element, counted from the base.
+        element: usize,
+        /// The largest length per coordinate at its points, by the least.
+        ratio: f64,
+    },
     /// A tolerance was not met in the steps that are allowed.
     #[error(
         "the tolerance {tolerance:e} is not met: the error reached is {reached:.1e} of the length, after {steps} steps"
@@ -203,7 +217,7 @@ impl IntegrationError {
         match self {
             Self::Equilibrium { source, .. } => source.is_recoverable(),
             Self::StepTooLong { delay, .. } => *delay > 0.0,
-            Self::NotConverged { .. } | Self::Variables { .. } => true,
+            Self::NotConverged { .. } | Self::Variables { .. } | Self::Uneven { .. } => true,
             Self::Parameter(_) | Self::NotFinite { .. } | Self::NotReached { .. } | Self::ToleranceNotMet { .. } => {
                 false
             }

@@ -1,4 +1,4 @@
-//! The phases of a step: differential growth, elongation, equilibrium, sensing, and the variables.
+//! The phases of a step, but for the motion of tissue: differential growth, equilibrium, sensing, and the variables.
 
 use super::collocation::Levels;
 use super::course::Step;
@@ -21,14 +21,14 @@ impl Stepper {
     pub fn drive(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<f64, IntegrationError> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
-        let Step { from, to, leaving } = step;
+        let Step { from, to, leaving, growth: [start, end] } = step;
         let history = &state.history;
         let smooth = history.smooth(state.smooth_since, CLOSE * (to - from));
         let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
         self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
         let mut largest = 0.0_f64;
         for (i, (point, (intrinsic, place))) in state.rod.points[zone].iter_mut().zip(&self.starts).enumerate() {
-            let exit = if i < leaving { growth.exit_time(*place, from, to) } else { None };
+            let exit = if i < leaving { growth.exit_time(*place, start, end) } else { None };
             let integral = match exit {
                 Some(exit) => {
                     self.exit_integral.prepare(history, &self.laws, &smooth, from, exit);
@@ -36,7 +36,7 @@ impl Stepper {
                 }
                 None => &mut self.gradient_integral,
             };
-            let change = integral.of(growth, tropism, history, i, point.section, (*place, from));
+            let change = integral.of(growth, tropism, history, i, point.section, (*place, start));
             if !change.sum().is_finite() {
                 return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
             }
@@ -45,31 +45,6 @@ impl Stepper {
             point.intrinsic = new;
         }
         Ok(largest * length)
-    }
-
-    /// Moves the points and nodes of the zone; the points of the first elements leave it.
-    pub fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
-        let growth = shoot.model.growth();
-        if !growth.elongates() {
-            return;
-        }
-        let Step { from, to, leaving } = step;
-        let rod = &mut shoot.state.rod;
-        let (zone, first, leaving) = (rod.zone(), rod.first_growing(), leaving * rod.order().points());
-        for (i, point) in rod.points[zone].iter_mut().enumerate() {
-            let mut end = to;
-            if i < leaving {
-                // Points in front of the node on the boundary leave before it does, which is at the end of the step.
-                end = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
-                point.exit_time = end;
-            }
-            let (distance, stretch) = growth.flow(point.apex_distance, from, end);
-            point.apex_distance = distance;
-            point.jacobian *= stretch;
-        }
-        for node in &mut rod.node_distance[first..] {
-            *node = growth.flow(*node, from, to).0;
-        }
     }
 
     /// Moves the base to where it is at `time` (s), and finds the shape at rest under what acts then.

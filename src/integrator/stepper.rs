@@ -174,10 +174,10 @@ impl Stepper {
         mesh: &Mesh,
     ) -> Outcome {
         let (to, read_at) = (stop.time, stop.before());
-        let step = self.open(shoot, mesh, to);
+        let step = self.open(shoot, mesh, stop);
         let before = intrinsic_moments(&shoot.state.rod);
         self.drive(shoot, step)?;
-        self.elongate(shoot, step);
+        self.elongate(shoot, step)?;
         shoot.state.predictor.extrapolate(&mut shoot.state.rod, &before, step.from, to);
         shoot.state.time = to;
         let jump = match self.equilibrate(shoot, solver, read_at) {
@@ -221,22 +221,22 @@ impl Stepper {
         }
     }
 
-    /// Prepares the elements for a step to time `to`, keeps where it starts, and opens a level of the history.
-    fn open(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, to: f64) -> Step {
-        let from = shoot.state.time;
+    /// Prepares the elements for a step, keeps where it starts, and opens a level of the history.
+    fn open(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, stop: Stop) -> Step {
+        let (from, to, fresh) = (shoot.state.time, stop.time, shoot.state.smooth_since);
+        let growth = [if from == fresh { after(from) } else { from }, stop.before()];
         let leaving = mesh::adapt(
             &mut shoot.state,
             (shoot.model.growth(), shoot.model.constitutive()),
             mesh,
-            from,
-            to,
+            growth,
             &mut self.statistics,
         );
         let rod = &shoot.state.rod;
         self.starts.clear();
         self.starts.extend(rod.points()[rod.zone()].iter().map(|point| (point.intrinsic, point.apex_distance)));
         shoot.state.history.push(to, &mut self.spare);
-        Step { from, to, leaving }
+        Step { from, to, leaving, growth }
     }
 
     /// Tissue leaves the zone, and levels of the history that nothing will read again are dropped.

@@ -1,6 +1,7 @@
 //! The discretised rod: material points, rotations, and the shape that follows from them.
 
 mod check;
+mod lengths;
 mod loss;
 mod pair;
 mod remesh;
@@ -10,6 +11,7 @@ mod shape;
 mod tissue;
 
 pub use check::RodError;
+pub(crate) use lengths::UNEVEN;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
 pub use tissue::Tissue;

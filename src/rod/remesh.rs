@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::lengths::Places;
 use super::pair::Pair;
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
@@ -40,8 +41,17 @@ impl Rod {
         let reference = self.reference();
         let p = reference.p;
         let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
-        let first = self.node_distance[e];
-        let distance = |x: f64| first - weighted_jacobian(&old, &reference.integral_upto(x));
+        let growing = e >= self.first_growing;
+        let places = growing.then(|| Places::of(self, e));
+        // Where tissue was last that has left the zone.
+        let place = |x: f64| match &places {
+            Some(places) => places.at(x),
+            None => {
+                let before = weighted_jacobian(&old, &reference.integral_upto(x));
+                (self.node_distance[e] - before, weighted_jacobian(&old, &reference.at_points(x)))
+            }
+        };
+        let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
         // Points that have not left the growth zone, or left it ever so long ago, have infinite exit times.
         let exits = old[0].exit_time.is_finite();
@@ -50,16 +60,18 @@ impl Rod {
                 let sum = |f: &dyn Fn(&MaterialPoint) -> f64| -> f64 {
                     old.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
                 };
+                let at = from + (to - from) * reference.points[g];
+                let (apex_distance, jacobian) = place(at);
                 new[side * p + g] = MaterialPoint {
                     intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
-                    jacobian: sum(&|point| point.jacobian) * (to - from),
-                    apex_distance: distance(from + (to - from) * reference.points[g]),
+                    jacobian: jacobian * (to - from),
+                    apex_distance,
                     exit_time: if exits { sum(&|point| point.exit_time) } else { old[0].exit_time },
                     section: Section::ellipse(
                         sum(&|point| point.section.along_d1),
                         sum(&|point| point.section.along_d2),
                     ),
-                    initial_apex_distance: self.initial_apex_distance(e, from + (to - from) * reference.points[g]),
+                    initial_apex_distance: self.initial_apex_distance(e, at),
                 };
             }
         }
@@ -67,12 +79,16 @@ impl Rod {
         split_rotations(reference, &mut self.rotations, e, x);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
-        self.node_distance.insert(e + 1, distance(x));
+        self.node_distance.insert(e + 1, middle_distance);
         self.kept.insert(e + 1, false);
         let loss = self.loss[e];
         self.loss.splice(e..=e, [loss.of_part(x), loss.of_part(1.0 - x)]);
-        if e < self.first_growing {
+        if !growing {
             self.first_growing += 1;
+            return;
+        }
+        for e in [e, e + 1] {
+            self.set_element_length(e, self.node_distance[e] - self.node_distance[e + 1]);
         }
     }
 
@@ -83,12 +99,6 @@ impl Rod {
                 self.split(e + part - 1, 1.0 / (parts + 1 - part) as f64);
             }
         }
-    }
-
-    /// The coordinate in element `e` of the point at the given distance from the apex, which must lie inside.
-    pub(crate) fn coordinate_at_distance(&self, e: usize, sigma: f64) -> f64 {
-        let first = self.node_distance[e];
-        self.coordinate_at_length(e, first - sigma, first - self.node_distance[e + 1])
     }
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the

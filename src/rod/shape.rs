@@ -235,7 +235,19 @@ impl Rod {
             let (from, to) = if x < 0.5 { (first, 1.0 - 2.0 * x) } else { (last, 2.0 * x - 1.0) };
             return point.initial_apex_distance + (from - point.initial_apex_distance) * to;
         }
+        if e + 1 == self.elements() && e >= self.first_growing {
+            return self.initial_distance_at_apex(x);
+        }
         self.interpolate(e, x, |point| point.initial_apex_distance)
+    }
+
+    /// The same in the last element, by the ratio to the coordinate's distance from the apex: as elements there are cut and cut again
+    /// the names become as small as one likes, and rounding of the names themselves would stay.
+    fn initial_distance_at_apex(&self, x: f64) -> f64 {
+        let reference = self.reference();
+        let ratio = self.element_points(self.elements() - 1).iter().zip(&reference.points);
+        let each = ratio.map(|(point, y)| point.initial_apex_distance / (1.0 - y)).zip(reference.at_points(x));
+        (1.0 - x) * each.map(|(ratio, w)| w * ratio).sum::<f64>()
     }
 
     /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). An `s` beyond either end is

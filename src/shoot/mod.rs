@@ -179,6 +179,7 @@ mod tests {
         assert_eq!(shoot.state, kept);
         let mut long = kept.clone();
         long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
+        long.rod.node_distance.iter_mut().for_each(|distance| *distance *= 1e6);
         let error = shoot.restore(&long).unwrap_err();
         assert!(matches!(error, StateError::Value { what: "length of the rod", .. }), "{error}");
         assert_eq!(shoot.state, kept);

@@ -1,0 +1,73 @@
+//! The motion of tissue over a step. The law moves points and ends of elements; how long elements are follows from their ends.
+
+use super::course::Step;
+use super::stepper::Stepper;
+use super::{IntegrationError, Outcome};
+use crate::growth::{GrowthLaw, zone_elongation};
+use crate::model::Model;
+use crate::shoot::Shoot;
+
+impl Stepper {
+    /// Moves the points and nodes of the zone; the points of the first elements leave it.
+    ///
+    /// Points are stretched one by one, so that their lengths per coordinate add up to the length of an element as well as the
+    /// mesh resolves. They are scaled to the length that its ends say: else the difference, be it rounding, grows with the tissue
+    /// at the apex, by exp(∫ REGR dt) without end.
+    pub fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
+        let growth = shoot.model.growth();
+        if !growth.elongates() {
+            return Ok(());
+        }
+        let Step { leaving, growth: [from, to], .. } = step;
+        let rod = &mut shoot.state.rod;
+        let (zone, first, p) = (rod.zone(), rod.first_growing(), rod.order().points());
+        for (i, point) in rod.points[zone].iter_mut().enumerate() {
+            let mut end = to;
+            if i < leaving * p {
+                // Points in front of the node on the boundary leave before it does, which is at the end of the step.
+                end = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
+                point.exit_time = end;
+            }
+            let (distance, stretch) = growth.flow(point.apex_distance, from, end);
+            point.apex_distance = distance;
+            point.jacobian *= stretch;
+        }
+        // Of elements that leave, the length that the boundary has travelled over them: of distances from the apex it would be a small
+        // difference.
+        let mut before = None;
+        for i in first..=rod.elements() {
+            let sigma = rod.node_distance[i];
+            let leaves = leaving > 0 && i <= first + leaving;
+            let beyond = leaves.then(|| beyond_zone(growth, sigma, from, to));
+            let distance =
+                beyond.map_or_else(|| growth.flow(sigma, from, to).0, |beyond| growth.zone_length() + beyond);
+            if let Some(e) = i.checked_sub(1).filter(|e| *e >= first) {
+                let length = match (before, beyond) {
+                    (Some(before), Some(beyond)) => before - beyond,
+                    _ => rod.node_distance[e] - distance,
+                };
+                if !rod.set_element_length(e, length).is_finite() {
+                    return Err(IntegrationError::NotFinite { what: "stretch of growing tissue", time: to });
+                }
+                if !(rod.least_jacobian(e) > 0.0) {
+                    return Err(IntegrationError::Uneven { time: to, element: e, ratio: rod.jacobian_ratio(e) });
+                }
+            }
+            rod.node_distance[i] = distance;
+            before = beyond;
+        }
+        Ok(())
+    }
+}
+
+/// How far beyond the boundary of the zone a node will be, m; negative inside.
+fn beyond_zone(growth: &impl GrowthLaw, sigma: f64, from: f64, to: f64) -> f64 {
+    let zone = growth.zone_length();
+    if sigma >= zone {
+        return sigma - zone + zone_elongation(growth, from, to, 1);
+    }
+    match growth.exit_time(sigma, from, to) {
+        Some(exit) => zone_elongation(growth, exit, to, 1),
+        None => growth.flow(sigma, from, to).0 - zone,
+    }
+}
