@@ -24,6 +24,10 @@ impl fmt::Display for ParameterError {
         if self.missing {
             return write!(f, "{name} is missing: it must be {requirement}");
         }
+        // Zeros are hard to count.
+        let size = value.abs();
+        let short = *value == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size);
+        let value = if short { format!("{value}") } else { format!("{value:e}") };
         match self.place {
             None => write!(f, "{name} is {value} but must be {requirement}"),
             Some(s) => write!(f, "{name} is {value} at {s:.4} m from the base but must be {requirement}"),

@@ -3,6 +3,7 @@
 use nalgebra::Complex;
 
 use super::analytic::{Analytic, RESOLVED, Sample};
+use super::effort::limited;
 use super::error::StabilityError;
 
 /// Halvings of a panel after which a root is taken to lie on the line.
@@ -10,15 +11,36 @@ const DEPTH: usize = 45;
 /// Longest panel against the distance of the nearest root, by its ends and middle.
 const CLEAR: f64 = 2.0;
 
+/// A line on which a function was sampled to count the zeros right of it.
+pub(super) struct Line {
+    pub abscissa: f64,
+    /// The number of zeros with Re λ > `abscissa`.
+    pub number: usize,
+    /// Im λ of the samples, ascending, with the length of the step that Newton's method makes there. Panels that are short
+    /// against the distance of the nearest zero are dense where one is close.
+    pub steps: Vec<(f64, f64)>,
+}
+
 /// The number of zeros with Re λ > `abscissa`.
 ///
 /// # Errors
-/// A zero on the line, which cannot be counted, or a function that the mesh does not resolve there.
+/// A zero on the line, which cannot be counted, a function that the mesh does not resolve there, or too much work.
 pub(super) fn count_right_of(f: &dyn Analytic, abscissa: f64) -> Result<usize, StabilityError> {
+    Ok(count_along(f, abscissa)?.number)
+}
+
+/// The same, with the line that it took.
+pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
+    limited(f, |f| follow_line(f, abscissa))
+}
+
+fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
+    let mut steps = Vec::new();
     let mut share = 0.0_f64;
     let mut on_line = |w: f64| {
         let (sample, unresolved) = f.with_unresolved_share(Complex::new(abscissa, w));
         share = share.max(unresolved);
+        steps.push((w, sample.log_derivative.norm().recip()));
         sample
     };
     // From the real axis up to where no root is: the other half mirrors it, the arc far right contributes nothing
@@ -42,7 +64,10 @@ pub(super) fn count_right_of(f: &dyn Analytic, abscissa: f64) -> Result<usize, S
     let turn = turn.ok_or(StabilityError::NoConvergence { what, residual: value.norm() })?;
     // What is left of the argument from `top` to infinity, where f = 1.
     let count = (value.arg() - turn) / std::f64::consts::PI;
-    whole(count).ok_or(StabilityError::NoConvergence { what: "count of roots", residual: count - count.round() })
+    let residual = count - count.round();
+    let number = whole(count).ok_or(StabilityError::NoConvergence { what: "count of roots", residual })?;
+    steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(Line { abscissa, number, steps })
 }
 
 /// The number of zeros less that of poles in a rectangle; none if one lies on its sides.

@@ -97,6 +97,15 @@ pub enum StabilityError {
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
     #[error("no isolated root lies right of the essential spectrum; essential_spectrum() and unstable() have answers")]
     NoIsolatedRoot,
+    /// A search for roots, or a count of them, takes more than it is allowed to: ever more roots lie in its region, as left of the
+    /// axis where delays are long against memories, or next to the essential spectrum.
+    #[error(
+        "roots are too many: the search was given up after {evaluations} evaluations of the characteristic function"
+    )]
+    TooMuchWork {
+        /// Evaluations done.
+        evaluations: usize,
+    },
     /// A count of roots or a root did not come out to the accuracy asked for.
     #[error("{what} did not converge: {residual:.3e} is left")]
     NoConvergence {

@@ -138,7 +138,8 @@ impl Linearisation {
     }
 
     /// The isolated roots with Re λ > `line` (1/s), rightmost first, with their modes. The line must lie right of the
-    /// essential spectrum and of the laws' own rates, −1/τm.
+    /// essential spectrum and of the laws' own rates, −1/τm; right of zero if no law senses the strain where it acts, since then
+    /// all roots accumulate there.
     ///
     /// # Errors
     /// A line that does not, or a root that is not found.
@@ -146,8 +147,8 @@ impl Linearisation {
         const LINE: &str = "line right of which roots are sought";
         ParameterError::finite(LINE, line)?;
         ParameterError::unless(line >= self.problem.leftmost(), LINE, line, "right of −0.9/τm (1/s)")?;
-        let essential = abscissa(&self.essential()?).unwrap_or(f64::NEG_INFINITY);
-        ParameterError::unless(line > essential, LINE, line, "right of the essential spectrum (1/s)")?;
+        let requirement = "right of the essential spectrum, and of zero where that is empty (1/s)";
+        ParameterError::unless(line > accumulation(&self.essential()?), LINE, line, requirement)?;
         let mut found: Vec<Root> = Vec::new();
         for (_, block) in self.spectrum.blocks() {
             found.extend(roots_right_of(block, line)?.into_iter().map(|value| mode(block, value)));
@@ -190,8 +191,13 @@ impl Linearisation {
     /// The rightmost root of every local problem that has one.
     fn essential(&self) -> Result<Vec<Found>, StabilityError> {
         let mut out = Vec::new();
+        let mut guess = None;
         for (i, local) in self.spectrum.local.iter().enumerate() {
-            out.extend(rightmost(local, self.problem.leftmost())?.map(|z| (Part::Essential(i), z)));
+            if let Some(z) = rightmost(local, self.problem.leftmost(), guess)? {
+                out.push((Part::Essential(i), z));
+                // The next point's is not far.
+                guess = Some(z);
+            }
         }
         Ok(out)
     }
@@ -199,10 +205,10 @@ impl Linearisation {
     /// The rightmost root of every block that has one right of the essential spectrum. Left of that the characteristic
     /// function has poles; without proprioception all roots accumulate at zero.
     fn isolated(&self, essential: &[Found]) -> Result<Vec<Found>, StabilityError> {
-        let left = abscissa(essential).unwrap_or(0.0) + 1e-4 * self.slowest_rate();
+        let left = accumulation(essential) + 1e-4 * self.slowest_rate();
         let mut out = Vec::new();
         for (name, block) in self.spectrum.blocks() {
-            out.extend(rightmost(block, left.max(self.problem.leftmost()))?.map(|z| (name, z)));
+            out.extend(rightmost(block, left.max(self.problem.leftmost()), None)?.map(|z| (name, z)));
         }
         Ok(out)
     }
@@ -228,6 +234,11 @@ fn rest(
         return Err(StabilityError::NotStationary { gradient });
     }
     Ok((force, steady))
+}
+
+/// The real part of what isolated roots accumulate at: of the essential spectrum, or zero.
+fn accumulation(essential: &[Found]) -> f64 {
+    abscissa(essential).unwrap_or(0.0)
 }
 
 /// The largest real part of some roots.

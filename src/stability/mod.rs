@@ -55,6 +55,7 @@ mod analytic;
 mod block;
 mod boundary;
 mod count;
+mod effort;
 mod error;
 mod follow;
 mod linear;

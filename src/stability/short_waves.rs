@@ -25,8 +25,8 @@ pub(super) struct LocalProblem {
 }
 
 impl LocalProblem {
-    pub fn matrix(&self, z: Complex<f64>, transfers: &Transfers) -> AnalyticMatrix {
-        let transfer = &transfers[self.kind];
+    /// D(λ), from T(λ) of its kind.
+    pub fn matrix(&self, z: Complex<f64>, transfer: &AnalyticMatrix) -> AnalyticMatrix {
         let local = self.problem.transfers[self.kind].local.select_columns(&self.components).map(Complex::from);
         let mut out = AnalyticMatrix::lambda(z, self.components.len());
         out.value -= transfer.value.select_rows(&self.components) * &local;
@@ -53,7 +53,7 @@ impl Analytic for LocalProblem {
     /// on the right if variables grow without being driven.
     fn at(&self, z: Complex<f64>) -> Sample {
         let problem = &self.problem;
-        let mut out = determinant_over_power(problem, z, self.matrix(z, &problem.transfers_at(z)));
+        let mut out = determinant_over_power(problem, z, self.matrix(z, &problem.transfers[self.kind].at(z)));
         let c = shifted(problem, z);
         for rate in &problem.transfers[self.kind].own_rates {
             out.value *= (z - rate) / c;
@@ -122,7 +122,7 @@ impl Element {
     pub fn gain(&self, z: Complex<f64>, transfers: &Transfers) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
         let driven = &self.local.components;
         let n = driven.len();
-        let own = self.local.matrix(z, transfers).value.try_inverse();
+        let own = self.local.matrix(z, &transfers[self.local.kind]).value.try_inverse();
         let own = own.unwrap_or_else(|| DMatrix::from_element(n, n, Complex::from(f64::INFINITY)));
         let turn = self.turn.select_columns(driven).map(Complex::from);
         (&own * (transfers[self.local.kind].value.select_rows(driven) * turn), own)
@@ -130,7 +130,7 @@ impl Element {
 
     /// The inverse distance of the essential spectrum, s.
     pub fn nearness(&self, z: Complex<f64>, transfers: &Transfers) -> f64 {
-        let AnalyticMatrix { value, derivative } = self.local.matrix(z, transfers);
+        let AnalyticMatrix { value, derivative } = self.local.matrix(z, &transfers[self.local.kind]);
         value.lu().solve(&derivative).map_or(f64::INFINITY, |quotient| quotient.norm())
     }
 }
@@ -138,7 +138,11 @@ impl Element {
 impl Analytic for Element {
     fn at(&self, z: Complex<f64>) -> Sample {
         let problem = &self.local.problem;
-        determinant_over_power(problem, z, self.matrix(z, &problem.transfers_at(z)))
+        let own = |kind: usize| self.unknowns.iter().any(|&unknown| problem.kind[problem.unknowns[unknown].0] == kind);
+        let none = || AnalyticMatrix::lambda(z, 0);
+        let kinds = problem.transfers.iter().enumerate();
+        let transfers = kinds.map(|(kind, transfer)| if own(kind) { transfer.at(z) } else { none() }).collect();
+        determinant_over_power(problem, z, self.matrix(z, &transfers))
     }
 
     fn scales(&self) -> &dyn Scales {

@@ -46,7 +46,7 @@ impl Spectrum {
             let components = driven.clone();
             let whole = LocalProblem { problem: Arc::clone(problem), kind, components };
             if has_short_waves(problem, kind, &probes) {
-                for set in sets_that_couple(&probes, |z| whole.matrix(z, &problem.transfers_at(z)).value) {
+                for set in sets_that_couple(&probes, |z| whole.matrix(z, &problem.transfers[kind].at(z)).value) {
                     local.push(LocalProblem { components: set.iter().map(|&i| driven[i]).collect(), ..whole.clone() });
                 }
             }

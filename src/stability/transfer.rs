@@ -1,5 +1,6 @@
 //! The linear response of the laws at one material point.
 
+use faer::MatRef;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::analytic::AnalyticMatrix;
@@ -69,7 +70,10 @@ impl TransferFunction {
             }
         }
         if v > 0 {
-            out.own_rates = out.rates_y.complex_eigenvalues().iter().copied().collect();
+            let matrix = MatRef::from_column_major_slice(out.rates_y.as_slice(), v, v);
+            let what = "search for the laws' own rates";
+            let failed = |_| StabilityError::NoConvergence { what, residual: out.rates_y.amax() };
+            out.own_rates = matrix.eigenvalues().map_err(failed)?;
         }
         // Rounding of differences is no rate.
         let noise = 1e-9 * out.rates_y.amax();
