@@ -20,8 +20,8 @@ const TOLERANCE: f64 = 1e-12;
 /// Halvings after which it is given up.
 const DEPTH: usize = 40;
 
-/// Halvings in a step of one point after which it is given up: enough to follow a variable ten thousand times faster than
-/// the step, and an end for laws that cannot be followed.
+/// Halvings in a step, all points together, after which it is given up: enough to follow a variable ten thousand times faster than
+/// the step at one of them, or hundreds of times at all, and an end within a second for laws that cannot be followed.
 const BUDGET: usize = 20_000;
 
 /// Weights that belong to one size of interval.
@@ -99,7 +99,7 @@ pub(super) struct ExponentialCollocation {
     rates: Vec<Lanes>,
     /// Intervals that had to be halved since this was last set to zero.
     pub halvings: usize,
-    /// Intervals that may still be halved for the present point.
+    /// Intervals that may still be halved in the present step.
     budget: usize,
 }
 
@@ -126,7 +126,7 @@ impl ExponentialCollocation {
             self.nodes = lobatto(NODES - 1);
             self.weights.resize_with(DEPTH + 1, Weights::default);
         }
-        (self.levels, self.follows) = (levels, false);
+        (self.levels, self.follows, self.budget) = (levels, false, BUDGET);
         for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
             *at = levels.weights(*c);
         }
@@ -177,7 +177,6 @@ impl ExponentialCollocation {
             self.memories.carry(&stimuli[..self.levels.count], y);
             return true;
         }
-        self.budget = BUDGET;
         self.advance(law, stimuli, y, 0.0, 0)
     }
 
