@@ -111,7 +111,7 @@ fn margin(column: &Rod, law: &impl Constitutive, load: f64) -> f64 {
 fn a_column_buckles_where_haringx_and_reissner_say() {
     // The force along the section's normal and the one in the section are those of the directors, so that P (1 + P/S − P/A) is
     // Euler's load π² E I/(4 ℓ²): without stretch the formula of J. A. Haringx (1948, Philips Res. Rep. 3, 401–449), and not that
-    // of F. Engesser (1891), P = P_E/(1 + P_E/S); with both that of E. Reissner (1982, Z. angew. Math. Phys. 33, 106–118).
+    // of F. Engesser (1891), P = P_E/(1 + P_E/S); with both that of E. Reissner (1982, Ingenieur-Archiv 52, 115–119).
     let length = 2.0_f64;
     let euler = PI * PI * BENDING / (4.0 * length * length);
     let column = straight(length, UnitQuaternion::identity(), 16);

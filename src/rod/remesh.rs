@@ -75,7 +75,7 @@ impl Rod {
                 };
             }
         }
-        if !self.line_strains.is_empty() {
+        if self.yields() {
             let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|g| self.line_strains[e * p + g.min(p - 1)]);
             let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
             let new = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(&old[..p], weights));
@@ -133,7 +133,7 @@ impl Rod {
         let strain = turn / pair.length();
         new.iter_mut().for_each(|point| point.intrinsic += strain);
         let share = pair.share();
-        if !self.line_strains.is_empty() {
+        if self.yields() {
             let new = pair.projected_strains(&self.line_strains[e * p..(e + 2) * p]);
             self.line_strains.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         }

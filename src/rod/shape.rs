@@ -126,11 +126,10 @@ impl Rod {
     /// The vector from one end of an element to the other, in the fixed frame, m.
     fn whole_chord(&self, element: usize) -> Vector3<f64> {
         // Of a rod that neither shears nor stretches with a constant in its place.
-        if self.line_strains.is_empty() {
-            self.chord_along(element, |_| centre_line_tangent())
+        if self.yields() {
+            self.chord_along(element, |g| self.line_strain_at_point(element, g))
         } else {
-            let first = element * self.order.points();
-            self.chord_along(element, |g| self.line_strains[first + g])
+            self.chord_along(element, |_| centre_line_tangent())
         }
     }
 
