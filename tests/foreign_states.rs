@@ -143,7 +143,7 @@ mod written {
     #[test]
     fn messages_say_what_is_wrong() {
         let message = refusal(|state| state["format"] = 7.into());
-        assert!(message.contains("format 7; this version reads format 5"), "{message}");
+        assert!(message.contains("format 7; this version reads format 6"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
