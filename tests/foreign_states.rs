@@ -164,8 +164,8 @@ mod written {
         assert!(message.contains("last tried to be merged"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("numbers at a time"), "{message}");
-        let rod = r#"{"order":"Two","frames":[],"rotations":[],"points":[],"node_distance":[],"initial_length":1.0,"kept":[],
-            "first_growing":0,"loss":[]}"#;
+        let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
+            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
         assert!(message.contains("0 frames"), "{message}");
     }

@@ -39,6 +39,8 @@ pub(super) struct ElementSystem {
     chain: Matrix3<f64>,
     /// What a couple bends or twists the element by at least, ∫ ds/K with the largest K, rad/(N m); of the last Hessian.
     pub compliance: f64,
+    /// How much the centre line yields to the force at most, |C| |n|; of the last Hessian.
+    pub yielding: f64,
 }
 
 /// The element's part of the condensed system: blocks for the turns of its last frame (1) and of its first (0).
@@ -58,6 +60,7 @@ impl Default for ElementSystem {
             inverse: Form::inverse_right_jacobian(&s_functions(0.0)),
             chain: Matrix3::identity(),
             compliance: 0.0,
+            yielding: 0.0,
         }
     }
 }
@@ -72,7 +75,7 @@ impl ElementSystem {
     ) -> f64 {
         if HESSIAN {
             self.hessian.clear();
-            self.compliance = 0.0;
+            (self.compliance, self.yielding) = (0.0, 0.0);
         }
         let rotate = data.frame.to_rotation_matrix().into_inner();
         let (mut energy, mut gradient) = (0.0, [Vector3::zeros(); MAX_POINTS + 1]);
@@ -122,6 +125,7 @@ impl ElementSystem {
                     Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
                 if let Some(line) = &line {
                     let yields = LineYields::of(line, &exp, &theta, &force, weight);
+                    self.yielding = self.yielding.max(line.compliance.norm() * data.forces[g].norm());
                     a -= yields.theta_theta;
                     theta_turn -= yields.theta_turn;
                     turn_turn -= yields.turn_turn;
@@ -216,7 +220,7 @@ fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::{ElasticResponse, LineResponse, LinearElastic};
+    use crate::equilibrium::line::samples::{BENDING, Yielding};
     use crate::reference_element::Order;
     use crate::section::Section;
     use crate::so3;
@@ -228,27 +232,6 @@ mod tests {
         points: Vec<MaterialPoint>,
         forces: Vec<Vector3<f64>>,
         material: &'static (dyn Constitutive + Sync),
-    }
-
-    const BENDING: LinearElastic = LinearElastic { youngs_modulus: 4.0, poissons_ratio: 0.3 };
-
-    /// Shears and stretches, too, by v = e3 + C F + c |F|² F with a full C.
-    struct Yielding;
-
-    impl Constitutive for Yielding {
-        fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
-            BENDING.respond(tissue, strain)
-        }
-
-        fn line_response(&self, _: &Tissue, force: &Vector3<f64>) -> Option<LineResponse> {
-            let (linear, cubic) = (Matrix3::new(0.4, 0.1, -0.2, 0.1, 0.6, 0.05, -0.2, 0.05, 0.3), 0.2);
-            let square = force.norm_squared();
-            let strain = Vector3::z() + linear * force + force * (cubic * square);
-            // F · v − Ψ, with Ψ = F · e3 + ½ F · C F + ¼ c |F|⁴ of which v is the gradient.
-            let energy = 0.5 * force.dot(&(linear * force)) + 0.75 * cubic * square * square;
-            let radial = force * force.transpose() * (2.0 * cubic);
-            Some(LineResponse { strain, energy, compliance: linear + Matrix3::identity() * (cubic * square) + radial })
-        }
     }
 
     const LAWS: [&(dyn Constitutive + Sync); 2] = [&BENDING, &Yielding];

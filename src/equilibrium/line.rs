@@ -64,3 +64,31 @@ impl LineYields {
         }
     }
 }
+
+/// Laws for the unit tests of an element.
+#[cfg(test)]
+pub(super) mod samples {
+    use super::*;
+    use crate::constitutive::{ElasticResponse, LinearElastic};
+
+    pub const BENDING: LinearElastic = LinearElastic { youngs_modulus: 4.0, poissons_ratio: 0.3 };
+
+    /// Shears and stretches, too, by v = e3 + C F + c |F|² F with a full C.
+    pub struct Yielding;
+
+    impl Constitutive for Yielding {
+        fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+            BENDING.respond(tissue, strain)
+        }
+
+        fn line_response(&self, _: &Tissue, force: &Vector3<f64>) -> Option<LineResponse> {
+            let (linear, cubic) = (Matrix3::new(0.4, 0.1, -0.2, 0.1, 0.6, 0.05, -0.2, 0.05, 0.3), 0.2);
+            let square = force.norm_squared();
+            let strain = Vector3::z() + linear * force + force * (cubic * square);
+            // F · v − Ψ, with Ψ = F · e3 + ½ F · C F + ¼ c |F|⁴ of which v is the gradient.
+            let energy = 0.5 * force.dot(&(linear * force)) + 0.75 * cubic * square * square;
+            let radial = force * force.transpose() * (2.0 * cubic);
+            Some(LineResponse { strain, energy, compliance: linear + Matrix3::identity() * (cubic * square) + radial })
+        }
+    }
+}
