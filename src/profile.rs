@@ -2,10 +2,10 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::constitutive::{Constitutive, strain_under};
+use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::growth::{GrowthLaw, NoGrowth};
 use crate::load::{Cut, Load};
-use crate::rod::{Rod, Tissue, centre_line_tangent};
+use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
 
 /// A place along a rod at rest. Components "along the directors" are those along d1, d2, d3 of the place.
@@ -25,6 +25,9 @@ pub struct Place {
     /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m. Positive u2 bends towards d1,
     /// negative u1 towards d2, positive u3 twists d1 towards d2.
     pub strain: Vector3<f64>,
+    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) where the elastic law
+    /// knows neither.
+    pub line_strain: Vector3<f64>,
     /// The intrinsic strain u*, along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
     /// The couple m that the part beyond exerts on the part below, along the directors, N m.
@@ -39,16 +42,17 @@ pub struct Place {
 }
 
 impl Place {
-    /// The curvature of the centre line, √(u1² + u2²), 1/m.
+    /// The curvature √(u1² + u2²), 1/m: that of the centre line where nothing shears or stretches, else by how much the section turns per
+    /// unstretched length.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         self.strain.xy().norm()
     }
 
-    /// The tangent d3 of the centre line, in the fixed frame.
+    /// The tangent of the centre line, of length 1, in the fixed frame: d3 where nothing shears.
     #[must_use]
     pub fn tangent(&self) -> Vector3<f64> {
-        self.frame * centre_line_tangent()
+        self.frame * self.line_strain / self.line_strain.norm()
     }
 }
 
@@ -154,9 +158,10 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let mut sum = self.lengths_beyond(e, x);
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let y = x + (1.0 - x) * y;
-            let tangent = self.rod.frame_within(e, y) * centre_line_tangent();
+            let (frame, force) = (self.rod.frame_within(e, y), self.force(e, y, &self.lengths_beyond(e, y)));
+            let tangent = frame * line_strain_under(self.material, &self.tissue(e, y), &frame, &force);
             let part = w * (1.0 - x) * self.rod.interpolate(e, y, |point| point.jacobian);
-            sum.couple += tangent.cross(&self.force(e, y, &self.lengths_beyond(e, y))) * part;
+            sum.couple += tangent.cross(&force) * part;
             sum.position -= tangent * part;
         }
         sum
@@ -202,6 +207,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let (beyond, tissue, frame) = (self.beyond(e, x), self.tissue(e, x), rod.frame_within(e, x));
         let intrinsic = Vector3::from_fn(|i, _| self.rod.interpolate(e, x, |point| point.intrinsic[i]));
         let couple = frame.inverse_transform_vector(&beyond.couple);
+        let force = self.force(e, x, &beyond);
         // The strain from the couple, by way of the differentiated strain, as the stimuli have it.
         let near = rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
@@ -216,9 +222,10 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
             position: beyond.position,
             frame,
             strain: intrinsic + strain_under(self.material, &tissue, &near, &couple),
+            line_strain: line_strain_under(self.material, &tissue, &frame, &force),
             intrinsic,
             couple,
-            force: self.force(e, x, &beyond),
+            force,
             regr: if in_zone { self.growth.regr(sigma, time) } else { 0.0 },
             speed: if in_zone { speed(length) - speed(sigma) } else { 0.0 },
         }

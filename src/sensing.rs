@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 
-use crate::constitutive::{Constitutive, strain_under};
+use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
-use crate::rod::{Rod, Tissue, centre_line_tangent};
+use crate::rod::{Rod, Tissue};
 use crate::tropism::Site;
 
 /// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can
@@ -32,8 +32,9 @@ pub(crate) fn visit_sites(
         // −m′ = p′ × n.
         let mut couple_rates = [Vector3::zeros(); MAX_POINTS];
         for g in 0..p {
-            tangents[g] = frames[g] * centre_line_tangent();
-            couple_rates[g] = tangents[g].cross(&force.at_points()[e * p + g]);
+            let force = &force.at_points()[e * p + g];
+            tangents[g] = frames[g] * line_strain_under(material, &Tissue::of(&points[g], time), &frames[g], force);
+            couple_rates[g] = tangents[g].cross(force);
         }
         for g in (0..p).rev() {
             let mut couple = end_couple;

@@ -143,7 +143,7 @@ mod written {
     #[test]
     fn messages_say_what_is_wrong() {
         let message = refusal(|state| state["format"] = 7.into());
-        assert!(message.contains("format 7; this version reads format 5"), "{message}");
+        assert!(message.contains("format 7; this version reads format 6"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
@@ -164,8 +164,8 @@ mod written {
         assert!(message.contains("last tried to be merged"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
         assert!(message.contains("numbers at a time"), "{message}");
-        let rod = r#"{"order":"Two","frames":[],"rotations":[],"points":[],"node_distance":[],"initial_length":1.0,"kept":[],
-            "first_growing":0,"loss":[]}"#;
+        let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
+            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
         assert!(message.contains("0 frames"), "{message}");
     }

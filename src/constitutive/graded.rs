@@ -2,11 +2,12 @@
 
 use std::fmt;
 
-use super::{Constitutive, ElasticResponse, Tissue};
+use super::{Constitutive, ElasticResponse, LineResponse, Tissue};
 use crate::error::ParameterError;
 use nalgebra::Vector3;
 
-/// An elastic law whose energy, couple and tangent are multiplied by a function of the tissue.
+/// An elastic law whose energy, couple and tangent are multiplied by a function of the tissue; so is its resistance to shear and
+/// stretch.
 ///
 /// ```
 /// use morphorod::Shoot;
@@ -37,6 +38,14 @@ impl<C: Constitutive, F: Fn(&Tissue) -> f64> Constitutive for Graded<C, F> {
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
         let (factor, law) = ((self.factor)(tissue), self.law.respond(tissue, strain));
         ElasticResponse { energy: law.energy * factor, couple: law.couple * factor, tangent: law.tangent * factor }
+    }
+
+    #[inline]
+    fn line_response(&self, tissue: &Tissue, force: &Vector3<f64>) -> Option<LineResponse> {
+        // A force on tissue that is so many times as stiff strains it as one that is so many times smaller.
+        let factor = (self.factor)(tissue);
+        let law = self.law.line_response(tissue, &(force / factor))?;
+        Some(LineResponse { energy: law.energy * factor, compliance: law.compliance / factor, ..law })
     }
 
     fn check(&self) -> Result<(), ParameterError> {

@@ -1,18 +1,21 @@
-//! How tissue resists bending and twist: elastic laws with an energy.
+//! How tissue resists bending, twist, shear and stretch: elastic laws with an energy.
 
 mod graded;
 mod lignifying;
 mod linear;
+mod timoshenko;
 
 pub use graded::Graded;
 pub use lignifying::Lignifying;
 pub use linear::LinearElastic;
+pub use timoshenko::Timoshenko;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 pub use crate::rod::Tissue;
+use crate::rod::centre_line_tangent;
 
 /// The answer of an elastic law to a strain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +26,17 @@ pub struct ElasticResponse {
     pub couple: Vector3<f64>,
     /// Its second derivative, symmetric, N m².
     pub tangent: Matrix3<f64>,
+}
+
+/// The answer of the centre line to the force in the rod: shear and stretch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineResponse {
+    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) without force.
+    pub strain: Vector3<f64>,
+    /// Elastic energy Φ(v) per unit of unstretched length, J/m; zero without force.
+    pub energy: f64,
+    /// ∂v/∂(force along the directors), symmetric and without negative eigenvalue, 1/N.
+    pub compliance: Matrix3<f64>,
 }
 
 /// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium minimises.
@@ -37,6 +51,16 @@ pub trait Constitutive {
     /// The energy must be zero at zero strain and the tangent must be the exact derivative of the couple, or Newton's
     /// method loses its quadratic convergence.
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
+
+    /// The response of the centre line to a force (N, components along the directors). A rod whose law answers `None`, as it does
+    /// unless said otherwise, neither shears nor stretches.
+    ///
+    /// The force is the gradient of the energy, ∂Φ/∂v. A law answers at every place and under every force, or never. Docs:
+    /// [`guide::method`](crate::guide::method), "Shear and stretch".
+    #[inline]
+    fn line_response(&self, _tissue: &Tissue, _force: &Vector3<f64>) -> Option<LineResponse> {
+        None
+    }
 
     /// Refuses parameters that make no sense.
     ///
@@ -60,7 +84,21 @@ pub(crate) fn strain_under(
     near + inverse * (couple - response.couple)
 }
 
+/// The derivative ∂p/∂s of the centre line where the rod has such a frame and such a force (both in the fixed frame), along the
+/// directors.
+#[inline]
+pub(crate) fn line_strain_under(
+    law: &impl Constitutive,
+    tissue: &Tissue,
+    frame: &UnitQuaternion<f64>,
+    force: &Vector3<f64>,
+) -> Vector3<f64> {
+    let response = law.line_response(tissue, &frame.inverse_transform_vector(force));
+    response.map_or(centre_line_tangent(), |response| response.strain)
+}
+
 forward_pointers!(Constitutive {
     fn respond(tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
+    fn line_response(tissue: &Tissue, force: &Vector3<f64>) -> Option<LineResponse>;
     fn check() -> Result<(), ParameterError>;
 });

@@ -1,12 +1,13 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
-//! The element's energy is ∫ W(u − u*) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole element,
+//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole element,
 //! θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One element".
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::Inertia;
 use super::elimination::{Elimination, Row, vector_at};
+use super::line::LineYields;
 use crate::constitutive::{Constitutive, Tissue};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
@@ -38,6 +39,8 @@ pub(super) struct ElementSystem {
     chain: Matrix3<f64>,
     /// What a couple bends or twists the element by at least, ∫ ds/K with the largest K, rad/(N m); of the last Hessian.
     pub compliance: f64,
+    /// How much the centre line yields to the force at most, |C| |n|; of the last Hessian.
+    pub yielding: f64,
 }
 
 /// The element's part of the condensed system: blocks for the turns of its last frame (1) and of its first (0).
@@ -57,6 +60,7 @@ impl Default for ElementSystem {
             inverse: Form::inverse_right_jacobian(&s_functions(0.0)),
             chain: Matrix3::identity(),
             compliance: 0.0,
+            yielding: 0.0,
         }
     }
 }
@@ -71,7 +75,7 @@ impl ElementSystem {
     ) -> f64 {
         if HESSIAN {
             self.hessian.clear();
-            self.compliance = 0.0;
+            (self.compliance, self.yielding) = (0.0, 0.0);
         }
         let rotate = data.frame.to_rotation_matrix().into_inner();
         let (mut energy, mut gradient) = (0.0, [Vector3::zeros(); MAX_POINTS + 1]);
@@ -85,11 +89,16 @@ impl ElementSystem {
             let s = s_functions(theta.norm_squared());
             let (to_strain, exp) = (Form::right_jacobian(&s), Form::exp(&s));
             let strain = to_strain.apply(&theta, &slope);
-            let response = material.respond(&Tissue::of(point, data.time), &(strain - point.intrinsic));
+            let tissue = Tissue::of(point, data.time);
+            let response = material.respond(&tissue, &(strain - point.intrinsic));
             let (couple, force) = (response.couple * weight, rotate.tr_mul(&(data.forces[g] * weight)));
-            let along = centre_line_tangent();
+            let line = material.line_response(&tissue, &exp.transpose().apply(&theta, &rotate.tr_mul(&data.forces[g])));
+            let along = line.map_or(centre_line_tangent(), |line| line.strain);
             let turned = exp.apply(&theta, &along);
             energy += weight * response.energy - force.dot(&turned);
+            if let Some(line) = &line {
+                energy += weight * line.energy;
+            }
 
             // The strain by the derivative of θ along the element's coordinate.
             let strain_slope = to_strain.matrix(&theta) * inverse;
@@ -105,15 +114,22 @@ impl ElementSystem {
                 self.compliance += reference.weights[g] * point.jacobian / response.tangent.diagonal().max();
                 let strain_theta = to_strain.jacobian(&theta, &slope);
                 let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
-                let a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
+                let mut a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)
                     - exp.hessian(&theta, &force, &along);
                 let b = strain_theta.tr_mul(&c_slope)
                     + to_strain.transpose().jacobian(&theta, &couple).transpose() * inverse;
                 let c = symmetric_product(&strain_slope, &c_slope);
                 let turned_theta = exp.jacobian(&theta, &along);
-                let theta_turn = Matrix3::from_fn(|i, j| force.cross(&turned_theta.column(i))[j]);
-                let turn_turn =
+                let mut theta_turn = Matrix3::from_fn(|i, j| force.cross(&turned_theta.column(i))[j]);
+                let mut turn_turn =
                     Matrix3::from_diagonal_element(force.dot(&turned)) - symmetric_part(&(turned * force.transpose()));
+                if let Some(line) = &line {
+                    let yields = LineYields::of(line, &exp, &theta, &force, weight);
+                    self.yielding = self.yielding.max(line.compliance.norm() * data.forces[g].norm());
+                    a -= yields.theta_theta;
+                    theta_turn -= yields.theta_turn;
+                    turn_turn -= yields.turn_turn;
+                }
                 let bt = b.transpose();
                 for l in 0..P {
                     let x = a * shape[l] + b * slopes[l];
@@ -204,7 +220,7 @@ fn symmetric_part(m: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constitutive::LinearElastic;
+    use crate::equilibrium::line::samples::{BENDING, Yielding};
     use crate::reference_element::Order;
     use crate::section::Section;
     use crate::so3;
@@ -215,11 +231,12 @@ mod tests {
         rotations: Vec<Vector3<f64>>,
         points: Vec<MaterialPoint>,
         forces: Vec<Vector3<f64>>,
+        material: &'static (dyn Constitutive + Sync),
     }
 
-    const MATERIAL: LinearElastic = LinearElastic { youngs_modulus: 4.0, poissons_ratio: 0.3 };
+    const LAWS: [&(dyn Constitutive + Sync); 2] = [&BENDING, &Yielding];
 
-    fn sample(order: Order) -> Sample {
+    fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample {
         // Irrational multiples of an integer: no special direction, no special size.
         let mut state = 0.0_f64;
         let mut next = move || {
@@ -241,13 +258,13 @@ mod tests {
                 section: Section::circle(1.0),
             })
             .collect();
-        Sample { frames: [start, end], rotations, points, forces: (0..p).map(|_| vector()).collect() }
+        Sample { frames: [start, end], rotations, points, forces: (0..p).map(|_| vector()).collect(), material }
     }
 
     fn evaluate<const P: usize>(order: Order, s: &Sample) -> (f64, ElementSystem) {
         let mut system = ElementSystem::default();
         let data = s.data();
-        let energy = system.evaluate::<P, true>(ReferenceElement::of(order), &MATERIAL, &data);
+        let energy = system.evaluate::<P, true>(ReferenceElement::of(order), &s.material, &data);
         (energy, system)
     }
 
@@ -269,7 +286,7 @@ mod tests {
             if let Some(end) = rotations.last_mut() {
                 *end = so3::log(&(frames[0].inverse() * frames[1]));
             }
-            Self { frames, rotations, points: self.points.clone(), forces: self.forces.clone() }
+            Self { frames, rotations, points: self.points.clone(), forces: self.forces.clone(), ..*self }
         }
     }
 
@@ -290,16 +307,18 @@ mod tests {
     #[test]
     fn gradient_is_the_difference_of_the_energy() {
         let order = Order::Six;
-        let s = sample(order);
-        let gradient = held_gradient::<3>(order, &s);
-        for (i, value) in gradient.iter().enumerate() {
-            let h = 1e-5;
-            let energy = |h: f64| {
-                let (last, first) = unit(i, h);
-                evaluate::<3>(order, &s.turned(&last, &first)).0
-            };
-            // Central difference: h² times a third derivative of order ten, and rounding 1e-16/h.
-            assert!(((energy(h) - energy(-h)) / (2.0 * h) - value).abs() < 1e-8);
+        for material in LAWS {
+            let s = sample(order, material);
+            let gradient = held_gradient::<3>(order, &s);
+            for (i, value) in gradient.iter().enumerate() {
+                let h = 1e-5;
+                let energy = |h: f64| {
+                    let (last, first) = unit(i, h);
+                    evaluate::<3>(order, &s.turned(&last, &first)).0
+                };
+                // Central difference: h² times a third derivative of order ten, and rounding 1e-16/h.
+                assert!(((energy(h) - energy(-h)) / (2.0 * h) - value).abs() < 1e-8);
+            }
         }
     }
 
@@ -309,27 +328,29 @@ mod tests {
         // the chart exp(φ̂), the difference of the gradient is one in moving frames: they differ by the antisymmetric
         // part, half the couple.
         let order = Order::Two;
-        let s = sample(order);
-        let (_, mut system) = evaluate::<1>(order, &s);
-        let mut inertia = Inertia::default();
-        let blocks = system.condense::<1>(&s.data(), 0.0, &mut inertia);
-        let h = 1e-5;
-        for i in 0..6 {
-            for j in 0..6 {
-                let difference = |i: usize, j: usize| {
-                    let (plus, minus) = (unit(j, h), unit(j, -h));
-                    (held_gradient::<1>(order, &s.turned(&plus.0, &plus.1))[i]
-                        - held_gradient::<1>(order, &s.turned(&minus.0, &minus.1))[i])
-                        / (2.0 * h)
-                };
-                let expected = 0.5 * (difference(i, j) + difference(j, i));
-                let value = match (i / 3, j / 3) {
-                    (0, 0) => blocks.h11[(i, j)],
-                    (1, 1) => blocks.h00[(i - 3, j - 3)],
-                    (1, 0) => blocks.h01[(i - 3, j)],
-                    _ => blocks.h01[(j - 3, i)],
-                };
-                assert!((value - expected).abs() < 1e-7, "({i}, {j}): {value} against {expected}");
+        for material in LAWS {
+            let s = sample(order, material);
+            let (_, mut system) = evaluate::<1>(order, &s);
+            let mut inertia = Inertia::default();
+            let blocks = system.condense::<1>(&s.data(), 0.0, &mut inertia);
+            let h = 1e-5;
+            for i in 0..6 {
+                for j in 0..6 {
+                    let difference = |i: usize, j: usize| {
+                        let (plus, minus) = (unit(j, h), unit(j, -h));
+                        (held_gradient::<1>(order, &s.turned(&plus.0, &plus.1))[i]
+                            - held_gradient::<1>(order, &s.turned(&minus.0, &minus.1))[i])
+                            / (2.0 * h)
+                    };
+                    let expected = 0.5 * (difference(i, j) + difference(j, i));
+                    let value = match (i / 3, j / 3) {
+                        (0, 0) => blocks.h11[(i, j)],
+                        (1, 1) => blocks.h00[(i - 3, j - 3)],
+                        (1, 0) => blocks.h01[(i - 3, j)],
+                        _ => blocks.h01[(j - 3, i)],
+                    };
+                    assert!((value - expected).abs() < 1e-7, "({i}, {j}): {value} against {expected}");
+                }
             }
         }
     }
@@ -337,21 +358,27 @@ mod tests {
     #[test]
     fn hessian_by_rotation_vectors_is_the_difference_of_the_gradient() {
         let order = Order::Eight;
-        let s = sample(order);
-        let (_, system) = evaluate::<4>(order, &s);
-        let h = 1e-5;
-        for j in 0..12 {
-            let gradient = |h: f64| {
-                let mut moved =
-                    Sample { rotations: s.rotations.clone(), points: s.points.clone(), forces: s.forces.clone(), ..s };
-                moved.rotations[j / 3][j % 3] += h;
-                evaluate::<4>(order, &moved).1.gradient
-            };
-            let (plus, minus) = (gradient(h), gradient(-h));
-            for i in j..15 {
-                let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
-                let value = system.hessian.at(j, i);
-                assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
+        for material in LAWS {
+            let s = sample(order, material);
+            let (_, system) = evaluate::<4>(order, &s);
+            let h = 1e-5;
+            for j in 0..12 {
+                let gradient = |h: f64| {
+                    let mut moved = Sample {
+                        rotations: s.rotations.clone(),
+                        points: s.points.clone(),
+                        forces: s.forces.clone(),
+                        ..s
+                    };
+                    moved.rotations[j / 3][j % 3] += h;
+                    evaluate::<4>(order, &moved).1.gradient
+                };
+                let (plus, minus) = (gradient(h), gradient(-h));
+                for i in j..15 {
+                    let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
+                    let value = system.hessian.at(j, i);
+                    assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
+                }
             }
         }
     }

@@ -2,6 +2,7 @@
 
 mod element;
 mod elimination;
+mod line;
 mod newton;
 mod search;
 mod system;
@@ -16,7 +17,7 @@ use nalgebra::Vector3;
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
-use crate::rod::{Rod, Tissue};
+use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
 
 /// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to buckle
@@ -100,6 +101,18 @@ pub enum EquilibriumError {
         /// Number of negative eigenvalues.
         negative: usize,
     },
+    /// The rod is compressed to nothing somewhere.
+    #[error(
+        "a stretch of {stretch:.3e} at {arc_length:.4} m from the base leaves nothing of the rod: the force reaches {force:.3e} N"
+    )]
+    Crushed {
+        /// The stretch v3, which should be positive.
+        stretch: f64,
+        /// Where it is, by arc length from the base, m.
+        arc_length: f64,
+        /// The largest force in the rod, N.
+        force: f64,
+    },
     /// An input was not a number, or an elastic law answered so.
     #[error("the {what} is not finite")]
     NotFinite {
@@ -131,15 +144,29 @@ impl EquilibriumError {
     }
 }
 
-/// Refuses an elastic law that has no stiffness at some place of a rod at a time (s).
+/// Refuses an elastic law that has no stiffness at some place of a rod at a time (s), or that no force can strain soundly.
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
     for point in rod.points() {
-        let stiffness = material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent.diagonal();
+        let (tissue, zero) = (Tissue::of(point, time), Vector3::zeros());
+        let at = |error: ParameterError| error.at(rod.initial_length - point.initial_apex_distance);
+        let stiffness = material.respond(&tissue, &zero).tangent.diagonal();
         for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
             let sound = stiffness[i] > 0.0 && stiffness[i].is_finite();
-            ParameterError::unless(sound, name, stiffness[i], "positive and finite (N m²)")
-                .map_err(|error| error.at(rod.initial_length - point.initial_apex_distance))?;
+            ParameterError::unless(sound, name, stiffness[i], "positive and finite (N m²)").map_err(at)?;
         }
+        let Some(line) = material.line_response(&tissue, &zero) else { continue };
+        let compliance = line.compliance.diagonal();
+        for (i, name) in ["compliance to shear along d1", "compliance to shear along d2", "compliance to stretch"]
+            .into_iter()
+            .enumerate()
+        {
+            let sound = compliance[i] >= 0.0 && compliance[i].is_finite();
+            ParameterError::unless(sound, name, compliance[i], "zero or positive, and finite (1/N)").map_err(at)?;
+        }
+        let strained = (line.strain - centre_line_tangent()).norm();
+        let name = "shear or stretch without force";
+        // As frames: of norm 1 to 1e-9.
+        ParameterError::unless(strained < 1e-9, name, strained, "zero").map_err(at)?;
     }
     Ok(())
 }

@@ -1,5 +1,8 @@
 //! Newton's method for the frames of a rod: settings, and what it is asked for.
 
+use nalgebra::Vector3;
+
+use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
@@ -44,12 +47,15 @@ pub struct NewtonSolver {
     /// Which equilibria are acceptable.
     pub branch: Branch,
     system: System,
+    /// Shear and stretch of the answer before it is given.
+    line_strains: Vec<Vector3<f64>>,
 }
 
 impl Default for NewtonSolver {
     /// Error 1e-11 rad, at most 1000 iterations, stable equilibria only.
     fn default() -> Self {
-        Self { tolerance: 1e-11, max_iterations: 1000, branch: Branch::Stable, system: System::default() }
+        let (system, line_strains) = (System::default(), Vec::new());
+        Self { tolerance: 1e-11, max_iterations: 1000, branch: Branch::Stable, system, line_strains }
     }
 }
 
@@ -82,7 +88,12 @@ impl EquilibriumSolver for NewtonSolver {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }
         self.system.initial.keep(rod);
-        let answer = with_points!(rod, self, search(rod, material, force));
+        let answer = with_points!(rod, self, search(rod, material, force)).and_then(|found| {
+            strain_line(&mut self.line_strains, rod, material, force);
+            check_line(&self.line_strains, force)?;
+            std::mem::swap(&mut rod.line_strains, &mut self.line_strains);
+            Ok(found)
+        });
         if answer.is_err() {
             self.system.initial.restore(rod);
         }
@@ -157,5 +168,8 @@ impl<C: Constitutive> FactorisedTangent<'_, C> {
     /// whose intrinsic strain was disturbed a little.
     pub fn follow(&mut self, rod: &mut Rod) {
         with_points!(rod, self.system, follow(rod, self.material, self.force));
+        let mut strains = std::mem::take(&mut rod.line_strains);
+        strain_line(&mut strains, rod, self.material, self.force);
+        rod.line_strains = strains;
     }
 }

@@ -291,7 +291,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     /// that size. Relative to the elastic tangent, turns φ change it by |n| ℓ² φ/K at most, in what the force does along the rod
     /// (by the square of 2/π of that) and in the couples that it causes (by 2/π).
     fn is_safe(&self) -> bool {
-        let load = self.largest_force * self.length * self.system.compliance();
+        // A third derivative of ½ n · C n by turns is 4 |C| |n|² at most, where that of n · d3 is |n|.
+        let force = self.largest_force * (1.0 + 4.0 * self.system.yielding());
+        let load = force * self.length * self.system.compliance();
         self.stable && self.system.resistance > (SAFE_LOAD * load).max(SAFE) * self.turn
     }
 

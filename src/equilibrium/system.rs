@@ -100,6 +100,11 @@ impl System {
         self.elements.iter().map(|element| element.compliance).sum()
     }
 
+    /// How much the centre line yields to the force at most, |C| |n|; of the last assembly. Zero without shear and stretch.
+    pub fn yielding(&self) -> f64 {
+        self.elements.iter().map(|element| element.yielding).fold(0.0, f64::max)
+    }
+
     /// The energy, J, and its gradient at the rod's frames; the factors stay.
     pub fn evaluate<const P: usize>(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> f64 {
         let mut energy = 0.0;

@@ -41,6 +41,8 @@ impl EquilibriumSolver for Unloaded {
             outcome.error += error;
         }
         rod.rotations.copy_from_slice(&rotations);
+        // Without force there is neither shear nor stretch.
+        rod.line_strains.clear();
         rod.chain_frames();
         Ok(outcome)
     }

@@ -18,7 +18,8 @@ use crate::quadrature::rule;
 /// Growth of the part near the apex, equation (2): γ̇ = γ REGR.
 ///
 /// Places are given by their distance σ from the apex along the shoot (m), in which the motion is a flow of its own,
-/// σ̇ = ∫ REGR from 0 to σ, and keeps its digits near the apex, where an arc length from the base loses them.
+/// σ̇ = ∫ REGR from 0 to σ, and keeps its digits near the apex, where an arc length from the base loses them. Lengths are unstretched:
+/// what a load stretches elastically neither grows faster nor leaves the zone earlier.
 ///
 /// A law must give [`regr`](Self::regr) and [`zone_length`](Self::zone_length). The motion is integrated from these
 /// unless the law knows it in closed form.

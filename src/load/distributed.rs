@@ -6,7 +6,7 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// A constant force per unit of current length, in the fixed frame, N/m.
+/// A constant force per unit of length, as growth has made it and unstretched, in the fixed frame, N/m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Distributed(

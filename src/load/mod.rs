@@ -100,8 +100,8 @@ pub trait Load {
     /// Both together are n(s) of equation (11), since the apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// The force per unit of current length on the tissue at a place, in the fixed frame, N/m: none unless said otherwise. It
-    /// is integrated from the apex by the Gauss points of the elements.
+    /// The force per unit of length, as growth has made it and unstretched, on the tissue at a place, in the fixed frame, N/m: none
+    /// unless said otherwise. It is integrated from the apex by the Gauss points of the elements.
     #[inline]
     fn per_length(&self, _tissue: &Tissue, _environment: &Environment) -> Vector3<f64> {
         Vector3::zeros()

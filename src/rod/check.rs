@@ -70,6 +70,7 @@ impl Rod {
         for (what, found, expected) in [
             ("rotation vectors", self.rotations.len(), elements * p),
             ("material points", self.points.len(), elements * p),
+            ("strains of the centre line", self.line_strains.len(), if self.yields() { elements * p } else { 0 }),
             ("distances of the elements' ends from the apex", self.node_distance.len(), elements + 1),
             ("marks of nodes to keep", self.kept.len(), elements + 1),
             ("losses by merging", self.loss.len(), elements),
@@ -88,6 +89,9 @@ impl Rod {
         }
         for at in self.rotations.iter().map(|theta| theta.norm_squared()).enumerate() {
             RodError::unless(at.1.is_finite(), "square of rotation vector", at, "finite")?;
+        }
+        for at in self.line_strains.iter().map(|v| v.norm_squared()).enumerate() {
+            RodError::unless(at.1.is_finite(), "square of strain of the centre line", at, "finite")?;
         }
         for (e, loss) in self.loss.iter().enumerate() {
             let (square, moments) = (loss.mean_square, loss.moments.iter().map(Vector3::norm_squared).sum::<f64>());

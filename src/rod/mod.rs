@@ -35,7 +35,8 @@ use crate::so3;
 pub struct MaterialPoint {
     /// Intrinsic strain u*, components along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
-    /// Current length of the shoot per unit of the element's coordinate in [0, 1], m. Growth multiplies it by the stretch.
+    /// Current length of the shoot, unloaded, per unit of the element's coordinate in [0, 1], m. Growth multiplies it by the
+    /// stretch.
     pub jacobian: f64,
     /// Distance from the apex along the shoot, m; followed while the point is in the growth zone, where it is free of
     /// the cancellation that an arc length from the base suffers.
@@ -69,12 +70,16 @@ mod infinite_as_none {
     }
 }
 
-/// An inextensible, unshearable rod, clamped at its base and free at its apex, cut into elements.
+/// A rod, clamped at its base and free at its apex, cut into elements.
 ///
 /// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of freedom,
 /// the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is
 /// R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. It is objective and does not depend on the path by which the
 /// rotations came about.
+///
+/// Lengths along the rod (arc length, length, distance from the apex) are those that it has without force, as growth has made them: they
+/// name the place, whatever stretches. Positions are where shear and stretch have put them, if the elastic law knows these;
+/// with others the two are the same.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "saved::SavedRod"))]
 pub struct Rod {
@@ -83,6 +88,8 @@ pub struct Rod {
     pub(crate) frames: Vec<UnitQuaternion<f64>>,
     /// Rotation vectors of the nodes 1 … p of every element.
     pub(crate) rotations: Vec<Vector3<f64>>,
+    /// The strain v of the centre line at the material points, along the directors; empty if it neither shears nor stretches.
+    pub(crate) line_strains: Vec<Vector3<f64>>,
     /// Material points of every element.
     pub(crate) points: Vec<MaterialPoint>,
     /// Distance of the ends of the elements from the apex, followed while they are in the growth zone.
@@ -145,6 +152,7 @@ impl Rod {
             order,
             frames: vec![base; elements + 1],
             rotations: vec![Vector3::zeros(); elements * reference.p],
+            line_strains: Vec::new(),
             points,
             node_distance: nodes.iter().map(|s| length - s).collect(),
             initial_length: length,
@@ -242,7 +250,7 @@ impl Rod {
         weighted_jacobian(self.element_points(element), &self.reference().weights)
     }
 
-    /// The length ℓ of the rod, m.
+    /// The length ℓ of the rod, unstretched, m; [`centre_line_length`](Self::centre_line_length) is that under its load.
     #[must_use]
     pub fn length(&self) -> f64 {
         // From the apex, where elements may be small, towards the base.
@@ -279,6 +287,7 @@ impl Rod {
         self.kept.clone_from(&source.kept);
         self.frames.clone_from(&source.frames);
         self.rotations.clone_from(&source.rotations);
+        self.line_strains.clone_from(&source.line_strains);
         self.points.clone_from(&source.points);
         self.node_distance.clone_from(&source.node_distance);
         self.loss.clone_from(&source.loss);

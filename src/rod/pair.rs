@@ -91,6 +91,12 @@ impl<'a> Pair<'a> {
         })
     }
 
+    /// The strains of the centre line at the points of the merged element, by those at the points of both.
+    pub fn projected_strains(&self, strains: &[Vector3<f64>]) -> [Vector3<f64>; MAX_POINTS] {
+        let sum = |weights: &[f64]| strains.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w);
+        self.projection().map(|weights| sum(&weights))
+    }
+
     /// What the merged element has at a place.
     fn at(&self, new: &[MaterialPoint], x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
         new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()

@@ -75,6 +75,12 @@ impl Rod {
                 };
             }
         }
+        if self.yields() {
+            let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|g| self.line_strains[e * p + g.min(p - 1)]);
+            let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
+            let new = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(&old[..p], weights));
+            self.line_strains.splice(e * p..(e + 1) * p, new);
+        }
         let middle = self.frame_within(e, x);
         split_rotations(reference, &mut self.rotations, e, x);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
@@ -127,6 +133,10 @@ impl Rod {
         let strain = turn / pair.length();
         new.iter_mut().for_each(|point| point.intrinsic += strain);
         let share = pair.share();
+        if self.yields() {
+            let new = pair.projected_strains(&self.line_strains[e * p..(e + 2) * p]);
+            self.line_strains.splice(e * p..(e + 2) * p, new[..p].iter().copied());
+        }
         self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         merge_rotations(reference, &mut self.rotations, e, share);
         self.frames.remove(e + 1);

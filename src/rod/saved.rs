@@ -12,6 +12,7 @@ pub(super) struct SavedRod {
     order: Order,
     frames: Vec<UnitQuaternion<f64>>,
     rotations: Vec<Vector3<f64>>,
+    line_strains: Vec<Vector3<f64>>,
     points: Vec<MaterialPoint>,
     node_distance: Vec<f64>,
     initial_length: f64,
@@ -24,9 +25,30 @@ impl TryFrom<SavedRod> for Rod {
     type Error = RodError;
 
     fn try_from(saved: SavedRod) -> Result<Self, RodError> {
-        let SavedRod { order, frames, rotations, points, node_distance, initial_length, kept, first_growing, loss } =
-            saved;
-        let rod = Self { order, frames, rotations, points, node_distance, initial_length, kept, first_growing, loss };
+        let SavedRod {
+            order,
+            frames,
+            rotations,
+            line_strains,
+            points,
+            node_distance,
+            initial_length,
+            kept,
+            first_growing,
+            loss,
+        } = saved;
+        let rod = Self {
+            order,
+            frames,
+            rotations,
+            line_strains,
+            points,
+            node_distance,
+            initial_length,
+            kept,
+            first_growing,
+            loss,
+        };
         rod.check()?;
         Ok(rod)
     }

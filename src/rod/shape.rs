@@ -1,4 +1,5 @@
-//! What follows from the rotations: frames, strains and positions at any place. Nothing of it is stored.
+//! What follows from the rotations and the strain of the centre line: frames, strains and positions at any place. Nothing of
+//! it is stored.
 
 use std::ops::Range;
 
@@ -77,6 +78,39 @@ impl Rod {
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
+    /// The strain v of the centre line at Gauss point `g` of an element, as the last equilibrium had it: ∂p/∂s = v1 d1 + v2 d2 + v3 d3,
+    /// shear v1 and v2, stretch v3 (1 where nothing stretches). Nothing if there is no such element or point.
+    #[must_use]
+    pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
+        let exists = element < self.elements() && g < self.order().points();
+        exists.then(|| self.line_strain_at_point(element, g))
+    }
+
+    /// Whether the line has been given shear and stretch.
+    pub(crate) fn yields(&self) -> bool {
+        !self.line_strains.is_empty()
+    }
+
+    /// The same at a point that there is.
+    fn line_strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
+        self.line_strains.get(element * self.order.points() + g).copied().unwrap_or_else(centre_line_tangent)
+    }
+
+    /// The same at coordinate `x` of an element: the polynomial through its points.
+    fn line_strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
+        let p = self.order.points();
+        let strains = self.line_strains.get(element * p..(element + 1) * p);
+        strains.map_or_else(centre_line_tangent, |strains| weighted(strains, &self.reference().at_points(x)))
+    }
+
+    /// The length of the centre line, ∫ |v| ds, m: that of the rod where nothing shears or stretches.
+    #[must_use]
+    pub fn centre_line_length(&self) -> f64 {
+        let weights = self.reference().weights.iter().cycle();
+        let excess = self.line_strains.iter().zip(&self.points).zip(weights);
+        self.length() + excess.map(|((v, point), w)| w * point.jacobian * (v.norm() - 1.0)).sum::<f64>()
+    }
+
     /// The vector from the first end of an element to its coordinate `x`, in the fixed frame, m.
     pub(crate) fn chord(&self, element: usize, x: f64) -> Vector3<f64> {
         let reference = self.reference();
@@ -84,18 +118,29 @@ impl Rod {
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let at = x * y;
             let jacobian = weighted_jacobian(self.element_points(element), &reference.at_points(at));
-            sum += so3::exp(&self.rotation_at(element, at)) * centre_line_tangent() * (w * x * jacobian);
+            sum += so3::exp(&self.rotation_at(element, at)) * self.line_strain_within(element, at) * (w * x * jacobian);
         }
         self.frames[element] * sum
     }
 
     /// The vector from one end of an element to the other, in the fixed frame, m.
     fn whole_chord(&self, element: usize) -> Vector3<f64> {
+        // Of a rod that neither shears nor stretches with a constant in its place.
+        if self.yields() {
+            self.chord_along(element, |g| self.line_strain_at_point(element, g))
+        } else {
+            self.chord_along(element, |_| centre_line_tangent())
+        }
+    }
+
+    /// The same with a strain of the centre line at each Gauss point.
+    #[inline]
+    fn chord_along(&self, element: usize, line_strain: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
         let reference = self.reference();
         let rotations = self.element_rotations(element);
         let mut sum = Vector3::zeros();
         for (g, point) in self.element_points(element).iter().enumerate() {
-            let tangent = so3::exp(&weighted(rotations, &reference.shape[g])) * centre_line_tangent();
+            let tangent = so3::exp(&weighted(rotations, &reference.shape[g])) * line_strain(g);
             sum += tangent * (reference.weights[g] * point.jacobian);
         }
         self.frames[element] * sum
@@ -271,8 +316,8 @@ pub(super) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f6
     points.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum()
 }
 
-/// The derivative p′ of the centre line by arc length, components along the directors: d3, since the rod neither shears nor
-/// stretches. A frame turns it into the fixed frame.
+/// The derivative p′ of a centre line that neither shears nor stretches by arc length, components along the directors: d3. A frame
+/// turns it into the fixed frame.
 #[inline]
 pub(crate) fn centre_line_tangent() -> Vector3<f64> {
     Vector3::z()

@@ -146,9 +146,23 @@ pub fn back_to_base(
     strain: impl Fn(f64, &Vector3<f64>) -> Vector3<f64>,
     force: impl Fn(f64) -> Vector3<f64>,
 ) -> Known<(Matrix3<f64>, Vector3<f64>)> {
+    back_to_base_of_line(length, apex, steps, strain, |_, _| Vector3::z(), force)
+}
+
+/// The same for a rod that shears and stretches, p' = R v and m' = n × p', with `line(s, force along the directors)` the elastic
+/// law solved for v.
+pub fn back_to_base_of_line(
+    length: f64,
+    apex: &UnitQuaternion<f64>,
+    steps: usize,
+    strain: impl Fn(f64, &Vector3<f64>) -> Vector3<f64>,
+    line: impl Fn(f64, &Vector3<f64>) -> Vector3<f64>,
+    force: impl Fn(f64) -> Vector3<f64>,
+) -> Known<(Matrix3<f64>, Vector3<f64>)> {
     let rate = |s: f64, (r, m, _): &Station| -> Station {
-        let d3 = r.column(2).into_owned();
-        (r * strain(s, &r.tr_mul(m)).cross_matrix(), force(s).cross(&d3), d3)
+        let n = force(s);
+        let along = r * line(s, &r.tr_mul(&n));
+        (r * strain(s, &r.tr_mul(m)).cross_matrix(), n.cross(&along), along)
     };
     let along = |y: &Station, k: &Station, f: f64| -> Station { (y.0 + k.0 * f, y.1 + k.1 * f, y.2 + k.2 * f) };
     let run = |steps: usize| {

@@ -94,12 +94,18 @@ fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64)
 }
 
 /// The largest distance between the ends and the middles of the elements of a rod and the same places on one whose elements are halves
-/// of these, relative to the length. In between a shape is less accurate than at the ends.
+/// of these, relative to the length. In between a shape is less accurate than at the ends. The strain of a line that shears and
+/// stretches is interpolated there, which errs most at the quarters.
 fn distance(coarse: &Rod, fine: &Rod) -> f64 {
     let (a, b) = (coarse.centre_line(), fine.centre_line());
     let ends = a.iter().zip(b.iter().step_by(2)).map(|((_, a), (_, b))| (a - b).norm());
     let middle = |e: usize| (a[e].1 + coarse.chord(e, 0.5) - b[2 * e + 1].1).norm();
-    ends.chain((0..coarse.elements()).map(middle)).fold(0.0, f64::max) / coarse.length()
+    let quarter = |half: usize| {
+        let (e, x) = (half / 2, if half.is_multiple_of(2) { 0.25 } else { 0.75 });
+        (a[e].1 + coarse.chord(e, x) - b[half].1 - fine.chord(half, 0.5)).norm()
+    };
+    let quarters = (0..if coarse.yields() { fine.elements() } else { 0 }).map(quarter);
+    ends.chain((0..coarse.elements()).map(middle)).chain(quarters).fold(0.0, f64::max) / coarse.length()
 }
 
 /// By how much the two ends of element `e` are turned differently against each other on the two rods, rad.

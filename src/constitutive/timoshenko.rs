@@ -1,0 +1,86 @@
+//! Shear and stretch beside bending and twist.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Constitutive, ElasticResponse, LineResponse, LinearElastic, Tissue};
+use crate::error::ParameterError;
+
+/// A law of bending and twist to which shear and stretch are added, linear in the force along the directors: n1 = κ G A v1,
+/// n2 = κ G A v2, n3 = E A (v3 − 1). What it makes of a rod is Cosserat's, in a plane that of Reissner; for small deflections it is
+/// Timoshenko's beam.
+///
+/// The section keeps its area. A column in it buckles at P (1 + P/(κ G A) − P/(E A)) = P of Euler, which is Haringx's formula
+/// if nothing stretches. A compression of E A and more is an error of the solver:
+/// [`EquilibriumError::Crushed`](crate::equilibrium::EquilibriumError::Crushed).
+///
+/// The moduli do not follow those of the law for bending. Tissue that stiffens in every way is this law in
+/// [`Graded`](super::Graded):
+///
+/// ```
+/// use morphorod::constitutive::{Graded, Lignifying, LinearElastic, Tissue, Timoshenko};
+/// use morphorod::Shoot;
+///
+/// let young = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+/// let wood = Lignifying { young, mature_modulus: 2e9, time: 518_400.0 };
+/// let law = Graded { law: Timoshenko::circular(young), factor: move |tissue: &Tissue| wood.ratio(tissue.age) };
+/// let shoot = Shoot::builder(law).length(0.05).radius(5e-4).build()?;
+/// # let _ = shoot;
+/// # Ok::<(), morphorod::ParameterError>(())
+/// ```
+///
+/// S. P. Timoshenko, *On the correction for shear of the differential equation for transverse vibrations of prismatic bars*,
+/// Phil. Mag. 41, 744–746 (1921); E. Reissner, *On one-dimensional finite-strain beam theory: the plane problem*, Z. angew.
+/// Math. Phys. 23, 795–804 (1972).
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Timoshenko<C> {
+    /// The law of bending and twist.
+    pub law: C,
+    /// Young's modulus E that resists stretch, Pa; infinite if there is none.
+    pub youngs_modulus: f64,
+    /// Shear modulus G, Pa; infinite if there is no shear.
+    pub shear_modulus: f64,
+    /// Shear factor κ of the section, in (0, 1] for a solid one of one material.
+    pub shear_factor: f64,
+}
+
+impl Timoshenko<LinearElastic> {
+    /// The moduli of linear tissue, G = E/(2 (1 + ν)), with the shear factor of a circular section, κ = 6 (1 + ν)/(7 + 6 ν).
+    ///
+    /// G. R. Cowper, *The shear coefficient in Timoshenko's beam theory*, J. Appl. Mech. 33, 335–340 (1966).
+    #[must_use]
+    pub fn circular(law: LinearElastic) -> Self {
+        let LinearElastic { youngs_modulus, poissons_ratio: nu } = law;
+        let shear_factor = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu);
+        Self { law, youngs_modulus, shear_modulus: youngs_modulus / (2.0 * (1.0 + nu)), shear_factor }
+    }
+}
+
+impl<C: Constitutive> Constitutive for Timoshenko<C> {
+    fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+        self.law.respond(tissue, strain)
+    }
+
+    #[inline]
+    fn line_response(&self, tissue: &Tissue, force: &Vector3<f64>) -> Option<LineResponse> {
+        let area = tissue.section.area();
+        let (shear, stretch) = (self.shear_factor * self.shear_modulus * area, self.youngs_modulus * area);
+        let compliance = Vector3::new(1.0 / shear, 1.0 / shear, 1.0 / stretch);
+        let change = compliance.component_mul(force);
+        Some(LineResponse {
+            strain: Vector3::z() + change,
+            energy: 0.5 * change.dot(force),
+            compliance: Matrix3::from_diagonal(&compliance),
+        })
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.law.check()?;
+        for (name, modulus) in
+            [("Young's modulus of stretch", self.youngs_modulus), ("shear modulus", self.shear_modulus)]
+        {
+            ParameterError::unless(modulus > 0.0, name, modulus, "positive (Pa)")?;
+        }
+        ParameterError::positive("shear factor", self.shear_factor)
+    }
+}

@@ -1,0 +1,94 @@
+//! Shear and stretch of the centre line, which follow from the frames: their part of the tangent, and their values.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::EquilibriumError;
+use crate::constitutive::{Constitutive, LineResponse, line_strain_under};
+use crate::load::InternalForce;
+use crate::rod::{Rod, Tissue};
+use crate::so3::{Form, hat};
+
+/// Writes the strains of the centre line that the law has at the frames of a rod; none if it knows neither shear nor stretch.
+pub(super) fn strain_line(
+    strains: &mut Vec<Vector3<f64>>,
+    rod: &Rod,
+    material: &impl Constitutive,
+    force: &InternalForce,
+) {
+    strains.clear();
+    let (time, p) = (force.environment().time, rod.order.points());
+    let yields = |tissue: &Tissue| material.line_response(tissue, &Vector3::zeros()).is_some();
+    if rod.points.first().is_some_and(|point| yields(&Tissue::of(point, time))) {
+        let strain = |(i, (point, force)): (usize, (_, _))| {
+            line_strain_under(material, &Tissue::of(point, time), &rod.frame_at_point(i / p, i % p), force)
+        };
+        strains.extend(rod.points.iter().zip(force.at_points()).enumerate().map(strain));
+    }
+}
+
+/// Refuses strains of a rod that is compressed to nothing somewhere.
+pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Result<(), EquilibriumError> {
+    for (v, cut) in strains.iter().zip(force.cuts()) {
+        if !v.norm_squared().is_finite() {
+            return Err(EquilibriumError::NotFinite { what: "strain of the centre line" });
+        }
+        if v.z <= 0.0 {
+            let (stretch, arc_length, force) = (v.z, cut.arc_length, force.largest());
+            return Err(EquilibriumError::Crushed { stretch, arc_length, force });
+        }
+    }
+    Ok(())
+}
+
+/// What shear and stretch take from the second derivatives of an element's energy at a point: the line yields to the force
+/// along the directors, F = exp(θ̂)ᵀ N, by ∂Fᵀ C ∂F.
+pub(super) struct LineYields {
+    pub theta_theta: Matrix3<f64>,
+    pub theta_turn: Matrix3<f64>,
+    pub turn_turn: Matrix3<f64>,
+}
+
+impl LineYields {
+    /// `force` is N times the point's weight.
+    #[inline]
+    pub fn of(line: &LineResponse, exp: &Form, theta: &Vector3<f64>, force: &Vector3<f64>, weight: f64) -> Self {
+        let by_theta = exp.transpose().jacobian(theta, force);
+        // A turn φ of the first frame takes N to N + N × φ.
+        let by_turn = exp.matrix(theta).tr_mul(&hat(force));
+        let compliance = line.compliance / weight;
+        let (theta_line, turn_line) = (compliance * by_theta, compliance * by_turn);
+        Self {
+            theta_theta: by_theta.tr_mul(&theta_line),
+            theta_turn: by_theta.tr_mul(&turn_line),
+            turn_turn: by_turn.tr_mul(&turn_line),
+        }
+    }
+}
+
+/// Laws for the unit tests of an element.
+#[cfg(test)]
+pub(super) mod samples {
+    use super::*;
+    use crate::constitutive::{ElasticResponse, LinearElastic};
+
+    pub const BENDING: LinearElastic = LinearElastic { youngs_modulus: 4.0, poissons_ratio: 0.3 };
+
+    /// Shears and stretches, too, by v = e3 + C F + c |F|² F with a full C.
+    pub struct Yielding;
+
+    impl Constitutive for Yielding {
+        fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
+            BENDING.respond(tissue, strain)
+        }
+
+        fn line_response(&self, _: &Tissue, force: &Vector3<f64>) -> Option<LineResponse> {
+            let (linear, cubic) = (Matrix3::new(0.4, 0.1, -0.2, 0.1, 0.6, 0.05, -0.2, 0.05, 0.3), 0.2);
+            let square = force.norm_squared();
+            let strain = Vector3::z() + linear * force + force * (cubic * square);
+            // F · v − Ψ, with Ψ = F · e3 + ½ F · C F + ¼ c |F|⁴ of which v is the gradient.
+            let energy = 0.5 * force.dot(&(linear * force)) + 0.75 * cubic * square * square;
+            let radial = force * force.transpose() * (2.0 * cubic);
+            Some(LineResponse { strain, energy, compliance: linear + Matrix3::identity() * (cubic * square) + radial })
+        }
+    }
+}
