@@ -25,7 +25,9 @@ fn assert_names(error: &ParameterError, words: &str, value: f64) {
     );
     assert!(!error.requirement.is_empty());
     let text = error.to_string();
-    assert!(text.contains(error.name) && text.contains(&error.value.to_string()) && text.contains(error.requirement));
+    assert!(text.contains(error.name) && text.contains(error.requirement), "{text}");
+    let value = error.value;
+    assert!(text.contains(&value.to_string()) || text.contains(&format!("{value:e}")), "{text}");
 }
 
 /// Builds with every one of the values and fails unless each is refused by name.

@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 1e-12;
 /// Halvings after which it is given up.
 const DEPTH: usize = 40;
 
-/// Halvings in a step, all points together, after which it is given up: enough to follow a variable ten thousand times faster than
+/// Halvings in a step, all points and corrections together, after which it is given up: enough to follow a variable ten thousand times faster than
 /// the step at one of them, or hundreds of times at all, and an end within a second for laws that cannot be followed.
 const BUDGET: usize = 20_000;
 
@@ -87,7 +87,7 @@ pub(super) struct ExponentialCollocation {
     sensed: usize,
     constants: Vec<f64>,
     weights: Vec<Weights>,
-    /// Whether a point was carried over this step before.
+    /// Whether the interval before this one, of the same step, converged: it is the first guess.
     follows: bool,
     /// Whether there is nothing but memories, which need no iteration.
     remember: bool,
@@ -126,7 +126,7 @@ impl ExponentialCollocation {
             self.nodes = lobatto(NODES - 1);
             self.weights.resize_with(DEPTH + 1, Weights::default);
         }
-        (self.levels, self.follows, self.budget) = (levels, false, BUDGET);
+        (self.levels, self.follows) = (levels, false);
         for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
             *at = levels.weights(*c);
         }
@@ -140,6 +140,11 @@ impl ExponentialCollocation {
             self.fill(0, size);
         }
         self.remember = self.memories.prepare(laws, &self.weights[0].kernels, &self.at_nodes);
+    }
+
+    /// Begins a step, corrections included, with all that it may cost.
+    pub fn renew(&mut self) {
+        self.budget = BUDGET;
     }
 
     /// Makes room for the numbers of a point, so that no later step allocates when it first halves its interval.
@@ -263,6 +268,8 @@ impl ExponentialCollocation {
             y.copy_from_slice(&self.values[NODES - 1].as_flattened()[..y.len()]);
             return true;
         }
+        // What did not converge is no guess, and may not be a number.
+        self.follows = false;
         if depth == DEPTH || self.budget == 0 {
             return false;
         }

@@ -175,6 +175,7 @@ impl Stepper {
     ) -> Outcome {
         let (to, read_at) = (stop.time, stop.before());
         let step = self.open(shoot, mesh, stop);
+        self.collocation.renew();
         let before = intrinsic_moments(&shoot.state.rod);
         self.drive(shoot, step)?;
         self.elongate(shoot, step)?;
