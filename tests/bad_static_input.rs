@@ -24,7 +24,7 @@ fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, va
     assert!(error.value == value || (error.value.is_nan() && value.is_nan()), "{name}: {} for {value}", error.value);
     let said = error.to_string();
     assert!(said.contains(name) && said.contains(error.requirement) && !error.requirement.is_empty(), "{said}");
-    assert!(said.contains(&format!("{value}")), "{said} does not name {value}");
+    assert!(said.contains(&format!("{value}")) || said.contains(&format!("{value:e}")), "{said} does not name {value}");
 }
 
 #[test]

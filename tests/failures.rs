@@ -49,9 +49,10 @@ fn a_call_that_fails_changes_nothing_wherever_it_fails() {
         MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
         shoot
     };
+    // Twice: from the extrapolated guess, and from the last shape.
     for at in 1..30 {
         let mut shoot = start.clone();
-        let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(at..at + 1));
+        let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(at..at + 2));
         let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
         assert!(matches!(error, IntegrationError::Equilibrium { .. }) && error.is_recoverable(), "{error}");
         assert!(shoot.state() == start.state(), "failure {at}");
@@ -75,12 +76,12 @@ fn a_step_that_fails_is_tried_again_with_half_its_length() {
     let (calm, cost) = tip(0..0, 5).unwrap();
     assert_eq!(cost.retries, 0);
     for at in [2, 5, 20, 40] {
-        let (found, with_retries) = tip(at..at + 2, 5).unwrap();
+        let (found, with_retries) = tip(at..at + 4, 5).unwrap();
         assert_eq!(with_retries.retries, 2, "failure {at}");
         assert!(with_retries.steps > cost.steps);
         assert!((found - calm).norm() < 1e-7, "failure {at}: {:e}", (found - calm).norm());
         // One is not enough.
-        assert!(matches!(tip(at..at + 2, 1).unwrap_err(), IntegrationError::Equilibrium { .. }));
+        assert!(matches!(tip(at..at + 4, 1).unwrap_err(), IntegrationError::Equilibrium { .. }));
     }
     // Where it never succeeds the budget bounds the work.
     let mut shoot = righting().build().unwrap();
@@ -88,7 +89,8 @@ fn a_step_that_fails_is_tried_again_with_half_its_length() {
     run.retries = 8;
     let before = shoot.clone();
     assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());
-    assert!(shoot.state() == before.state() && run.solver.asked == 10 + 8, "{}", run.solver.asked);
+    // Two guesses for every try.
+    assert!(shoot.state() == before.state() && run.solver.asked <= 9 + 2 * (1 + 8), "{}", run.solver.asked);
 }
 
 /// A law that answers with something else than a number once it was asked so often.

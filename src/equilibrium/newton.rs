@@ -97,7 +97,7 @@ impl EquilibriumSolver for NewtonSolver {
         if answer.is_err() {
             self.system.initial.restore(rod);
         }
-        if let Err(EquilibriumError::NoConvergence { .. }) = answer {
+        if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
             // The most likely reasons, if they are there.
             check_stiffness(rod, material, force.environment().time)?;
             check_turns(rod)?;
