@@ -121,8 +121,8 @@ impl Linearisation {
     }
 
     /// The essential spectrum, 1/s: for every kind of material point the root of its local problem that lies furthest to
-    /// the right, rightmost first. Infinitely many roots of ever shorter waves accumulate there. Empty if no law senses the
-    /// strain where it acts.
+    /// the right, rightmost first. Infinitely many roots of ever shorter waves accumulate there. Roots left of −0.9/τm, with
+    /// the slowest rate of the laws, are not sought. Empty if there are no others, or no law senses the strain where it acts.
     ///
     /// # Errors
     /// A root that is not found.
