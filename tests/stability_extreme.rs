@@ -130,8 +130,8 @@ fn an_onset_does_not_depend_on_the_far_end_of_its_range() {
     let shoot = Upright {
         beta: 1.910_980_44,
         eta: 3.127_642_50,
-        gravity: Memory { time: 1031.172_52, delay: 1773.001_01 },
-        bending: Memory { time: 384.787_60, delay: 1340.058_91 },
+        gravity: Memory { time: 1_031.172_52, delay: 1_773.001_01 },
+        bending: Memory { time: 384.787_60, delay: 1_340.058_91 },
         growth_time: 24_089.465_18,
     };
     // By the continuous problem.
