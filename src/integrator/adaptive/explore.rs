@@ -1,7 +1,7 @@
 //! The choice of steps and elements: trial runs through the time ahead, each held against another.
 
 use super::cut::{FIRST_LENGTH, cut, cut_first, longest_element as longest};
-use super::estimate::{AIM, ASYMPTOTIC, BLIND_SAFETY, Error, Ladder};
+use super::estimate::{AIM, ASYMPTOTIC, BLIND_SAFETY, Error, Ladder, SAFETY};
 use super::{Adaptive, IntegrationError, Statistics};
 use crate::integrator::stops::guarded;
 use crate::model::Model;
@@ -19,8 +19,8 @@ const MERGING: f64 = 10.0;
 const MOST_FINER: f64 = 2.0;
 /// Runs whose elements are longer by less than this are as good as alike, and say nothing of the elements.
 const LEAST_RATIO: f64 = 1.15;
-/// So often at most: a shoot that asks for elements a thousand times as short as the first is not resolved by them.
-const MOST_RUNGS: usize = 20;
+/// So often at most: a shoot that asks for elements a hundred times as short as the first is not resolved by them.
+const MOST_RUNGS: usize = 10;
 /// The shape at rest from which a run starts keeps this part of the tolerance that the run is for.
 const AT_REST: f64 = 0.05;
 /// No mature elements are merged more coarsely than this, rad.
@@ -144,6 +144,7 @@ impl Adaptive {
         self.run(shoot, start, &plan, spent, f64::INFINITY)?;
         let mut compared = plan.longest_element;
         let mut finer = 1.0 / CUT;
+        let (mut last, mut found) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..MOST_RUNGS {
             plan.longest_element /= finer;
             self.run(shoot, start, &plan, spent, f64::INFINITY)?;
@@ -163,12 +164,21 @@ impl Adaptive {
                 self.tracks.swap(0, 1);
                 continue;
             }
-            let space = ladder.climb(ratio, difference);
-            if space <= enough || difference > ASYMPTOTIC {
-                return Ok((plan, space));
+            if difference > last && SAFETY * found <= self.tolerance {
+                // Such coarse steps do not show more: what is left is theirs.
+                self.tracks.swap(0, 1);
+                return Ok((Plan { longest_element: compared, ..plan }, found));
+            }
+            last = difference;
+            found = ladder.climb(ratio, difference);
+            if difference > ASYMPTOTIC {
+                return Ok((plan, f64::INFINITY));
+            }
+            if found <= enough {
+                return Ok((plan, found));
             }
             compared = plan.longest_element;
-            finer = (space / enough).powf(1.0 / ladder.order()).clamp(1.0 / CUT, MOST_FINER);
+            finer = (found / enough).powf(1.0 / ladder.order()).clamp(1.0 / CUT, MOST_FINER);
         }
         let reached = self.tracks[0].distance(&self.tracks[1]);
         Err(IntegrationError::ToleranceNotMet { tolerance: self.tolerance, reached, steps: spent.steps() })
