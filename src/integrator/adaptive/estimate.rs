@@ -19,6 +19,8 @@ const FIRST_SAFETY: f64 = 4.0;
 pub(super) const AIM: [f64; 2] = [0.15, 0.1];
 /// No lower order is believed: kinks leave three in time, and what is not resolved yet says nothing.
 const LEAST_ORDER: f64 = 2.0;
+/// Differences that exceed what the least order allows by more than this do not come from what was refined.
+const SLACK: f64 = 2.0;
 /// Estimates of runs that are not held against another are multiplied by this once more, and half as much is aimed at.
 pub(super) const BLIND_SAFETY: f64 = 2.0;
 /// Runs that were all but alike show an error of this part of their difference at least.
@@ -35,17 +37,23 @@ pub(super) struct Ladder {
     /// By how much the last run was finer than the one before it, and by how much they differed.
     last: Option<(f64, f64)>,
     order: f64,
+    falls: bool,
 }
 
 impl Ladder {
     /// Nothing is known but the order of the method.
     pub fn new(highest: f64) -> Self {
-        Self { highest, last: None, order: highest }
+        Self { highest, last: None, order: highest, falls: true }
     }
 
     /// The order seen, at most that of the method.
     pub fn order(&self) -> f64 {
         self.order
+    }
+
+    /// Whether differences fall about as fast as the least order says, at least.
+    pub fn falls(&self) -> bool {
+        self.falls
     }
 
     /// The error of a run that is finer than the one before by a ratio, and differs from it by so much.
@@ -54,6 +62,7 @@ impl Ladder {
             // Differences of e = c h^q between h a, h and h / b: the first is (a^q − 1)/(1 − b^−q) times the second, which
             // rises with q.
             let quotient = |q: f64| (before.powf(q) - 1.0) / (1.0 - ratio.powf(-q));
+            self.falls = quotient(LEAST_ORDER) * difference <= SLACK * larger;
             let (mut low, mut high) = (LEAST_ORDER, self.highest);
             for _ in 0..BISECTIONS {
                 let middle = 0.5 * (low + high);

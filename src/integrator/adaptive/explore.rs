@@ -124,13 +124,17 @@ impl Adaptive {
         spent: &mut Spent,
     ) -> Result<(Plan, Error), IntegrationError> {
         let (fit, space) = self.fit_elements(shoot, start, coarse, spent)?;
+        if space.is_infinite() {
+            return Ok((fit, Error::of_first_trials(space, space)));
+        }
         let half = Plan { step: 0.5 * coarse.step, ..fit };
         self.run(shoot, start, &half, spent, f64::INFINITY)?;
         let difference = self.tracks[0].distance(&self.tracks[1]);
         Ok((half, Error::of_first_trials(difference, space + spent.at_rest)))
     }
 
-    /// Runs with the same steps and ever more elements, until these are enough: the last resolution, and the error of its elements.
+    /// Runs with the same steps and ever more elements, until these are enough: the last resolution, and the error of its elements,
+    /// infinite if such coarse steps do not show it.
     fn fit_elements(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -144,7 +148,7 @@ impl Adaptive {
         self.run(shoot, start, &plan, spent, f64::INFINITY)?;
         let mut compared = plan.longest_element;
         let mut finer = 1.0 / CUT;
-        let (mut last, mut found) = (f64::INFINITY, f64::INFINITY);
+        let mut found = f64::INFINITY;
         for _ in 0..MOST_RUNGS {
             plan.longest_element /= finer;
             self.run(shoot, start, &plan, spent, f64::INFINITY)?;
@@ -164,16 +168,16 @@ impl Adaptive {
                 self.tracks.swap(0, 1);
                 continue;
             }
-            if difference > last && SAFETY * found <= self.tolerance {
+            let space = ladder.climb(ratio, difference);
+            if !ladder.falls() && SAFETY * found <= self.tolerance {
                 // Such coarse steps do not show more: what is left is theirs.
                 self.tracks.swap(0, 1);
                 return Ok((Plan { longest_element: compared, ..plan }, found));
             }
-            last = difference;
-            found = ladder.climb(ratio, difference);
-            if difference > ASYMPTOTIC {
+            if !ladder.falls() || difference > ASYMPTOTIC {
                 return Ok((plan, f64::INFINITY));
             }
+            found = space;
             if found <= enough {
                 return Ok((plan, found));
             }
