@@ -1,4 +1,4 @@
-//! Chapters: short programs for what people want to do, how to write a law, and four for who doubts the numbers.
+//! Chapters: short programs for what people want to do, how to write a law, and five for who doubts the numbers.
 
 /// How to read, stop, change, vary and multiply shoots.
 #[doc = include_str!("../docs/recipes.md")]
@@ -31,3 +31,7 @@ pub mod accuracy {}
 /// Where the time of a step goes, what it needs at least, what was done and what did not pay.
 #[doc = include_str!("../docs/performance.md")]
 pub mod performance {}
+
+/// What was tried at the edges, and what came out.
+#[doc = include_str!("../docs/extremes.md")]
+pub mod extremes {}
