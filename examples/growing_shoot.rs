@@ -194,7 +194,7 @@ impl Record {
 #[cfg(feature = "serde")]
 fn save(file: &Path, settings: &str, shoot: &Shoot<impl Model>, record: &Record) -> Result<(), Box<dyn Error>> {
     let all = (settings, shoot.state(), &record.rows, &record.shapes);
-    Ok(common::replace(file, &morphorod::checkpoint::to_bytes(&all)?)?)
+    Ok(common::file::write_whole(file, morphorod::checkpoint::to_bytes(&all)?)?)
 }
 
 #[cfg(feature = "serde")]

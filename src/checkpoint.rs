@@ -45,7 +45,7 @@ pub enum CheckpointError {
     Length {
         /// How many there are.
         found: u64,
-        /// How many there were.
+        /// How many there were, or must be at least where the end of the length itself is missing.
         written: u64,
     },
     /// A bit is not as it was.
@@ -78,16 +78,15 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
 /// What is wrong with the bytes.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointError> {
     let rest = bytes.strip_prefix(NAME).ok_or(CheckpointError::Foreign)?;
-    let (Some((format, rest)), found) = (rest.split_first_chunk::<4>(), bytes.len() as u64) else {
-        return Err(CheckpointError::Length { found: bytes.len() as u64, written: HEAD as u64 });
-    };
+    let found = bytes.len() as u64;
+    let cut_short = CheckpointError::Length { found, written: HEAD as u64 };
+    let (format, rest) = rest.split_first_chunk::<4>().ok_or(cut_short.clone())?;
     let is = u32::from_le_bytes(*format);
     if is != FORMAT {
         return Err(CheckpointError::Format { found: is, known: FORMAT });
     }
-    let too_short = CheckpointError::Length { found, written: HEAD as u64 };
-    let (length, rest) = rest.split_first_chunk::<8>().ok_or(too_short.clone())?;
-    let (written, content) = rest.split_first_chunk::<4>().ok_or(too_short)?;
+    let (length, rest) = rest.split_first_chunk::<8>().ok_or(cut_short.clone())?;
+    let (written, content) = rest.split_first_chunk::<4>().ok_or(cut_short)?;
     let whole = u64::from_le_bytes(*length).saturating_add(HEAD as u64);
     if whole != found {
         return Err(CheckpointError::Length { found, written: whole });
@@ -96,11 +95,10 @@ pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointErro
     if found != written {
         return Err(CheckpointError::Damaged { found, written });
     }
-    let wrong = |what: &str| CheckpointError::Content(what.to_owned());
     match postcard::take_from_bytes(content) {
         Ok((value, [])) => Ok(value),
-        Ok((_, rest)) => Err(wrong(&format!("{} bytes are left over", rest.len()))),
-        Err(error) => Err(wrong(&error.to_string())),
+        Ok((_, rest)) => Err(CheckpointError::Content(format!("{} bytes are left over", rest.len()))),
+        Err(error) => Err(CheckpointError::Content(error.to_string())),
     }
 }
 

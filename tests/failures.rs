@@ -93,6 +93,20 @@ fn a_step_that_fails_is_tried_again_with_half_its_length() {
     assert!(shoot.state() == before.state() && run.solver.asked <= 9 + 2 * (1 + 8), "{}", run.solver.asked);
 }
 
+#[test]
+fn what_a_failed_try_made_is_not_counted() {
+    // Tissue leaves the zone after 1.2 hours, and every step cuts an element: the one that fails, which is taken back, and those that stay.
+    let run = |fails: std::ops::Range<usize>| {
+        let mut shoot = growing().elements(4).build().unwrap();
+        let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
+        run.retries = 1;
+        run.advance(&mut shoot, 2.0 * HOUR).unwrap()
+    };
+    let (calm, cost) = (run(0..0), run(60..62));
+    assert_eq!((calm.retries, cost.retries), (0, 1));
+    assert_eq!(cost.splits - calm.splits, cost.steps - calm.steps, "{calm:?}, {cost:?}");
+}
+
 /// A law that answers with something else than a number once it was asked so often.
 struct Failing<'a, L> {
     law: L,

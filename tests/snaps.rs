@@ -33,8 +33,9 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
 
 #[test]
 fn a_shoot_at_many_times_its_critical_length_finds_its_next_shape() {
-    // It hangs over, and swings and snaps from side to side, for hours. On a base that leans both meshes snap alike, and end alike: to
-    // a step of 90 s, in which the tip moves by 1e-4 of the length after a snap.
+    // It hangs over, and swings and snaps from side to side, for hours. On a base that leans both meshes snap alike, and end alike:
+    // at rest sixteen elements err by 6e-8 of the length under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"); here it is 26 to 212,
+    // and what a snap leaves of that is forgotten in memories of 12 min.
     for (times, elements) in [(1.5, [32, 16]), (2.0, [32, 16]), (3.0, [48, 32])] {
         let (fine, with_fine) = after_a_day(times, 0.3, elements[0]).unwrap();
         let (coarse, with_coarse) = after_a_day(times, 0.3, elements[1]).unwrap();
@@ -44,7 +45,7 @@ fn a_shoot_at_many_times_its_critical_length_finds_its_next_shape() {
         );
         assert!(with_fine.snaps > 0 && with_fine.snaps == with_coarse.snaps);
         assert!(with_fine.largest_jump > 0.1 * CRITICAL && with_fine.largest_jump < 2.0 * times * CRITICAL);
-        assert!((fine - coarse).norm() < 1e-4 * times * CRITICAL, "{times}: {fine:?}, {coarse:?}");
+        assert!((fine - coarse).norm() < 3e-7 * times * CRITICAL, "{times}: {fine:?}, {coarse:?}");
     }
     // Five times as long it still does, where elements at the base are short enough.
     assert!(after_a_day(5.0, 0.3, 32).is_ok());

@@ -4,12 +4,12 @@
 mod upright;
 
 use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{LinearProfile, Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::Weight;
 use morphorod::nalgebra::{Complex, Vector3};
 use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
-use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, Shoot, Still};
 use proptest::prelude::*;
 
@@ -46,14 +46,23 @@ const LONG: Leaning = Leaning {
 
 impl Leaning {
     fn shoot(&self) -> Result<Shoot<impl Model>, StabilityError> {
-        let statoliths = Statoliths { avalanche_time: self.avalanche_time };
+        let growth = UniformGrowth { zone_length: 0.1, time: self.growth_time };
+        self.with(growth, Statoliths { avalanche_time: self.avalanche_time })
+    }
+
+    /// The same with another growth law and another perception of gravity.
+    fn with<P>(&self, growth: impl GrowthLaw, perception: P) -> Result<Shoot<impl Model>, StabilityError>
+    where
+        P: Perception,
+        Gravitropism<P>: Response,
+    {
         let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: self.stiffness, poissons_ratio: 0.5 })
             .length(self.length)
             .radius(5e-4)
             .elements(self.elements)
-            .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: self.growth_time }))
+            .growth(Ongoing(growth))
             .tropism((
-                Gravitropism { sensitivity: self.beta, perception: statoliths }.remembered(self.memory),
+                Gravitropism { sensitivity: self.beta, perception }.remembered(self.memory),
                 Proprioception { sensitivity: self.eta }.remembered(self.memory),
             ))
             .load(Weight { density: 1000.0 })
@@ -102,20 +111,9 @@ fn delays_that_are_long_against_memories_are_no_obstacle() {
 fn points_that_all_differ_share_their_guesses() {
     // With a linear profile REGR is 2 (1 − σ/ℓg)/τg at a distance σ from the apex: the local problem is that of uniform growth
     // of this rate, and the fastest point of the mesh, next to the apex, is the rightmost or the leftmost.
-    let leaning = Leaning { elements: 5, ..LONG };
-    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: leaning.stiffness, poissons_ratio: 0.5 })
-        .length(leaning.length)
-        .radius(5e-4)
-        .elements(leaning.elements)
-        .growth(Ongoing(LinearProfile { zone_length: 0.1, time: leaning.growth_time }))
-        .tropism((
-            Gravitropism { sensitivity: leaning.beta, perception: SettledStatoliths }.remembered(leaning.memory),
-            Proprioception { sensitivity: leaning.eta }.remembered(leaning.memory),
-        ))
-        .load(Weight { density: 1000.0 })
-        .build()
-        .unwrap();
-    let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+    let leaning = Leaning { elements: 5, tilt: 0.0, ..LONG };
+    let profile = LinearProfile { zone_length: 0.1, time: leaning.growth_time };
+    let shoot = leaning.with(profile, SettledStatoliths).unwrap();
     let found = Linearisation::about(&shoot).unwrap().essential_spectrum().unwrap();
     // Gauss points of order eight in the element at the apex: the last is this share of it from its end.
     let nearest = 0.069_431_844_202_973_71 * leaning.length / 5.0;

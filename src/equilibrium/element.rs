@@ -95,10 +95,8 @@ impl ElementSystem {
             let line = material.line_response(&tissue, &exp.transpose().apply(&theta, &rotate.tr_mul(&data.forces[g])));
             let along = line.map_or(centre_line_tangent(), |line| line.strain);
             let turned = exp.apply(&theta, &along);
-            energy += weight * response.energy - force.dot(&turned);
-            if let Some(line) = &line {
-                energy += weight * line.energy;
-            }
+            let density = line.map_or(response.energy, |line| response.energy + line.energy);
+            energy += weight * density - force.dot(&turned);
 
             // The strain by the derivative of θ along the element's coordinate.
             let strain_slope = to_strain.matrix(&theta) * inverse;
@@ -111,7 +109,7 @@ impl ElementSystem {
 
             if HESSIAN {
                 let tangent = response.tangent * weight;
-                self.compliance += reference.weights[g] * point.jacobian / response.tangent.diagonal().max();
+                self.compliance += weight / response.tangent.diagonal().max();
                 let strain_theta = to_strain.jacobian(&theta, &slope);
                 let (c_theta, c_slope) = (tangent * strain_theta, tangent * strain_slope);
                 let mut a = symmetric_product(&strain_theta, &c_theta) + to_strain.hessian(&theta, &couple, &slope)

@@ -40,6 +40,9 @@ const STIMULUS: &str = "stimulus of a tropism law (one that looks where it is mu
 /// stimuli are interpolated through two levels only: an error of third order, in a step 64 times shorter.
 const FIRST_STEP: f64 = 1.0 / 64.0;
 
+/// Growth may divide a step into so many parts, each of which leaves an element behind.
+const MOST_PARTS: f64 = 1024.0;
+
 /// What a run has cost, and how accurate its parts say they were.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
@@ -99,9 +102,15 @@ impl std::ops::AddAssign for Statistics {
 }
 
 impl Statistics {
-    /// What a run costs that only looks ahead: it makes no step that stays, and cuts and merges nothing.
+    /// What a run costs that only looks ahead: it makes no step that stays.
     fn as_trial(self) -> Self {
-        Self { steps: 0, splits: 0, merges: 0, snaps: 0, trial_steps: self.trial_steps + self.steps, ..self }
+        Self { trial_steps: self.trial_steps + self.steps, ..self.undone_since(Self::default()) }
+    }
+
+    /// The same costs, when all that was made since then is taken back.
+    fn undone_since(self, then: Self) -> Self {
+        let Self { steps, splits, merges, snaps, last_snap, largest_jump, .. } = then;
+        Self { steps, splits, merges, snaps, last_snap, largest_jump, ..self }
     }
 }
 
@@ -157,6 +166,17 @@ pub enum IntegrationError {
         time: f64,
         /// The point, counted from the base.
         point: usize,
+    },
+    /// So much tissue leaves the growth zone in a step that it would be divided into more than 1024, each of which leaves an element
+    /// behind.
+    #[error(
+        "from {time} s on a step of {step} s would leave more than {MOST_PARTS} elements behind: take a shorter one"
+    )]
+    GrowsTooFast {
+        /// The time from which it was to be made, s.
+        time: f64,
+        /// The step, s.
+        step: f64,
     },
     /// Tissue is stretched so unevenly within an element that its points no longer say where it is.
     #[error(
@@ -217,7 +237,9 @@ impl IntegrationError {
         match self {
             Self::Equilibrium { source, .. } => source.is_recoverable(),
             Self::StepTooLong { delay, .. } => *delay > 0.0,
-            Self::NotConverged { .. } | Self::Variables { .. } | Self::Uneven { .. } => true,
+            Self::NotConverged { .. } | Self::Variables { .. } | Self::GrowsTooFast { .. } | Self::Uneven { .. } => {
+                true
+            }
             Self::Parameter(_) | Self::NotFinite { .. } | Self::NotReached { .. } | Self::ToleranceNotMet { .. } => {
                 false
             }

@@ -1,7 +1,7 @@
 //! Where the next step ends, and on which side of a discontinuity.
 
 use super::course::Course;
-use super::{FIRST_STEP, ORDER};
+use super::{FIRST_STEP, IntegrationError, MOST_PARTS, ORDER};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
@@ -75,13 +75,43 @@ fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64, time: f64)
     history.discontinuities().filter(at).any(|level| shortest_rise(shoot, laws, level) < size)
 }
 
+/// The longest step up to a size that growth allows, s: tissue that leaves the zone in one step becomes one element, which must not be
+/// longer than others are.
+///
+/// # Errors
+/// A size of which that is less than a thousandth: every part of it leaves an element behind.
+fn longest_step(
+    shoot: &Shoot<impl Model>,
+    &Course { until, size, mesh, .. }: &Course,
+) -> Result<f64, IntegrationError> {
+    let (t, growth) = (shoot.state.time, shoot.model.growth());
+    let zone = growth.zone_length();
+    if !(growth.elongates() && zone.is_finite()) {
+        return Ok(size);
+    }
+    // No tissue is further from the apex than this: of a zone that is longer than the shoot none leaves.
+    let rod = &shoot.state.rod;
+    let reach = rod.node_distance[rod.first_growing().min(rod.elements())].min(zone);
+    let shortest = size.min(until - t) / MOST_PARTS;
+    let mut step = size;
+    while step > shortest && reach - growth.flow(zone, t + step, t).0 > mesh.longest_element {
+        step *= 0.5;
+    }
+    // No element is stretched to much more than twice its length before it can be cut.
+    let rate = (growth.apical_speed(reach, t) / reach).max(growth.apical_speed(zone, t) / zone);
+    if rate > 0.0 {
+        step = step.min(std::f64::consts::LN_2 / rate);
+    }
+    if step > shortest { Ok(step) } else { Err(IntegrationError::GrowsTooFast { time: t, step: size }) }
+}
+
 /// The end of the next step of a course: no more tissue than makes an element of the longest kind leaves the zone in it.
 pub(super) fn next_stop(
     shoot: &Shoot<impl Model>,
     laws: &Declaration,
-    &Course { until, size, mesh, .. }: &Course,
-) -> Result<Stop, ParameterError> {
-    let (t, growth) = (shoot.state.time, shoot.model.growth());
+    course: &Course,
+) -> Result<Stop, IntegrationError> {
+    let (t, until, size) = (shoot.state.time, course.until, course.size);
     // A discontinuity that has been passed is the same as another one within rounding of it.
     let passed = t == shoot.state.smooth_since;
     let discontinuity = shoot.model.next_discontinuity(if passed { after(t) } else { t })?;
@@ -101,21 +131,7 @@ pub(super) fn next_stop(
     }
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - 1e-9) { since.max(first) } else { size };
-    // Tissue that leaves the zone in one step becomes one element, which must not be longer than others are.
-    let zone = growth.zone_length();
-    if growth.elongates() && zone.is_finite() {
-        // No tissue is further from the apex than this: of a zone that is longer than the shoot none leaves.
-        let rod = &shoot.state.rod;
-        let reach = rod.node_distance[rod.first_growing().min(rod.elements())].min(zone);
-        while reach - growth.flow(zone, t + step, t).0 > mesh.longest_element {
-            step *= 0.5;
-        }
-        // No element is stretched to much more than twice its length before it can be cut.
-        let rate = (growth.apical_speed(reach, t) / reach).max(growth.apical_speed(zone, t) / zone);
-        if rate > 0.0 {
-            step = step.min(std::f64::consts::LN_2 / rate);
-        }
-    }
+    step = step.min(longest_step(shoot, course)?);
     let last_step = shoot.state.history.last_step();
     let smooth = shoot.state.smooth_since;
     // There was a step since a discontinuity.

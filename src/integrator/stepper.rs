@@ -149,12 +149,13 @@ impl Stepper {
         course: &mut Course,
         mut stop: Stop,
     ) -> Result<Stop, IntegrationError> {
-        let before = shoot.state.clone();
+        let (before, made) = (shoot.state.clone(), self.statistics);
         loop {
             match self.go(shoot, solver, course, stop) {
                 Err(error) if error.is_recoverable() && course.retries > 0 => {
                     shoot.state.copy_from(&before);
                     course.retries -= 1;
+                    self.statistics = self.statistics.undone_since(made);
                     self.statistics.retries += 1;
                     let size = 0.5 * (stop.time - before.time);
                     stop = next_stop(shoot, &self.laws, &Course { size, ..*course })?;
@@ -212,11 +213,11 @@ impl Stepper {
         Ok(())
     }
 
-    /// Writes down a snap. What is extrapolated from before it is no guess any more.
+    /// Writes down a snap, once in a step. What is extrapolated from before it is no guess any more.
     fn note(&mut self, jump: Option<f64>, shoot: &mut Shoot<impl Model>) {
         if let Some(jump) = jump {
-            self.statistics.snaps += 1;
-            self.statistics.last_snap = Some(shoot.state.time);
+            let last = self.statistics.last_snap.replace(shoot.state.time);
+            self.statistics.snaps += usize::from(last != Some(shoot.state.time));
             self.statistics.largest_jump = self.statistics.largest_jump.max(jump);
             shoot.state.predictor.forget();
         }

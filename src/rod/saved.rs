@@ -25,29 +25,17 @@ impl TryFrom<SavedRod> for Rod {
     type Error = RodError;
 
     fn try_from(saved: SavedRod) -> Result<Self, RodError> {
-        let SavedRod {
-            order,
-            frames,
-            rotations,
-            line_strains,
-            points,
-            node_distance,
-            initial_length,
-            kept,
-            first_growing,
-            loss,
-        } = saved;
         let rod = Self {
-            order,
-            frames,
-            rotations,
-            line_strains,
-            points,
-            node_distance,
-            initial_length,
-            kept,
-            first_growing,
-            loss,
+            order: saved.order,
+            frames: saved.frames,
+            rotations: saved.rotations,
+            line_strains: saved.line_strains,
+            points: saved.points,
+            node_distance: saved.node_distance,
+            initial_length: saved.initial_length,
+            kept: saved.kept,
+            first_growing: saved.first_growing,
+            loss: saved.loss,
         };
         rod.check()?;
         Ok(rod)

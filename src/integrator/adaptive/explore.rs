@@ -103,7 +103,7 @@ impl Adaptive {
         for _ in 0..HALVINGS {
             match self.trials(shoot, start, &coarse, spent) {
                 Ok((finer, error)) if error.shows_order() => return Ok((finer, error)),
-                Ok(_) => (),
+                Ok(_) | Err(IntegrationError::GrowsTooFast { .. }) => (),
                 Err(error) if error.is_recoverable() => {
                     failure = Some(error);
                     coarse.longest_element *= CUT;

@@ -19,8 +19,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use morphorod::Order;
+use morphorod_studies::common::file::write_whole;
 use morphorod_studies::common::{Axes, Opt, Options, Series, Style, finish, lines_figure};
-use morphorod_studies::sweep::store::write_whole;
 use problem::{Run, exact_tip, load_of, race};
 
 /// The error, relative to the length, for which the fastest settings are compared.
@@ -172,7 +172,7 @@ fn write(file: &Path, runs: &[Run]) -> std::io::Result<()> {
         // A comma inside a cell would be a cell more.
         text += &format!("{peer},{},{error:e},{seconds:e}\n", setting.replace(',', ";"));
     }
-    write_whole(file, &text)
+    write_whole(file, text)
 }
 
 fn read(file: &Path) -> Result<Vec<Run>, Box<dyn Error>> {

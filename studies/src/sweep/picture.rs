@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::grid::Grid;
 use super::point::{COLUMNS, LAST, Numbers, buckling_length};
-use super::store::write_whole;
+use crate::common::file::write_whole;
 use crate::common::table::number;
 use crate::common::{Map, Series, Style, map_figure};
 
@@ -25,7 +25,7 @@ pub fn write_table(file: &Path, rows: &[Vec<Numbers>]) -> io::Result<()> {
     for point in rows.iter().flatten() {
         text += &format!("{}\n", point.map(number).join(","));
     }
-    write_whole(file, &text)
+    write_whole(file, text)
 }
 
 /// Draws the map: amplitudes by colour, over them where the growth rate is zero. `onsets` are critical lengths, m, one for each
