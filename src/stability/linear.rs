@@ -46,6 +46,8 @@ pub(super) struct LinearProblem {
     pub turn: Vec<DMatrix<f64>>,
     /// Lengths of the elements of the growth zone, m.
     pub lengths: Vec<f64>,
+    /// The length of the shoot that each point stands for, m.
+    pub arcs: Vec<f64>,
     pub stimuli: usize,
     /// The size of every stimulus: the largest norm of its rows in either response, and at a point by itself.
     sizes: DVector<f64>,
@@ -90,6 +92,8 @@ impl LinearProblem {
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
         let sizes = sizes(stimuli, &responses);
         let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.element_length(e)).collect();
+        let (weights, points) = (&rod.reference().weights, &rod.points()[rod.zone()]);
+        let arcs = weights.iter().cycle().zip(points).map(|(weight, point)| weight * point.jacobian).collect();
         let apex_tangent = rod.apex_frame() * centre_line_tangent();
         Ok(Self {
             transfers,
@@ -101,6 +105,7 @@ impl LinearProblem {
             apex_tangent,
             turn,
             lengths,
+            arcs,
             stimuli,
             sizes,
         })

@@ -39,7 +39,7 @@ pub enum Unstable {
 /// The linear problem M(λ) δu* = 0 about a stationary shoot.
 #[derive(Debug, Clone)]
 pub struct Linearisation {
-    problem: Arc<LinearProblem>,
+    pub(super) problem: Arc<LinearProblem>,
     pub(super) spectrum: Spectrum,
 }
 
