@@ -7,9 +7,11 @@ use std::f64::consts::TAU;
 
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Distributed;
-use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::tropism::{
+    Gravitropism, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
+};
 use morphorod::{Model, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use shoots::{
@@ -145,6 +147,24 @@ fn statoliths_that_avalanche_faster_and_faster_approach_their_limit() {
     }
     for tau in [10.0, 1e3, 1e5, 1e6] {
         let _ = sound_tips(shoot(tau), 90.0, &times, true);
+    }
+}
+
+#[test]
+fn statoliths_of_a_microsecond_cost_no_shorter_steps() {
+    fn run(perception: impl Perception<Signal = [f64; 2]>) -> (Vector3<f64>, Statistics) {
+        let (gravitropism, proprioception) = steering(perception);
+        let laws = (Oscillator::new(0.2, 1440.0), gravitropism, proprioception);
+        let mut shoot = growing().tropism(laws).build().unwrap();
+        let spent = MethodOfSteps::new(90.0).advance(&mut shoot, 10.0 * HOUR).unwrap();
+        (shoot.tip(), spent)
+    }
+    let (limit, counts) = run(SettledStatoliths);
+    for tau in [1e-9, 1e-6, 1e-3] {
+        let (tip, spent) = run(Statoliths { avalanche_time: tau });
+        // Two ways of integrating one memory differ by an error of the step, 1e-7 m.
+        assert!((tip - limit).norm() < 1e-6, "τa = {tau} s: {:e} m", (tip - limit).norm());
+        assert_eq!((spent.steps, spent.halvings), (counts.steps, 0), "τa = {tau} s");
     }
 }
 

@@ -60,14 +60,14 @@ impl Group {
         value
     }
 
-    /// Sets N = ẏ + y/τ at node `j`. Returns by how much that changes a variable within `size` (s), relative to the variable
+    /// Sets N = ẏ + y/τ at node `j`. Returns by how much that changes a variable within the interval, relative to the variable
     /// and its own motion: they need not share a unit.
     #[inline(never)]
-    fn force(&mut self, j: usize, value: &Lanes, rate: &Lanes, size: f64) -> f64 {
+    fn force(&mut self, j: usize, value: &Lanes, rate: &Lanes, kernel: &Kernel) -> f64 {
         let (forcing, mut change) = (&mut self.forcing[j], [0.0; LANES]);
         for i in 0..LANES {
             let new = rate[i] + value[i] * self.inverse[i];
-            let motion = size * (new - forcing[i]).abs();
+            let motion = kernel.reach[i] * (new - forcing[i]).abs();
             change[i] = motion / (value[i].abs() + self.motion[i] + f64::MIN_POSITIVE);
             forcing[i] = new;
         }
@@ -194,16 +194,17 @@ impl ExponentialCollocation {
         law.rates(&self.values[j].as_flattened()[..v], &self.stimuli[j * m..(j + 1) * m], rates);
     }
 
-    /// Begins an interval of `size` (s): the variables are known at its start, and N is taken to change as at the point before, if
+    /// Begins an interval: the variables are known at its start, and N is taken to change as at the point before, if
     /// there was one in this step, or to stay as it is.
-    fn begin(&mut self, law: &impl TropismLaw, y: &[f64], size: f64) {
+    fn begin(&mut self, law: &impl TropismLaw, y: &[f64], depth: usize) {
         let follows = std::mem::replace(&mut self.follows, true);
         self.values[0].as_flattened_mut()[..y.len()].copy_from_slice(y);
         self.find_rates(law, 0);
-        for (group, (value, rate)) in self.groups.iter_mut().zip(self.values[0].iter().zip(&self.rates)) {
+        let groups = self.groups.iter_mut().zip(&self.weights[depth].kernels);
+        for ((group, kernel), (value, rate)) in groups.zip(self.values[0].iter().zip(&self.rates)) {
             let mut forcing = [0.0; LANES];
             for i in 0..LANES {
-                group.motion[i] = size * rate[i].abs();
+                group.motion[i] = kernel.reach[i] * rate[i].abs();
                 forcing[i] = rate[i] + value[i] * group.inverse[i];
             }
             group.start = *value;
@@ -225,13 +226,14 @@ impl ExponentialCollocation {
         }
     }
 
-    /// Evaluates N at node `j`. Returns by how much that changes a variable within `size` (s), relatively.
+    /// Evaluates N at node `j`. Returns by how much that changes a variable within the interval, relatively.
     #[inline]
-    fn force(&mut self, law: &impl TropismLaw, j: usize, size: f64) -> f64 {
+    fn force(&mut self, law: &impl TropismLaw, j: usize, depth: usize) -> f64 {
         self.find_rates(law, j);
         let mut largest = 0.0;
-        for (group, (value, rate)) in self.groups.iter_mut().zip(self.values[j].iter().zip(&self.rates)) {
-            let change = group.force(j, value, rate, size);
+        let groups = self.groups.iter_mut().zip(&self.weights[depth].kernels);
+        for ((group, kernel), (value, rate)) in groups.zip(self.values[j].iter().zip(&self.rates)) {
+            let change = group.force(j, value, rate, kernel);
             largest = if change > largest { change } else { largest };
         }
         largest
@@ -263,7 +265,7 @@ impl ExponentialCollocation {
                 }
             }
         }
-        self.begin(law, y, self.weights[depth].size);
+        self.begin(law, y, depth);
         if self.sweep(law, depth) {
             y.copy_from_slice(&self.values[NODES - 1].as_flattened()[..y.len()]);
             return true;
@@ -280,7 +282,6 @@ impl ExponentialCollocation {
 
     /// Iterates from the forcing that is guessed at every node. Returns whether that converged.
     fn sweep(&mut self, law: &impl TropismLaw, depth: usize) -> bool {
-        let size = self.weights[depth].size;
         // Where one variable drives another and this one the first, sweeps gain much and little in turns.
         let (mut last, mut last_ratio, mut known) = (f64::INFINITY, 0.0_f64, false);
         for _ in 0..SWEEPS {
@@ -288,7 +289,7 @@ impl ExponentialCollocation {
             // Each node uses what the ones before it have become in this sweep.
             for j in 1..NODES {
                 self.integrate(j, depth);
-                change = change.max(self.force(law, j, size));
+                change = change.max(self.force(law, j, depth));
             }
             if change == f64::INFINITY {
                 break;

@@ -21,6 +21,8 @@ pub(super) struct Kernel {
     pub decay: [Lanes; NODES],
     /// ∫ from 0 to node j of exp(−(cj − c) δ/τ) × polynomial l, times δ.
     pub integral: [[Lanes; NODES]; NODES],
+    /// The time within which what drives a variable acts on it, s: ∫ exp(−t/τ) dt over the interval.
+    pub reach: Lanes,
 }
 
 impl Kernel {
@@ -33,6 +35,8 @@ impl Kernel {
                 self.integral[j][l][lane] = weight * size;
             }
         }
+        // The weights integrate what is constant, and the last node is the end.
+        self.reach[lane] = self.integral[NODES - 1].iter().map(|weight| weight[lane]).sum();
     }
 }
 
