@@ -250,6 +250,12 @@ impl Rod {
         weighted_jacobian(self.element_points(element), &self.reference().weights)
     }
 
+    /// By how much an element turns under its intrinsic strain at most, rad: ∫ |u*| ds.
+    pub(crate) fn intrinsic_turn(&self, element: usize) -> f64 {
+        let points = self.element_points(element).iter().zip(&self.reference().weights);
+        points.map(|(point, w)| w * point.jacobian * point.intrinsic.norm()).sum()
+    }
+
     /// The length ℓ of the rod, unstretched, m; [`centre_line_length`](Self::centre_line_length) is that under its load.
     #[must_use]
     pub fn length(&self) -> f64 {

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::cut::{cut_first, cut_into};
 use super::estimate::SAFETY;
 use super::{Adaptive, HistoryFunction, IntegrationError, Statistics, of_equilibria};
+use crate::equilibrium::EquilibriumError;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -16,6 +17,9 @@ use crate::state::State;
 const RESERVE: f64 = 2.0;
 /// An element is cut into so many parts at most before it is looked at again.
 const MOST_PARTS: usize = 4;
+/// An element of the first mesh turns by no more than this under its intrinsic strain, rad: it must stay below π, and what the load
+/// adds is not known yet.
+const MOST_TURN: f64 = 2.0;
 /// So many elements are more than any shape needs that is smooth between its nodes.
 const MOST_ELEMENTS: usize = 100_000;
 
@@ -49,15 +53,25 @@ impl Adaptive {
         let order = 2.0 * shoot.rod().order().points() as f64;
         let gain = 2.0_f64.powf((order - RESERVE).max(1.0)) - 1.0;
         self.stepper.statistics = Statistics::default();
-        let time = shoot.time();
+        cut_turns(shoot);
         loop {
-            self.stepper.equilibrate(shoot, &mut self.solver, time)?;
+            if let Some(folded) = self.fold(shoot)? {
+                cut_into(&mut shoot.state, folded, 2);
+                continue;
+            }
             let coarse = shoot.state.clone();
             for e in (0..coarse.rod.elements()).rev() {
                 cut_into(&mut shoot.state, e, 2);
             }
-            self.stepper.equilibrate(shoot, &mut self.solver, time)?;
-            let error = SAFETY * distance(&coarse.rod, &shoot.state.rod) / gain;
+            if let Some(folded) = self.fold(shoot)? {
+                shoot.state.copy_from(&coarse);
+                cut_into(&mut shoot.state, folded / 2, 2);
+                continue;
+            }
+            let difference = distance(&coarse.rod, &shoot.state.rod);
+            // Shapes that differ by much are not near enough to show their order.
+            let gain = gain.min(difference.sqrt().recip());
+            let error = SAFETY * difference / gain;
             // An error that halves bring down to the tolerance is met by them; one that is below it already has no need of them.
             if SAFETY * error * gain <= tolerance {
                 shoot.state.copy_from(&coarse);
@@ -71,6 +85,30 @@ impl Adaptive {
             }
             let share = tolerance * gain / (SAFETY * coarse.rod.elements() as f64);
             refine(shoot, &coarse, share, order);
+        }
+    }
+}
+
+/// Cuts elements that turn by much.
+fn cut_turns(shoot: &mut Shoot<impl Model>) {
+    let parts: Vec<f64> =
+        (0..shoot.rod().elements()).map(|e| (shoot.rod().intrinsic_turn(e) / MOST_TURN).ceil()).collect();
+    if parts.iter().sum::<f64>() <= MOST_ELEMENTS as f64 {
+        for (e, parts) in parts.iter().enumerate().rev() {
+            cut_into(&mut shoot.state, e, *parts as usize);
+        }
+    }
+}
+
+impl Adaptive {
+    /// Finds the equilibrium, or an element that is too long for it.
+    fn fold(&mut self, shoot: &mut Shoot<impl Model>) -> Result<Option<usize>, IntegrationError> {
+        let (time, most) = (shoot.time(), shoot.rod().elements() >= MOST_ELEMENTS);
+        match self.stepper.equilibrate(shoot, &mut self.solver, time) {
+            Err(IntegrationError::Equilibrium { source: EquilibriumError::Folded { element }, .. }) if !most => {
+                Ok(Some(element))
+            }
+            found => found.map(|_| None),
         }
     }
 }
