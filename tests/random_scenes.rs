@@ -4,52 +4,19 @@
 //! `MORPHOROD_SCENES=100000 MORPHOROD_SEED=7 cargo test --workspace --test random_scenes -- --nocapture` draws more and others, and
 //! prints what came of them and which took longest.
 
+mod draw;
 mod shoots;
 
 use std::time::Instant;
 
+use draw::{Draw, number};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, PointForce, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
-use morphorod::{Model, Order, Section, Shoot, ShootBuilder, Still};
-use nalgebra::Vector3;
+use morphorod::{Model, Order, Section, Shoot, ShootBuilder, State, Still, checkpoint};
 use shoots::assert_sound;
-
-/// Numbers that look random and are the same in every run (xorshift).
-struct Draw(u64);
-
-impl Draw {
-    fn new(seed: u64) -> Self {
-        let mut draw = Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-        (0..20).for_each(|_| _ = draw.unit());
-        draw
-    }
-
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn uniform(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.unit()
-    }
-
-    fn log(&mut self, from: f64, to: f64) -> f64 {
-        self.uniform(from.ln(), to.ln()).exp()
-    }
-
-    fn chance(&mut self, of: f64) -> bool {
-        self.unit() < of
-    }
-
-    fn vector(&mut self, size: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.uniform(-size, size))
-    }
-}
 
 /// What a scene ended in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -133,7 +100,7 @@ where
 
 fn run(mut shoot: Shoot<impl Model>, mut draw: Draw) -> End {
     let size = draw.log(1.0, 1e4);
-    let (iterated, twice) = (draw.chance(0.5), draw.chance(0.1));
+    let (iterated, twice, saved) = (draw.chance(0.5), draw.chance(0.1), draw.chance(0.1));
     let mut end = End::Answer;
     for _ in 0..12 {
         let until = shoot.time() + 4.0 * size * draw.unit();
@@ -155,6 +122,12 @@ fn run(mut shoot: Shoot<impl Model>, mut draw: Draw) -> End {
             break;
         }
         assert_sound(&shoot);
+        // Saved and read between two steps it goes on from the same bits.
+        if saved {
+            let read: State = checkpoint::from_bytes(&checkpoint::to_bytes(shoot.state()).unwrap()).unwrap();
+            assert!(read == *shoot.state());
+            shoot.restore(&read).unwrap();
+        }
         // The same call gives the same bits.
         if twice {
             let after = shoot.state().clone();
@@ -167,7 +140,6 @@ fn run(mut shoot: Shoot<impl Model>, mut draw: Draw) -> End {
 
 #[test]
 fn random_scenes() {
-    let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let (scenes, seed) = (number("MORPHOROD_SCENES", 2000), number("MORPHOROD_SEED", 1));
     let mut ends = std::collections::BTreeMap::new();
     let mut slowest = (0.0, 0);
