@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::cut::{cut_first, cut_into};
 use super::estimate::SAFETY;
 use super::{Adaptive, HistoryFunction, IntegrationError, Statistics, of_equilibria};
+use crate::equilibrium::EquilibriumError;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -18,6 +19,8 @@ const RESERVE: f64 = 2.0;
 const MOST_PARTS: usize = 4;
 /// So many elements are more than any shape needs that is smooth between its nodes.
 const MOST_ELEMENTS: usize = 100_000;
+/// Elements that turn by π on the way to a shape are halved up to this number: a load that folds shorter ones crushes the shoot.
+const MOST_TO_UNFOLD: usize = 1000;
 
 impl Adaptive {
     /// Finds the shape at rest on elements that are short enough, and gives the laws a history.
@@ -51,11 +54,18 @@ impl Adaptive {
         self.stepper.statistics = Statistics::default();
         let time = shoot.time();
         loop {
-            self.stepper.equilibrate(shoot, &mut self.solver, time)?;
+            match self.stepper.equilibrate(shoot, &mut self.solver, time) {
+                // The way to a shape may ask for shorter elements than the shape does.
+                Err(IntegrationError::Equilibrium { source: EquilibriumError::Folded { .. }, .. })
+                    if 2 * shoot.rod().elements() <= MOST_TO_UNFOLD =>
+                {
+                    halve(&mut shoot.state);
+                    continue;
+                }
+                found => found?,
+            };
             let coarse = shoot.state.clone();
-            for e in (0..coarse.rod.elements()).rev() {
-                cut_into(&mut shoot.state, e, 2);
-            }
+            halve(&mut shoot.state);
             self.stepper.equilibrate(shoot, &mut self.solver, time)?;
             let error = SAFETY * distance(&coarse.rod, &shoot.state.rod) / gain;
             // An error that halves bring down to the tolerance is met by them; one that is below it already has no need of them.
@@ -72,6 +82,13 @@ impl Adaptive {
             let share = tolerance * gain / (SAFETY * coarse.rod.elements() as f64);
             refine(shoot, &coarse, share, order);
         }
+    }
+}
+
+/// Cuts every element in two.
+fn halve(state: &mut State) {
+    for e in (0..state.rod.elements()).rev() {
+        cut_into(state, e, 2);
     }
 }
 
