@@ -152,7 +152,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let times: Vec<f64> = record.rows.iter().map(|row| row[0] / HOUR).collect();
     let tips: Vec<[f64; 3]> = record.rows.iter().map(|row| [row[2], row[3], row[4]]).collect();
     path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips)?;
-    let title = format!("A growing shoot, every {:.0} min", record.interval / MINUTE);
+    let title = format!("A growing shoot, every {} h", record.interval / HOUR);
     shapes_figure(out.join("shapes.svg"), &title, &record.shapes)?;
     println!("{} h of growth, to a length of {:.2} cm, in {wall:.3} s:", end / HOUR, 100.0 * shoot.rod().length());
     println!("  {} time steps, {} more in trial runs, {} equilibria,", cost.steps, cost.trial_steps, cost.equilibria);

@@ -204,7 +204,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         edge.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
         let area = if panel == 2 { "unstable: small tilts grow" } else { "" };
         series.push(Series::new(area, edge, Style::Area, 6));
-        series.push(Series::text("unstable", (1.85, 0.83), Style::Text, 6));
+        // Where there is room for it between the curves; the legend says it of the grey area, too.
+        if let Some(place) = [Some((2.6, 0.88)), None, Some((17.0, 0.95))][panel] {
+            series.push(Series::text("unstable", place, Style::Text, 6));
+        }
         series.push(Series::text("stable", (21.0, 0.42), Style::Text, 6));
         panels.push((name, series));
     }

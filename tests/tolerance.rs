@@ -410,3 +410,17 @@ fn a_load_that_is_exchanged() {
         assert!(error <= before + tolerance && after > 0.3 * error, "{tolerance:e}: {error:e}, {after:e}");
     }
 }
+
+#[test]
+fn elements_that_would_fold_are_halved() {
+    // P ℓ²/(E I) = 510, straight down on an upright shoot: it is bent over, and hangs beside its base.
+    let load = ApicalForce(|_t: f64| Vector3::new(0.0, 0.0, -0.1));
+    let make =
+        |elements| Shoot::builder(YOUNG).length(0.05).radius(5e-4).elements(elements).load(load).build().unwrap();
+    let (mut shoot, mut fine) = (make(8), make(64));
+    let cost = Adaptive::new(1e-6).advance(&mut shoot, 0.0).unwrap();
+    assert!(cost.error.is_some_and(|error| error <= 1e-6));
+    let _ = MethodOfSteps::new(1.0).advance(&mut fine, 0.0).unwrap();
+    // It falls to any side.
+    assert!((shoot.tip().z - fine.tip().z).abs() < 1e-6 * 0.05);
+}

@@ -5,8 +5,8 @@
 //! another resolution; a run time is the shortest of seven or more, each long enough to be measured.
 //!
 //! # What to see
-//! One figure a scene, with logarithmic axes: lower and further left is better. The slope of a series, which its entry in the legend
-//! gives, is minus its order over the power of its cost. The runs that were given a tolerance should lie next to the best of the
+//! One figure a scene, with logarithmic axes: lower and further left is better. The slope of a series is minus its order over the
+//! power of its cost, until something else than what is varied limits the error. The runs that were given a tolerance should lie next to the best of the
 //! others, though these had to be found by trying.
 //!
 //! # What to try

@@ -35,22 +35,6 @@ pub struct Scene {
     pub methods: Vec<Method>,
 }
 
-impl Method {
-    /// The slope of error over run time in the logarithms of both, by least squares, above rounding.
-    fn slope(&self) -> Option<f64> {
-        let points: Vec<(f64, f64)> = self
-            .points
-            .iter()
-            .filter(|point| point.error > ROUNDING)
-            .map(|point| (point.seconds.ln(), point.error.ln()))
-            .collect();
-        let n = points.len() as f64;
-        let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / n, y + point.1 / n));
-        let (xx, xy) = points.iter().fold((0.0, 0.0), |(a, b), p| (a + (p.0 - x).powi(2), b + (p.0 - x) * (p.1 - y)));
-        (points.len() >= 3 && xx > 0.0).then_some(xy / xx)
-    }
-}
-
 impl Scene {
     pub fn print(&self) {
         println!("{}: {}", self.name, self.what);
@@ -75,12 +59,12 @@ impl Scene {
             .enumerate()
             .map(|(colour, method)| {
                 let points = method.points.iter().map(|p| (1e3 * p.seconds, p.error.max(1e-17))).collect();
-                let slope = method.slope().map_or(String::new(), |slope| format!(", slope −{:.1}", -slope));
-                Series::new(format!("{}{slope}", method.name), points, Style::Marked, colour)
+                Series::new(method.name.clone(), points, Style::Marked, colour)
             })
             .collect();
         let file = out.join(format!("{}.svg", self.name.replace(' ', "_")));
-        lines_figure(file, self.what, "run time (ms)", "error, relative", &series, Axes::LogLog)?;
+        let title = capitalised(self.what);
+        lines_figure(file, &title, "run time (ms)", "true error, relative", &series, Axes::LogLog)?;
         Ok(())
     }
 

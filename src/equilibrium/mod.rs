@@ -90,7 +90,7 @@ pub enum EquilibriumError {
         force: f64,
     },
     /// On the way to an equilibrium an element would turn by π, where its rotation vector ends. Shorter elements are needed.
-    #[error("element {element} would turn by π; it needs to be shorter")]
+    #[error("element {element} would turn by π; it needs to be shorter: take more elements, or a smaller load")]
     Folded {
         /// The element, counted from the base.
         element: usize,

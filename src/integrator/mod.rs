@@ -192,9 +192,7 @@ pub enum IntegrationError {
         ratio: f64,
     },
     /// A tolerance was not met in the steps that are allowed.
-    #[error(
-        "the tolerance {tolerance:e} is not met: the error reached is {reached:.1e} of the length, after {steps} steps"
-    )]
+    #[error("the tolerance {tolerance:e} is not met: {}, after {steps} steps", reached_so_far(*reached))]
     ToleranceNotMet {
         /// The tolerance, relative to the length.
         tolerance: f64,
@@ -223,11 +221,19 @@ pub enum IntegrationError {
 
 fn step_too_long(step: f64, delay: f64) -> String {
     if delay == 0.0 {
-        return "the laws answer without delay, and this integrator reads only the past; take `Iterated`".to_owned();
+        return "the laws answer without delay, and this integrator reads only the past; take `Iterated` or `Adaptive`"
+            .to_owned();
     }
     format!(
         "a step of {step} s is longer than the shortest delay of the laws, {delay} s; take a shorter step, or `Iterated`"
     )
+}
+
+fn reached_so_far(error: f64) -> String {
+    if error.is_finite() {
+        return format!("the error reached is {error:.1e} of the length");
+    }
+    "there is no estimate of the error yet (advance in pieces, to an earlier time first)".to_owned()
 }
 
 impl IntegrationError {
@@ -310,7 +316,8 @@ pub trait Integrator {
     /// the shoot that is negative before and zero or positive from then on; it is asked after every step, and where its sign has
     /// changed in a step the time of that is found by taking shorter ones. It should be continuous there. **What begins and
     /// ceases to hold within one step is not seen:** ask for a sign that stays, as of a component that passes through zero, or
-    /// take steps that are short against what is looked for.
+    /// take steps that are short against what is looked for. An integrator by tolerance chooses its steps for all the time until
+    /// `latest` before it goes: a `latest` soon after the event costs least.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};

@@ -93,7 +93,8 @@ impl Cut {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a load",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
-    note = "loads implement `morphorod::load::Load`; tuples of up to six are loads, longer ones are nested: `((a, b), c)`"
+    note = "loads implement `morphorod::load::Load`; tuples of up to six are loads, longer ones are nested: `((a, b), c)`",
+    note = "a force (N) on the apex as a function of time (s) is `ApicalForce(|t: f64| ...)`"
 )]
 pub trait Load {
     /// The total force on the part beyond the cut, in the fixed frame, N, beside what acts [per length](Self::per_length).

@@ -44,8 +44,9 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// Linearises a shoot about its present state, which must be stationary. Growth is frozen: length, stiffness and
-    /// zone stay as they are. The shoot is not changed.
+    /// Linearises a shoot about its present state, which must be stationary. A shoot that was just built is, if it stands upright
+    /// and its laws keep it so; all others go through [`StationarySolver`](super::StationarySolver) first. Growth is frozen: length,
+    /// stiffness and zone stay as they are. The shoot is not changed.
     ///
     /// # Errors
     /// A state that is not stationary or mechanically unstable, laws that depend on time or steer nothing, or whose

@@ -36,7 +36,7 @@ pub struct Onset {
     /// By how much the mesh puts the parameter off, estimated; none if nobody has asked for it, see
     /// [`with_error`](Self::with_error) and [`Refinement`](super::Refinement).
     pub parameter_error: Option<f64>,
-    /// The same for the frequency, 1/s.
+    /// The same for the frequency, 1/s. That of the period is `period() * frequency_error / frequency`.
     pub frequency_error: Option<f64>,
     pub(super) crossing: Follower<1>,
 }

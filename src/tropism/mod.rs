@@ -152,6 +152,7 @@ impl Growing {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a tropism law",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
+    note = "a perception becomes a response in `DirectionalTropism {{ sensitivity, perception }}`",
     note = "a response becomes a law by its memory: `response.remembered(memory)`",
     note = "tuples of up to six laws are laws, longer ones are nested: `((a, b), c)`"
 )]

@@ -56,7 +56,12 @@ const TIGHTEST_EQUILIBRIUM: f64 = 1e-13;
 /// The largest distance, at any time of the call, between the centre line and that of the same shoot without any error of
 /// numerics, divided by the length. What a shoot holds when the call begins is taken as exact: a section is that which its
 /// elements hold, and elements are cut but never joined once a run has started. [`Statistics::error`] is the estimate, of this
-/// call and of those before it together; it includes a factor of two for safety.
+/// call and of those before it together; it includes a factor of two for safety. So the error of a run that calls `advance` every
+/// hour may come to more than the tolerance: one call of [`advance_showing`](Integrator::advance_showing) shows the hours on its way,
+/// and gives one estimate for all of them.
+///
+/// The estimate is of positions. That of an angle, or of a time that [`advance_until`](Integrator::advance_until) finds, is what
+/// changes in it when the run is made again with a tenth of the tolerance.
 ///
 /// [`advance`](Integrator::advance) holds its answer against the trial before it, and refines again if it has to. Calls
 /// that stop on the way, as [`step`](Integrator::step) and all that is made of it, look ahead first, to the time that they are given,

@@ -22,6 +22,8 @@ const MOST_PARTS: usize = 4;
 const MOST_TURN: f64 = 2.0;
 /// So many elements are more than any shape needs that is smooth between its nodes.
 const MOST_ELEMENTS: usize = 100_000;
+/// Elements that turn by π on the way to a shape are halved up to this number of all: a load that folds shorter ones crushes the shoot.
+const MOST_TO_UNFOLD: usize = 1000;
 
 impl Adaptive {
     /// Finds the shape at rest on elements that are short enough, and gives the laws a history.
@@ -60,9 +62,7 @@ impl Adaptive {
                 continue;
             }
             let coarse = shoot.state.clone();
-            for e in (0..coarse.rod.elements()).rev() {
-                cut_into(&mut shoot.state, e, 2);
-            }
+            halve(&mut shoot.state);
             if let Some(folded) = self.fold(shoot)? {
                 shoot.state.copy_from(&coarse);
                 cut_into(&mut shoot.state, folded / 2, 2);
@@ -87,6 +87,17 @@ impl Adaptive {
             refine(shoot, &coarse, share, order);
         }
     }
+
+    /// Finds the equilibrium, or an element that is too long for it.
+    fn fold(&mut self, shoot: &mut Shoot<impl Model>) -> Result<Option<usize>, IntegrationError> {
+        let (time, full) = (shoot.time(), shoot.rod().elements() >= MOST_TO_UNFOLD);
+        match self.stepper.equilibrate(shoot, &mut self.solver, time) {
+            Err(IntegrationError::Equilibrium { source: EquilibriumError::Folded { element }, .. }) if !full => {
+                Ok(Some(element))
+            }
+            found => found.map(|_| None),
+        }
+    }
 }
 
 /// Cuts elements that turn by much.
@@ -100,16 +111,10 @@ fn cut_turns(shoot: &mut Shoot<impl Model>) {
     }
 }
 
-impl Adaptive {
-    /// Finds the equilibrium, or an element that is too long for it.
-    fn fold(&mut self, shoot: &mut Shoot<impl Model>) -> Result<Option<usize>, IntegrationError> {
-        let (time, most) = (shoot.time(), shoot.rod().elements() >= MOST_ELEMENTS);
-        match self.stepper.equilibrate(shoot, &mut self.solver, time) {
-            Err(IntegrationError::Equilibrium { source: EquilibriumError::Folded { element }, .. }) if !most => {
-                Ok(Some(element))
-            }
-            found => found.map(|_| None),
-        }
+/// Cuts every element in two.
+fn halve(state: &mut State) {
+    for e in (0..state.rod.elements()).rev() {
+        cut_into(state, e, 2);
     }
 }
 
