@@ -424,3 +424,18 @@ fn elements_that_would_fold_are_halved() {
     // It falls to any side.
     assert!((shoot.tip().z - fine.tip().z).abs() < 1e-6 * 0.05);
 }
+
+#[test]
+fn elements_that_are_far_too_coarse_are_not_taken_for_steps_that_are() {
+    // Without proprioception the tip goes on to curl: the first three elements and five differ by more than 0.02 of the length.
+    let (gravitropism, _) = steering(SettledStatoliths);
+    let make = |elements: usize| {
+        let curls = (gravitropism, Proprioception { sensitivity: 0.0 }.remembered(shoots::MEMORY));
+        righting().tropism(curls).elements(elements).build().unwrap()
+    };
+    for (found, estimate) in errors(make, 24.0 * HOUR, 45.0, &[1e-3, 1e-5]) {
+        assert!(found <= 1.01 * estimate && estimate < 30.0 * found, "{found:e}, estimated {estimate:e}");
+    }
+    let cost = Adaptive::new(1e-4).advance(&mut make(3), 24.0 * HOUR).unwrap();
+    assert!(cost.steps + cost.trial_steps < 3000, "{cost:?}");
+}

@@ -174,14 +174,19 @@ impl Adaptive {
                 self.tracks.swap(0, 1);
                 return Ok((Plan { longest_element: compared, ..plan }, found));
             }
-            if !ladder.falls() || difference > ASYMPTOTIC {
+            if !ladder.falls() {
                 return Ok((plan, f64::INFINITY));
+            }
+            compared = plan.longest_element;
+            if difference > ASYMPTOTIC {
+                // Far off, but for all that is known it is the elements' doing.
+                finer = MOST_FINER;
+                continue;
             }
             found = space;
             if found <= enough {
                 return Ok((plan, found));
             }
-            compared = plan.longest_element;
             finer = (found / enough).powf(1.0 / ladder.order()).clamp(1.0 / CUT, MOST_FINER);
         }
         let reached = self.tracks[0].distance(&self.tracks[1]);
