@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 use common::{DENSITY, GRAVITY, Hanging, Known, RADIUS, bending_stiffness, cases, density_for, sag, young_tissue};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{Branch, EquilibriumSolver, GREENHILL, Inertia, NewtonSolver};
+use morphorod::integrator::{Adaptive, Integrator};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
@@ -186,5 +187,57 @@ fn a_shoot_that_hangs_straight_down_is_stable_at_any_weight() {
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "load {load}");
         // Straight to the rounding of π, which leaves the base 1.2e-16 rad off.
         assert!((rod.tip() + Vector3::z() * 0.1).norm() < 4.0 * f64::EPSILON * 0.1, "load {load}");
+    }
+}
+
+/// The default shoot, upright, so many times as long as it can stand, as a tolerance asks for it: the distance of its tip from where an
+/// independent integration says, relative to the length, the estimate of that, and elements.
+fn by_tolerance(order: Order, ratio: f64, tolerance: f64) -> (f64, f64, usize) {
+    let length = ratio * Shoot::default().greenhill_length();
+    let mut shoot = morphorod::Shoot::builder(young_tissue())
+        .length(length)
+        .radius(RADIUS)
+        .order(order)
+        .load(Weight { density: DENSITY })
+        .build()
+        .expect("a shoot");
+    let found = Adaptive::new(tolerance).advance(&mut shoot, 0.0).expect("it is at rest");
+    // Upright, or fallen in the plane of d1, to either side.
+    let known = if ratio < 1.0 { [0.0, length] } else { hanging_tip(length, 0.0).value };
+    let off = [shoot.tip().x.abs() - known[0].abs(), shoot.tip().y, shoot.tip().z - known[1]];
+    (Vector3::from(off).norm() / length, found.error.expect("an estimate"), shoot.rod().elements())
+}
+
+#[test]
+fn beyond_the_critical_length_a_tolerance_is_kept_without_leaving_the_plane() {
+    for (order, most) in [(Order::Four, 100), (Order::Eight, 12)] {
+        for over in [3e-2, 1e-2, 3e-3, 1e-3] {
+            for tolerance in [1e-3, 1e-4, 1e-5] {
+                let (error, estimate, elements) = by_tolerance(order, 1.0 + over, tolerance);
+                assert!(error <= estimate && estimate <= tolerance, "{order:?}, {over:e}: {error:e}, {estimate:e}");
+                // A turn about the vertical would look like an error, and ask for hundreds.
+                assert!(elements <= most, "{order:?}, {over:e}, {tolerance:e}: {elements} elements");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mesh_that_keeps_a_shoot_upright_that_buckles_is_not_believed() {
+    // Three elements of order two stand up to 1.4 percent beyond the critical length, where the shoot hangs by 40 percent of its length to
+    // the side; those of higher order stand, too, only not so far.
+    for order in Order::ALL {
+        for over in [1e-2, 3e-3, 1e-3, 1e-4, 1e-5] {
+            let (error, estimate, _) = by_tolerance(order, 1.0 + over, 1e-3);
+            assert!(error <= estimate && estimate <= 1e-3, "{order:?}, {over:e}: {error:e}, {estimate:e}");
+        }
+        // What stands is found so, to rounding.
+        for below in [1e-2, 1e-3, 1e-5] {
+            let (error, estimate, elements) = by_tolerance(order, 1.0 - below, 1e-3);
+            assert!(
+                error < 4000.0 * f64::EPSILON && estimate <= 1e-3 && elements <= 200,
+                "{order:?}, {below:e}: {error:e}, {elements}"
+            );
+        }
     }
 }

@@ -439,3 +439,33 @@ fn elements_that_are_far_too_coarse_are_not_taken_for_steps_that_are() {
     let cost = Adaptive::new(1e-4).advance(&mut make(3), 24.0 * HOUR).unwrap();
     assert!(cost.steps + cost.trial_steps < 3000, "{cost:?}");
 }
+
+#[test]
+fn what_merging_moves_inside_an_element_is_below_the_tolerance() {
+    // A shoot that leans and leaves a smooth bend behind its zone: elements that are merged move the line between their ends.
+    let make = |elements: usize| {
+        Shoot::builder(YOUNG)
+            .length(0.04)
+            .radius(RADIUS)
+            .elements(elements)
+            .merge_tolerance(1e-9)
+            .growth(UniformGrowth { zone_length: 0.03, time: 20.0 * HOUR })
+            .tropism(steering(SettledStatoliths))
+            .load(WEIGHT)
+            .scene(Still::tilted(0.7))
+            .build()
+            .unwrap()
+    };
+    let end = 6.0 * HOUR;
+    let mut fine = MethodOfSteps::new(30.0);
+    fine.solver.tolerance = 1e-12;
+    let exact = path(make(14), &mut fine, end).unwrap();
+    for tolerance in [1e-4, 3e-5, 1e-5, 3e-6] {
+        let mut integrator = Adaptive::new(tolerance);
+        // It takes some hundred, trials included.
+        integrator.max_steps = 5000;
+        let found = path(make(8), &mut integrator, end).unwrap();
+        let error = distance(&found, &exact);
+        assert!(error < tolerance, "{tolerance:e}: {error:e}");
+    }
+}

@@ -23,7 +23,7 @@ const SAFE_LOAD: f64 = 2.0;
 const SAFE: f64 = 10.0;
 /// Steps shorter than this leave nothing but rounding behind, rad: Newton's method squares them.
 const NEAR_TURN: f64 = 1e-8;
-/// A shifted step shorter than this finds next to no gradient, rad: the frames are at a saddle.
+/// A shifted step shorter than this, and hardly shorter than the one before, finds next to no gradient, rad: the frames are at a saddle.
 const SADDLE_TURN: f64 = 1e-3 * SMALL_TURN;
 /// A saddle is left at most this often: thrice in bending about d2, about d1, and in twist.
 const SADDLES: usize = 9;
@@ -61,8 +61,10 @@ pub(super) struct Search<'a, C, const P: usize> {
     stagnates: bool,
     /// How often a saddle was left.
     saddles: usize,
-    /// Where the tip was when the tangent was not positive definite for the first time, m.
-    lost: Option<Vector3<f64>>,
+    /// Where the tip was when the tangent was not positive definite for the first time (m), and the largest number of negative pivots.
+    lost: Option<(Vector3<f64>, usize)>,
+    /// The longest step since, rad.
+    longest_turn: f64,
     /// The answer as far as it is known: counts, and energy and inertia of the last assembly.
     found: Equilibrium,
 }
@@ -90,6 +92,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             stagnates: false,
             saddles: 0,
             lost: None,
+            longest_turn: 0.0,
             found: Equilibrium::default(),
         }
     }
@@ -129,7 +132,15 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     }
 
     fn finish(&self, rod: &Rod) -> Equilibrium {
-        Equilibrium { jump: self.lost.map(|tip| (rod.tip() - tip).norm()), ..self.found }
+        let lost = self.lost.filter(|(_, negative)| !self.is_turned_at_no_cost(*negative));
+        Equilibrium { jump: lost.map(|(tip, _)| (rod.tip() - tip).norm()), ..self.found }
+    }
+
+    /// Whether the answer has neutral directions for all `negative` pivots that were met, next to where these were met. A shoot that is
+    /// buckled on an upright base turns about the vertical at no cost; on the way to its equilibrium, where couples are not
+    /// balanced yet, the energy falls or rises a little in that direction, and nothing has lost its stability.
+    fn is_turned_at_no_cost(&self, negative: usize) -> bool {
+        negative <= self.found.inertia.neutral && self.longest_turn < LARGEST_TURN
     }
 
     fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {
@@ -145,9 +156,12 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     /// stable.
     fn find_tangent(&mut self, rod: &Rod) -> Result<(), EquilibriumError> {
         self.shift = 0.0;
+        let mut negative = None;
         loop {
             (self.found.energy, self.found.inertia) = self.assemble(rod)?;
             self.found.factorisations += 1;
+            // Without a shift.
+            negative.get_or_insert(self.found.inertia.negative);
             if !self.stable || self.found.inertia.negative == 0 {
                 break;
             }
@@ -165,7 +179,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
         if self.shift > 0.0 {
             self.last_shift = self.shift;
-            self.lost.get_or_insert_with(|| rod.tip());
+            let (_, most) = self.lost.get_or_insert_with(|| (rod.tip(), 0));
+            *most = negative.unwrap_or(0).max(*most);
         }
         Ok(())
     }
@@ -174,7 +189,10 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     fn find_step(&mut self) -> Result<(), EquilibriumError> {
         self.system.solve::<P>();
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
-        self.stagnates = self.turn > 0.5 * last;
+        self.stagnates = !(self.turn < 0.5 * last);
+        if self.lost.is_some() {
+            self.longest_turn = self.longest_turn.max(self.turn);
+        }
         if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
     }
 
@@ -200,9 +218,10 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         false
     }
 
-    /// Whether there is next to no gradient, yet no minimum.
+    /// Whether there is next to no gradient, yet no minimum. While steps become much shorter it may be the gradient that is left
+    /// which makes a neutral direction look like one in which the energy falls.
     fn is_at_saddle(&self) -> bool {
-        self.stable && self.shift > 0.0 && self.turn < SADDLE_TURN
+        self.stable && self.shift > 0.0 && self.turn < SADDLE_TURN && self.stagnates
     }
 
     /// Bends the rod a little in the direction in which the energy falls most, of those that turn about one axis, another one each time.
@@ -215,6 +234,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         self.saddles += 1;
         self.system.start.keep(rod);
         self.system.soften::<P>(rod, &axis, PASSES);
+        self.longest_turn = self.longest_turn.max(PUSH);
         self.system.advance::<P>(rod, PUSH / self.system.largest_turn());
         Ok(())
     }

@@ -12,9 +12,9 @@ use crate::state::{Plan, State};
 /// The elements of the second trial are shorter than those of the first by this: a little less than [`FIRST_LENGTH`], so that every
 /// element is cut of a run that has started already.
 const CUT: f64 = 0.7;
-/// The angles that merging of mature elements may change, over the error of the shape: they vanish on average, so that the tip moves by
-/// far less.
-const MERGING: f64 = 10.0;
+/// The angles that merging of mature elements may change, over the error of the shape. Inside an element it may be twenty times as much;
+/// that vanishes on average and moves the line between its ends by a tenth of the element at most, not what is beyond.
+const MERGING: f64 = 1.0;
 /// Elements are not made shorter by more than this before they are looked at again: so long an order holds.
 const MOST_FINER: f64 = 2.0;
 /// Runs whose elements are longer by less than this are as good as alike, and say nothing of the elements.

@@ -15,6 +15,10 @@ use crate::state::State;
 /// Positions are of order 2 p in the length of elements that are short enough. Two orders less are counted on:
 /// elements that are just short enough do not show them all.
 const RESERVE: f64 = 2.0;
+/// An upright shoot under its weight falls by 1.7 times the root of the resistance that it lacks, relative to its length.
+const FALL: f64 = 2.0;
+/// Resistance below this is rounding: what a shoot has that turns at no cost.
+const ROUNDING: f64 = 1e-9;
 /// An element is cut into so many parts at most before it is looked at again.
 const MOST_PARTS: usize = 4;
 /// An element of the first mesh turns by no more than this under its intrinsic strain, rad: it must stay below π, and what the load
@@ -61,7 +65,7 @@ impl Adaptive {
                 cut_into(&mut shoot.state, folded, 2);
                 continue;
             }
-            let coarse = shoot.state.clone();
+            let (coarse, before) = (shoot.state.clone(), self.solver.resistance());
             halve(&mut shoot.state);
             if let Some(folded) = self.fold(shoot)? {
                 shoot.state.copy_from(&coarse);
@@ -71,12 +75,16 @@ impl Adaptive {
             let difference = distance(&coarse.rod, &shoot.state.rod);
             // Shapes that differ by much are not near enough to show their order.
             let gain = gain.min(difference.sqrt().recip());
-            let error = SAFETY * difference / gain;
+            let change = SAFETY * difference;
+            let resistance = self.solver.resistance();
+            let weakened = SAFETY * (before - resistance).abs();
             // An error that halves bring down to the tolerance is met by them; one that is below it already has no need of them.
-            if SAFETY * error * gain <= tolerance {
+            let error = change + fall(before, weakened);
+            if SAFETY * error <= tolerance {
                 shoot.state.copy_from(&coarse);
-                return Ok(Statistics { error: Some(error * gain), ..self.stepper.statistics });
+                return Ok(Statistics { error: Some(error), ..self.stepper.statistics });
             }
+            let error = change / gain + fall(resistance, weakened / gain);
             if error <= tolerance {
                 return Ok(Statistics { error: Some(error), ..self.stepper.statistics });
             }
@@ -116,6 +124,13 @@ fn halve(state: &mut State) {
     for e in (0..state.rod.elements()).rev() {
         cut_into(state, e, 2);
     }
+}
+
+/// How far a shoot may have to fall yet, relative to its length, whose `resistance` (relative to that without load) is off by up to an
+/// `error`: a coarse mesh keeps a shoot upright that has buckled, and so do its halves.
+fn fall(resistance: f64, error: f64) -> f64 {
+    let lacking = error - resistance;
+    if lacking > ROUNDING { FALL * lacking.sqrt() } else { 0.0 }
 }
 
 /// Goes back to the elements of `coarse`, and cuts those whose halves turn what is beyond them by more than their `share`, rad.
