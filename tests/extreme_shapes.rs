@@ -3,7 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use morphorod::constitutive::LinearElastic;
+use morphorod::constitutive::{Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
@@ -76,6 +76,35 @@ fn a_coil_of_a_hundred_turns() {
             // The base leans by a quarter turn about e2: d3 = e1 and d1 = −e3.
             let tip = Vector3::new(helix.z, helix.y, -helix.x);
             assert!((reference - tip).norm() < 1e-8, "{reference:?} {tip:?}");
+        }
+    }
+}
+
+/// Stiffness that jumps at a place (in parts of the length) where no builder was told of it; against elements that end there.
+#[test]
+fn a_jump_of_stiffness_inside_an_element() {
+    for (place, factor) in [(0.37, 3.0), (0.123, 5.0), (0.5, 0.2), (0.71, 1e3)] {
+        let make = |nodes: Option<Vec<f64>>| {
+            let (length, law) = (0.06, LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 });
+            let beyond = length * (1.0 - place);
+            let factor = move |tissue: &Tissue| if tissue.initial_apex_distance < beyond { factor } else { 1.0 };
+            let builder = Shoot::builder(Graded { law, factor }).radius(5e-4).load(Weight { density: 1000.0 });
+            let builder = builder.scene(Still::tilted(FRAC_PI_2));
+            match nodes {
+                Some(nodes) => builder.length(length).nodes(&nodes).build().unwrap(),
+                None => builder.length(length).elements(8).build().unwrap(),
+            }
+        };
+        let ends = |a: f64, b: f64| (0..32).map(move |k| 0.06 * (a + (b - a) * f64::from(k) / 32.0));
+        let nodes = ends(0.0, place).chain(ends(place, 1.0)).chain([0.06]).collect();
+        let reference = on_equal_elements(make(Some(nodes)));
+        for tolerance in [1e-4, 1e-6, 1e-9] {
+            let mut shoot = make(None);
+            let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
+            let (error, estimate) = ((shoot.tip() - reference).norm() / 0.06, found.error.unwrap());
+            assert!(error < tolerance && error < 10.0 * estimate, "{place}: {error:e}, estimated {estimate:e}");
+            // Each factor of four takes three more on either side, and all are halved.
+            assert!(shoot.rod().elements() < 300, "{} elements", shoot.rod().elements());
         }
     }
 }

@@ -3,6 +3,7 @@
 mod cut;
 mod estimate;
 mod explore;
+mod jumps;
 mod rest;
 mod track;
 

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::cut::{cut_first, cut_into};
 use super::estimate::SAFETY;
+use super::jumps::hidden_turns;
 use super::{Adaptive, HistoryFunction, IntegrationError, Statistics, of_equilibria};
 use crate::equilibrium::EquilibriumError;
 use crate::model::Model;
@@ -78,21 +79,31 @@ impl Adaptive {
             let change = SAFETY * difference;
             let resistance = self.solver.resistance();
             let weakened = SAFETY * (before - resistance).abs();
+            let hidden = hidden_turns(&coarse.rod, shoot);
+            let unseen = SAFETY * hidden.iter().sum::<f64>();
             // An error that halves bring down to the tolerance is met by them; one that is below it already has no need of them.
-            let error = change + fall(before, weakened);
+            let error = change + unseen + fall(before, weakened);
             if SAFETY * error <= tolerance {
                 shoot.state.copy_from(&coarse);
                 return Ok(Statistics { error: Some(error), ..self.stepper.statistics });
             }
-            let error = change / gain + fall(resistance, weakened / gain);
+            let error = change / gain + unseen + fall(resistance, weakened / gain);
             if error <= tolerance {
                 return Ok(Statistics { error: Some(error), ..self.stepper.statistics });
             }
             if 2 * shoot.rod().elements() > MOST_ELEMENTS {
                 return Err(IntegrationError::ToleranceNotMet { tolerance, reached: error, steps: 0 });
             }
-            let share = tolerance * gain / (SAFETY * coarse.rod.elements() as f64);
-            refine(shoot, &coarse, share, order);
+            let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
+            if hidden.iter().any(|turn| *turn > share) {
+                // What they hide moves all others.
+                shoot.state.copy_from(&coarse);
+                for e in (0..hidden.len()).rev().filter(|e| hidden[*e] > share) {
+                    cut_into(&mut shoot.state, e, MOST_PARTS);
+                }
+            } else {
+                refine(shoot, &coarse, gain * share, order);
+            }
         }
     }
 

@@ -1,0 +1,58 @@
+//! Stiffness that jumps inside an element, or all but jumps.
+//!
+//! A jump is as good as at the border between two material points, and the halves of an element may have a border at the same place: then
+//! two meshes agree on a shape that is off.
+
+use nalgebra::Vector3;
+
+use crate::integrator::mesh::compliance;
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+
+/// A compliance is smooth if the polynomial through its values at the points of an element keeps to it up to this share.
+const SMOOTH: f64 = 0.1;
+
+/// By how much each element of `coarse` may turn otherwise than it seems, rad, because its compliance is not smooth; zero if it is. The
+/// shoot has the halves of these elements.
+pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> {
+    let (compliance, fine) = (compliance(shoot.model.constitutive(), shoot.time()), shoot.rod());
+    let (p, reference) = (coarse.reference().p, coarse.reference());
+    let values = |rod: &Rod| -> Vec<f64> { rod.points().iter().map(&compliance).collect() };
+    let (before, after) = (values(coarse), values(fine));
+    // By what share of it the compliance of a point of the halves is not that of a polynomial through others, at coordinate x.
+    let departure = |i: usize, others: &[f64], x: f64| {
+        let expected: f64 = others.iter().zip(reference.at_points(x)).map(|(value, w)| value * w).sum();
+        (1.0 - expected / after[i]).abs()
+    };
+    let elastic = |i: usize| -> Vector3<f64> { fine.strain_at_point(i / p, i % p) - fine.points()[i].intrinsic };
+    let within = |e: usize| {
+        let own = &before[e * p..(e + 1) * p];
+        let (mut turn, mut rough) = (0.0, false);
+        for k in 0..2 * p {
+            let (i, g) = (2 * e * p + k, k % p);
+            let share = departure(i, own, 0.5 * ((k / p) as f64 + reference.points[g]));
+            rough |= !(share <= SMOOTH);
+            turn += reference.weights[g] * fine.points()[i].jacobian * elastic(i).norm() * share;
+        }
+        if rough { turn } else { 0.0 }
+    };
+    let mut hidden: Vec<f64> = (0..coarse.elements()).map(within).collect();
+    // From the last point of an element to the first of the next.
+    for e in 1..coarse.elements() {
+        let (last, first) = (2 * e * p - 1, 2 * e * p);
+        let gaps = [last, first].map(|i| reference.points[0] * fine.points()[i].jacobian);
+        // By the polynomial of the longer one.
+        let share = if gaps[0] > gaps[1] {
+            departure(first, &after[first - p..first], 1.0 + reference.points[0] * gaps[1] / gaps[0])
+        } else {
+            departure(last, &after[first..first + p], -reference.points[0] * gaps[0] / gaps[1])
+        };
+        if !(share <= SMOOTH || coarse.kept[e]) {
+            let turn = (gaps[0] + gaps[1]) * elastic(last).norm().max(elastic(first).norm()) * share;
+            hidden[e - 1] += turn;
+            hidden[e] += turn;
+        }
+    }
+    hidden
+}
