@@ -36,7 +36,7 @@ pub struct Onset {
     /// By how much the mesh puts the parameter off, estimated; none if nobody has asked for it, see
     /// [`with_error`](Self::with_error) and [`Refinement`](super::Refinement).
     pub parameter_error: Option<f64>,
-    /// The same for the frequency, 1/s. That of the period is `period() * frequency_error / frequency`.
+    /// The same for the frequency, 1/s.
     pub frequency_error: Option<f64>,
     pub(super) crossing: Follower<1>,
 }
@@ -46,6 +46,13 @@ impl Onset {
     #[must_use]
     pub fn period(&self) -> f64 {
         std::f64::consts::TAU / self.frequency
+    }
+
+    /// By how much the mesh puts the period off, estimated, s; none if nobody has asked for it, or for a crossing at λ = 0.
+    #[must_use]
+    pub fn period_error(&self) -> Option<f64> {
+        let oscillates = self.frequency > 0.0;
+        self.frequency_error.filter(|_| oscillates).map(|error| self.period() * error / self.frequency)
     }
 
     pub(super) fn of(crossing: &Follower<1>, linearisations: usize) -> Self {
