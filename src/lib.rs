@@ -71,6 +71,7 @@
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
+//! | [`orbit`] | the reading of a tip's path: periods, ellipses, senses, the pattern's name |
 //! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
 //!
 //! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
@@ -102,6 +103,7 @@ pub mod guide;
 pub mod integrator;
 pub mod load;
 mod model;
+pub mod orbit;
 mod pointers;
 mod profile;
 pub mod quadrature;

@@ -11,7 +11,7 @@ const LAYERS: [&[&str]; 9] = [
     &["reference_element", "scene", "section"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
-    &["equilibrium", "profile", "sensing"],
+    &["equilibrium", "orbit", "profile", "sensing"],
     &["model", "state"],
     &["checkpoint", "shoot"],
     &["integrator", "stability"],

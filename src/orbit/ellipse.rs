@@ -1,0 +1,62 @@
+//! The ellipse that a point goes round in one period.
+
+use nalgebra::{Matrix2, Vector2};
+
+use crate::tropism::Handedness;
+
+/// The ellipse a cos ωt + b sin ωt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Ellipse {
+    /// The semi-major axis: the amplitude, m.
+    pub major: f64,
+    /// The semi-minor axis, m.
+    pub minor: f64,
+    /// The direction of the major axis, from the first coordinate towards the second, from −π/2 to π/2, rad.
+    pub direction: f64,
+    /// The sense in which it is gone round; it means little where the minor axis is small.
+    pub sense: Handedness,
+    /// Radii of the two circles that it is made of, gone round counterclockwise and clockwise, m.
+    pub circles: [f64; 2],
+}
+
+impl Ellipse {
+    /// The ellipse of a cosine and a sine.
+    #[must_use]
+    pub fn of(cosine: &Vector2<f64>, sine: &Vector2<f64>) -> Self {
+        let matrix = Matrix2::from_columns(&[*cosine, *sine]);
+        let (trace, determinant) = (matrix.norm_squared(), matrix.determinant());
+        // major² + minor² and major · minor: their sum and difference squared have no cancellation.
+        let sum = (trace + 2.0 * determinant.abs()).sqrt();
+        let difference = (trace - 2.0 * determinant.abs()).max(0.0).sqrt();
+        let outer = matrix * matrix.transpose();
+        let direction = 0.5 * (2.0 * outer[(0, 1)]).atan2(outer[(0, 0)] - outer[(1, 1)]);
+        let sense = if determinant >= 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
+        let circles = match sense {
+            Handedness::Counterclockwise => [0.5 * sum, 0.5 * difference],
+            Handedness::Clockwise => [0.5 * difference, 0.5 * sum],
+        };
+        let major = 0.5 * (sum + difference);
+        // Of a thin ellipse the difference of both radii has no digits.
+        let minor = if major > 0.0 { determinant.abs() / major } else { 0.0 };
+        Self { major, minor, direction, sense, circles }
+    }
+
+    /// The semi-minor axis over the semi-major one: 1 of a circle, 0 of a line.
+    #[must_use]
+    pub fn roundness(&self) -> f64 {
+        if self.major > 0.0 { self.minor / self.major } else { 0.0 }
+    }
+
+    /// √(1 − minor²/major²): 0 of a circle, 1 of a line.
+    #[must_use]
+    pub fn eccentricity(&self) -> f64 {
+        (1.0 - self.roundness().powi(2)).max(0.0).sqrt()
+    }
+
+    /// The squared radii of both circles, added up, m²: the mean square of the distance from the centre.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        self.circles[0].powi(2) + self.circles[1].powi(2)
+    }
+}
