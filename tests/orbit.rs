@@ -13,7 +13,7 @@ use morphorod::load::Whirl;
 use morphorod::orbit::{OrbitError, Oscillation, Path, Pattern, PlanePath, Search};
 use morphorod::tropism::Handedness;
 use nalgebra::{Rotation2, Vector2, Vector3};
-use shoots::{HOUR, MINUTE, WEIGHT, reduced};
+use shoots::{HOUR, MINUTE, WEIGHT, growing, reduced};
 
 /// An ellipse gone round in a period.
 #[derive(Debug, Clone, Copy)]
@@ -188,6 +188,30 @@ fn the_circular_orbit_is_read_to_its_known_digits() {
     assert!((first.period / (87.6383587116423 * MINUTE) - 1.0).abs() < 1e-6, "{first:?}");
     assert!((first.ellipse.major / 14.6226216e-3 - 1.0).abs() < 1e-5, "{first:?}");
     assert!(matches!(found.pattern(), Pattern::Circular { roundness } if roundness > 0.9999), "{found:?}");
+}
+
+/// The growing shoot: at first it follows its oscillator of 24 min, later swings of its own.
+#[test]
+fn the_share_of_the_oscillator_falls_as_the_shoot_grows() {
+    let mut shoot = growing().load(WEIGHT).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    let (mut times, mut tips) = (Vec::new(), Vec::new());
+    for k in 0..=1280 {
+        let t = 90.0 * f64::from(k);
+        run.advance(&mut shoot, t).unwrap();
+        times.push(t);
+        tips.push(shoot.tip());
+    }
+    let path = Path::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+    let share = |hours: f64| {
+        let window = path.between((hours - 2.0) * HOUR, (hours + 2.0) * HOUR);
+        window.share(24.0 * MINUTE, &Search::default()).unwrap()
+    };
+    let shares = [4.0, 9.0, 10.5, 20.0, 25.0, 30.0].map(share);
+    println!("{shares:.3?}");
+    // One half is passed between 9 and 10.5 h.
+    assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
+    assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
 }
 
 #[test]
