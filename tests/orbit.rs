@@ -11,9 +11,9 @@ use draw::{Draw, number};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Whirl;
 use morphorod::orbit::{OrbitError, Oscillation, Path, Pattern, PlanePath, Search};
-use morphorod::tropism::Handedness;
+use morphorod::tropism::{Handedness, Oscillator};
 use nalgebra::{Rotation2, Vector2, Vector3};
-use shoots::{HOUR, MINUTE, WEIGHT, growing, reduced};
+use shoots::{HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
 
 /// An ellipse gone round in a period.
 #[derive(Debug, Clone, Copy)]
@@ -212,6 +212,42 @@ fn the_share_of_the_oscillator_falls_as_the_shoot_grows() {
     // One half is passed between 9 and 10.5 h.
     assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
+}
+
+/// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit, and an oscillator of 20 min in the same sense or the other.
+#[test]
+fn the_trochoids_of_figure_6() {
+    let read = |sense: Handedness| {
+        let (gravitropism, proprioception) = steering(STATOLITHS);
+        let oscillator = Oscillator { handedness: sense, ..Oscillator::new(0.3, 20.0 * MINUTE) };
+        let whirl = Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 };
+        let laws = (oscillator, gravitropism, proprioception);
+        let builder = reduced(0.06565, 20.0 * HOUR).elements(4).tropism(laws).load((WEIGHT, whirl));
+        let mut shoot = builder.build().unwrap();
+        let mut run = MethodOfSteps::new(60.0);
+        run.advance(&mut shoot, 20.0 * HOUR).unwrap();
+        let (mut times, mut tips) = (Vec::new(), Vec::new());
+        for k in 0..600 {
+            let t = 20.0 * HOUR + 120.0 * f64::from(k);
+            run.advance(&mut shoot, t).unwrap();
+            times.push(t);
+            tips.push(shoot.tip());
+        }
+        let path = Path::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+        path.oscillations(&Search::default()).unwrap()
+    };
+    for sense in [Handedness::Counterclockwise, Handedness::Clockwise] {
+        let found = read(sense);
+        let [slow, fast] = [found.oscillations[0], found.oscillations[1]];
+        assert!((fast.period / (20.0 * MINUTE) - 1.0).abs() < 1e-3 && fast.ellipse.sense == sense, "{found:?}");
+        assert_eq!(slow.ellipse.sense, Handedness::Counterclockwise);
+        let turns = slow.period / fast.period;
+        match (sense, found.pattern()) {
+            (Handedness::Counterclockwise, Pattern::Epitrochoid { loops, .. }) => assert_eq!(loops, turns - 1.0),
+            (Handedness::Clockwise, Pattern::Hypotrochoid { loops, .. }) => assert_eq!(loops, turns + 1.0),
+            other => panic!("{other:?}"),
+        }
+    }
 }
 
 #[test]
