@@ -10,9 +10,10 @@ use std::f64::consts::TAU;
 use draw::{Draw, number};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Whirl;
-use morphorod::orbit::{OrbitError, Oscillation, Path, Pattern, PlanePath, Search};
-use morphorod::tropism::{Handedness, Oscillator};
-use nalgebra::{Rotation2, Vector2, Vector3};
+use morphorod::orbit::{Ellipse, OrbitError, Oscillation, Path, Pattern, PlanePath, Search};
+use morphorod::stability::Linearisation;
+use morphorod::tropism::{Handedness, Oscillator, SettledStatoliths};
+use nalgebra::{Complex, Rotation2, Vector2, Vector3};
 use shoots::{HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
 
 /// An ellipse gone round in a period.
@@ -212,6 +213,44 @@ fn the_share_of_the_oscillator_falls_as_the_shoot_grows() {
     // One half is passed between 9 and 10.5 h.
     assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
+}
+
+/// Below onset a shoot with an oscillator goes round at its period, as far as the linear response of the shoot without it says.
+#[test]
+fn below_onset_the_oscillator_is_answered_linearly() {
+    let (length, alpha, period) = (0.06, 0.01, 24.0 * MINUTE);
+    let build = || reduced(length, 20.0 * HOUR).elements(4);
+    let (gravitropism, proprioception) = steering(SettledStatoliths);
+    let oscillating = (Oscillator::new(alpha, period), gravitropism, proprioception);
+    let mut shoot = build().tropism(oscillating).build().unwrap();
+    let mut run = MethodOfSteps::new(60.0);
+    run.advance(&mut shoot, 60.0 * HOUR).unwrap();
+    let (mut times, mut tips) = (Vec::new(), Vec::new());
+    for k in 0..240 {
+        let t = 60.0 * HOUR + 60.0 * f64::from(k);
+        run.advance(&mut shoot, t).unwrap();
+        times.push(t);
+        tips.push(shoot.tip());
+    }
+    let path = Path::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+    let found = path.oscillations(&Search::default()).unwrap().oscillations[0];
+    assert!((found.period / period - 1.0).abs() < 1e-4, "{found:?}");
+    let size = Complex::from(alpha / shoots::RADIUS);
+    let gradient = Vector3::new(size, Complex::new(0.0, -size.re), Complex::ZERO);
+    let linear = Linearisation::about(&build().build().unwrap()).unwrap();
+    let answer = linear.response(TAU / period, &gradient).unwrap();
+    let apex = answer.displacement.last().unwrap();
+    // Re[d exp(iωt)] with the two coordinates as those of a circle.
+    let expected = Ellipse::of(&apex.xy().map(|z| z.re), &apex.xy().map(|z| -z.im));
+    assert!((found.ellipse.major / expected.major - 1.0).abs() < 1e-3, "{found:?} {expected:?}");
+    assert_eq!(found.ellipse.sense, expected.sense);
+    assert!(expected.roundness() > 1.0 - 1e-6 && expected.major > 1e-5, "{expected:?}");
+    // What makes no sense.
+    for omega in [0.0, -1.0, f64::NAN] {
+        assert!(linear.response(omega, &gradient).is_err());
+    }
+    let twist = Vector3::new(Complex::ZERO, Complex::ZERO, size);
+    assert!(linear.response(TAU / period, &twist).unwrap_err().to_string().contains("gradient"));
 }
 
 /// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit, and an oscillator of 20 min in the same sense or the other.
