@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use draw::{Draw, number};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::load::Whirl;
+use morphorod::load::{Pulse, Whirl};
 use morphorod::orbit::{Ellipse, OrbitError, Oscillation, Path, Pattern, PlanePath, Search};
 use morphorod::stability::Linearisation;
 use morphorod::tropism::{Handedness, Oscillator, SettledStatoliths};
@@ -213,6 +213,38 @@ fn the_share_of_the_oscillator_falls_as_the_shoot_grows() {
     // One half is passed between 9 and 10.5 h.
     assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
+}
+
+/// "Video 4": a kick along (2, 1, 0), and one across it after 30 h; the shoot swings in a plane, then comes to go round.
+#[test]
+fn two_kicks_make_a_pendulum_and_then_a_circle() {
+    let kick = |direction: Vector3<f64>, start: f64| Pulse { peak: direction * 1e-5, start, duration: 12.0 * MINUTE };
+    let kicks = (kick(Vector3::new(2.0, 1.0, 0.0), 0.0), kick(Vector3::new(1.0, -2.0, 0.0), 1800.0 * MINUTE));
+    let builder = reduced(0.0659, 20.0 * HOUR).elements(4).tropism(steering(STATOLITHS)).load((WEIGHT, kicks));
+    let mut shoot = builder.build().unwrap();
+    let mut run = MethodOfSteps::new(120.0);
+    let mut follow = |from: f64, to: f64| {
+        run.advance(&mut shoot, from * HOUR).unwrap();
+        let (mut times, mut tips) = (Vec::new(), Vec::new());
+        for k in 0..=((to - from) * HOUR / 240.0) as u32 {
+            let t = from * HOUR + 240.0 * f64::from(k);
+            run.advance(&mut shoot, t).unwrap();
+            times.push(t);
+            tips.push(shoot.tip());
+        }
+        let across = Vector3::new(1.0, -2.0, 0.0).normalize();
+        let off = tips.iter().map(|tip| (tip.dot(&across) / tip.norm()).abs()).fold(0.0, f64::max);
+        let path = Path::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+        (off, path.oscillations(&Search::default()).unwrap())
+    };
+    let (off, swings) = follow(10.0, 29.9);
+    assert!(off < 1e-6, "{off:e} rad off its plane");
+    let ellipse = swings.oscillations[0].ellipse;
+    assert!(ellipse.roundness() < 1e-6 && (ellipse.direction - 0.5_f64.atan()).abs() < 1e-6, "{swings:?}");
+    let (_, circles) = follow(108.0, 120.0);
+    let roundness = circles.oscillations[0].ellipse.roundness();
+    println!("minor over major axis {roundness}");
+    assert!(matches!(circles.pattern(), Pattern::Circular { .. }) && roundness > 0.999, "{circles:?}");
 }
 
 /// Below onset a shoot with an oscillator goes round at its period, as far as the linear response of the shoot without it says.
