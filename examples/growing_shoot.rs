@@ -34,12 +34,14 @@ use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
-use morphorod::{Model, ParameterError, Shoot};
+use morphorod::{Model, ParameterError, Shoot, orbit};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const DAY: f64 = 86400.0;
+/// The tip's path is read over so long at the end, s.
+const RECENT: f64 = 6.0 * HOUR;
 
 /// The shoot, with every law of the model at work at once.
 fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<impl Model>, ParameterError> {
@@ -160,10 +162,28 @@ fn run() -> Result<(), Box<dyn Error>> {
     if let Some(error) = cost.error {
         println!("  estimated error of the shape {error:.1e} of the length");
     }
+    tell(&record.rows)?;
     if !options.text("compare").is_empty() {
         compare(&times, &tips, Path::new(options.text("compare")))?;
     }
     println!("tip.csv, tip.svg and shapes.svg are in {}", out.display());
+    Ok(())
+}
+
+/// Prints what the tip's path of the last hours is made of, as it is seen from above.
+fn tell(rows: &[[f64; 5]]) -> Result<(), Box<dyn Error>> {
+    let from = rows.last().map_or(0.0, |row| row[0] - RECENT);
+    let recent = || rows.iter().filter(|row| row[0] >= from);
+    let positions = recent().map(|row| Vector3::from_row_slice(&row[2..5])).collect();
+    let path = orbit::Path::new(recent().map(|row| row[0]).collect(), positions)?.seen_along(&Vector3::z())?;
+    // A run of a few minutes has too few positions.
+    let Ok(found) = path.oscillations(&orbit::Search::default()) else { return Ok(()) };
+    for wave in found.oscillations.iter().take(2) {
+        let (ellipse, minutes) = (wave.ellipse, wave.period / MINUTE);
+        let (major, minor) = (1e3 * ellipse.major, 1e3 * ellipse.minor);
+        let sense = format!("{:?}", ellipse.sense).to_lowercase();
+        println!("  at last every {minutes:.1} min round an ellipse of {major:.2} by {minor:.2} mm, {sense}");
+    }
     Ok(())
 }
 
