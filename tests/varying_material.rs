@@ -248,3 +248,30 @@ fn a_section_that_jumps_within_an_element_is_refused() {
     let nodes = [0.0, 0.01, 0.02, 0.03, 0.042, 0.05];
     assert!(Shoot::builder(YOUNG).length(0.05).taper(jump).nodes(&nodes).build().is_ok());
 }
+
+#[test]
+fn a_weight_by_its_density_acts_in_company_too() {
+    let tip = |load: &dyn Fn(&mut morphorod::rod::Rod)| {
+        let base = morphorod::Still::tilted(1.0).base;
+        let mut rod = morphorod::rod::Rod::uniform(0.06, 5e-4, base, 8, morphorod::Order::Eight).unwrap();
+        load(&mut rod);
+        rod.tip()
+    };
+    let solve = |rod: &mut morphorod::rod::Rod, load: &dyn morphorod::load::Load| {
+        use morphorod::Scene;
+        use morphorod::equilibrium::EquilibriumSolver;
+        let tissue = morphorod::constitutive::LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        let environment = morphorod::Still::tilted(1.0).environment(0.0);
+        let mut solver = morphorod::equilibrium::NewtonSolver::with_tolerance(1e-13);
+        let _ = solver.solve(rod, &tissue, &load, &environment).unwrap();
+    };
+    let graded = || morphorod::load::GradedWeight(|_: &morphorod::constitutive::Tissue| 1000.0);
+    let whole = tip(&|rod| solve(rod, &morphorod::load::Weight { density: 1000.0 }));
+    let alone = tip(&|rod| solve(rod, &graded()));
+    let beside = tip(&|rod| solve(rod, &(graded(), None::<morphorod::load::Weight>)));
+    let perhaps = tip(&|rod| solve(rod, &Some(graded())));
+    for found in [alone, beside, perhaps] {
+        // Sums of the same numbers, and the tolerance of two equilibria.
+        assert!((found - whole).norm() < 1e-12 * 0.06 + 1e-13, "{found:?} {whole:?}");
+    }
+}
