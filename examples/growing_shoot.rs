@@ -10,6 +10,9 @@
 //! late: they overshoot, and a slow swing of an hour and a half builds up from the small one. It is wide and nearly
 //! plane at first, then it rounds to a circle, which goes on rising on a base that has become stiff.
 //!
+//! Under the path stands how much of the motion is the oscillator's: its part of the squared amplitudes of all periods that are
+//! found in four hours about each time. From nearly all it falls to next to nothing.
+//!
 //! # What to try
 //! - `--alpha 0.01`, the third video: with a weak oscillator the slow swing alone is left. It comes from the delays, not
 //!   from the oscillator, which only gives it the first push. Where even that is missing (`--alpha 0`) an exactly upright
@@ -22,26 +25,28 @@
 //! The laws are put together in [`growing_shoot`]; the rest is a loop over time that writes down the tip.
 
 mod common;
+#[path = "growing_shoot/oscillations.rs"]
+mod oscillations;
 
 use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Opt, Options, Progress, Table, path_figure, shapes_figure};
+use common::{Opt, Options, Progress, Strip, Table, path_figure, shapes_figure};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
-use morphorod::{Model, ParameterError, Shoot, orbit};
+use morphorod::{Model, ParameterError, Shoot};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const DAY: f64 = 86400.0;
-/// The tip's path is read over so long at the end, s.
-const RECENT: f64 = 6.0 * HOUR;
+/// Period of the oscillator τe, s.
+const OSCILLATOR: f64 = 24.0 * MINUTE;
 
 /// The shoot, with every law of the model at work at once.
 fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<impl Model>, ParameterError> {
@@ -55,7 +60,7 @@ fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<i
         .elements(elements)
         .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
         .tropism((
-            Oscillator::new(alpha, 24.0 * MINUTE),
+            Oscillator::new(alpha, OSCILLATOR),
             Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 2.0 * MINUTE } }
                 .remembered(memory),
             Proprioception { sensitivity: 20.0 }.remembered(memory),
@@ -153,7 +158,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     table.finish()?;
     let times: Vec<f64> = record.rows.iter().map(|row| row[0] / HOUR).collect();
     let tips: Vec<[f64; 3]> = record.rows.iter().map(|row| [row[2], row[3], row[4]]).collect();
-    path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips)?;
+    let path = oscillations::seen_from_above(&record.rows)?;
+    let shares = oscillations::shares(&path)?;
+    let curves = oscillations::curves(&shares);
+    let strip = Strip { label: "share of the motion", series: &curves };
+    let strips = if shares.is_empty() { &[][..] } else { &[strip] };
+    path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips, strips)?;
     let title = format!("A growing shoot, every {} h", record.interval / HOUR);
     shapes_figure(out.join("shapes.svg"), &title, &record.shapes)?;
     println!("{} h of growth, to a length of {:.2} cm, in {wall:.3} s:", end / HOUR, 100.0 * shoot.rod().length());
@@ -162,28 +172,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     if let Some(error) = cost.error {
         println!("  estimated error of the shape {error:.1e} of the length");
     }
-    tell(&record.rows)?;
+    oscillations::tell(&path);
+    oscillations::tell_shares(&shares);
     if !options.text("compare").is_empty() {
         compare(&times, &tips, Path::new(options.text("compare")))?;
     }
     println!("tip.csv, tip.svg and shapes.svg are in {}", out.display());
-    Ok(())
-}
-
-/// Prints what the tip's path of the last hours is made of, as it is seen from above.
-fn tell(rows: &[[f64; 5]]) -> Result<(), Box<dyn Error>> {
-    let from = rows.last().map_or(0.0, |row| row[0] - RECENT);
-    let recent = || rows.iter().filter(|row| row[0] >= from);
-    let positions = recent().map(|row| Vector3::from_row_slice(&row[2..5])).collect();
-    let path = orbit::Path::new(recent().map(|row| row[0]).collect(), positions)?.seen_along(&Vector3::z())?;
-    // A run of a few minutes has too few positions.
-    let Ok(found) = path.oscillations(&orbit::Search::default()) else { return Ok(()) };
-    for wave in found.oscillations.iter().take(2) {
-        let (ellipse, minutes) = (wave.ellipse, wave.period / MINUTE);
-        let (major, minor) = (1e3 * ellipse.major, 1e3 * ellipse.minor);
-        let sense = format!("{:?}", ellipse.sense).to_lowercase();
-        println!("  at last every {minutes:.1} min round an ellipse of {major:.2} by {minor:.2} mm, {sense}");
-    }
     Ok(())
 }
 

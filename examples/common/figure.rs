@@ -6,20 +6,26 @@
 
 mod canvas;
 mod colour;
+mod frames;
 mod legend;
 mod lines;
 mod map;
+mod orbits;
 mod panel;
 mod path;
 mod range;
 mod shapes;
+mod strips;
 mod ticks;
 mod view;
 
+pub use frames::{FramedShape, frames_figure};
 pub use lines::{Axes, Series, Style, lines_figure, panels_figure};
 pub use map::{Map, map_figure};
+pub use orbits::{Orbit, TimedPath, orbits_figure};
 pub use path::path_figure;
 pub use shapes::shapes_figure;
+pub use strips::{Strip, strips_figure};
 
 /// Width of every figure in pixels.
 const WIDTH: f64 = 1200.0;

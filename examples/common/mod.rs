@@ -12,7 +12,10 @@ pub mod options;
 pub mod progress;
 pub mod table;
 
-pub use figure::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure, path_figure, shapes_figure};
+pub use figure::{
+    Axes, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath, frames_figure, lines_figure, map_figure,
+    orbits_figure, panels_figure, path_figure, shapes_figure, strips_figure,
+};
 pub use options::{Opt, Options};
 pub use progress::Progress;
 pub use table::Table;

@@ -148,7 +148,8 @@ pub fn panels_figure(
     })
 }
 
-fn fitted_axes(x_label: &str, y_label: &str, series: &[&Series], axes: Axes) -> (Axis, Axis) {
+/// Axes that show all of the series.
+pub fn fitted_axes(x_label: &str, y_label: &str, series: &[&Series], axes: Axes) -> (Axis, Axis) {
     let (log_x, log_y) = match axes {
         Axes::Linear | Axes::Equal => (false, false),
         Axes::LogX => (true, false),

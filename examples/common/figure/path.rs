@@ -10,6 +10,7 @@ use super::canvas::{Canvas, Label, Point, write_svg};
 use super::colour::ColourScale;
 use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
 use super::range::Range;
+use super::strips::{Strip, draw_strips, strips_height};
 use super::view::{View, extent};
 use super::{BAR_COLUMN, MM_PER_M, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
 
@@ -17,11 +18,18 @@ use super::{BAR_COLUMN, MM_PER_M, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
 pub const NAMES: [&str; 3] = ["x (mm)", "y (mm)", "z (mm)"];
 
 /// Draws the path of the tip, coloured by time: a view in space and the
-/// projections from above and from two sides.
+/// projections from above and from two sides. Under it stand strips over time,
+/// if there are any.
 ///
 /// `points` are in metres, one for each time. Points that are not finite leave
 /// a gap.
-pub fn path_figure(file: impl AsRef<Path>, title: &str, times_hours: &[f64], points: &[[f64; 3]]) -> io::Result<()> {
+pub fn path_figure(
+    file: impl AsRef<Path>,
+    title: &str,
+    times_hours: &[f64],
+    points: &[[f64; 3]],
+    strips: &[Strip],
+) -> io::Result<()> {
     if times_hours.len() != points.len() {
         let (times, points) = (times_hours.len(), points.len());
         return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("a path of {points} points at {times} times")));
@@ -55,8 +63,9 @@ pub fn path_figure(file: impl AsRef<Path>, title: &str, times_hours: &[f64], poi
         (cell(0, split, height), 0, x.at_least(side), 2, z, "from the front"),
         (cell(1, split, height), 1, y.at_least(side), 2, z, "from the side"),
     ];
-    write_svg(file.as_ref(), WIDTH, height, |canvas| {
+    write_svg(file.as_ref(), WIDTH, height + strips_height(strips.len()), |canvas| {
         draw_title(canvas, title);
+        draw_strips(canvas, height, "time (h)", strips);
         view.draw(canvas, NAMES);
         let shadow: Vec<Point> = path.iter().filter_map(|p| view.foot(p.1)).collect();
         if shadow.len() > 1 {

@@ -1,0 +1,60 @@
+//! The exact circular orbit of a shoot whose statoliths settle at once.
+//!
+//! Both memories are equal. In a frame that turns with the shoot at a rate ω they only multiply by a complex number, and at the
+//! rate that makes it real the shape is plane. With G = 1/(ω √(1 + ω²τm²)) and θ the angle from the vertical it solves
+//!
+//!   E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0, θ(0) = 0, the bracket zero at s = ℓ.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use morphorod::tropism::Memory;
+
+use super::Parameters;
+
+/// The rate of turning, 1/s: ωτr + atan(ωτm) = π/2.
+pub fn rate(memory: &Memory) -> f64 {
+    zero(0.0, FRAC_PI_2 / memory.delay, |rate| rate * memory.delay + (rate * memory.time).atan() - FRAC_PI_2)
+}
+
+/// Radius and height of the tip's orbit, m; nothing below the onset of oscillations.
+pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
+    let omega = rate(&shoot.memory);
+    let gain = 1.0 / (omega * (1.0 + (omega * shoot.memory.time).powi(2)).sqrt() * shoot.growth_time);
+    // q/(E I) with q = ρ g π r² and I = π r⁴/4.
+    let weight = 4.0 * shoot.density * 9.81 / (shoot.youngs_modulus * shoot.radius.powi(2));
+    // From the apex, where it leans by so much and the bracket is zero, to the base: the angle, the bracket, ∫ sin θ and ∫ cos θ.
+    let from_apex = |angle: f64| {
+        let slope = |z: f64, [theta, bracket, ..]: [f64; 4]| {
+            let bend = (bracket + shoot.beta * gain / shoot.radius * theta.sin()) / (1.0 - shoot.eta * gain);
+            [-bend, weight * z * theta.sin(), theta.sin(), theta.cos()]
+        };
+        let (mut y, h) = ([angle, 0.0, 0.0, 0.0], shoot.length / 400.0);
+        for k in 0..400 {
+            let z = h * f64::from(k);
+            let along = |slope: [f64; 4], part: f64| [0, 1, 2, 3].map(|i| y[i] + part * h * slope[i]);
+            let a = slope(z, y);
+            let b = slope(z + 0.5 * h, along(a, 0.5));
+            let c = slope(z + 0.5 * h, along(b, 0.5));
+            let d = slope(z + h, along(c, 1.0));
+            y = [0, 1, 2, 3].map(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
+        }
+        y
+    };
+    // The upright shape is a solution, too.
+    let (low, high) = (0.02, 0.5 * PI);
+    let at_base = |angle: f64| from_apex(angle)[0];
+    (at_base(low) * at_base(high) < 0.0).then(|| {
+        let [_, _, radius, height] = from_apex(zero(low, high, at_base));
+        [radius, height]
+    })
+}
+
+/// A zero between two places where a function has unlike signs, by halving.
+fn zero(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let sign = f(low).signum();
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if f(middle).signum() == sign { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
