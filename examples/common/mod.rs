@@ -8,11 +8,13 @@
 
 pub mod figure;
 pub mod file;
+pub mod film;
 pub mod options;
 pub mod progress;
 pub mod table;
 
 pub use figure::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure, path_figure, shapes_figure};
+pub use film::{Film, Frame};
 pub use options::{Opt, Options};
 pub use progress::Progress;
 pub use table::Table;
