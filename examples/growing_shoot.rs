@@ -24,6 +24,7 @@
 //!
 //! The laws are put together in [`growing_shoot`]; the rest is a loop over time that writes down the tip.
 
+mod camera;
 mod common;
 #[path = "growing_shoot/oscillations.rs"]
 mod oscillations;
@@ -33,7 +34,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Opt, Options, Progress, Strip, Table, path_figure, shapes_figure};
+use common::{Film, Opt, Options, Progress, Strip, Table, path_figure, shapes_figure};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps, Statistics};
@@ -91,6 +92,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 "",
                 "kept up to date every hour of growth; a run goes on from it if it is there",
             ),
+            Opt::flag("film", "also film.html, which shows the shoot in space and plays in a browser"),
             Opt::value("compare", "FILE", "", "another tip.csv; print how far this run is from it at common times"),
         ],
     );
@@ -112,6 +114,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err(NO_SERDE.into());
     }
     let mut record = Record { interval: end / 20.0, ..Record::default() };
+    let mut film = options.flag("film").then(|| Film::new("The tip of a growing shoot nutates", ABOUT, 2.0));
+    if film.is_some() && file.is_some() {
+        return Err("--film with --checkpoint: a film shows the whole run, a checkpoint holds only its end".into());
+    }
     if let Some(file) = file.filter(|file| file.exists()) {
         resume(file, &settings, &mut shoot, &mut record)?;
         println!("going on from {:.1} h", shoot.time() / HOUR);
@@ -122,6 +128,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut saved = shoot.time();
     let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
         record.look(shoot);
+        film.iter_mut().for_each(|film| film.push(camera::look(shoot, Some(0))));
         progress.set(shoot.time() / end);
         if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
             save(file, &settings, shoot, record)?;
@@ -159,7 +166,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let times: Vec<f64> = record.rows.iter().map(|row| row[0] / HOUR).collect();
     let tips: Vec<[f64; 3]> = record.rows.iter().map(|row| [row[2], row[3], row[4]]).collect();
     let path = oscillations::seen_from_above(&record.rows)?;
-    let shares = oscillations::shares(&path)?;
+    let shares = oscillations::shares(&path);
     let curves = oscillations::curves(&shares);
     let strip = Strip { label: "share of the motion", series: &curves };
     let strips = if shares.is_empty() { &[][..] } else { &[strip] };
@@ -174,12 +181,19 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     oscillations::tell(&path);
     oscillations::tell_shares(&shares);
+    if let Some(film) = film {
+        film.write(out.join("film.html"))?;
+        println!("film.html plays in a browser");
+    }
     if !options.text("compare").is_empty() {
         compare(&times, &tips, Path::new(options.text("compare")))?;
     }
     println!("tip.csv, tip.svg and shapes.svg are in {}", out.display());
     Ok(())
 }
+
+const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), second video: an oscillator in the tissue, gravity and the shoot's \
+    own bending steer it; tissue that has left the growth zone turns to wood.";
 
 const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
 

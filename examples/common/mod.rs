@@ -8,6 +8,7 @@
 
 pub mod figure;
 pub mod file;
+pub mod film;
 pub mod options;
 pub mod progress;
 pub mod table;
@@ -16,6 +17,7 @@ pub use figure::{
     Axes, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath, frames_figure, lines_figure, map_figure,
     orbits_figure, panels_figure, path_figure, shapes_figure, strips_figure,
 };
+pub use film::{Film, Frame};
 pub use options::{Opt, Options};
 pub use progress::Progress;
 pub use table::Table;

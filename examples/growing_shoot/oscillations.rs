@@ -1,7 +1,5 @@
 //! What the tip's path is made of, as it is seen from above.
 
-use std::error::Error;
-
 use morphorod::orbit::{OrbitError, Path, PlanePath, Search};
 use nalgebra::Vector3;
 
@@ -36,9 +34,9 @@ pub fn tell(path: &PlanePath) {
     }
 }
 
-/// Times (h) and the share of the oscillator in the motion about them; none where the tip stands still, and none at all if the run
-/// is too short.
-pub fn shares(path: &PlanePath) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
+/// Times (h) and the share of the oscillator in the motion about them; not a number where the tip stands still, and none at all
+/// if that is everywhere or the run is too short.
+pub fn shares(path: &PlanePath) -> Vec<(f64, f64)> {
     // A swing that swells is one oscillation, and not two of nearly the same period.
     let search = Search { most: 2, ..Search::default() };
     let end = path.times().last().copied().unwrap_or_default();
@@ -48,23 +46,24 @@ pub fn shares(path: &PlanePath) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
         let window = path.between(middle - HALF, middle + HALF);
         let first = window.positions().first().copied().unwrap_or_default();
         let moves = window.positions().iter().any(|position| (position - first).norm() > STILL);
-        let share = if moves { window.share(OSCILLATOR, &search)? } else { f64::NAN };
+        let share = if moves { window.share(OSCILLATOR, &search).unwrap_or(f64::NAN) } else { f64::NAN };
         shares.push((middle / HOUR, share));
         middle += EVERY;
     }
-    Ok(shares)
+    if shares.iter().all(|(_, share)| share.is_nan()) { Vec::new() } else { shares }
 }
 
 /// Prints the shares at a few times, and when the oscillator has lost the lead.
 pub fn tell_shares(shares: &[(f64, f64)]) {
-    if shares.iter().all(|(_, share)| share.is_nan()) {
+    if shares.is_empty() {
         println!(
             "  the share of the oscillator is left out, it is read over {} h of a tip that moves",
             2.0 * HALF / HOUR
         );
         return;
     }
-    let told = shares.iter().filter(|(hours, _)| [4.0, 10.0, 20.0, 30.0].contains(hours));
+    let last = shares.last().map(|(hours, _)| *hours);
+    let told = shares.iter().filter(|(hours, _)| [4.0, 10.0, 20.0].contains(hours) || Some(*hours) == last);
     let told: Vec<String> = told.map(|(hours, share)| format!("{share:.3} at {hours} h")).collect();
     println!("  share of the oscillator {}", told.join(", "));
     if let Some(pair) = shares.windows(2).find(|pair| pair[0].1 >= 0.5 && pair[1].1 < 0.5) {

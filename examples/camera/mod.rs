@@ -1,0 +1,53 @@
+//! Looks at a shoot for a film: the library's shoot becomes plain numbers.
+
+// Every example compiles its own copy of this module and uses a part of it.
+#![allow(dead_code)]
+
+use morphorod::nalgebra::Vector3;
+use morphorod::{Model, Shoot};
+
+use crate::common::Frame;
+
+/// Points of the centre line in a frame.
+const LINE: usize = 41;
+/// Places with directors.
+const STATIONS: usize = 6;
+/// Places with statoliths, in the growth zone.
+const PILES: usize = 5;
+
+/// The shoot as it is now. `statoliths` is the number of the first variable of h, if its laws keep that: 0 if
+/// [`Statoliths`](morphorod::tropism::Statoliths) come first in the tuple of laws.
+pub fn look(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Frame {
+    let rod = shoot.rod();
+    let (length, zone) = (rod.length(), rod.growth_zone());
+    let directors = (1..=STATIONS).filter_map(|i| {
+        let (at, frame) = rod.at(length * i as f64 / (STATIONS + 1) as f64)?;
+        let [d1, d2] = [Vector3::x(), Vector3::y()].map(|axis| (frame * axis).into());
+        Some([at.into(), d1, d2])
+    });
+    let piles = (0..PILES).filter_map(|i| {
+        let first = statoliths?;
+        let s = zone.start + (zone.end - zone.start) * (i as f64 + 0.5) / PILES as f64;
+        let (at, frame) = rod.at(s)?;
+        Some([at.into(), (frame * pile(shoot, length - s, first)?).into()])
+    });
+    Frame {
+        time: shoot.time(),
+        length,
+        zone: zone.start / length,
+        line: rod.centre_line_at(LINE).into_iter().map(Into::into).collect(),
+        directors: directors.collect(),
+        piles: piles.collect(),
+    }
+}
+
+/// The components of h along the directors at a distance (m) from the apex, between those of the material points next to it.
+fn pile(shoot: &Shoot<impl Model>, distance: f64, first: usize) -> Option<Vector3<f64>> {
+    let points = shoot.rod().points();
+    let h = |i: usize| Some(Vector3::from_column_slice(shoot.state().variables(i)?.get(first..first + 3)?));
+    let beyond = points.partition_point(|point| point.apex_distance > distance).min(points.len() - 1);
+    let Some(before) = beyond.checked_sub(1).filter(|i| h(*i).is_some()) else { return h(beyond) };
+    let (from, to) = (points[before].apex_distance, points[beyond].apex_distance);
+    let share = ((from - distance) / (from - to)).clamp(0.0, 1.0);
+    h(before)?.lerp(&h(beyond)?, share).try_normalize(0.0)
+}

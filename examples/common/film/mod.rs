@@ -1,0 +1,150 @@
+//! Films: one HTML file each, which plays in a browser without a network.
+
+use std::fmt::Write as _;
+use std::io;
+use std::path::Path;
+
+use super::file::write_whole;
+
+/// A shoot at one time. Positions are in m, in the fixed frame; directions are unit vectors.
+#[derive(Debug, Clone, Default)]
+pub struct Frame {
+    /// Time, s.
+    pub time: f64,
+    /// Length, m.
+    pub length: f64,
+    /// Arc length where the growth zone begins, as a part of the length.
+    pub zone: f64,
+    /// Points of the centre line, equally spaced from base to apex.
+    pub line: Vec<[f64; 3]>,
+    /// Places with their directors d1 and d2.
+    pub directors: Vec<[[f64; 3]; 3]>,
+    /// Places in the growth zone with the normal h of their statoliths.
+    pub piles: Vec<[[f64; 3]; 2]>,
+}
+
+/// Bytes of all frames at most: as text they are a third more.
+const MOST_BYTES: usize = 2_000_000;
+
+/// Frames, and what is written over them.
+#[derive(Debug, Clone)]
+pub struct Film {
+    title: String,
+    about: String,
+    /// Hours of the shoot in a second of the film, at first.
+    speed: f64,
+    frames: Vec<Frame>,
+}
+
+impl Film {
+    /// A film without a frame. `speed` is one of those that the player offers: 0.1, 0.25, 0.5, 1, 2, 4, 8 h in a second.
+    pub fn new(title: &str, about: &str, speed: f64) -> Self {
+        Self { title: title.into(), about: about.into(), speed, frames: Vec::new() }
+    }
+
+    /// Adds a frame, later than the last one and with as many points.
+    pub fn push(&mut self, frame: Frame) {
+        self.frames.push(frame);
+    }
+
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// Frames that differ in the number of their points, none at all, or the file system's.
+    pub fn write(&self, file: impl AsRef<Path>) -> io::Result<()> {
+        let page = fill(
+            include_str!("film.html"),
+            &[
+                ("title", &escaped(&self.title)),
+                ("about", &escaped(&self.about)),
+                ("css", include_str!("page.css")),
+                ("data", &self.data()?),
+                ("scene", SCENE),
+                ("player", include_str!("player.js")),
+            ],
+        );
+        write_whole(file.as_ref(), page)
+    }
+
+    /// Of a long run every second frame, or fewer, so that the page stays below 3 MB.
+    fn kept(&self, bytes: usize) -> Vec<&Frame> {
+        let every = (bytes * self.frames.len()).div_ceil(MOST_BYTES).max(1);
+        self.frames.iter().step_by(every).collect()
+    }
+
+    /// What the player reads: times, lengths, zones, and all vectors as 16-bit numbers.
+    fn data(&self) -> io::Result<String> {
+        let wrong = |what: &str| io::Error::new(io::ErrorKind::InvalidInput, format!("a film {what}"));
+        let first = self.frames.first().ok_or_else(|| wrong("without a frame"))?;
+        let counts = |frame: &Frame| (frame.line.len(), frame.directors.len(), frame.piles.len());
+        if self.frames.iter().any(|frame| counts(frame) != counts(first)) {
+            return Err(wrong("whose frames differ in the number of their points"));
+        }
+        let (points, stations, piles) = counts(first);
+        let frames = self.kept(6 * (points + 3 * stations + 2 * piles));
+        let furthest = frames.iter().flat_map(|frame| frame.line.iter().flatten());
+        let furthest = furthest.fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+        let most = f64::from(i16::MAX);
+        let unit = furthest / most;
+        let mut bytes = Vec::new();
+        let mut put = |vector: &[f64; 3], unit: f64| {
+            // Out of range is taken to its end; nothing is further than the line by more than rounding.
+            vector.iter().for_each(|x| bytes.extend(((x / unit).round() as i16).to_le_bytes()));
+        };
+        for frame in &frames {
+            frame.line.iter().for_each(|at| put(at, unit));
+            for [at, d1, d2] in &frame.directors {
+                put(at, unit);
+                [d1, d2].into_iter().for_each(|d| put(d, 1.0 / most));
+            }
+            for [at, h] in &frame.piles {
+                put(at, unit);
+                put(h, 1.0 / most);
+            }
+        }
+        let list = |of: &dyn Fn(&Frame) -> f64, digits: usize| {
+            let numbers: Vec<String> = frames.iter().map(|frame| format!("{:.digits$}", of(frame))).collect();
+            numbers.join(",")
+        };
+        let mut out = String::new();
+        let _ = write!(
+            out,
+            "{{\"speed\":{},\"unit\":{unit:e},\"points\":{points},\"stations\":{stations},\"piles\":{piles},\
+             \"times\":[{}],\"lengths\":[{}],\"zones\":[{}],\"data\":\"{}\"}}",
+            self.speed,
+            list(&|frame| frame.time / 3600.0, 4),
+            list(&|frame| frame.length, 6),
+            list(&|frame| frame.zone, 4),
+            base64(&bytes),
+        );
+        Ok(out)
+    }
+}
+
+/// Draws a shoot in space; for other pages, too.
+pub const SCENE: &str = include_str!("scene.js");
+/// How pages look.
+pub const STYLE: &str = include_str!("page.css");
+
+/// Puts texts in the place of `{{name}}`.
+pub fn fill(page: &str, texts: &[(&str, &str)]) -> String {
+    texts.iter().fold(page.to_string(), |page, (name, text)| page.replace(&format!("{{{{{name}}}}}"), text))
+}
+
+/// Bytes as text, by RFC 4648.
+pub fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let number = three.iter().enumerate().fold(0, |sum, (i, byte)| sum | (u32::from(*byte) << (16 - 8 * i)));
+        for i in 0..4 {
+            let digit = DIGITS[(number >> (18 - 6 * i)) as usize & 63];
+            text.push(if i <= three.len() { char::from(digit) } else { '=' });
+        }
+    }
+    text
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,108 @@
+// The player of a film. `#t=2.5` behind the address opens it at 2.5 h, paused.
+const film = JSON.parse(document.getElementById("data").textContent);
+const frames = unpack(film);
+const view = new View(document.getElementById("view"), boxAround(frames.flatMap((frame) => frame.line)));
+const tips = frames.map((frame) => frame.line[frame.line.length - 1]);
+const [play, scrub, read, speed] = ["play", "scrub", "read", "speed"].map((id) => document.getElementById(id));
+const last = frames.length - 1;
+let [time, playing, drawnAt] = [0, false, null];
+
+scrub.max = last;
+// Hours of the shoot in a second of the film.
+for (const hours of [0.1, 0.25, 0.5, 1, 2, 4, 8]) {
+  const chosen = hours === film.speed;
+  speed.add(new Option(`${hours} h per second`, hours, chosen, chosen));
+}
+const shown = { mature: "mature", zone: "growth zone", d1: "director d1", d2: "director d2", pile: "statoliths, h", trace: "path of the tip" };
+for (const [name, words] of Object.entries(shown)) {
+  if (name === "pile" && !film.piles || name === "mature" && frames.every((frame) => frame.zone === 0)) continue;
+  const item = document.createElement("span"), swatch = document.createElement("i");
+  swatch.style.background = COLOURS[name];
+  item.append(swatch, words);
+  document.getElementById("legend").append(item);
+}
+
+// Frames are rows of 16-bit numbers: positions in units of film.unit (m), directions in 1/32767.
+function unpack({ data, unit, points, stations, piles, times, lengths, zones }) {
+  const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0)), view = new DataView(bytes.buffer);
+  let at = 0;
+  const vector = (scale) => [0, 0, 0].map(() => { const x = view.getInt16(at, true) * scale; at += 2; return x; });
+  const many = (n, make) => Array.from({ length: n }, make), turn = 1 / 32767;
+  return times.map((time, i) => ({
+    time, length: lengths[i], zone: zones[i],
+    line: many(points, () => vector(unit)),
+    directors: many(stations, () => [vector(unit), vector(turn), vector(turn)]),
+    piles: many(piles, () => [vector(unit), vector(turn)]),
+  }));
+}
+
+// The last frame that is not later than the time.
+function frameAt(hours) {
+  let [low, high] = [0, last];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (frames[middle].time <= hours + 1e-9) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
+function draw() {
+  const i = frameAt(time), frame = frames[i];
+  view.begin();
+  const spacing = view.room();
+  view.trace(tips.slice(0, i + 1));
+  view.shoot(frame);
+  scrub.value = i;
+  scrub.setAttribute("aria-valuetext", `${frame.time.toFixed(2)} hours`);
+  read.textContent = `${frame.time.toFixed(2)} h · length ${(100 * frame.length).toFixed(2)} cm · grid ${distance(spacing)}`;
+  play.textContent = playing ? "Pause" : "Play";
+  document.body.dataset.frame = i;
+}
+
+function tick(now) {
+  if (!playing) return;
+  if (drawnAt !== null) time += Number(speed.value) * Math.min(0.1, (now - drawnAt) / 1000);
+  drawnAt = now;
+  if (time >= frames[last].time) { time = frames[last].time; playing = false; }
+  draw();
+  requestAnimationFrame(tick);
+}
+
+function run(on) {
+  if (on === playing) return;
+  if (on && time >= frames[last].time) time = frames[0].time;
+  [playing, drawnAt] = [on, null];
+  draw();
+  if (on) requestAnimationFrame(tick);
+}
+
+function goTo(i) {
+  time = frames[Math.min(last, Math.max(0, i))].time;
+  draw();
+}
+
+view.onchange = draw;
+play.addEventListener("click", () => run(!playing));
+scrub.addEventListener("input", () => { run(false); goTo(Number(scrub.value)); });
+document.getElementById("reset").addEventListener("click", () => view.reset());
+document.addEventListener("keydown", (event) => {
+  // A button or a list that has the focus answers to its own keys.
+  const own = event.target.closest && event.target.closest("button, select");
+  const step = event.shiftKey ? 10 : 1;
+  if (event.key === " " && !own) run(!playing);
+  else if (event.key === "ArrowLeft" && !own) { run(false); goTo(frameAt(time) - step); }
+  else if (event.key === "ArrowRight" && !own) { run(false); goTo(frameAt(time) + step); }
+  else if (event.key === "Home" && !own) { run(false); goTo(0); }
+  else if (event.key === "End" && !own) { run(false); goTo(last); }
+  else if ((event.key === "r" || event.key === "R") && !own) view.reset();
+  else if (event.key === "+" || event.key === "-") {
+    speed.selectedIndex = Math.min(speed.length - 1, Math.max(0, speed.selectedIndex + (event.key === "+" ? 1 : -1)));
+  } else return;
+  event.preventDefault();
+});
+
+const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
+if (Number.isFinite(asked)) time = Math.min(frames[last].time, Math.max(frames[0].time, asked));
+draw();
+// Nothing moves unasked for who prefers less motion, or has asked for one moment.
+if (!Number.isFinite(asked) && !matchMedia("(prefers-reduced-motion: reduce)").matches) run(true);

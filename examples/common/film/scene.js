@@ -1,0 +1,237 @@
+"use strict";
+// A shoot in space on a canvas: a box with a floor and walls, the centre line, arrows, the tip's trace.
+// The view is parallel (no perspective), so that lengths may be compared; z points up.
+
+// Okabe and Ito's colours, told apart by colour-blind readers; what grows and what does not differ in width, too.
+const COLOURS = {
+  zone: "#009e73", mature: "#5b4636", d1: "#0072b2", d2: "#56b4e9", pile: "#e69f00",
+  trace: "#d55e00", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a", text: "#222222", force: "#cc79a7",
+};
+
+// The camera looks along a direction given by two angles, in degrees.
+class View {
+  constructor(canvas, box) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d");
+    this.home = { azimuth: 35, elevation: 18 };
+    Object.assign(this, this.home);
+    this.setBox(box);
+    this.onchange = () => {};
+    this.listen();
+  }
+
+  // box: [[x0, x1], [y0, y1], [z0, z1]], m.
+  setBox(box) {
+    this.box = box;
+    this.centre = box.map(([a, b]) => (a + b) / 2);
+    this.radius = Math.hypot(...box.map(([a, b]) => b - a)) / 2;
+  }
+
+  turn(azimuth, elevation) {
+    this.azimuth = (this.azimuth + azimuth + 720) % 360;
+    this.elevation = Math.min(90, Math.max(0, this.elevation + elevation));
+    this.onchange();
+  }
+
+  reset() {
+    Object.assign(this, this.home);
+    this.onchange();
+  }
+
+  listen() {
+    const canvas = this.canvas;
+    let last = null;
+    canvas.style.touchAction = "none";
+    canvas.addEventListener("pointerdown", (event) => {
+      // A push by hand may take the pointer first.
+      if (event.defaultPrevented) return;
+      last = [event.clientX, event.clientY];
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!last) return;
+      this.turn(0.4 * (last[0] - event.clientX), 0.4 * (event.clientY - last[1]));
+      last = [event.clientX, event.clientY];
+    });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => { last = null; });
+    canvas.addEventListener("keydown", (event) => {
+      const turns = { ArrowLeft: [-5, 0], ArrowRight: [5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] };
+      if (turns[event.key]) this.turn(...turns[event.key]);
+      else if (event.key === "r" || event.key === "R") this.reset();
+      else return;
+      event.preventDefault();
+      event.stopPropagation();
+    });
+    new ResizeObserver(() => this.onchange()).observe(canvas);
+  }
+
+  // Makes the canvas as fine as the screen, and clears it.
+  begin() {
+    const { canvas, context } = this, ratio = window.devicePixelRatio || 1;
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = "#ffffff";
+    context.fillRect(0, 0, width, height);
+    this.ratio = ratio;
+    const a = this.azimuth * Math.PI / 180, e = this.elevation * Math.PI / 180;
+    this.right = [-Math.sin(a), Math.cos(a), 0];
+    this.up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
+    // From the scene to the eye.
+    this.towards = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
+    this.size = [width, height];
+    // What the box needs on the screen, with a margin.
+    let [across, high] = [0, 0];
+    for (let corner = 0; corner < 8; corner++) {
+      const p = this.box.map(([lo, hi], k) => ((corner >> k) & 1 ? hi : lo) - this.centre[k]);
+      across = Math.max(across, Math.abs(dot(p, this.right)));
+      high = Math.max(high, Math.abs(dot(p, this.up)));
+    }
+    this.scale = 0.94 * Math.min(width / (2 * across), height / (2 * high));
+  }
+
+  // Where a point of space is on the canvas, in its pixels.
+  at(p) {
+    const q = p.map((x, k) => x - this.centre[k]);
+    return [this.size[0] / 2 + this.scale * dot(q, this.right), this.size[1] / 2 - this.scale * dot(q, this.up)];
+  }
+
+  line(points, colour, width) {
+    if (points.length < 2) return;
+    const c = this.context;
+    c.beginPath();
+    points.forEach((p, i) => { const [x, y] = this.at(p); if (i) c.lineTo(x, y); else c.moveTo(x, y); });
+    c.strokeStyle = colour;
+    c.lineWidth = width * this.ratio;
+    c.lineJoin = c.lineCap = "round";
+    c.stroke();
+  }
+
+  dot(p, colour, radius) {
+    const c = this.context, [x, y] = this.at(p);
+    c.beginPath();
+    c.arc(x, y, radius * this.ratio, 0, 2 * Math.PI);
+    c.fillStyle = colour;
+    c.fill();
+  }
+
+  // An arrow of `length` metres.
+  arrow(from, direction, length, colour, width = 1.8) {
+    const to = from.map((x, k) => x + length * direction[k]);
+    this.line([from, to], colour, width);
+    const a = this.at(from), b = this.at(to), c = this.context;
+    const [dx, dy] = [b[0] - a[0], b[1] - a[1]], seen = Math.hypot(dx, dy);
+    const head = Math.min(6 * this.ratio, 0.5 * seen);
+    // Seen from its end an arrow is a point.
+    if (head < this.ratio) return;
+    const [ux, uy] = [dx / seen, dy / seen];
+    c.beginPath();
+    c.moveTo(b[0], b[1]);
+    c.lineTo(b[0] - head * (ux - 0.5 * uy), b[1] - head * (uy + 0.5 * ux));
+    c.lineTo(b[0] - head * (ux + 0.5 * uy), b[1] - head * (uy - 0.5 * ux));
+    c.fillStyle = colour;
+    c.fill();
+  }
+
+  // The two walls at the back: for x and y, the side that is further from the eye.
+  walls() {
+    return [0, 1].map((k) => this.box[k][this.towards[k] > 0 ? 0 : 1]);
+  }
+
+  // Floor and walls with a grid of 1, 2 or 5 times a power of ten; returns its spacing, m.
+  room() {
+    const [bx, by, bz] = this.box, [wx, wy] = this.walls();
+    const span = Math.max(bx[1] - bx[0], by[1] - by[0], bz[1] - bz[0]), spacing = nice(span / 8);
+    const lines = (range, draw) => {
+      for (let v = Math.ceil(range[0] / spacing - 1e-9) * spacing; v <= range[1] + 1e-12; v += spacing) draw(v);
+    };
+    const floor = bz[0];
+    lines(bx, (x) => {
+      this.line([[x, by[0], floor], [x, by[1], floor]], COLOURS.grid, 1);
+      this.line([[x, wy, bz[0]], [x, wy, bz[1]]], COLOURS.grid, 1);
+    });
+    lines(by, (y) => {
+      this.line([[bx[0], y, floor], [bx[1], y, floor]], COLOURS.grid, 1);
+      this.line([[wx, y, bz[0]], [wx, y, bz[1]]], COLOURS.grid, 1);
+    });
+    lines(bz, (z) => {
+      this.line([[wx, by[0], z], [wx, by[1], z]], COLOURS.grid, 1);
+      this.line([[bx[0], wy, z], [bx[1], wy, z]], COLOURS.grid, 1);
+    });
+    const [fx, fy] = [bx[0] + bx[1] - wx, by[0] + by[1] - wy];
+    this.line([[wx, fy, floor], [wx, wy, floor], [fx, wy, floor]], COLOURS.edge, 1.2);
+    this.line([[wx, wy, bz[0]], [wx, wy, bz[1]]], COLOURS.edge, 1.2);
+    // Axes of the fixed frame, from one corner of the floor whatever the view.
+    const corner = [bx[0], by[0], floor], reach = 0.12 * span;
+    ["x", "y"].forEach((name, k) => {
+      const direction = [Number(k === 0), Number(k === 1), 0];
+      this.arrow(corner, direction, reach, COLOURS.text, 1.6);
+      this.text(name, corner.map((x, j) => x + 1.2 * reach * direction[j]), COLOURS.text);
+    });
+    return spacing;
+  }
+
+  text(words, p, colour) {
+    const c = this.context, [x, y] = this.at(p);
+    c.fillStyle = colour;
+    c.font = `${14 * this.ratio}px system-ui, sans-serif`;
+    c.textAlign = "center";
+    c.textBaseline = "middle";
+    c.fillText(words, x, y);
+  }
+
+  // A path with its shadows on the floor and the walls.
+  trace(path) {
+    const [wx, wy] = this.walls(), floor = this.box[2][0];
+    this.line(path.map((p) => [wx, p[1], p[2]]), "#e5b49a", 1);
+    this.line(path.map((p) => [p[0], wy, p[2]]), "#e5b49a", 1);
+    this.line(path.map((p) => [p[0], p[1], floor]), COLOURS.trace, 1.3);
+    if (path.length) this.dot([...path[path.length - 1].slice(0, 2), floor], COLOURS.trace, 3);
+  }
+
+  // A shoot: { line: points, zone: part of its length where growth begins, directors: [[at, d1, d2]], piles: [[at, h]] }.
+  shoot(frame) {
+    const last = frame.line.length - 1, cut = frame.zone * last, whole = Math.floor(cut), part = cut - whole;
+    const between = whole < last
+      ? frame.line[whole].map((x, k) => x + part * (frame.line[whole + 1][k] - x)) : frame.line[last];
+    this.line([...frame.line.slice(0, whole + 1), between], COLOURS.mature, 7);
+    this.line([between, ...frame.line.slice(whole + 1)], COLOURS.zone, 4.5);
+    const long = 0.055 * 2 * this.radius;
+    for (const [at, d1, d2] of frame.directors) {
+      this.arrow(at, d1, long, COLOURS.d1);
+      this.arrow(at, d2, long, COLOURS.d2);
+    }
+    for (const [at, h] of frame.piles) this.arrow(at, h, long, COLOURS.pile, 2.2);
+    this.dot(frame.line[0], COLOURS.text, 5);
+    this.dot(frame.line[last], COLOURS.tip, 4);
+  }
+}
+
+function dot(a, b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// The nearest of 1, 2, 5 times a power of ten.
+function nice(x) {
+  const power = 10 ** Math.floor(Math.log10(x)), part = x / power;
+  return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
+}
+
+// 0.02 → "2 cm".
+function distance(metres) {
+  const [size, unit] = metres < 0.00999 ? [1e3, "mm"] : [1e2, "cm"];
+  return `${Number((metres * size).toPrecision(3))} ${unit}`;
+}
+
+// A box that holds all points of some lines: a square floor round the base, with a margin.
+function boxAround(points) {
+  let [side, low, high] = [0.005, 0, 0.005];
+  for (const [x, y, z] of points) {
+    side = Math.max(side, Math.abs(x), Math.abs(y));
+    low = Math.min(low, z);
+    high = Math.max(high, z);
+  }
+  const margin = 1.08;
+  return [[-margin * side, margin * side], [-margin * side, margin * side], [margin * low, margin * high]];
+}
