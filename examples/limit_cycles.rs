@@ -143,7 +143,8 @@ impl Record {
         if from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
         }
-        path.between(from - 1.0, to + 1.0).oscillations(&Search::default()).ok()
+        // A swing that swells is one oscillation, and not two of nearly the same period.
+        path.between(from - 1.0, to + 1.0).oscillations(&Search { most: 1, ..Search::default() }).ok()
     }
 
     /// Times and horizontal positions between two times.
