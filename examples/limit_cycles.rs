@@ -40,8 +40,10 @@ use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
-/// The second pull, s.
+/// When the second pull begins, s.
 const ACROSS: f64 = 30.0 * HOUR;
+/// How long a pull lasts, s.
+const PULL: f64 = 12.0 * MINUTE;
 /// The shoot is looked at so often, s.
 const INTERVAL: f64 = 2.0 * MINUTE;
 /// What is read as one orbit, s.
@@ -95,7 +97,7 @@ fn kicked_shoot(
     perception: Box<dyn Perception<Signal = [f64; 2]>>,
 ) -> Result<Shoot<impl Model>, ParameterError> {
     let Parameters { youngs_modulus, memory, .. } = SHOOT;
-    let pull = |direction, start| Pulse { peak: direction * 1e-5, start, duration: 12.0 * MINUTE };
+    let pull = |direction, start| Pulse { peak: direction * 1e-5, start, duration: PULL };
     Shoot::builder(Elastic { youngs_modulus, shear_modulus })
         .length(SHOOT.length)
         .radius(SHOOT.radius)
@@ -138,9 +140,10 @@ impl Record {
         self.twist.push(profile.iter().map(|place| place.strain.z.abs()).fold(0.0, f64::max));
     }
 
-    /// What a part of the path is made of, seen from above; nothing if it is too short.
+    /// What a part of the path is made of, seen from above; nothing if it is too short, or the second pull is in it.
     fn read(&self, path: &PlanePath, from: f64, to: f64) -> Option<Oscillations> {
-        if from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
+        let pulled = from < ACROSS + PULL && to > ACROSS;
+        if pulled || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
         }
         // A swing that swells is one oscillation, and not two of nearly the same period.

@@ -6,13 +6,13 @@ use std::path::Path;
 use morphorod::orbit::{Pattern, PlanePath};
 
 use super::common::{Orbit, Series, Strip, Style, Table, frames_figure, orbits_figure, strips_figure};
-use super::{ACROSS, HOUR, MINUTE, Record, WINDOW};
+use super::{ACROSS, HOUR, MINUTE, PULL, Record, WINDOW};
 
 /// Prints what the orbit is before the second pull, after it and at the end.
 pub fn tell(record: &Record, path: &PlanePath, end: f64, exact: Option<[f64; 3]>) {
-    for (name, to) in [("in a plane", ACROSS), ("pulled across", ACROSS + 0.2 * HOUR + WINDOW), ("at the end", end)] {
+    for (name, to) in [("in a plane", ACROSS), ("pulled across", ACROSS + PULL + WINDOW), ("at the end", end)] {
         let Some(found) = record.read(path, to - WINDOW, to) else {
-            println!("{name}: left out, the run does not have {} h for it", WINDOW / HOUR);
+            println!("{name}: left out, the run does not have {} h without a pull for it", WINDOW / HOUR);
             continue;
         };
         let Some(first) = found.oscillations.first() else { continue };
@@ -65,7 +65,7 @@ pub fn draw(
         ("pulled: in a plane", 0.0, ACROSS),
         ("pulled across: it opens", ACROSS, opens),
         ("it gets rounder", opens, rounds),
-        ("at the end: a circle", rounds, end),
+        ("the last four hours", rounds.max(opens), end),
     ];
     let orbits: Vec<Orbit> = parts
         .iter()
@@ -88,19 +88,15 @@ pub fn draw(
     let mut middle = 0.5 * WINDOW;
     while middle + 0.5 * WINDOW <= end {
         let (from, to) = (middle - 0.5 * WINDOW, middle + 0.5 * WINDOW);
-        // The pull itself is no orbit: a gap in the curves.
-        let pulled = (from..to).contains(&ACROSS);
-        let found = record.read(path, from, to).filter(|_| !pulled);
-        if pulled {
-            for curve in [&mut major, &mut minor, &mut periods] {
-                curve.push((middle / HOUR, f64::NAN));
-            }
-        } else if let Some(found) = found.and_then(|found| found.oscillations.first().copied()) {
-            let (hours, ellipse) = (middle / HOUR, found.ellipse);
-            major.push((hours, 1e3 * ellipse.major));
-            minor.push((hours, 1e3 * ellipse.minor));
-            periods.push((hours, found.period / MINUTE));
-            table.row(&[middle, found.period, ellipse.major, ellipse.minor, ellipse.roundness()])?;
+        let found = record.read(path, from, to).and_then(|found| found.oscillations.first().copied());
+        // Where there is none the curves have a gap.
+        let hours = middle / HOUR;
+        let [a, b, period] = found.map_or([f64::NAN; 3], |wave| [wave.ellipse.major, wave.ellipse.minor, wave.period]);
+        major.push((hours, 1e3 * a));
+        minor.push((hours, 1e3 * b));
+        periods.push((hours, period / MINUTE));
+        if found.is_some() {
+            table.row(&[middle, period, a, b, b / a])?;
         }
         middle += 2.0 * HOUR;
     }
