@@ -12,9 +12,9 @@
 //!
 //! # What to see
 //! The oscillator's small circles, of 24 min, are there at every level. The slow swing is not: at 0 and 0.1 g there is none, at
-//! 0.8 g and at 1 g it is a wide circle, with a period that changes little. At 3 g the shoot, which is all but long enough to
-//! buckle, hangs down as it goes round. Where the swing is wide, the tip's small circles shrink. Where it is absent, their size is
-//! compared with that of linear theory.
+//! 0.8 g and at 1 g it is a wide circle, with a period that changes little. At 3 g the shoot, at nine tenths of the length at which it
+//! would buckle, hangs down as it goes round. Where the swing is wide, the tip's small circles shrink. Where it is absent, their size
+//! is compared with that of linear theory.
 //!
 //! # What to try
 //! - `--levels 1,0,1`: to orbit and back. `--levels 0.4,0.6,0.7`: where does the swing begin?
