@@ -29,9 +29,11 @@ const LIVE: u64 = 2_000_000;
 const HOURS: f64 = 2.0;
 const SAME_TIP: f64 = 1e-9;
 const SPEED: f64 = 10.0;
-/// Of the pixels so many must differ from the background, and between two times: a shoot is thin.
-const DRAWN: f64 = 0.01;
-const MOVED: f64 = 0.001;
+/// The colour of the growth zone. The shoot has so many pixels of it at least, of the 800 000, and as many change between two times;
+/// the legend has a third of that.
+const ZONE: [u8; 3] = [0, 158, 115];
+const DRAWN: usize = 300;
+const MOVED: usize = 100;
 
 fn run() -> Outcome {
     let about = "opens films and the live page in headless Chromium, and looks at what they show";
@@ -100,27 +102,22 @@ fn check_film(browser: &Browser, file: &Path) -> Outcome<f64> {
     let page = check_page(file, FILM)?;
     let times = page.split("\"times\":[").nth(1).and_then(|rest| rest.split(']').next()).ok_or("no times")?;
     let last: f64 = times.rsplit(',').next().ok_or("no times")?.parse()?;
-    let mut before: Option<Vec<u8>> = None;
+    let mut before: Option<Vec<bool>> = None;
     for part in [0.1, 0.5, 1.0] {
         let seen = browser.screenshot(file, &format!("t={}", part * last))?;
-        let drawn = share(&seen, |pixel| pixel.iter().any(|x| *x < 250));
-        if !(drawn > DRAWN) {
-            return Err(format!("nothing is drawn at {} h", part * last).into());
+        let zone: Vec<bool> = seen.chunks(3).map(|pixel| pixel == ZONE).collect();
+        let drawn = zone.iter().filter(|is| **is).count();
+        if drawn < DRAWN {
+            return Err(format!("{drawn} pixels of a growth zone at {} h", part * last).into());
         }
-        if let Some(before) = before.replace(seen.clone()) {
-            let pairs = before.chunks(3).zip(seen.chunks(3));
-            let moved = pairs.filter(|(a, b)| a != b).count() as f64 / (seen.len() / 3) as f64;
-            if !(moved > MOVED) {
-                return Err(format!("it shows the same at {} h as before", part * last).into());
+        if let Some(before) = before.replace(zone.clone()) {
+            let moved = before.iter().zip(&zone).filter(|(a, b)| a != b).count();
+            if moved < MOVED {
+                return Err(format!("only {moved} pixels of the growth zone move up to {} h", part * last).into());
             }
         }
     }
     Ok(last)
-}
-
-/// The share of the pixels for which something holds.
-fn share(pixels: &[u8], holds: impl Fn(&[u8]) -> bool) -> f64 {
-    pixels.chunks(3).filter(|pixel| holds(pixel)).count() as f64 / (pixels.len() / 3) as f64
 }
 
 fn check_live(browser: &Browser, file: &Path, tip: &str) -> Outcome<String> {
