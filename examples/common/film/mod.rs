@@ -1,27 +1,14 @@
 //! Films: one HTML file each, which plays in a browser without a network.
 
+mod frame;
+
 use std::fmt::Write as _;
 use std::io;
 use std::path::Path;
 
-use super::file::write_whole;
+pub use frame::Frame;
 
-/// A shoot at one time. Positions are in m, in the fixed frame; directions are unit vectors.
-#[derive(Debug, Clone, Default)]
-pub struct Frame {
-    /// Time, s.
-    pub time: f64,
-    /// Length, m.
-    pub length: f64,
-    /// Arc length where the growth zone begins, as a part of the length.
-    pub zone: f64,
-    /// Points of the centre line, equally spaced from base to apex.
-    pub line: Vec<[f64; 3]>,
-    /// Places with their directors d1 and d2.
-    pub directors: Vec<[[f64; 3]; 3]>,
-    /// Places in the growth zone with the normal h of their statoliths.
-    pub piles: Vec<[[f64; 3]; 2]>,
-}
+use super::file::write_whole;
 
 /// Bytes of all frames at most: as text they are a third more.
 const MOST_BYTES: usize = 2_000_000;

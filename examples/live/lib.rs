@@ -1,0 +1,130 @@
+//! The live page's shoot behind a C interface, for WebAssembly: `live_page` builds it, and the page calls it.
+//!
+//! One shoot in one thread. Calls answer 0, or 1 where they fail; [`live_message`] says why.
+
+#[path = "../camera/mod.rs"]
+mod camera;
+#[path = "../common/film/frame.rs"]
+mod frame;
+mod shoot;
+
+/// What examples share, as far as it runs in a browser.
+mod common {
+    pub use crate::frame::Frame;
+}
+
+use std::cell::RefCell;
+use std::error::Error;
+
+use shoot::Live;
+
+/// What the page reads: numbers, and the last message.
+#[derive(Default)]
+struct Desk {
+    live: Option<Live>,
+    numbers: Vec<f64>,
+    message: String,
+}
+
+thread_local! {
+    static DESK: RefCell<Desk> = RefCell::default();
+}
+
+/// Does something with the shoot, and writes down why it failed.
+fn with(act: impl FnOnce(&mut Live, &mut Vec<f64>) -> Result<(), Box<dyn Error>>) -> i32 {
+    DESK.with_borrow_mut(|desk| {
+        let Desk { live, numbers, message } = desk;
+        let outcome = match live {
+            Some(live) => act(live, numbers),
+            None => Live::new().and_then(|made| act(live.insert(made), numbers)),
+        };
+        let error = outcome.err();
+        *message = error.as_ref().map_or_else(String::new, ToString::to_string);
+        i32::from(error.is_some())
+    })
+}
+
+/// Changes a parameter, numbered as in `shoot::Parameter`.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_set(number: usize, value: f64) -> i32 {
+    with(|live, _| live.set(number, value))
+}
+
+/// Writes the value of a parameter to the numbers.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_get(number: usize) -> i32 {
+    with(|live, numbers| {
+        *numbers = vec![live.value(number).ok_or("there is no such parameter")?];
+        Ok(())
+    })
+}
+
+/// Begins again with the present parameters.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_restart() -> i32 {
+    with(|live, _| live.restart())
+}
+
+/// Goes on for so many seconds.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_advance(seconds: f64) -> i32 {
+    with(|live, _| live.advance(seconds))
+}
+
+/// Writes the shoot: time, length, zone, tip, then three counts and all places and directions of the frame.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_look() -> i32 {
+    with(|live, numbers| {
+        let frame = live.look();
+        let counts = [frame.line.len(), frame.directors.len(), frame.piles.len()].map(|count| count as f64);
+        *numbers = vec![frame.time, frame.length, frame.zone];
+        numbers.extend(live.tip().iter());
+        numbers.extend(counts);
+        numbers.extend(frame.line.as_flattened());
+        numbers.extend(frame.directors.as_flattened().as_flattened());
+        numbers.extend(frame.piles.as_flattened().as_flattened());
+        Ok(())
+    })
+}
+
+/// Writes period (s; zero if there is none), semi-major axis and signed semi-minor axis (m).
+#[unsafe(no_mangle)]
+pub extern "C" fn live_read() -> i32 {
+    with(|live, numbers| {
+        *numbers = live.read().map_or_else(|| vec![0.0; 3], |read| vec![read.period, read.axes[0], read.axes[1]]);
+        Ok(())
+    })
+}
+
+/// Writes the lengths (m) of buckling and of the onset of swinging; infinite where there is none.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_critical() -> i32 {
+    with(|live, numbers| {
+        *numbers = vec![live.buckling_length(), live.critical_length().unwrap_or(f64::INFINITY)];
+        Ok(())
+    })
+}
+
+/// Where the numbers are.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_numbers() -> *const f64 {
+    DESK.with_borrow(|desk| desk.numbers.as_ptr())
+}
+
+/// How many they are.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_count() -> usize {
+    DESK.with_borrow(|desk| desk.numbers.len())
+}
+
+/// Where the last message is, UTF-8.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_message() -> *const u8 {
+    DESK.with_borrow(|desk| desk.message.as_ptr())
+}
+
+/// Its bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn live_message_length() -> usize {
+    DESK.with_borrow(|desk| desk.message.len())
+}

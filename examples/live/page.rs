@@ -1,0 +1,80 @@
+//! A page in which a shoot runs: sliders for its parameters, a base to tilt, a tip to push.
+//!
+//! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and put into one HTML file, which needs no network.
+//!
+//! # What to see
+//! Take the second video's preset, and wait for a day: the small circles of the oscillator give way to the wide swing that
+//! comes from the delays. Then make the reaction time half as long: the swing dies out, and the oscillator is left.
+//!
+//! # What to try
+//! Push a shoot of 6.5 cm and one of 6.6 cm: between them lies the critical length, the orange line of the scale.
+
+#[path = "../camera/mod.rs"]
+mod camera;
+#[path = "../common/mod.rs"]
+mod common;
+// Only what a check needs is used here.
+#[allow(dead_code)]
+mod shoot;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use common::file::write_whole;
+use common::film::{SCENE, STYLE, base64, fill};
+use common::{Opt, Options};
+use shoot::Live;
+
+const TARGET: &str = "wasm32-unknown-unknown";
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "live_page",
+        "a page in which a shoot runs, for a browser without a network",
+        &[Opt::value(
+            "tip",
+            "H",
+            "",
+            "only print the tip (m) after so many hours, as this machine computes it: a check of the page",
+        )],
+    );
+    if options.flag("tip") {
+        let hours = options.positive("tip");
+        let mut live = Live::new()?;
+        for _ in 0..(30.0 * hours).round() as usize {
+            live.advance(120.0)?;
+        }
+        let tip = live.tip();
+        println!("{:e} {:e} {:e}", tip.x, tip.y, tip.z);
+        return Ok(());
+    }
+    let wasm = std::fs::read(compiled()?)?;
+    let page = fill(
+        include_str!("page.html"),
+        &[("css", STYLE), ("wasm", &base64(&wasm)), ("scene", SCENE), ("live", include_str!("live.js"))],
+    );
+    let file = options.out_dir().join("live.html");
+    write_whole(&file, &page)?;
+    println!("{} ({:.2} MB) plays in a browser", file.display(), page.len() as f64 / 1e6);
+    Ok(())
+}
+
+/// Compiles the shoot for the browser.
+fn compiled() -> Result<PathBuf, Box<dyn Error>> {
+    let home = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let arguments = ["build", "--release", "--example", "live", "--target", TARGET];
+    let status = Command::new(cargo).args(arguments).current_dir(home).status()?;
+    if !status.success() {
+        let what =
+            format!("the shoot was not compiled for {TARGET}; if the target is missing, `rustup target add {TARGET}`");
+        return Err(what.into());
+    }
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| home.join("target"), PathBuf::from);
+    Ok(target.join(TARGET).join("release/examples/live.wasm"))
+}
+
+fn main() -> ExitCode {
+    common::finish(run())
+}

@@ -1,0 +1,272 @@
+//! The shoot of the live page: parameters by their numbers, time that goes on while they change, what the page draws.
+
+use std::error::Error;
+use std::f64::consts::PI;
+
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::equilibrium::GREENHILL;
+use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
+use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::load::{Cut, Load, Pulse, Weight, Whirl};
+use morphorod::nalgebra::Vector3;
+use morphorod::orbit::{Path, Search};
+use morphorod::stability::{Linearisation, onset};
+use morphorod::tropism::{
+    Gravitropism, Handedness, Memory, Oscillator, Proprioception, Remembered, Response, Statoliths,
+};
+use morphorod::{Environment, Laws, Shoot, Still};
+
+use crate::camera;
+use crate::common::Frame;
+
+const MINUTE: f64 = 60.0;
+const HOUR: f64 = 3600.0;
+const RADIUS: f64 = 5e-4;
+const DENSITY: f64 = 1000.0;
+/// The tip's place is kept so often, s, and for so long, s: what period and amplitude are read from.
+const EVERY: f64 = 2.0 * MINUTE;
+const RECENT: f64 = 6.0 * HOUR;
+/// Longest step, s.
+const STEP: f64 = MINUTE;
+
+/// What the page can change, in the units that it shows. The page names them by their places here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(usize)]
+pub enum Parameter {
+    /// α.
+    Alpha,
+    /// β.
+    Beta,
+    /// η.
+    Eta,
+    /// τg, h.
+    GrowthTime,
+    /// τm = τ̄m, min.
+    MemoryTime,
+    /// τr = τ̄r, min.
+    ReactionTime,
+    /// |g|, m/s².
+    Gravity,
+    /// E0, MPa.
+    Stiffness,
+    /// Lean of the base towards e1, degrees.
+    Tilt,
+    /// τe, min.
+    OscillatorPeriod,
+    /// 1 or −1: the oscillator turns counterclockwise or clockwise.
+    OscillatorSense,
+    /// Force of the hand on the apex along e1, e2, e3, µN.
+    PushX,
+    /// See `PushX`.
+    PushY,
+    /// See `PushX`.
+    PushZ,
+    /// Length at the start, cm.
+    Length,
+    /// Whether the shoot gets longer: 1 or 0.
+    Grows,
+    /// What starts it: 0 nothing, 1 the two kicks of the fourth video, 2 the turning force of the fifth and sixth.
+    Kick,
+}
+use Parameter as P;
+
+/// How many there are.
+pub const PARAMETERS: usize = P::Kick as usize + 1;
+
+/// The second video's shoot.
+const DEFAULTS: [f64; PARAMETERS] =
+    [0.2, 0.8, 20.0, 40.0, 12.0, 12.0, 9.81, 10.0, 0.0, 24.0, 1.0, 0.0, 0.0, 0.0, 6.8, 1.0, 0.0];
+
+type Steering = (Remembered<Gravitropism<Statoliths>>, Remembered<Proprioception>, Oscillator);
+type Loads = (Weight, Hand, Option<(Pulse, Pulse)>, Option<Whirl>);
+type Model = Laws<Lignifying, Box<dyn GrowthLaw + Send + Sync>, Steering, Loads, Still>;
+type Failure = Box<dyn Error>;
+
+/// A force on the apex, N, that stays until it is changed.
+#[derive(Debug, Clone, Copy)]
+pub struct Hand(Vector3<f64>);
+
+impl Load for Hand {
+    fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+        self.0
+    }
+}
+
+/// What the tip's path of the last hours says.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading {
+    /// Period, s; zero if there is none.
+    pub period: f64,
+    /// Semi-axes of the ellipse, m; the sign of the second is that of the sense: counterclockwise is positive.
+    pub axes: [f64; 2],
+}
+
+/// A shoot that runs.
+pub struct Live {
+    values: [f64; PARAMETERS],
+    shoot: Shoot<Model>,
+    tips: Vec<(f64, Vector3<f64>)>,
+}
+
+impl Live {
+    /// The second video's shoot, at its start.
+    pub fn new() -> Result<Self, Failure> {
+        let shoot = build(&DEFAULTS)?;
+        let mut live = Self { values: DEFAULTS, shoot, tips: Vec::new() };
+        live.restart()?;
+        Ok(live)
+    }
+
+    /// The value of a parameter.
+    pub fn value(&self, number: usize) -> Option<f64> {
+        self.values.get(number).copied()
+    }
+
+    /// Changes a parameter while the shoot goes on; length, growth and kick count from the next start.
+    pub fn set(&mut self, number: usize, value: f64) -> Result<(), Failure> {
+        let mut values = self.values;
+        *values.get_mut(number).ok_or_else(|| format!("there is no parameter {number}"))? = value;
+        if number < P::Length as usize {
+            // A longer delay than the history reaches back: the past is taken to have been as the present is.
+            self.shoot = self.shoot.with_model(model(&values)).or_else(|_| {
+                let mut shoot = self.shoot.with_model_restarted(model(&values))?;
+                integrator(&values).start(&mut shoot, &SteadyHistory)?;
+                Ok::<_, Failure>(shoot)
+            })?;
+        }
+        self.values = values;
+        Ok(())
+    }
+
+    /// Begins again at t = 0 with the present parameters.
+    pub fn restart(&mut self) -> Result<(), Failure> {
+        let mut shoot = build(&self.values)?;
+        integrator(&self.values).start(&mut shoot, &EmptyHistory)?;
+        self.tips = vec![(0.0, shoot.tip())];
+        self.shoot = shoot;
+        Ok(())
+    }
+
+    /// Goes on for so many seconds.
+    pub fn advance(&mut self, seconds: f64) -> Result<(), Failure> {
+        let (until, mut integrator) = (self.shoot.time() + seconds, integrator(&self.values));
+        loop {
+            let next = self.tips.last().map_or(0.0, |(time, _)| time + EVERY);
+            integrator.advance(&mut self.shoot, next.min(until))?;
+            if next > until {
+                break;
+            }
+            self.tips.push((next, self.shoot.tip()));
+        }
+        let old = self.tips.partition_point(|(time, _)| *time < until - RECENT);
+        self.tips.drain(..old);
+        Ok(())
+    }
+
+    /// The shoot as it is now.
+    pub fn look(&self) -> Frame {
+        camera::look(&self.shoot, Some(0))
+    }
+
+    /// The tip, m.
+    pub fn tip(&self) -> Vector3<f64> {
+        self.shoot.tip()
+    }
+
+    /// The largest oscillation of the tip in the last hours, seen from above.
+    pub fn read(&self) -> Option<Reading> {
+        let (times, places) = self.tips.iter().copied().unzip();
+        let path = Path::new(times, places).ok()?.seen_along(&Vector3::z()).ok()?;
+        let search = Search { most: 2, ..Search::default() };
+        let largest = *path.oscillations(&search).ok()?.oscillations.first()?;
+        let sign = if largest.ellipse.sense == Handedness::Counterclockwise { 1.0 } else { -1.0 };
+        Some(Reading { period: largest.period, axes: [largest.ellipse.major, sign * largest.ellipse.minor] })
+    }
+
+    /// The length (m) at which an upright shoot of the present parameters would buckle under its weight: Greenhill's.
+    pub fn buckling_length(&self) -> f64 {
+        let modulus = 1e6 * self.values[P::Stiffness as usize];
+        let weight = DENSITY * self.values[P::Gravity as usize] * PI * RADIUS * RADIUS;
+        (GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
+    }
+
+    /// The length (m) from which on such a shoot, if all of it steers, swings by itself; none if it never does, or is never at rest.
+    pub fn critical_length(&self) -> Option<f64> {
+        let longest = self.buckling_length();
+        let laws = model(&self.values);
+        let elastic = laws.constitutive.young;
+        let (gravitropism, bending, _) = laws.tropism;
+        let at = |length: f64| {
+            let shoot = Shoot::builder(elastic)
+                .length(length)
+                .radius(RADIUS)
+                .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: self.growth_time() }))
+                .tropism((gravitropism, bending))
+                .load(Weight { density: DENSITY })
+                .scene(Still { base: Still::upright().base, ..laws.scene })
+                .build()?;
+            Linearisation::about(&shoot)
+        };
+        if !longest.is_finite() {
+            return None;
+        }
+        onset(at, 0.2 * longest, 0.99 * longest).ok().map(|found| found.parameter)
+    }
+
+    fn growth_time(&self) -> f64 {
+        HOUR * self.values[P::GrowthTime as usize]
+    }
+}
+
+fn integrator(values: &[f64; PARAMETERS]) -> MethodOfSteps {
+    MethodOfSteps::new(STEP.min(MINUTE * values[P::ReactionTime as usize]))
+}
+
+fn model(values: &[f64; PARAMETERS]) -> Model {
+    let of = |parameter: Parameter| values[parameter as usize];
+    let memory = Memory { time: MINUTE * of(P::MemoryTime), delay: MINUTE * of(P::ReactionTime) };
+    let young = LinearElastic { youngs_modulus: 1e6 * of(P::Stiffness), poissons_ratio: 0.5 };
+    let (zone_length, time) = (0.07, HOUR * of(P::GrowthTime));
+    let growth: Box<dyn GrowthLaw + Send + Sync> = if of(P::Grows) > 0.0 {
+        Box::new(UniformGrowth { zone_length, time })
+    } else {
+        // All of it steers, whatever its length.
+        Box::new(Ongoing(UniformGrowth { zone_length: 1.0, time }))
+    };
+    let handedness = if of(P::OscillatorSense) > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
+    let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
+    let upright = Still::tilted(of(P::Tilt).to_radians());
+    let kicks = |x: f64, y: f64, start: f64| Pulse {
+        peak: 1e-5 * Vector3::new(x, y, 0.0),
+        start: start * MINUTE,
+        duration: 12.0 * MINUTE,
+    };
+    Laws {
+        constitutive: Lignifying { young, mature_modulus: 200.0 * young.youngs_modulus, time: 144.0 * HOUR },
+        growth,
+        tropism: (
+            Gravitropism { sensitivity: of(P::Beta), perception: statoliths }.remembered(memory),
+            Proprioception { sensitivity: of(P::Eta) }.remembered(memory),
+            Oscillator { handedness, ..Oscillator::new(of(P::Alpha), MINUTE * of(P::OscillatorPeriod)) },
+        ),
+        load: (
+            Weight { density: DENSITY },
+            Hand(1e-6 * Vector3::new(of(P::PushX), of(P::PushY), of(P::PushZ))),
+            (of(P::Kick) == 1.0).then(|| (kicks(2.0, 1.0, 0.0), kicks(1.0, -2.0, 1800.0))),
+            (of(P::Kick) == 2.0).then_some(Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 }),
+        ),
+        scene: Still { gravity: Vector3::new(0.0, 0.0, -of(P::Gravity)), ..upright },
+    }
+}
+
+fn build(values: &[f64; PARAMETERS]) -> Result<Shoot<Model>, Failure> {
+    let elements = if values[P::Grows as usize] > 0.0 { 8 } else { 6 };
+    let length = 0.01 * values[P::Length as usize];
+    let mut builder = Shoot::of(model(values)).length(length).radius(RADIUS).elements(elements);
+    if values[P::Grows as usize] == 0.0 {
+        // The zone is longer than the shoot: elements are those of the shoot.
+        let nodes: Vec<f64> = (0..=elements).map(|i| length * i as f64 / elements as f64).collect();
+        builder = builder.nodes(&nodes);
+    }
+    Ok(builder.build()?)
+}
