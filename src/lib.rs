@@ -96,6 +96,7 @@
 #[cfg(feature = "serde")]
 pub mod checkpoint;
 pub mod constitutive;
+pub mod cycle;
 pub mod equilibrium;
 mod error;
 pub mod growth;

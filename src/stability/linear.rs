@@ -215,7 +215,7 @@ fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
 }
 
 /// A solver for the equilibrium next to the present one, to the last digits.
-pub(super) fn precise_solver() -> NewtonSolver {
+pub(crate) fn precise_solver() -> NewtonSolver {
     let mut solver = NewtonSolver::with_tolerance(1e-13);
     solver.branch = Branch::Nearest;
     solver

@@ -1,0 +1,59 @@
+//! Why no cycle was found.
+
+use crate::equilibrium::EquilibriumError;
+use crate::error::ParameterError;
+use crate::stability::StabilityError;
+
+/// Why no cycle was found. The shoot is as it was.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CycleError {
+    /// A setting makes no sense.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No mechanical equilibrium was found.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
+    /// A question of stability has no answer.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
+    /// A shoot that gets longer has no cycle.
+    #[error("the growth law elongates the shoot: nothing comes back; `growth::Ongoing` keeps its length")]
+    Elongates,
+    /// Some tissue of the zone does not steer.
+    #[error("{points} material points of the zone are not driven: each would keep any strain that it has")]
+    NotDriven {
+        /// How many.
+        points: usize,
+    },
+    /// Laws, loads, elasticity or the scene are not the same after a turn about the tangent of the base.
+    #[error(
+        "the {what} breaks the axis of the shoot: it changes by {defect:.1e} of itself when all is turned about it"
+    )]
+    NoAxis {
+        /// What does.
+        what: &'static str,
+        /// By how much, relative.
+        defect: f64,
+    },
+    /// The variables of a point do not come back to what they were.
+    #[error("the laws' variables do not come back after a period: the last correction was {change:.1e}")]
+    Variables {
+        /// The last correction.
+        change: f64,
+    },
+    /// The iteration ended in the stationary state.
+    #[error("no orbit near the start: the iteration went to the stationary state, to a strain of {strain:.1e} 1/m")]
+    Stationary {
+        /// The largest intrinsic strain that drives, 1/m.
+        strain: f64,
+    },
+    /// Newton's method did not converge.
+    #[error("no convergence in {iterations} iterations: {residual:.1e} of the growth gradient is left")]
+    NotConverged {
+        /// Iterations done.
+        iterations: usize,
+        /// What is left, relative.
+        residual: f64,
+    },
+}

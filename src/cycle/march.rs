@@ -1,0 +1,393 @@
+//! The time-stepping map: a state of a shoot of constant length in, the state one period later out.
+//!
+//! A period has equal intervals, with Gauss points in each. The rates of strain and variables are polynomials in an interval, which
+//! obey the laws at its Gauss points; what lies a delay before is read off the polynomials of the past. The grid is one of t/T: it
+//! moves with the period, and the map is smooth.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::error::CycleError;
+use super::grid::Grid;
+use super::sensitivity::look;
+use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
+use crate::load::InternalForce;
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
+use crate::stability::precise_solver;
+use crate::tropism::{Declaration, Growing, LawDerivatives, TropismLaw};
+
+/// Passes over an interval whose laws read what lies in it.
+const PASSES: usize = 60;
+/// Such passes and the variables of a point have converged when they change by this share of themselves.
+const CONVERGED: f64 = 1e-14;
+
+/// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Start {
+    /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
+    pub strain: DVector<f64>,
+    /// The variables, point by point.
+    pub variables: DVector<f64>,
+    /// Interval by interval, the oldest first, stage by stage.
+    pub slopes: Vec<Vec<DVector<f64>>>,
+}
+
+impl Start {
+    pub fn flat(&self) -> DVector<f64> {
+        let slopes = self.slopes.iter().flatten().flat_map(|slope| slope.iter());
+        let all: Vec<f64> = self.strain.iter().chain(self.variables.iter()).chain(slopes).copied().collect();
+        DVector::from_vec(all)
+    }
+
+    /// A state of the same sizes.
+    pub fn from_flat(&self, flat: &DVector<f64>) -> Self {
+        let (n, v) = (self.strain.len(), self.variables.len());
+        let mut at = n + v;
+        let mut out = self.clone();
+        out.strain.copy_from(&flat.rows(0, n));
+        out.variables.copy_from(&flat.rows(n, v));
+        for slope in out.slopes.iter_mut().flatten() {
+            slope.copy_from(&flat.rows(at, v));
+            at += v;
+        }
+        out
+    }
+}
+
+/// The shoot at a stage of an interval.
+#[derive(Debug, Clone)]
+pub(super) struct Stage {
+    pub rod: Rod,
+    pub strain: DVector<f64>,
+    /// Point by point.
+    pub stimuli: DVector<f64>,
+    pub variables: DVector<f64>,
+    /// Every variable as it was its delay before.
+    pub past: DVector<f64>,
+}
+
+/// A period.
+pub(super) struct Path {
+    pub end: Start,
+    /// Interval by interval.
+    pub stages: Vec<Vec<Stage>>,
+    /// The strain at the beginning of every interval, and at the end.
+    pub strains: Vec<DVector<f64>>,
+    /// The rates of the strain at the stages, times an interval's length.
+    pub strain_slopes: Vec<Vec<DVector<f64>>>,
+    pub equilibria: usize,
+}
+
+/// Carries a shoot over a period.
+pub(super) struct March<'a, M: Model> {
+    pub shoot: &'a Shoot<M>,
+    pub grid: Grid,
+    pub places: Vec<Growing>,
+    pub regr: Vec<f64>,
+    /// Intervals of the past that a state holds.
+    pub kept: usize,
+    pub variables: usize,
+    pub stimuli: usize,
+    pub reads_present: bool,
+    pub delays: Vec<Option<f64>>,
+    rod: Rod,
+    /// The rods at the stages of the last run: first guesses of the next one.
+    guesses: Vec<Rod>,
+    solver: NewtonSolver,
+}
+
+/// Where something is read: so many intervals from the present one, and the weights of its slopes.
+pub(super) type Reading = (isize, Vec<f64>);
+
+impl<'a, M: Model> March<'a, M> {
+    pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64) -> Result<Self, CycleError> {
+        let growth = shoot.model.growth();
+        if growth.elongates() {
+            return Err(CycleError::Elongates);
+        }
+        ParameterError::positive("period", period)?;
+        let rod = shoot.state.rod.clone();
+        let time = shoot.environment().time;
+        let points = &rod.points()[rod.zone()];
+        let places: Vec<Growing> =
+            points.iter().map(|point| Growing::new(time, point.section, point.apex_distance)).collect();
+        let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
+        let still = regr.iter().filter(|rate| !(rate.abs() > 0.0)).count();
+        if still > 0 {
+            return Err(CycleError::NotDriven { points: still });
+        }
+        let declaration = Declaration::of(shoot.model.tropism());
+        declaration.check()?;
+        let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
+        let longest = delays.iter().flatten().copied().fold(0.0, f64::max);
+        // Half an interval more than now, since the period moves while it is sought.
+        let kept = (longest * grid.intervals as f64 / period + 0.5).ceil() as usize;
+        let size = declaration.size();
+        Ok(Self {
+            shoot,
+            grid,
+            places,
+            regr,
+            kept: kept.max(1),
+            variables: size.variables,
+            stimuli: size.stimuli,
+            reads_present: size.reads_present,
+            delays,
+            rod,
+            guesses: Vec::new(),
+            solver: precise_solver(),
+        })
+    }
+
+    /// Where every variable is read from a stage.
+    pub fn readings(&self, period: f64, stage: usize) -> Vec<Option<Reading>> {
+        let length = period / self.grid.intervals as f64;
+        let read = |delay: f64| {
+            let at = self.grid.stages[stage] - delay / length;
+            (at.floor() as isize, self.grid.integrals(at - at.floor()))
+        };
+        self.delays.iter().map(|delay| delay.map(read)).collect()
+    }
+
+    /// The shoot at rest with a strain at a time after the start.
+    pub fn settle(&mut self, strain: &DVector<f64>, after: f64) -> Result<(Rod, InternalForce), CycleError> {
+        let (scene, time) = (self.shoot.model.scene(), self.shoot.environment().time + after);
+        let environment = scene.environment(time);
+        let first = self.rod.zone().start;
+        for k in 0..strain.len() {
+            self.rod.points[first + k / 2].intrinsic[k % 2] = strain[k];
+        }
+        self.rod.set_base(scene.base(time))?;
+        let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
+        let _ = self.solver.equilibrate(&mut self.rod, self.shoot.model.constitutive(), &force)?;
+        Ok((self.rod.clone(), force))
+    }
+
+    /// Goes on for a period.
+    pub fn run(&mut self, start: &Start, period: f64) -> Result<Path, CycleError> {
+        let (k, stages) = (self.grid.intervals, self.grid.order());
+        let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
+        let (what, needed) = ("longest delay, in intervals", longest * k as f64 / period);
+        ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state holds")?;
+        let readings: Vec<Vec<Option<Reading>>> = (0..stages).map(|i| self.readings(period, i)).collect();
+        let inside = |reading: &Option<Reading>| reading.as_ref().is_some_and(|(interval, _)| *interval >= 0);
+        let implicit = self.reads_present || readings.iter().flatten().any(inside);
+        // Interval by interval, the oldest kept first.
+        let mut slopes = start.slopes.clone();
+        let mut begins = vec![start.variables.clone()];
+        for slopes in start.slopes.iter().rev() {
+            let mut before = begins[0].clone();
+            slopes.iter().zip(&self.grid.whole).for_each(|(slope, w)| before.axpy(-w, slope, 1.0));
+            begins.insert(0, before);
+        }
+        let mut out = Path {
+            end: start.clone(),
+            stages: Vec::new(),
+            strains: vec![start.strain.clone()],
+            strain_slopes: Vec::new(),
+            equilibria: 0,
+        };
+        let length = period / k as f64;
+        for n in 0..k {
+            // A first guess for what lies in this interval.
+            slopes.push(slopes.last().cloned().unwrap_or_default());
+            let mut made: Vec<Stage> = Vec::new();
+            for pass in 0..PASSES {
+                let now = self.interval(n, length, &readings, &begins, &mut slopes, &made, &out)?;
+                out.equilibria += stages;
+                let change = change(&made, &now.0);
+                made = now.0;
+                if pass == 0 && implicit || pass > 0 && change > CONVERGED {
+                    if pass + 1 == PASSES {
+                        return Err(CycleError::Variables { change });
+                    }
+                    continue;
+                }
+                out.strain_slopes.push(now.1);
+                break;
+            }
+            let mut strain = out.strains[n].clone();
+            out.strain_slopes[n].iter().zip(&self.grid.whole).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
+            out.strains.push(strain);
+            let mut next = begins[self.kept + n].clone();
+            slopes[self.kept + n].iter().zip(&self.grid.whole).for_each(|(slope, w)| next.axpy(*w, slope, 1.0));
+            begins.push(next);
+            out.stages.push(made);
+        }
+        self.guesses.clear();
+        self.guesses.extend(out.stages.iter().flatten().map(|stage| stage.rod.clone()));
+        out.end = Start {
+            strain: out.strains[k].clone(),
+            variables: begins[self.kept + k].clone(),
+            slopes: slopes[k..].to_vec(),
+        };
+        Ok(out)
+    }
+
+    /// One pass over an interval: its stages, and the slopes of the strain; those of the variables are written.
+    #[allow(clippy::too_many_arguments)]
+    fn interval(
+        &mut self,
+        n: usize,
+        length: f64,
+        readings: &[Vec<Option<Reading>>],
+        begins: &[DVector<f64>],
+        slopes: &mut [Vec<DVector<f64>>],
+        before: &[Stage],
+        path: &Path,
+    ) -> Result<(Vec<Stage>, Vec<DVector<f64>>), CycleError> {
+        let (v, m, p, stages) = (self.variables, self.stimuli, self.places.len(), self.grid.order());
+        let law = self.shoot.model.tropism();
+        let present = self.kept + n;
+        let mut past: Vec<DVector<f64>> = vec![DVector::zeros(v * p); stages];
+        let mut strain_slopes: Vec<DVector<f64>> = vec![DVector::zeros(2 * p); stages];
+        for i in 0..stages {
+            for (a, reading) in readings[i].iter().enumerate() {
+                let Some((interval, weights)) = reading else { continue };
+                let at = (present as isize + interval) as usize;
+                for point in 0..p {
+                    let k = point * v + a;
+                    let sum: f64 = weights.iter().zip(&slopes[at]).map(|(w, slope)| w * slope[k]).sum();
+                    past[i][k] = begins[at][k] + sum;
+                }
+            }
+            for (point, place) in self.places.iter().enumerate() {
+                let time = place.time + (n as f64 + self.grid.stages[i]) * length;
+                let at = Growing::new(time, place.section, place.apex_distance);
+                let now = before.get(i).filter(|_| self.reads_present);
+                let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..(point + 1) * m]);
+                if self.reads_present && now.is_empty() {
+                    // The first pass has seen nothing yet.
+                    continue;
+                }
+                let gradient = law.gradient(&at, &past[i].as_slice()[point * v..(point + 1) * v], now);
+                for c in 0..2 {
+                    strain_slopes[i][2 * point + c] = length * self.regr[point] * gradient[c];
+                }
+            }
+        }
+        let mut made = Vec::with_capacity(stages);
+        for (i, past) in past.into_iter().enumerate() {
+            let mut strain = path.strains[n].clone();
+            strain_slopes.iter().zip(&self.grid.upto[i]).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
+            if let Some(guess) = self.guesses.get(n * stages + i) {
+                self.rod.clone_from(guess);
+            }
+            let (rod, force) = self.settle(&strain, (n as f64 + self.grid.stages[i]) * length)?;
+            let mut stimuli = DVector::zeros(m * p);
+            look(self.shoot, &rod, &force, |point, x| {
+                stimuli.as_mut_slice()[point * m..(point + 1) * m].copy_from_slice(x);
+            });
+            made.push(Stage { rod, strain, stimuli, variables: DVector::zeros(v * p), past });
+        }
+        for point in 0..p {
+            self.carry(point, length, &begins[present], &mut slopes[present], &mut made)?;
+        }
+        Ok((made, strain_slopes))
+    }
+
+    /// The variables of a point over an interval: Newton's method for the slopes at all stages.
+    fn carry(
+        &self,
+        point: usize,
+        length: f64,
+        begin: &DVector<f64>,
+        slopes: &mut [DVector<f64>],
+        stages: &mut [Stage],
+    ) -> Result<(), CycleError> {
+        let (v, m, s) = (self.variables, self.stimuli, self.grid.order());
+        if v == 0 {
+            return Ok(());
+        }
+        let law = self.shoot.model.tropism();
+        let own = point * v..(point + 1) * v;
+        let mut rates = vec![0.0; v];
+        let mut last = f64::INFINITY;
+        for _ in 0..PASSES {
+            for i in 0..s {
+                for (a, k) in own.clone().enumerate() {
+                    let sum: f64 = slopes.iter().zip(&self.grid.upto[i]).map(|(slope, w)| w * slope[k]).sum();
+                    stages[i].variables[point * v + a] = begin[k] + sum;
+                }
+            }
+            let mut left = DVector::zeros(v * s);
+            for (i, stage) in stages.iter().enumerate() {
+                let (y, x) = (&stage.variables.as_slice()[own.clone()], &stage.stimuli.as_slice()[point * m..][..m]);
+                law.rates(y, x, &mut rates);
+                for a in 0..v {
+                    left[i * v + a] = length * rates[a] - slopes[i][point * v + a];
+                }
+            }
+            let size = slopes.iter().map(|slope| slope.rows(point * v, v).amax()).fold(0.0, f64::max);
+            let size = size.max(begin.rows(point * v, v).amax()).max(f64::MIN_POSITIVE);
+            let change = self.matrix(point, length, stages).lu().solve(&left);
+            let change = change.filter(|x| x.iter().all(|x| x.is_finite()));
+            let change = change.ok_or(CycleError::Variables { change: f64::INFINITY })?;
+            for i in 0..s {
+                for a in 0..v {
+                    slopes[i][point * v + a] += change[i * v + a];
+                }
+            }
+            let moved = change.amax();
+            if moved <= CONVERGED * size || (moved < 1e-10 * size && moved >= last) {
+                for i in 0..s {
+                    for (a, k) in own.clone().enumerate() {
+                        let sum: f64 = slopes.iter().zip(&self.grid.upto[i]).map(|(slope, w)| w * slope[k]).sum();
+                        stages[i].variables[point * v + a] = begin[k] + sum;
+                    }
+                }
+                return Ok(());
+            }
+            last = moved;
+        }
+        Err(CycleError::Variables { change: last })
+    }
+
+    /// slope − length ∂rates/∂y of all that slopes do to the variables of a point at the stages of an interval.
+    pub fn matrix(&self, point: usize, length: f64, stages: &[Stage]) -> DMatrix<f64> {
+        let (v, s) = (self.variables, self.grid.order());
+        let mut out = DMatrix::identity(v * s, v * s);
+        for (i, stage) in stages.iter().enumerate() {
+            let [rates_y, ..] = self.derivatives(point, stage, false);
+            for j in 0..s {
+                let mut block = out.view_mut((i * v, j * v), (v, v));
+                block -= &rates_y * (length * self.grid.upto[i][j]);
+            }
+        }
+        out
+    }
+
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage: of the variables as they are, or as they are read.
+    pub fn derivatives(&self, point: usize, stage: &Stage, past: bool) -> [DMatrix<f64>; 4] {
+        let (v, m) = (self.variables, self.stimuli);
+        let y = if past { &stage.past } else { &stage.variables };
+        let (y, x) = (&y.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
+        let mut out = [DMatrix::zeros(v, v), DMatrix::zeros(v, m), DMatrix::zeros(3, v), DMatrix::zeros(3, m)];
+        let [rates_y, rates_x, gradient_y, gradient_x] = &mut out;
+        self.shoot.model.tropism().derivatives(
+            &self.places[point],
+            y,
+            x,
+            &mut LawDerivatives {
+                rates_by_variables: rates_y.as_view_mut(),
+                rates_by_stimuli: rates_x.as_view_mut(),
+                gradient_by_variables: gradient_y.as_view_mut(),
+                gradient_by_stimuli: gradient_x.as_view_mut(),
+            },
+        );
+        out
+    }
+}
+
+/// The largest change of the strain between two passes, relative to it.
+fn change(before: &[Stage], now: &[Stage]) -> f64 {
+    if before.len() != now.len() {
+        return f64::INFINITY;
+    }
+    let pairs = before.iter().zip(now);
+    pairs.map(|(a, b)| (&a.strain - &b.strain).amax() / b.strain.amax().max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
+}

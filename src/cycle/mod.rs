@@ -1,0 +1,19 @@
+//! Limit cycles that are found instead of waited for.
+
+mod circular;
+mod error;
+mod fourier;
+mod gmres;
+mod grid;
+mod march;
+mod periodic;
+mod point;
+mod sensitivity;
+mod turned;
+mod turning_roots;
+mod variation;
+
+pub use circular::{CircularOrbit, CircularSolver, Turning};
+pub use error::CycleError;
+pub use periodic::{Multiplier, PeriodicOrbit, PeriodicSolver};
+pub use turning_roots::TurningRoots;

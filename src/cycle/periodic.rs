@@ -1,0 +1,366 @@
+//! Periodic orbits: fixed points of the time-stepping map, found by Newton's and Krylov's methods.
+
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
+
+use super::error::CycleError;
+use super::fourier::Circle;
+use super::gmres::{Krylov, gmres};
+use super::grid::Grid;
+use super::march::{March, Path, Start};
+use super::point::Round;
+use super::sensitivity::look;
+use super::variation::Variation;
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+use crate::stability::Root;
+
+/// Waves of a first guess.
+const WAVES: usize = 3;
+/// Krylov's subspaces grow up to this: a return map contracts all but a handful of directions.
+const KRYLOV: usize = 80;
+/// What a step of Newton's method leaves of its linear problem.
+const LINEAR: f64 = 1e-4;
+/// Step of the central differences by the period, relative: they err by 1e-10.
+const STRETCH: f64 = 1e-5;
+
+/// A periodic orbit of a shoot.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct PeriodicOrbit {
+    /// The period, s.
+    pub period: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Equilibria that were solved.
+    pub equilibria: usize,
+    /// By how much a state differs from that one period later, relative.
+    pub residual: f64,
+    start: Start,
+    settings: PeriodicSolver,
+}
+
+/// A multiplier of Floquet: what a disturbance has become after a period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Multiplier {
+    /// μ.
+    pub value: Complex<f64>,
+    /// |A v − μ v| of its vector of norm one.
+    pub residual: f64,
+}
+
+impl Multiplier {
+    /// The root λ = ln μ/T that goes with it, 1/s, with the smallest |Im λ|.
+    #[must_use]
+    pub fn root(&self, period: f64) -> Complex<f64> {
+        self.value.ln() / period
+    }
+}
+
+/// Finds periodic orbits of shoots whose length does not change.
+///
+/// A period is divided into intervals with Gauss points; the grid is one of t/T, and moves with the period. Unknown are a state, with
+/// its variables over the longest delay, and the period. The return map contracts all but a handful of directions, so that Krylov's
+/// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodicSolver {
+    /// Intervals in a period.
+    pub intervals: usize,
+    /// Gauss points in each: the order of accuracy inside an interval.
+    pub stages: usize,
+    /// Largest relative difference between a state and that one period later.
+    pub tolerance: f64,
+    /// Bound on the iterations.
+    pub max_iterations: usize,
+}
+
+impl Default for PeriodicSolver {
+    /// 16 intervals of 6 points, 1e-10, at most 30 iterations.
+    fn default() -> Self {
+        Self { intervals: 16, stages: 6, tolerance: 1e-10, max_iterations: 30 }
+    }
+}
+
+impl PeriodicSolver {
+    /// The orbit that Newton's method reaches from a mode of the upright shoot, to and fro in its plane, with the tip moving by about
+    /// `amplitude` (m). The shoot is not changed.
+    ///
+    /// # Errors
+    /// A shoot that elongates or of which some tissue does not steer, a root that does not oscillate, no orbit near the start.
+    pub fn from_mode(
+        &self,
+        shoot: &Shoot<impl Model>,
+        root: &Root,
+        amplitude: f64,
+    ) -> Result<PeriodicOrbit, CycleError> {
+        let rate = root.value.im;
+        ParameterError::positive("frequency of the mode", rate)?;
+        ParameterError::positive("amplitude of the start", amplitude)?;
+        let period = std::f64::consts::TAU / rate;
+        let mut march = self.march(shoot, period)?;
+        let modes: Vec<Vector3<Complex<f64>>> =
+            root.strain.iter().map(|strain| strain * Complex::from(amplitude)).collect();
+        let start = start_of_mode(&mut march, &modes, period)?;
+        self.find(march, start, period)
+    }
+
+    /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
+    /// longer or stiffer.
+    ///
+    /// # Errors
+    /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
+    pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
+        let march = self.march(shoot, orbit.period)?;
+        let same = (orbit.settings.intervals, orbit.settings.stages) == (self.intervals, self.stages)
+            && orbit.start.strain.len() == 2 * march.places.len()
+            && orbit.start.variables.len() == march.variables * march.places.len();
+        let what = "material points of the orbit to start from";
+        let points = orbit.start.strain.len() as f64 / 2.0;
+        ParameterError::unless(
+            same,
+            what,
+            points,
+            "those of the shoot, with its variables and this solver's intervals",
+        )?;
+        let mut start = orbit.start.clone();
+        // The past that is kept depends on the period.
+        while start.slopes.len() > march.kept {
+            start.slopes.remove(0);
+        }
+        while start.slopes.len() < march.kept {
+            let oldest = start.slopes[0].clone();
+            start.slopes.insert(0, oldest);
+        }
+        self.find(march, start, orbit.period)
+    }
+
+    fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
+        for (what, number) in [("intervals in a period", self.intervals), ("points in an interval", self.stages)] {
+            ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
+        }
+        ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
+        March::new(shoot, Grid::new(self.intervals, self.stages), period)
+    }
+
+    fn find<M: Model>(
+        &self,
+        mut march: March<M>,
+        mut start: Start,
+        mut period: f64,
+    ) -> Result<PeriodicOrbit, CycleError> {
+        let (mut iterations, mut equilibria) = (0, 0);
+        let mut kept: Option<(Linear, f64)> = None;
+        loop {
+            let path = march.run(&start, period)?;
+            equilibria += path.equilibria;
+            let flat = start.flat();
+            let left = path.end.flat() - &flat;
+            let residual = left.norm() / flat.norm();
+            if residual <= self.tolerance {
+                let settings = *self;
+                return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings });
+            }
+            if iterations == self.max_iterations || !residual.is_finite() {
+                return Err(CycleError::NotConverged { iterations, residual });
+            }
+            // A linearisation serves as long as it reduces what is left by much.
+            let fresh = kept.as_ref().is_none_or(|(_, last)| residual > 0.2 * last);
+            let linear = match kept.take() {
+                Some((linear, _)) if !fresh => linear,
+                _ => {
+                    equilibria += 2 * path.equilibria;
+                    Linear::of(&mut march, &start, period, &path)?
+                }
+            };
+            let (change, stretch) = linear.step(&start, &left)?;
+            let next = start.from_flat(&change);
+            // As for circular orbits: Newton's method for the residual over the size of the strain.
+            let towards_zero = -next.strain.dot(&start.strain) / start.strain.norm_squared();
+            let most = (start.strain.norm() / next.strain.norm()).min(0.2 / stretch.abs());
+            let share = (1.0 - towards_zero).recip().clamp(-most, most);
+            start = start.from_flat(&(flat + change * share));
+            period *= 1.0 + stretch * share;
+            iterations += 1;
+            kept = Some((linear, residual));
+            if start.strain.amax() * march.shoot.rod().length() < 1e-6 {
+                return Err(CycleError::Stationary { strain: start.strain.amax() });
+            }
+        }
+    }
+}
+
+/// The return map and its linearisation by state and period.
+struct Linear {
+    variation: Variation,
+    /// By the logarithm of the period.
+    by_period: DVector<f64>,
+    /// How the strain goes on at the start: what would only shift the time is no change.
+    phase: DVector<f64>,
+}
+
+impl Linear {
+    fn of(march: &mut March<impl Model>, start: &Start, period: f64, path: &Path) -> Result<Self, CycleError> {
+        let variation = Variation::of(march, path, period)?;
+        let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
+        let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
+        let phase = path.strain_slopes[0][0].normalize();
+        Ok(Self { variation, by_period: (ahead - behind) / (2.0 * STRETCH), phase })
+    }
+
+    /// The change of the state and the relative one of the period.
+    fn step(&self, start: &Start, left: &DVector<f64>) -> Result<(DVector<f64>, f64), CycleError> {
+        let size = left.len();
+        let mut right = DVector::zeros(size + 1);
+        right.rows_mut(0, size).copy_from(left);
+        // The last unknown is measured so that it weighs as much as the others.
+        let scale = self.by_period.norm().max(f64::MIN_POSITIVE);
+        let (found, linear) = gmres(&right, LINEAR, KRYLOV, |x| {
+            let change = x.rows(0, size).clone_owned();
+            let moved = self.variation.apply(&start.from_flat(&change))?.flat();
+            let mut out = DVector::zeros(size + 1);
+            out.rows_mut(0, size).copy_from(&(&change - moved - &self.by_period * (x[size] / scale)));
+            out[size] = self.phase.dot(&change.rows(0, self.phase.len()));
+            Ok::<_, CycleError>(out)
+        })?;
+        if !(linear < 0.5) {
+            return Err(CycleError::NotConverged { iterations: 0, residual: linear });
+        }
+        Ok((found.rows(0, size).clone_owned(), found[size] / scale))
+    }
+}
+
+/// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.
+fn start_of_mode<M: Model>(
+    march: &mut March<M>,
+    modes: &[Vector3<Complex<f64>>],
+    period: f64,
+) -> Result<Start, CycleError> {
+    let (m, p, v) = (march.stimuli, march.places.len(), march.variables);
+    let circle = Circle::new(WAVES);
+    let at = |phase: f64| {
+        let turn = Complex::from_polar(1.0, phase);
+        DVector::from_fn(2 * p, |k, _| (modes[k / 2][k % 2] * turn).re)
+    };
+    let mut stimuli = vec![DMatrix::zeros(m, circle.len()); p];
+    for (j, phase) in circle.phases.iter().enumerate() {
+        let (rod, force) = march.settle(&at(*phase), 0.0)?;
+        look(march.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
+    }
+    let round = Round::new(march.shoot.model.tropism(), &circle, std::f64::consts::TAU / period);
+    let steady: Result<Vec<_>, _> =
+        march.places.iter().zip(&stimuli).map(|(place, x)| round.settle(place, x)).collect();
+    let steady = steady?;
+    let intervals = march.grid.intervals as f64;
+    // Values of a wave, and of its derivative by time in intervals, at a time in intervals.
+    let read = |time: f64, slope: bool| {
+        let weights = circle.earlier(-std::f64::consts::TAU * time / intervals);
+        let weights = if slope { &weights * &circle.derivative * (std::f64::consts::TAU / intervals) } else { weights };
+        DVector::from_fn(v * p, |k, _| {
+            (weights.row(0) * steady[k / v.max(1)].variables.row(k % v.max(1)).transpose())[0]
+        })
+    };
+    let kept = march.kept;
+    let slopes = (0..kept).map(|n| {
+        let begin = n as f64 - kept as f64;
+        march.grid.stages.iter().map(|stage| read(begin + stage, true)).collect()
+    });
+    Ok(Start { strain: at(0.0), variables: read(0.0, false), slopes: slopes.collect() })
+}
+
+impl PeriodicOrbit {
+    /// The shape at the start and after every interval of the period, as it is at rest: with the times since the start, s.
+    ///
+    /// # Errors
+    /// An equilibrium that is not found.
+    pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
+        let mut march = self.settings.march(shoot, self.period)?;
+        let path = march.run(&self.start, self.period)?;
+        let length = self.period / self.settings.intervals as f64;
+        let all = path.strains.iter().enumerate();
+        all.map(|(n, strain)| Ok((n as f64 * length, march.settle(strain, n as f64 * length)?.0))).collect()
+    }
+
+    /// The largest distance of the tip from the tangent of the base (m), and the rod at that time: a maximum in time, interpolated
+    /// between the points.
+    ///
+    /// # Errors
+    /// An equilibrium that is not found.
+    pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
+        let mut march = self.settings.march(shoot, self.period)?;
+        let path = march.run(&self.start, self.period)?;
+        let excursion = |rod: &Rod| {
+            let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
+            (tip - axis * axis.dot(&tip)).norm()
+        };
+        let all = path
+            .stages
+            .iter()
+            .enumerate()
+            .flat_map(|(n, stages)| stages.iter().enumerate().map(move |(i, stage)| (n, i, stage)));
+        let best = all.max_by(|a, b| excursion(&a.2.rod).total_cmp(&excursion(&b.2.rod)));
+        let Some((n, i, stage)) = best else { return Err(CycleError::NotConverged { iterations: 0, residual: 1.0 }) };
+        let length = self.period / self.settings.intervals as f64;
+        let mut at = |time: f64| {
+            // Inside the interval or beyond its ends, where the neighbour's polynomial is as good.
+            let whole = time.floor().clamp(0.0, (self.settings.intervals - 1) as f64);
+            let n = whole as usize;
+            let mut strain = path.strains[n].clone();
+            let weights = march.grid.integrals(time - whole);
+            path.strain_slopes[n].iter().zip(&weights).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
+            march.settle(&strain, time * length).map(|(rod, _)| rod)
+        };
+        // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
+        let (mut time, mut width) = (n as f64 + march_stage(&self.settings, i), 0.2);
+        let mut found = stage.rod.clone();
+        for _ in 0..40 {
+            let [before, now, after] = [at(time - width)?, at(time)?, at(time + width)?];
+            let [a, b, c] = [&before, &now, &after].map(excursion);
+            let curvature = a - 2.0 * b + c;
+            let shift = if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-2.0, 2.0) } else { (c - a).signum() };
+            time += shift * width;
+            found = now;
+            if shift.abs() < 0.1 {
+                width *= 0.2;
+            }
+            // A difference of excursions of 1e-13 is rounding; the excursion errs by the square of the time's error.
+            if width < 1e-3 && shift.abs() < 0.1 {
+                break;
+            }
+        }
+        Ok((excursion(&found), found))
+    }
+
+    /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: those of disturbances that begin as a
+    /// strain about director d1 alone, and about d2 alone. An orbit in a plane along a director keeps both apart.
+    ///
+    /// # Errors
+    /// A map that is not linearised.
+    pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
+        let mut march = self.settings.march(shoot, self.period)?;
+        let path = march.run(&self.start, self.period)?;
+        let variation = Variation::of(&march, &path, self.period)?;
+        let mut found = [Vec::new(), Vec::new()];
+        for (c, list) in found.iter_mut().enumerate() {
+            let mut start = self.start.from_flat(&DVector::zeros(self.start.flat().len()));
+            for k in (c..start.strain.len()).step_by(2) {
+                start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
+            }
+            let begin = variation.apply(&start)?.flat();
+            let krylov = Krylov::of(
+                &begin,
+                most,
+                1e-14,
+                |x| Ok::<_, CycleError>(variation.apply(&self.start.from_flat(x))?.flat()),
+                |_| false,
+            )?;
+            *list = krylov.eigenvalues().into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
+        }
+        Ok(found)
+    }
+}
+
+fn march_stage(settings: &PeriodicSolver, stage: usize) -> f64 {
+    Grid::new(settings.intervals, settings.stages).stages[stage]
+}

@@ -1,0 +1,183 @@
+//! The laws at one material point whose stimuli come back after a period.
+
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
+
+use super::error::CycleError;
+use super::fourier::Circle;
+use crate::tropism::{Declaration, Growing, LawDerivatives, TropismLaw};
+
+/// Newton corrections of the variables at most: the laws' rates are smooth.
+const CORRECTIONS: usize = 30;
+/// Variables are found when a correction is below this share of them.
+const CONVERGED: f64 = 1e-13;
+
+/// A law on a circle that is gone round at a rate; the delays are known in phase.
+pub(super) struct Round<'a, T> {
+    pub law: &'a T,
+    pub circle: &'a Circle,
+    /// Angular frequency, 1/s; negative if phases are passed backwards.
+    pub rate: f64,
+    size: (usize, usize),
+    reads_present: bool,
+    delays: Vec<f64>,
+    /// Reads every variable at its delay; none for those that are not read.
+    earlier: Vec<Option<DMatrix<f64>>>,
+}
+
+/// The variables of a point at all phases, and the derivatives of its laws there.
+pub(super) struct Steady {
+    /// A row for every variable, a column for every phase.
+    pub variables: DMatrix<f64>,
+    rates_y: Vec<DMatrix<f64>>,
+    rates_x: Vec<DMatrix<f64>>,
+}
+
+impl<'a, T: TropismLaw> Round<'a, T> {
+    pub fn new(law: &'a T, circle: &'a Circle, rate: f64) -> Self {
+        let declaration = Declaration::of(law);
+        let size = declaration.size();
+        let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
+        let earlier = delays.iter().map(|delay| delay.map(|delay| circle.earlier(rate * delay))).collect();
+        let delays = delays.into_iter().map(|delay| delay.unwrap_or(0.0)).collect();
+        let (counts, reads_present) = ((size.variables, size.stimuli), size.reads_present);
+        Self { law, circle, rate, size: counts, reads_present, delays, earlier }
+    }
+
+    /// ẏ = rates(y, x) round the circle, the stimuli x being given: a column for every phase.
+    pub fn settle(&self, at: &Growing, stimuli: &DMatrix<f64>) -> Result<Steady, CycleError> {
+        let ((v, _), n) = (self.size, self.circle.len());
+        let mut variables = DMatrix::zeros(v, n);
+        for j in 0..n {
+            self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
+        }
+        let mut steady = Steady { variables, rates_y: Vec::new(), rates_x: Vec::new() };
+        let mut last = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            self.differentiate(at, stimuli, &mut steady);
+            let mut left = &steady.variables * self.circle.derivative.transpose() * self.rate;
+            let mut rates = DVector::zeros(v);
+            for j in 0..n {
+                self.law.rates(
+                    steady.variables.column(j).as_slice(),
+                    stimuli.column(j).as_slice(),
+                    rates.as_mut_slice(),
+                );
+                let mut column = left.column_mut(j);
+                column -= &rates;
+            }
+            let change = self.matrix(&steady, 0.0_f64, |x| x).lu().solve(&DVector::from_column_slice(left.as_slice()));
+            let change = change.filter(|change| change.iter().all(|x| x.is_finite()));
+            let change = change.ok_or(CycleError::Variables { change: f64::INFINITY })?;
+            steady.variables -= DMatrix::from_column_slice(v, n, change.as_slice());
+            let (size, moved) = (steady.variables.amax(), change.amax());
+            if moved <= CONVERGED * size || (moved < 1e-9 * size && moved >= last) {
+                self.differentiate(at, stimuli, &mut steady);
+                return Ok(steady);
+            }
+            last = moved;
+        }
+        Err(CycleError::Variables { change: last })
+    }
+
+    /// The gradient at a phase.
+    pub fn gradient(&self, at: &Growing, steady: &Steady, stimuli: &DMatrix<f64>, phase: usize) -> Vector3<f64> {
+        let now = stimuli.column(phase);
+        let now = if self.reads_present { now.as_slice() } else { &[] };
+        self.law.gradient(at, &self.past(steady, phase), now)
+    }
+
+    /// Every variable as it was its delay before a phase.
+    fn past(&self, steady: &Steady, phase: usize) -> Vec<f64> {
+        let read = |a: usize, earlier: &DMatrix<f64>| (earlier.row(phase) * steady.variables.row(a).transpose())[0];
+        self.earlier.iter().enumerate().map(|(a, earlier)| earlier.as_ref().map_or(0.0, |e| read(a, e))).collect()
+    }
+
+    /// The gradient at the first phase, and its derivative by λ, by stimuli δx exp(λt) at all phases: three rows, a column for every
+    /// stimulus, phase by phase.
+    pub fn response(
+        &self,
+        at: &Growing,
+        steady: &Steady,
+        stimuli: &DMatrix<f64>,
+        z: Complex<f64>,
+    ) -> Option<[DMatrix<Complex<f64>>; 2]> {
+        let ((v, m), n) = (self.size, self.circle.len());
+        let now = stimuli.column(0);
+        let [_, _, gradient_y, gradient_x] = derivatives(self.law, at, &self.past(steady, 0), now.as_slice());
+        let mut read = DMatrix::zeros(v * n, 3);
+        let mut later = read.clone();
+        for (a, earlier) in self.earlier.iter().enumerate() {
+            let Some(earlier) = earlier else { continue };
+            let lag = (-z * self.delays[a]).exp();
+            for l in 0..n {
+                for c in 0..3 {
+                    let value = lag * (gradient_y[(c, a)] * earlier[(0, l)]);
+                    read[(l * v + a, c)] = value;
+                    later[(l * v + a, c)] = -value * self.delays[a];
+                }
+            }
+        }
+        let [mut value, mut derivative] = [DMatrix::zeros(3, m * n), DMatrix::zeros(3, m * n)];
+        if v > 0 {
+            let transposed = self.matrix(steady, z, Complex::from).transpose().lu();
+            let first = transposed.solve(&read)?;
+            let second = transposed.solve(&(later - &first))?;
+            for l in 0..n {
+                let by_stimuli = steady.rates_x[l].map(Complex::from);
+                let part = |of: &DMatrix<Complex<f64>>| of.rows(l * v, v).transpose() * &by_stimuli;
+                value.columns_mut(l * m, m).copy_from(&part(&first));
+                derivative.columns_mut(l * m, m).copy_from(&part(&second));
+            }
+        }
+        if self.reads_present {
+            let mut first = value.columns_mut(0, m);
+            first += gradient_x.map(Complex::from);
+        }
+        Some([value, derivative])
+    }
+
+    /// λ + d/dt − ∂rates/∂y over all phases.
+    fn matrix<N: nalgebra::ComplexField>(&self, steady: &Steady, z: N, of: impl Fn(f64) -> N) -> DMatrix<N> {
+        let (v, n) = (self.size.0, self.circle.len());
+        let mut out = DMatrix::from_diagonal_element(v * n, v * n, z);
+        for j in 0..n {
+            for l in 0..n {
+                let slope = self.rate * self.circle.derivative[(j, l)];
+                for a in 0..v {
+                    out[(j * v + a, l * v + a)] += of(slope);
+                }
+            }
+            for a in 0..v {
+                for b in 0..v {
+                    out[(j * v + a, j * v + b)] -= of(steady.rates_y[j][(a, b)]);
+                }
+            }
+        }
+        out
+    }
+
+    fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, steady: &mut Steady) {
+        let all = steady.variables.column_iter().zip(stimuli.column_iter());
+        let each = all.map(|(y, x)| derivatives(self.law, at, y.as_slice(), x.as_slice()));
+        (steady.rates_y, steady.rates_x) = each.map(|[rates_y, rates_x, ..]| (rates_y, rates_x)).unzip();
+    }
+}
+
+/// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x.
+fn derivatives(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
+    let (v, m) = (y.len(), x.len());
+    let mut out = [DMatrix::zeros(v, v), DMatrix::zeros(v, m), DMatrix::zeros(3, v), DMatrix::zeros(3, m)];
+    let [rates_y, rates_x, gradient_y, gradient_x] = &mut out;
+    law.derivatives(
+        at,
+        y,
+        x,
+        &mut LawDerivatives {
+            rates_by_variables: rates_y.as_view_mut(),
+            rates_by_stimuli: rates_x.as_view_mut(),
+            gradient_by_variables: gradient_y.as_view_mut(),
+            gradient_by_stimuli: gradient_x.as_view_mut(),
+        },
+    );
+    out
+}
