@@ -6,11 +6,13 @@
 // Every example compiles its own copy of this module and uses a part of it.
 #![allow(dead_code, unused_imports)]
 
+pub mod centre_lines;
 pub mod figure;
 pub mod file;
 pub mod options;
 pub mod progress;
 pub mod table;
+pub mod tracks;
 
 pub use figure::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure, path_figure, shapes_figure};
 pub use options::{Opt, Options};
