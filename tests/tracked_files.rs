@@ -171,12 +171,12 @@ fn the_curvature_of_a_clothoid_with_noise() {
     let found = curvature(&line(201, apart, noise, |s| -20.0 * s + 0.5 * slope * s * s), width).unwrap();
     // As the reader says: ε √(3 δ/(8 √π w⁵)).
     let expected = noise * (3.0 * apart / (8.0 * std::f64::consts::PI.sqrt() * width.powi(5))).sqrt();
-    let inner: Vec<f64> = found[40..161].iter().map(|place| place.curvature[2] - (slope * place.arc_length - 20.0)).collect();
+    let inner: Vec<f64> =
+        found[40..161].iter().map(|place| place.curvature[2] - (slope * place.arc_length - 20.0)).collect();
     let deviation = (inner.iter().map(|x| x * x).sum::<f64>() / inner.len() as f64).sqrt();
     // Some 8 independent values: their mean square is known to one half.
     println!("{deviation:.3} of {expected:.3} per metre");
     assert!(deviation < 1.6 * expected && deviation > 0.4 * expected, "{deviation} {expected}");
-    // The slope of a line through them all: noise of a tenth of a value over 8 of them.
     assert!(found.windows(2).all(|pair| pair[1].arc_length > pair[0].arc_length));
 }
 

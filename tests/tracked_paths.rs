@@ -271,13 +271,20 @@ fn drift_and_what_is_no_drift() {
     let smooth = PlanePath::new(times.clone(), times.iter().map(at).collect()).unwrap();
     let left = smooth.without_drift(12000.0).unwrap();
     assert!(left.positions().iter().all(|p| p.norm() < 1e-10), "{left:?}");
+    // The mean of seven positions in a row, of a circle of 50: sin(7π/50)/(7 sin(π/50)) of its radius.
+    let mean = path(300, 60.0, |t| circle(t, 3000.0, 1.0)).moving_average(7).unwrap();
+    let known = (7.0 * PI / 50.0).sin() / (7.0 * (PI / 50.0).sin());
+    assert!(mean.positions().iter().all(|p| (p.norm() - known).abs() < 1e-12) && mean.times()[0] == 180.0);
     // Both parts are the whole.
     let wave = path(300, 60.0, |t| circle(t, 3000.0, 1.0));
     let (drift, left) = (wave.drift(5000.0).unwrap(), wave.without_drift(5000.0).unwrap());
     for ((whole, a), b) in wave.positions().iter().zip(drift.positions()).zip(left.positions()) {
         assert!((whole - a - b).norm() < 1e-15);
     }
-    // Positions that are alone between gaps have no fast motion.
+    // Two positions between gaps have no parabola: they are their own drift, as one alone is.
+    let pairs: Vec<f64> = (0..40).map(|k| f64::from(k / 2) * 1e6 + f64::from(k % 2) * 0.37).collect();
+    let pairs = PlanePath::new(pairs.clone(), pairs.iter().map(|t| circle(*t, 1.1, 1.0)).collect()).unwrap();
+    assert!(pairs.without_drift(100.0).unwrap().positions().iter().all(|p| p.norm() == 0.0));
     let lone = PlanePath::new(vec![0.0, 1e6, 2e6, 3e6], vec![Vector2::new(1.0, 2.0); 4]).unwrap();
     assert!(lone.without_drift(100.0).unwrap().positions().iter().all(|p| p.norm() == 0.0));
     for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {

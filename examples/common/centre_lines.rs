@@ -9,6 +9,9 @@ use super::tracks::{Layout, Row, TrackError, rows, text_of};
 /// Weights reach so many standard deviations: there they are 4e-6.
 const REACH: f64 = 5.0;
 
+/// A cubic has so many coefficients.
+const LEAST: usize = 4;
+
 /// A centre line at a time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentreLine {
@@ -89,6 +92,9 @@ pub fn curvature(points: &[[f64; 3]], width: f64) -> Option<Vec<CurvaturePlace>>
 fn derivatives(points: &[Vector3<f64>], chords: &[f64], i: usize, width: f64) -> Option<[Vector3<f64>; 2]> {
     let (mut moments, mut right) = ([0.0; 7], [Vector3::zeros(); 4]);
     let near = chords.iter().zip(points).filter(|(u, _)| (*u - chords[i]).abs() <= REACH * width);
+    if near.clone().count() < LEAST {
+        return None;
+    }
     for (u, point) in near {
         let x = (u - chords[i]) / width;
         let mut term = (-0.5 * x * x).exp();

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use morphorod::orbit::{PlanePath, Search, Tracking};
+use morphorod::orbit::{PlanePath, RidgePoint, Search, Tracking};
 
 use super::common::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure};
 use super::report::COLUMNS;
@@ -17,6 +17,8 @@ const ACROSS: usize = 220;
 const LIMITS: [f64; 2] = [1e-2, 100.0];
 /// A line is broken where its points are further apart, h.
 const BREAK: f64 = 0.3;
+/// The same for the logarithm of a period: more than a ridge changes from one time to the next.
+const LEAP: f64 = 0.2;
 
 /// Draws all.
 pub fn draw(
@@ -106,11 +108,10 @@ fn scalogram(
         (*hour, longest.filter(|j| j + 1 < minutes.len()).map_or(f64::NAN, |j| minutes[j]))
     };
     let cone = hours.iter().zip(&columns).map(edge).collect();
-    let ridge = found.ridge.iter().map(|place| (place.time / HOUR, place.period / MINUTE)).collect();
     let fitted = rows.iter().map(|row| (row[0] / HOUR, row[2] / MINUTE)).collect();
     let over = [
         Series::new("cone of influence: above it ends and gaps are seen", cone, Style::Dashed, 1),
-        Series::new("ridge", split(ridge, BREAK), Style::Line, 6),
+        Series::new("ridge", along(found, |place| place.period / MINUTE), Style::Line, 6),
         Series::new("largest period in a window, by least squares", fitted, Style::Points, 3),
     ];
     let map = Map {
@@ -124,24 +125,26 @@ fn scalogram(
     Ok(map_figure(out.join("scalogram.svg"), "Wavelet scalogram of a tracked tip", &map, &over)?)
 }
 
-/// A line with a break wherever neighbours are further apart than `most` in the first coordinate.
-fn split(points: Vec<(f64, f64)>, most: f64) -> Vec<(f64, f64)> {
-    let mut broken: Vec<(f64, f64)> = Vec::with_capacity(points.len());
-    for point in points {
-        if broken.last().is_some_and(|last| point.0 - last.0 > most) {
-            broken.push((f64::NAN, f64::NAN));
+/// Numbers of the ridge against time (h), with a break wherever it has one, or leaps to another period.
+fn along(found: &Tracking, number: impl Fn(&RidgePoint) -> f64) -> Vec<(f64, f64)> {
+    let mut line: Vec<(f64, f64)> = Vec::with_capacity(found.ridge.len());
+    for (k, place) in found.ridge.iter().enumerate() {
+        if k > 0 {
+            let before = &found.ridge[k - 1];
+            if place.time - before.time > BREAK * HOUR || (place.period / before.period).ln().abs() > LEAP {
+                line.push((f64::NAN, f64::NAN));
+            }
         }
-        broken.push(point);
+        line.push((place.time / HOUR, number(place)));
     }
-    broken
+    line
 }
 
 /// Amplitudes against time.
 fn amplitudes(out: &Path, found: &Tracking, rows: &[[f64; COLUMNS.len()]]) -> Result<(), Box<dyn Error>> {
-    let along = found.ridge.iter().map(|place| (place.time / HOUR, MM_PER_M * place.ellipse.major)).collect();
     let column = |k: usize| rows.iter().map(|row| (row[0] / HOUR, MM_PER_M * row[k])).collect();
     let series = [
-        Series::new("along the ridge", split(along, BREAK), Style::Line, 0),
+        Series::new("along the ridge", along(found, |place| MM_PER_M * place.ellipse.major), Style::Line, 0),
         Series::new("largest ellipse in a window: semi-major axis", column(4), Style::Points, 1),
         Series::new("semi-minor axis", column(5), Style::Points, 2),
     ];

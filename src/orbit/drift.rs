@@ -10,6 +10,8 @@ use crate::error::ParameterError;
 const REACH: f64 = 5.0;
 /// Solution of (1 + u) e⁻ᵘ = 1/2: where half of a wave is drift.
 const HALF: f64 = 1.678_346_990_016_660_7;
+/// Of the spread of squares in time this must be left beside a line, or a parabola is rounding: two positions leave none.
+const SPREAD: f64 = 1e-10;
 /// Positions that a parabola needs, and one more.
 const LEAST: usize = 4;
 
@@ -80,7 +82,8 @@ fn parabola<'a>(near: impl Iterator<Item = (f64, &'a Vector2<f64>)>, middle: &Ve
     }
     let matrix = Matrix3::from_fn(|i, j| moments[i + j]);
     // A position alone between gaps has no parabola, and is its own drift.
-    let Some(inverse) = matrix.cholesky().map(|factors| factors.solve(&Vector3::x())) else { return *middle };
+    let factors = matrix.cholesky().filter(|factors| factors.l_dirty()[(2, 2)].powi(2) > SPREAD * moments[4]);
+    let Some(inverse) = factors.map(|factors| factors.solve(&Vector3::x())) else { return *middle };
     let change = right[0] * inverse[0] + right[1] * inverse[1] + right[2] * inverse[2];
     if change.iter().all(|x| x.is_finite()) { middle + change } else { *middle }
 }

@@ -31,7 +31,8 @@ pub struct Scalogram {
     pub outside_cone: Vec<Vec<bool>>,
 }
 
-/// A place on the ridge: the period of largest power at a time.
+/// A place on the ridge: the period of largest power at a time. Power grows with the square of the amplitude and with the period, so of two
+/// equal amplitudes the slower one has the ridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct RidgePoint {

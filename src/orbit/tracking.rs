@@ -75,7 +75,8 @@ pub struct Tracking {
     /// The largest envelope of the lateral motion, drift removed, m: the largest semi-major axis, along the ridge, of the ellipse that the
     /// tip goes round in the period there. Noise and other periods add nothing to it. None if it does not nutate.
     pub amplitude: Option<f64>,
-    /// The power in the band over that at all periods, drift removed: 0 to 1.
+    /// The power in the band over that at all periods, drift removed: 0 to 1. A gap spreads power over periods, as does an amplitude that
+    /// changes fast.
     pub band_power: f64,
     /// The noise floor, m: the standard deviation of a coordinate's noise, by the median of the spectrum beyond the band, as if it were white.
     /// None if the band leaves too few frequencies.

@@ -8,7 +8,7 @@ use plotters::style::RGBColor;
 use super::canvas::write_svg;
 use super::colour::{AREA, ColourScale};
 use super::legend::{draw_legend, legend_height};
-use super::lines::{Series, draw_series, runs};
+use super::lines::{Series, Style, draw_series, runs};
 use super::panel::{ABOVE, Axis, BELOW, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, TITLE_BAND, WIDTH, draw_title};
@@ -61,8 +61,9 @@ pub fn map_figure(file: impl AsRef<Path>, title: &str, map: &Map, over: &[Series
             canvas.area(&[(west, south), (east, south), (east, north), (west, north)], colour);
         }
         for one in over {
-            for run in runs(&panel, one) {
-                canvas.line(&run, RGBColor(255, 255, 255), HALO);
+            // Markers have none: it would join them.
+            for run in runs(&panel, one).iter().filter(|_| one.style != Style::Points) {
+                canvas.line(run, RGBColor(255, 255, 255), HALO);
             }
             draw_series(canvas, &panel, one);
         }
