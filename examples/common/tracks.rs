@@ -58,11 +58,34 @@ pub enum TrackError {
     /// Two columns have the same name.
     TwoColumns(String),
     /// A line has another number of fields than the header.
-    Fields { line: usize, found: usize, expected: usize },
+    Fields {
+        /// The line.
+        line: usize,
+        /// Fields in it.
+        found: usize,
+        /// Fields of the header.
+        expected: usize,
+    },
     /// A field is no finite number.
-    NoNumber { line: usize, column: String, text: String },
+    NoNumber {
+        /// The line.
+        line: usize,
+        /// Name of the column.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
     /// A time is not after the one before it, both in the table's unit.
-    NotLater { line: usize, track: String, time: f64, before: f64 },
+    NotLater {
+        /// The line.
+        line: usize,
+        /// Name of the track, empty without one.
+        track: String,
+        /// The time.
+        time: f64,
+        /// The one before it.
+        before: f64,
+    },
     /// Something that the table does not say was not given.
     NotGiven(&'static str),
     /// Something was given that cannot be.
