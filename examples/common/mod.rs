@@ -6,12 +6,14 @@
 // Every example compiles its own copy of this module and uses a part of it.
 #![allow(dead_code, unused_imports)]
 
+pub mod centre_lines;
 pub mod figure;
 pub mod file;
 pub mod film;
 pub mod options;
 pub mod progress;
 pub mod table;
+pub mod tracks;
 
 pub use figure::{
     Axes, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath, frames_figure, lines_figure, map_figure,

@@ -42,6 +42,11 @@ impl Ellipse {
         Self { major, minor, direction, sense, circles }
     }
 
+    /// The ellipse so many times as large.
+    pub(super) fn scaled(self, by: f64) -> Self {
+        Self { major: by * self.major, minor: by * self.minor, circles: self.circles.map(|radius| by * radius), ..self }
+    }
+
     /// The semi-minor axis over the semi-major one: 1 of a circle, 0 of a line.
     #[must_use]
     pub fn roundness(&self) -> f64 {

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! the drift a polynomial, each period an ellipse that is gone round in a sense. Periods carry the standard error that white noise
-//! leaves them.
+//! leaves them. [`PlanePath::windows`] does the same as a function of time. [`PlanePath::tracked`] gives the numbers of tracking
+//! pipelines, by way of wavelets, which follow a period that changes.
 //!
 //! ```
 //! use morphorod::orbit::{Path, Pattern, Search};
@@ -31,18 +32,29 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod direction;
+mod drift;
 mod ellipse;
 mod harmonics;
 mod oscillations;
+mod outliers;
 mod path;
 mod pattern;
+mod robust;
+mod scalogram;
 mod search;
+mod spectrum;
+mod tracking;
+mod wavelet;
+mod windows;
 
 pub use ellipse::Ellipse;
 pub use oscillations::{Oscillation, Oscillations};
 pub use path::{Path, PlanePath};
 pub use pattern::Pattern;
+pub use scalogram::{RidgePoint, Scalogram};
 pub use search::Search;
+pub use tracking::{Band, Quartiles, Tracking};
 
 use crate::error::ParameterError;
 
@@ -84,5 +96,29 @@ pub enum OrbitError {
         positions: usize,
         /// Positions needed.
         needed: usize,
+    },
+    /// A path is shorter than what is asked for takes.
+    #[error("a path of {duration} s is too short: {needed} s are needed")]
+    TooShort {
+        /// From the first position to the last one, s.
+        duration: f64,
+        /// What it takes, s.
+        needed: f64,
+    },
+    /// Positions are too far apart in time for a period.
+    #[error("positions every {interval} s are too far apart for a period of {period} s: it needs two of them")]
+    TooCoarse {
+        /// The median interval, s.
+        interval: f64,
+        /// The shortest period that is asked for, s.
+        period: f64,
+    },
+    /// A window in which there is no position.
+    #[error("there is no position from {from} s to {to} s")]
+    EmptyWindow {
+        /// Where the window begins, s.
+        from: f64,
+        /// Where it ends, s.
+        to: f64,
     },
 }

@@ -1,6 +1,6 @@
 //! Positions in time.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SVector, Vector2, Vector3};
 
 use super::OrbitError;
 use crate::error::ParameterError;
@@ -35,6 +35,22 @@ fn check(times: &[f64], finite: impl ExactSizeIterator<Item = bool>) -> Result<(
         Some(index) => Err(OrbitError::NotLater { index, time: times[index] }),
         None => Ok(()),
     }
+}
+
+/// The mean of each `count` times in a row, and of the positions at them.
+fn averages<const N: usize>(
+    times: &[f64],
+    positions: &[SVector<f64, N>],
+    count: usize,
+) -> Result<(Vec<f64>, Vec<SVector<f64, N>>), OrbitError> {
+    ParameterError::unless(count > 0, "number of positions to average", count as f64, "at least 1")?;
+    if count > times.len() {
+        return Err(OrbitError::TooFew { positions: times.len(), needed: count });
+    }
+    let share = 1.0 / count as f64;
+    let middle = times.windows(count).map(|w| w.iter().sum::<f64>() * share).collect();
+    let mean = positions.windows(count).map(|w| w.iter().sum::<SVector<f64, N>>() * share).collect();
+    Ok((middle, mean))
 }
 
 impl Path {
@@ -80,13 +96,7 @@ impl Path {
     /// # Errors
     /// None to average, or a path with fewer.
     pub fn moving_average(&self, count: usize) -> Result<Self, OrbitError> {
-        ParameterError::unless(count > 0, "number of positions to average", count as f64, "at least 1")?;
-        if count > self.times.len() {
-            return Err(OrbitError::TooFew { positions: self.times.len(), needed: count });
-        }
-        let share = 1.0 / count as f64;
-        let times = self.times.windows(count).map(|w| w.iter().sum::<f64>() * share).collect();
-        let positions = self.positions.windows(count).map(|w| w.iter().sum::<Vector3<f64>>() * share).collect();
+        let (times, positions) = averages(&self.times, &self.positions, count)?;
         Self::new(times, positions)
     }
 }
@@ -112,6 +122,15 @@ impl PlanePath {
     #[must_use]
     pub fn positions(&self) -> &[Vector2<f64>] {
         &self.positions
+    }
+
+    /// The mean of each `count` positions in a row, as [`Path::moving_average`].
+    ///
+    /// # Errors
+    /// None to average, or a path with fewer.
+    pub fn moving_average(&self, count: usize) -> Result<Self, OrbitError> {
+        let (times, positions) = averages(&self.times, &self.positions, count)?;
+        Self::new(times, positions)
     }
 
     /// The part from one time to another (s), both included.

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, Vector2};
 
 use super::ellipse::Ellipse;
 use super::harmonics::{Harmonics, Samples, Wave, legendre};
+use super::robust::{despiked, median, median_gap};
 
 /// Frequencies looked at, over the resolution of the path: the highest of them misses less than 3 % of a peak.
 const DENSITY: f64 = 8.0;
@@ -15,10 +16,6 @@ const CHANCE: f64 = 1e-4;
 const SMALLEST: f64 = 5e-3;
 /// A position is an outlier beyond so many standard deviations of what is left: of ten thousand good ones, one is.
 const OUTLIER: f64 = 4.3;
-/// The same against the median of its neighbours, before anything is fitted.
-const SPIKE: f64 = 8.0;
-/// Neighbours on either side.
-const BESIDE: usize = 2;
 /// Rounds in which outliers are sought.
 const ROUNDS: usize = 4;
 
@@ -41,7 +38,7 @@ impl Default for Search {
 
 /// All waves that are more than noise, and which positions are no outliers.
 pub(super) fn pursue(samples: &Samples, search: &Search) -> (Harmonics, Vec<bool>) {
-    let mut used = despiked(samples);
+    let mut used = despiked(&samples.positions);
     let mut best = Harmonics::new(search.drift, &[]);
     let _ = best.fit(samples, &used, 0);
     let mut refused: Vec<f64> = Vec::new();
@@ -147,29 +144,6 @@ fn power(phases: &[(f64, f64)], rest: &[Vector2<f64>], drift: &DMatrix<f64>) -> 
     }
     let [a, b] = with_rest;
     (squares[2] * a.norm_squared() - 2.0 * squares[1] * a.dot(&b) + squares[0] * b.norm_squared()) / determinant
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
-}
-
-fn median_gap(times: &[f64]) -> f64 {
-    median(times.windows(2).map(|w| w[1] - w[0]).collect())
-}
-
-/// Which positions are near the median of their neighbours.
-fn despiked(samples: &Samples) -> Vec<bool> {
-    let n = samples.positions.len();
-    let off: Vec<f64> = (0..n)
-        .map(|i| {
-            let around = i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(n);
-            let middle = |c: usize| median(around.clone().map(|j| samples.positions[j][c]).collect());
-            (samples.positions[i] - Vector2::new(middle(0), middle(1))).norm()
-        })
-        .collect();
-    let usual = median(off.clone());
-    off.iter().map(|off| usual == 0.0 || *off <= SPIKE * usual).collect()
 }
 
 /// Which positions are no outliers of what is left, by the median of those used before.

@@ -8,7 +8,7 @@ use plotters::style::RGBColor;
 use super::canvas::write_svg;
 use super::colour::{AREA, ColourScale};
 use super::legend::{draw_legend, legend_height};
-use super::lines::{Series, draw_series, runs};
+use super::lines::{Series, Style, draw_series, runs};
 use super::panel::{ABOVE, Axis, BELOW, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, TITLE_BAND, WIDTH, draw_title};
@@ -24,8 +24,10 @@ const OVERLAP: f64 = 0.6;
 pub struct Map<'a> {
     /// Quantity and unit of both axes.
     pub axes: [&'a str; 2],
-    /// The points along both axes, increasing and equally far apart.
+    /// The points along both axes, increasing and equally far apart; along a logarithmic one, by equal factors.
     pub points: [Vec<f64>; 2],
+    /// Whether the second axis is logarithmic.
+    pub log: bool,
     /// The values, those of the first row (the first point of the second axis) first; one that is not a number is left grey.
     pub values: Vec<f64>,
     /// Quantity and unit of the values.
@@ -36,7 +38,9 @@ pub struct Map<'a> {
 
 /// Draws a map with a colour bar, and series over it with a legend below.
 pub fn map_figure(file: impl AsRef<Path>, title: &str, map: &Map, over: &[Series]) -> io::Result<()> {
-    let [x, y] = [0, 1].map(|axis| Axis::linear(map.axes[axis], cells(&map.points[axis])));
+    let x = Axis::linear(map.axes[0], cells(&map.points[0]));
+    let upwards: Vec<f64> = map.points[1].iter().map(|value| if map.log { value.log10() } else { *value }).collect();
+    let y = Axis { log: map.log, ..Axis::linear(map.axes[1], cells(&upwards)) };
     let listed: Vec<&Series> = over.iter().filter(|one| !one.label.is_empty()).collect();
     let columns: Vec<&[&Series]> = listed.chunks(listed.len().div_ceil(3).max(1)).collect();
     let below = columns.iter().map(|column| legend_height(column)).fold(0.0, f64::max);
@@ -57,8 +61,9 @@ pub fn map_figure(file: impl AsRef<Path>, title: &str, map: &Map, over: &[Series
             canvas.area(&[(west, south), (east, south), (east, north), (west, north)], colour);
         }
         for one in over {
-            for run in runs(&panel, one) {
-                canvas.line(&run, RGBColor(255, 255, 255), HALO);
+            // Markers have none: it would join them.
+            for run in runs(&panel, one).iter().filter(|_| one.style != Style::Points) {
+                canvas.line(run, RGBColor(255, 255, 255), HALO);
             }
             draw_series(canvas, &panel, one);
         }

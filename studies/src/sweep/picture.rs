@@ -51,6 +51,7 @@ pub fn draw(file: &Path, grid: &Grid, rows: &[Vec<Numbers>], onsets: &[Option<f6
     let map = Map {
         axes: ["length of the shoot (cm)", "proprioceptive sensitivity η (1)"],
         points: [grid.lengths.values().iter().map(|length| CM_PER_M * length).collect(), etas],
+        log: false,
         values: amplitudes,
         label: &format!("tip's largest swing in the last {} h (mm)", LAST.min(grid.time) / HOUR),
         limits: LIMITS,

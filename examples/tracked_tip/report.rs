@@ -1,0 +1,113 @@
+//! The numbers of a path, in words and in rows.
+
+use std::error::Error;
+
+use morphorod::orbit::{Band, PlanePath, Search, Tracking};
+use morphorod::tropism::Handedness;
+
+use super::{HOUR, MINUTE};
+
+const MM_PER_M: f64 = 1e3;
+
+/// Columns of the table of windows. What is not known there is `NaN`.
+pub const COLUMNS: [&str; 14] = [
+    "t_s",
+    "share",
+    "period_s",
+    "period_error_s",
+    "major_m",
+    "minor_m",
+    "direction_rad",
+    "counterclockwise",
+    "nutates",
+    "ridge_period_s",
+    "ridge_period_iqr_s",
+    "amplitude_m",
+    "band_power",
+    "noise_floor_m",
+];
+
+/// Prints all that is known of a path as a whole.
+pub fn whole(path: &PlanePath, band: &Band, share: f64) -> Result<Tracking, Box<dyn Error>> {
+    let search = Search::default();
+    let found = path.oscillations(&search)?;
+    println!("periods, of the path as a whole:");
+    for wave in &found.oscillations {
+        let ellipse = wave.ellipse;
+        println!(
+            "  {:8.2} ± {:.2} min, ellipse {:.2} by {:.2} ± {:.2} mm at {:.0}°, roundness {:.2}, {}",
+            wave.period / MINUTE,
+            wave.period_error / MINUTE,
+            MM_PER_M * ellipse.major,
+            MM_PER_M * ellipse.minor,
+            MM_PER_M * wave.axis_error,
+            ellipse.direction.to_degrees(),
+            ellipse.roundness(),
+            told(Some(ellipse.sense)),
+        );
+    }
+    println!("  pattern {:?}", found.pattern());
+    println!("  share of {} min {:.3}", share / MINUTE, path.share(share, &search)?);
+    println!("  left over {:.3} mm, {} outliers", MM_PER_M * found.noise, found.outliers.len());
+    let tracking = path.tracked(band)?;
+    println!("as trackers tell it, periods from {} to {} min:", band.shortest / MINUTE, band.longest / MINUTE);
+    match (tracking.period, tracking.amplitude, tracking.sampling) {
+        (Some(period), Some(amplitude), Some(sampling)) => {
+            let (median, range) = (period.median / MINUTE, period.range() / MINUTE);
+            println!("  nutates, period {median:.1} min along the ridge, interquartile range {range:.1} min");
+            println!("  largest envelope {:.2} mm", MM_PER_M * amplitude);
+            println!("  sense {}, {:.1} turns of the velocity", told(tracking.sense), tracking.turns);
+            println!("  sampling interval over Nyquist's {sampling:.3}");
+        }
+        _ => println!("  does not nutate"),
+    }
+    println!("  power in the band {:.3} of all", tracking.band_power);
+    if let Some(floor) = tracking.noise_floor {
+        println!("  noise floor {:.3} mm", MM_PER_M * floor);
+    }
+    let missing: f64 = tracking.gaps.iter().map(|[from, to]| to - from).sum();
+    println!("  {} outliers, {} gaps of {:.2} h in all", tracking.outliers.len(), tracking.gaps.len(), missing / HOUR);
+    Ok(tracking)
+}
+
+fn told(sense: Option<Handedness>) -> &'static str {
+    match sense {
+        Some(Handedness::Counterclockwise) => "counterclockwise",
+        Some(Handedness::Clockwise) => "clockwise",
+        None => "none",
+    }
+}
+
+/// The same in a sliding window, a row for each.
+pub fn windows(
+    path: &PlanePath,
+    band: &Band,
+    share: f64,
+    length: f64,
+    every: f64,
+) -> Result<Vec<[f64; COLUMNS.len()]>, Box<dyn Error>> {
+    let search = Search::default();
+    let yes = |whether: bool| f64::from(u8::from(whether));
+    let row = |(time, window): (f64, Result<PlanePath, _>)| {
+        let mut row = [f64::NAN; COLUMNS.len()];
+        row[0] = time;
+        // A window in which the light was off has no numbers; the next ones have.
+        let Ok(window) = window else { return row };
+        row[1] = window.share(share, &search).unwrap_or(f64::NAN);
+        if let Some(wave) = window.oscillations(&search).ok().and_then(|found| found.oscillations.first().copied()) {
+            let (ellipse, sense) = (wave.ellipse, wave.ellipse.sense == Handedness::Counterclockwise);
+            let numbers = [wave.period, wave.period_error, ellipse.major, ellipse.minor, ellipse.direction, yes(sense)];
+            row[2..8].copy_from_slice(&numbers);
+        }
+        if let Ok(found) = window.tracked(band) {
+            row[8] = yes(found.nutates);
+            if let (Some(period), Some(amplitude)) = (found.period, found.amplitude) {
+                row[9..12].copy_from_slice(&[period.median, period.range(), amplitude]);
+            }
+            row[12] = found.band_power;
+            row[13] = found.noise_floor.unwrap_or(f64::NAN);
+        }
+        row
+    };
+    Ok(path.windows(length, every)?.map(row).collect())
+}

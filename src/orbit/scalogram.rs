@@ -1,0 +1,146 @@
+//! The wavelet scalogram of a path, and its ridge.
+
+use nalgebra::{Complex, Vector2};
+
+use super::ellipse::Ellipse;
+use super::wavelet::{Sampling, gain, period_over_scale, transform};
+
+/// Scales in an octave: the parabola through three of them has its top within 1e-3 of the period of a wave.
+const PER_OCTAVE: f64 = 16.0;
+/// By how much scales reach beyond the band on both sides: a wave outside it must have its top there, not inside.
+const BEYOND: f64 = 1.25;
+/// A ridge is told from white noise if its power is so many times that of noise: noise in one coordinate is, in one place of twenty.
+const TOLD: f64 = 3.0;
+/// Octaves after which powers are independent of each other, for ω0 = 6 (δj0 of Torrence and Compo 1998, table 2).
+const OCTAVES_APART: f64 = 0.6;
+/// The decorrelation factor γ of the same table: scales after which powers are independent in time.
+const SCALES_APART: f64 = 2.32;
+
+/// Power by time and period, of Morlet's wavelet with ω0 = 6, as Torrence and Compo (1998) define it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Scalogram {
+    /// Times, s; evenly spaced between gaps.
+    pub times: Vec<f64>,
+    /// Fourier periods of the scales, s, increasing; 1.033 scales each. They reach a little beyond the band on both sides.
+    pub periods: Vec<f64>,
+    /// |W|²/σ² by period and then by time, the mean of both coordinates: 1 on average for white noise. σ² is the variance of the path
+    /// without its drift.
+    pub power: Vec<Vec<f64>>,
+    /// Whether a place lies outside the cone of influence of both ends and of every gap, in the order of `power`.
+    pub outside_cone: Vec<Vec<bool>>,
+}
+
+/// A place on the ridge: the period of largest power at a time. Power grows with the square of the amplitude and with the period, so of two
+/// equal amplitudes the slower one has the ridge.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct RidgePoint {
+    /// Time, s.
+    pub time: f64,
+    /// Period, s.
+    pub period: f64,
+    /// The ellipse that the tip goes round in this period.
+    pub ellipse: Ellipse,
+}
+
+/// A scalogram, and what its ridge is sought in.
+pub(super) struct Analysis {
+    pub scalogram: Scalogram,
+    scales: Vec<f64>,
+    /// By scale and time, the waves, and their squared size times the scale: largest on the ridge.
+    waves: Vec<Vec<Vector2<Complex<f64>>>>,
+    strength: Vec<Vec<f64>>,
+    variance: f64,
+    band: [f64; 2],
+    every: f64,
+}
+
+/// A place of the ridge among scales and times, its period (s), and the wave there: its real part is the position.
+pub(super) struct Place {
+    pub time: usize,
+    scale: usize,
+    pub period: f64,
+    pub wave: Vector2<Complex<f64>>,
+}
+
+impl Analysis {
+    /// Looks at positions without drift for periods in a band.
+    pub fn new(sampling: &Sampling, positions: &[Vector2<f64>], variance: f64, band: [f64; 2]) -> Self {
+        let lowest = (band[0] / BEYOND).max(2.0 * sampling.interval);
+        let octaves = (BEYOND * band[1] / lowest).log2();
+        let count = (octaves * PER_OCTAVE).ceil() as usize + 1;
+        let step = octaves / (count - 1) as f64;
+        let periods: Vec<f64> = (0..count).map(|j| lowest * (step * j as f64).exp2()).collect();
+        let scales: Vec<f64> = periods.iter().map(|period| period / period_over_scale()).collect();
+        let times = sampling.instants();
+        let (mut power, mut waves, mut strength, mut outside_cone) = (vec![], vec![], vec![], vec![]);
+        for scale in &scales {
+            let answer = transform(sampling, positions, *scale);
+            let squares: Vec<f64> = answer.waves.iter().map(|wave| wave[0].norm_sqr() + wave[1].norm_sqr()).collect();
+            let ratio = |(square, noise): (&f64, &f64)| {
+                let expected = 2.0 * variance * noise;
+                if expected > 0.0 { square / expected } else { 0.0 }
+            };
+            power.push(squares.iter().zip(&answer.noise).map(ratio).collect());
+            strength.push(squares.iter().map(|square| square * scale).collect());
+            outside_cone.push(sampling.outside_cone(*scale, &times));
+            waves.push(answer.waves);
+        }
+        let scalogram = Scalogram { times, periods, power, outside_cone };
+        Self { scalogram, scales, waves, strength, variance, band, every: sampling.every }
+    }
+
+    /// The ridge: the places where the power is largest in the band and more than white noise has, outside the cone. The variance of noise is
+    /// that of all if it is not known.
+    pub fn ridge(&self, noise: Option<f64>) -> Vec<Place> {
+        let least = TOLD * noise.map_or(1.0, |noise| (noise / self.variance).min(1.0));
+        let Scalogram { times, periods, power, outside_cone } = &self.scalogram;
+        let top = |k: usize| {
+            let height = |j: usize| self.strength[j][k];
+            let inside = |j: &usize| (self.band[0]..=self.band[1]).contains(&periods[*j]);
+            let highest = |j: &usize| height(*j) >= height(j - 1) && height(*j) > height(j + 1);
+            let tops = (1..periods.len() - 1).filter(inside).filter(highest);
+            let j = tops.max_by(|a, b| height(*a).total_cmp(&height(*b)))?;
+            if !outside_cone[j][k] || !(power[j][k] >= least) || power[j][k] == 0.0 {
+                return None;
+            }
+            let [a, b, c] = [j - 1, j, j + 1].map(|j| height(j).ln());
+            let shift = 0.5 * (a - c) / (a - 2.0 * b + c);
+            // Of a flat top no place is better than another.
+            let shift = if shift.is_finite() { shift.clamp(-0.5, 0.5) } else { 0.0 };
+            let period = periods[j] * (periods[j + 1] / periods[j]).powf(shift);
+            let size = gain(self.scales[j], period).recip();
+            Some(Place { time: k, scale: j, period, wave: self.waves[j][k].map(|z| z * size) })
+        };
+        (0..times.len()).filter_map(top).collect()
+    }
+
+    /// The chance that white noise has as much power, averaged over time, as one of the scales on a ridge has; in so many independent
+    /// `coordinates` (1 to 2).
+    pub fn chance(&self, ridge: &[Place], coordinates: f64) -> f64 {
+        let tried = ((self.band[1] / self.band[0]).log2() / OCTAVES_APART).max(1.0);
+        let mut scales: Vec<usize> = ridge.iter().map(|place| place.scale).collect();
+        scales.sort_unstable();
+        scales.dedup();
+        let chance = |j: usize| {
+            let Scalogram { periods, power, outside_cone, .. } = &self.scalogram;
+            let seen: Vec<f64> =
+                power[j].iter().zip(&outside_cone[j]).filter(|(_, out)| **out).map(|(p, _)| *p).collect();
+            let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+            let apart = seen.len() as f64 * self.every / (SCALES_APART * periods[j] / period_over_scale());
+            // Equation (23) there, for each coordinate.
+            tail(mean, 2.0 * coordinates * (1.0 + apart * apart).sqrt())
+        };
+        scales.into_iter().map(chance).fold(1.0, f64::min) * tried
+    }
+}
+
+/// The chance that χ² of so many degrees of freedom is so many times its mean or more; by Wilson's and Hilferty's cube root, above the
+/// mean a bound from above.
+fn tail(ratio: f64, freedom: f64) -> f64 {
+    let variance = 2.0 / (9.0 * freedom);
+    let z = (ratio.cbrt() - (1.0 - variance)) / variance.sqrt();
+    // Mills's bound of the tail of a normal distribution.
+    if z > 1.0 { (-0.5 * z * z).exp() / (z * std::f64::consts::TAU.sqrt()) } else { 1.0 }
+}

@@ -1,0 +1,65 @@
+//! The power of a path at every frequency.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+
+use super::robust::median;
+
+/// Frequencies at most, for every position: a gap that is longer than all the rest asks for no more.
+const MOST: f64 = 4.0;
+/// Median of the power of white noise in two coordinates over the variance of one: that of a gamma distribution of shape 2.
+const MEDIAN: f64 = 1.678_347;
+/// Frequencies from which a median is told.
+const LEAST: usize = 8;
+
+/// Power at frequencies.
+pub(super) struct Spectrum {
+    /// Frequencies, 1/s, and the power of both coordinates in units of what white noise of variance 1 in one coordinate gives.
+    lines: Vec<(f64, f64)>,
+}
+
+impl Spectrum {
+    /// The spectrum of samples that stand each for a time (`weights`), faded in and out by Hann's window, up to the Nyquist frequency of
+    /// the usual interval.
+    pub fn of(times: &[f64], positions: &[Vector2<f64>], weights: &[f64], interval: f64) -> Self {
+        let n = times.len();
+        let (start, duration) = (times[0], times[n - 1] - times[0]);
+        let highest = 0.5 / interval;
+        let step = duration.recip().max(highest / (MOST * n as f64));
+        let hann = |t: f64| 0.5 - 0.5 * (TAU * (t - start) / duration).cos();
+        let tapers: Vec<f64> = times.iter().zip(weights).map(|(t, weight)| weight * hann(*t)).collect();
+        let noise: f64 = tapers.iter().map(|x| x * x).sum();
+        let turns: Vec<(f64, f64)> = times.iter().map(|t| (TAU * step * (t - start)).sin_cos()).collect();
+        let mut phases = turns.clone();
+        let mut lines = Vec::new();
+        for k in 1..=(highest / step * (1.0 + 1e-9)) as usize {
+            let mut sums = [Vector2::zeros(); 2];
+            for (((phase, turn), position), taper) in phases.iter_mut().zip(&turns).zip(positions).zip(&tapers) {
+                let (sine, cosine) = *phase;
+                sums[0] += position * (taper * cosine);
+                sums[1] += position * (taper * sine);
+                *phase = (sine * turn.1 + cosine * turn.0, cosine * turn.1 - sine * turn.0);
+            }
+            lines.push((step * k as f64, (sums[0].norm_squared() + sums[1].norm_squared()) / noise));
+        }
+        Self { lines }
+    }
+
+    /// The power at periods between two over that at all.
+    pub fn share(&self, shortest: f64, longest: f64) -> f64 {
+        // The frequency of either end belongs to the band, whatever its last digit.
+        let inside = |f: f64| f * longest >= 1.0 - 1e-9 && f * shortest <= 1.0 + 1e-9;
+        let all: f64 = self.lines.iter().map(|line| line.1).sum();
+        let own: f64 = self.lines.iter().filter(|line| inside(line.0)).map(|line| line.1).sum();
+        if all > 0.0 { own / all } else { 0.0 }
+    }
+
+    /// The standard deviation of a coordinate's white noise, by the median of what is faster than a period; of amplitudes of which
+    /// `left` tells how much is left at a period.
+    pub fn floor(&self, shortest: f64, left: impl Fn(f64) -> f64) -> Option<f64> {
+        let faster = self.lines.iter().filter(|line| line.0 * shortest > 1.0);
+        let faster: Vec<f64> = faster.map(|line| line.1 / left(line.0.recip()).powi(2)).collect();
+        (faster.len() >= LEAST).then(|| (median(faster) / MEDIAN).sqrt())
+    }
+}
