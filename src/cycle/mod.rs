@@ -16,4 +16,4 @@ mod variation;
 pub use circular::{CircularOrbit, CircularSolver, Turning};
 pub use error::CycleError;
 pub use periodic::{Multiplier, PeriodicOrbit, PeriodicSolver};
-pub use turning_roots::TurningRoots;
+pub use turning_roots::{TurningRoot, TurningRoots};

@@ -1,5 +1,7 @@
 //! Periodic orbits: fixed points of the time-stepping map, found by Newton's and Krylov's methods.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
@@ -7,7 +9,7 @@ use super::fourier::Circle;
 use super::gmres::{Krylov, gmres};
 use super::grid::Grid;
 use super::march::{March, Path, Start};
-use super::point::Round;
+use super::point::{Round, Steady};
 use super::sensitivity::look;
 use super::variation::Variation;
 use crate::error::ParameterError;
@@ -98,7 +100,7 @@ impl PeriodicSolver {
         let rate = root.value.im;
         ParameterError::positive("frequency of the mode", rate)?;
         ParameterError::positive("amplitude of the start", amplitude)?;
-        let period = std::f64::consts::TAU / rate;
+        let period = TAU / rate;
         let mut march = self.march(shoot, period)?;
         let modes: Vec<Vector3<Complex<f64>>> =
             root.strain.iter().map(|strain| strain * Complex::from(amplitude)).collect();
@@ -136,7 +138,7 @@ impl PeriodicSolver {
         self.find(march, start, orbit.period)
     }
 
-    fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
+    pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
         for (what, number) in [("intervals in a period", self.intervals), ("points in an interval", self.stages)] {
             ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
         }
@@ -237,7 +239,7 @@ fn start_of_mode<M: Model>(
     modes: &[Vector3<Complex<f64>>],
     period: f64,
 ) -> Result<Start, CycleError> {
-    let (m, p, v) = (march.stimuli, march.places.len(), march.variables);
+    let (m, p) = (march.stimuli, march.places.len());
     let circle = Circle::new(WAVES);
     let at = |phase: f64| {
         let turn = Complex::from_polar(1.0, phase);
@@ -248,35 +250,61 @@ fn start_of_mode<M: Model>(
         let (rod, force) = march.settle(&at(*phase), 0.0)?;
         look(march.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
     }
-    let round = Round::new(march.shoot.model.tropism(), &circle, std::f64::consts::TAU / period);
+    let round = Round::new(march.shoot.model.tropism(), &circle, TAU / period);
     let steady: Result<Vec<_>, _> =
         march.places.iter().zip(&stimuli).map(|(place, x)| round.settle(place, x)).collect();
-    let steady = steady?;
-    let intervals = march.grid.intervals as f64;
-    // Values of a wave, and of its derivative by time in intervals, at a time in intervals.
+    Ok(start_of_waves(march, &circle, &steady?, at(0.0), TAU))
+}
+
+/// The state at t = 0 of variables that are known round a circle, which is gone round by `turn` (rad) in a period.
+pub(super) fn start_of_waves(
+    march: &March<impl Model>,
+    circle: &Circle,
+    steady: &[Steady],
+    strain: DVector<f64>,
+    turn: f64,
+) -> Start {
+    let (p, v) = (march.places.len(), march.variables);
+    let in_interval = turn / march.grid.intervals as f64;
+    // Values, or rates by time in intervals, at a time in intervals.
     let read = |time: f64, slope: bool| {
-        let weights = circle.earlier(-std::f64::consts::TAU * time / intervals);
-        let weights = if slope { &weights * &circle.derivative * (std::f64::consts::TAU / intervals) } else { weights };
-        DVector::from_fn(v * p, |k, _| {
-            (weights.row(0) * steady[k / v.max(1)].variables.row(k % v.max(1)).transpose())[0]
-        })
+        let values = circle.earlier(-in_interval * time);
+        let weights = if slope { &values * &circle.derivative * in_interval } else { values };
+        let each = |k: usize| (weights.row(0) * steady[k / v].variables.row(k % v).transpose())[0];
+        DVector::from_fn(v * p, |k, _| each(k))
     };
-    let kept = march.kept;
-    let slopes = (0..kept).map(|n| {
-        let begin = n as f64 - kept as f64;
+    let slopes = (0..march.kept).map(|n| {
+        let begin = n as f64 - march.kept as f64;
         march.grid.stages.iter().map(|stage| read(begin + stage, true)).collect()
     });
-    Ok(Start { strain: at(0.0), variables: read(0.0, false), slopes: slopes.collect() })
+    Start { strain, variables: read(0.0, false), slopes: slopes.collect() }
 }
 
 impl PeriodicOrbit {
+    /// Goes round once.
+    fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
+        let mut march = self.settings.march(shoot, self.period)?;
+        let points = self.start.strain.len() as f64 / 2.0;
+        let same = self.start.strain.len() == 2 * march.places.len()
+            && self.start.variables.len() == march.variables * march.places.len();
+        let what = "material points of the orbit";
+        ParameterError::unless(same, what, points, "those of the shoot whose orbit it is, with its variables")?;
+        march.kept = self.start.slopes.len();
+        let path = march.run(&self.start, self.period)?;
+        let residual = (path.end.flat() - self.start.flat()).norm() / self.start.flat().norm();
+        // What is found with other first guesses differs by rounding.
+        if !(residual <= 100.0 * self.settings.tolerance) {
+            return Err(CycleError::NotConverged { iterations: 0, residual });
+        }
+        Ok((march, path))
+    }
+
     /// The shape at the start and after every interval of the period, as it is at rest: with the times since the start, s.
     ///
     /// # Errors
     /// An equilibrium that is not found.
     pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        let path = march.run(&self.start, self.period)?;
+        let (mut march, path) = self.go_round(shoot)?;
         let length = self.period / self.settings.intervals as f64;
         let all = path.strains.iter().enumerate();
         all.map(|(n, strain)| Ok((n as f64 * length, march.settle(strain, n as f64 * length)?.0))).collect()
@@ -288,8 +316,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// An equilibrium that is not found.
     pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        let path = march.run(&self.start, self.period)?;
+        let (mut march, path) = self.go_round(shoot)?;
         let excursion = |rod: &Rod| {
             let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
             (tip - axis * axis.dot(&tip)).norm()
@@ -338,8 +365,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// A map that is not linearised.
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        let path = march.run(&self.start, self.period)?;
+        let (march, path) = self.go_round(shoot)?;
         let variation = Variation::of(&march, &path, self.period)?;
         let mut found = [Vec::new(), Vec::new()];
         for (c, list) in found.iter_mut().enumerate() {
