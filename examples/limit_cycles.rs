@@ -147,8 +147,7 @@ impl Record {
         if pulled || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
         }
-        // A swing that swells is one oscillation, and not two of nearly the same period.
-        path.between(from - 1.0, to + 1.0).oscillations(&Search { most: 1, ..Search::default() }).ok()
+        path.between(from - 1.0, to + 1.0).oscillations(&Search::default()).ok()
     }
 
     /// Times and horizontal positions between two times.
