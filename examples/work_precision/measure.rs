@@ -7,7 +7,7 @@ use std::time::Instant;
 /// Runs of which the shortest counts.
 const RUNS: usize = 7;
 /// Of long runs fewer do: they are repeated for this time (s), and so often at least. What disturbs a run is a small part of a long one.
-const ENOUGH: f64 = 0.2;
+const ENOUGH: f64 = 0.1;
 const LEAST: usize = 1;
 /// Work that is done in less than this is timed several times together, s.
 const LONG_ENOUGH: f64 = 2e-3;
