@@ -1,6 +1,7 @@
 //! Limit cycles that are found instead of waited for.
 
 mod circular;
+mod entry;
 mod error;
 mod fourier;
 mod gmres;
@@ -14,6 +15,7 @@ mod turning_roots;
 mod variation;
 
 pub use circular::{CircularOrbit, CircularSolver, Turning};
+pub use entry::OrbitHistory;
 pub use error::CycleError;
 pub use periodic::{Multiplier, PeriodicOrbit, PeriodicSolver};
 pub use turning_roots::{TurningRoot, TurningRoots};

@@ -39,8 +39,8 @@ pub struct PeriodicOrbit {
     pub equilibria: usize,
     /// By how much a state differs from that one period later, relative.
     pub residual: f64,
-    start: Start,
-    settings: PeriodicSolver,
+    pub(super) start: Start,
+    pub(super) settings: PeriodicSolver,
 }
 
 /// A multiplier of Floquet: what a disturbance has become after a period.
