@@ -14,12 +14,16 @@
 //! - `--elements 8 --intervals 32`: how accurate are the defaults?
 
 mod common;
+#[path = "limit_cycles/exact.rs"]
+mod exact;
 
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure};
+use common::figure::{Strip, strips_figure};
+use common::{Opt, Options, Progress, Series, Style, Table};
+use exact::exact_orbit;
 use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -36,7 +40,19 @@ const FIRST: f64 = 4.0 * MM;
 /// Vectors of Arnoldi's method: more than the multipliers that matter.
 const VECTORS: usize = 12;
 
-/// The shoot, but for the parameter that is varied.
+/// A shoot of the reduced model: of constant length, all of it steering, with statoliths that settle at once.
+struct Parameters {
+    memory: Memory,
+    growth_time: f64,
+    density: f64,
+    youngs_modulus: f64,
+    radius: f64,
+    beta: f64,
+    eta: f64,
+    length: f64,
+}
+
+/// The shoots, but for the parameter that is varied.
 struct Scene {
     elements: usize,
     over: String,
@@ -44,22 +60,34 @@ struct Scene {
 }
 
 impl Scene {
-    fn at(&self, parameter: f64) -> Result<Shoot<impl Model + use<>>, ParameterError> {
-        let of = |name: &str, usual: f64| if self.over == name { parameter } else { usual };
-        let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
-        let length = of("length", self.length) / 100.0;
+    fn parameters(&self, value: f64) -> Parameters {
+        let of = |name: &str, usual: f64| if self.over == name { value } else { usual };
+        Parameters {
+            memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
+            growth_time: HOUR * of("tau-g", 20.0),
+            density: 1000.0,
+            youngs_modulus: 10e6,
+            radius: 0.5e-3,
+            beta: of("beta", 0.8),
+            eta: of("eta", 20.0),
+            length: of("length", self.length) / 100.0,
+        }
+    }
+
+    fn at(&self, value: f64) -> Result<Shoot<impl Model + use<>>, ParameterError> {
+        let Parameters { memory, growth_time, density, youngs_modulus, radius, beta, eta, length } =
+            self.parameters(value);
         let nodes: Vec<f64> = (0..=self.elements).map(|i| length * i as f64 / self.elements as f64).collect();
-        Shoot::builder(LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 })
+        Shoot::builder(LinearElastic { youngs_modulus, poissons_ratio: 0.5 })
             .length(length)
-            .radius(0.5e-3)
+            .radius(radius)
             .nodes(&nodes)
-            // All of the shoot is growth zone; it differentiates, but does not get longer.
-            .growth(Ongoing(UniformGrowth { zone_length: 1.0, time: HOUR * of("tau-g", 20.0) }))
+            .growth(Ongoing(UniformGrowth { zone_length: 1.0, time: growth_time }))
             .tropism((
-                Gravitropism { sensitivity: of("beta", 0.8), perception: SettledStatoliths }.remembered(memory),
-                Proprioception { sensitivity: of("eta", 20.0) }.remembered(memory),
+                Gravitropism { sensitivity: beta, perception: SettledStatoliths }.remembered(memory),
+                Proprioception { sensitivity: eta }.remembered(memory),
             ))
-            .load(Weight { density: 1000.0 })
+            .load(Weight { density })
             .build()
     }
 }
@@ -74,6 +102,8 @@ struct Found {
     /// Growth rates of the disturbance that grows most or decays least, 1/s: in the plane of the swing, and out of it; of a circle the
     /// leading one only.
     rates: [f64; 2],
+    /// By how much the multipliers that must be 1 are not, or the root that must be zero times the period: what the intervals leave.
+    defect: f64,
     iterations: usize,
 }
 
@@ -132,6 +162,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         "rate_in_plane_per_s",
         "rate_out_of_plane_per_s",
         "newton_iterations",
+        "trivial_defect",
     ];
     let mut table = Table::create(out.join("cycles.csv"), &columns)?;
     for (circular, list) in [(1.0, &circles), (0.0, &planes)] {
@@ -148,6 +179,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 inside,
                 outside,
                 iterations,
+                found.defect,
             ])?;
         }
     }
@@ -158,7 +190,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         "beta" => "gravitropic sensitivity β",
         _ => "growth time τg (h)",
     };
-    let draw = |file: &str, title: &str, label: &str, of: &dyn Fn(&Found) -> f64| {
+    let lines = |of: &dyn Fn(&Found) -> f64| {
         let mut series = Vec::new();
         for (colour, name, list) in [(0, "circular orbit", &circles), (1, "swing in a plane", &planes)] {
             for (stable, words, style) in [(true, "stable", Style::Line), (false, "unstable", Style::Dashed)] {
@@ -169,31 +201,37 @@ fn run() -> Result<(), Box<dyn Error>> {
                 }
             }
         }
-        lines_figure(out.join(file), title, unit, label, &series, Axes::Linear)
+        series
     };
-    let title = "How far the tip swings on the limit cycles of a shoot";
-    draw("amplitude.svg", title, "largest excursion of the tip (mm)", &|found| found.amplitude / MM)?;
-    draw("period.svg", "How long a swing takes", "period (min)", &|found| found.period / MINUTE)?;
+    let mut amplitudes = lines(&|found| found.amplitude / MM);
+    let exact = circles.iter().step_by(2).filter_map(|found| {
+        let [radius, _] = exact_orbit(&scene.parameters(found.parameter))?;
+        Some((found.parameter, radius / MM))
+    });
+    amplitudes.push(Series::new("circular, exact", exact.collect(), Style::Points, 0));
+    let strips = [
+        Strip { label: "excursion (mm)", series: &amplitudes },
+        Strip { label: "period (min)", series: &lines(&|found| found.period / MINUTE) },
+    ];
+    strips_figure(out.join("cycles.svg"), "The limit cycles of a shoot, and which are stable", unit, &strips)?;
 
     for (name, list) in [("circular orbits", &circles), ("swings in a plane", &planes)] {
         let stable = list.iter().filter(|found| found.stable()).count();
         println!("{name}: {}, of which {stable} are stable", list.len());
         for found in [list.first(), list.last()].into_iter().flatten() {
             println!(
-                "  at {:.4}: amplitude {:.6} mm, period {:.6} min, leading rates {:+.5} and {:+.5} per h",
+                "  at {:.4}: amplitude {:.8} mm, period {:.8} min, leading rates {:+.8} and {:+.8} per h, \
+                 trivial ones off by {:.0e}",
                 found.parameter,
                 found.amplitude / MM,
                 found.period / MINUTE,
                 HOUR * found.rates[0],
                 HOUR * found.rates[1],
+                found.defect,
             );
         }
     }
-    println!(
-        "{:.1} s; cycles.csv, amplitude.svg and period.svg are in {}",
-        clock.elapsed().as_secs_f64(),
-        out.display()
-    );
+    println!("{:.1} s; cycles.csv and cycles.svg are in {}", clock.elapsed().as_secs_f64(), out.display());
     Ok(())
 }
 
@@ -204,10 +242,12 @@ fn circular(shoot: &Shoot<impl Model>, parameter: f64, last: &mut Option<Turning
         None => Turning::of_mode(&Linearisation::about(shoot)?.rightmost()?, FIRST),
     };
     let orbit = CircularSolver::default().solve(shoot, &start)?;
-    let leading = orbit.roots(shoot, VECTORS)?.roots.first().map_or(f64::NEG_INFINITY, |root| root.value.re);
+    let roots = orbit.roots(shoot, VECTORS)?;
+    let leading = roots.roots.first().map_or(f64::NEG_INFINITY, |root| root.value.re);
     *last = Some(orbit.as_start());
     let (amplitude, period, iterations) = (orbit.radius(), orbit.period(), orbit.iterations);
-    Ok(Found { parameter, amplitude, period, rates: [leading; 2], iterations })
+    let defect = roots.trivial * period;
+    Ok(Found { parameter, amplitude, period, rates: [leading; 2], defect, iterations })
 }
 
 /// The swing in a plane, in the same way.
@@ -224,15 +264,18 @@ fn pendular(
     let (period, iterations) = (orbit.period, orbit.iterations);
     let (amplitude, _) = orbit.largest_excursion(shoot)?;
     // In each set one multiplier is 1: time in the plane, the turning of the plane out of it.
+    let mut defect = 0.0_f64;
     let rates = orbit.multipliers(shoot, VECTORS)?.map(|mut set| {
-        let trivial =
-            (0..set.len()).min_by(|a, b| (set[*a].value - 1.0).norm().total_cmp(&(set[*b].value - 1.0).norm()));
-        trivial.map(|at| set.remove(at));
+        let off = |at: &usize| (set[*at].value - 1.0).norm();
+        if let Some(trivial) = (0..set.len()).min_by(|a, b| off(a).total_cmp(&off(b))) {
+            defect = defect.max(off(&trivial));
+            set.remove(trivial);
+        }
         set.first().map_or(f64::NEG_INFINITY, |multiplier| multiplier.root(period).re)
     });
     *last = Some(orbit);
     // The mode swings about one director; its set is the one in the plane if that is d1.
-    Ok(Found { parameter, amplitude, period, rates, iterations })
+    Ok(Found { parameter, amplitude, period, rates, defect, iterations })
 }
 
 fn main() -> ExitCode {

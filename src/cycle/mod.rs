@@ -1,4 +1,7 @@
-//! Limit cycles that are found instead of waited for.
+//! Limit cycles that are found instead of waited for, stable or not, and how stable they are.
+//!
+//! [`CircularSolver`] finds shapes that turn rigidly about the vertical, [`PeriodicSolver`] swings of any kind. Both take the laws as
+//! they are: no law says more than time stepping asks of it. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
 mod circular;
 mod entry;
