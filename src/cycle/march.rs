@@ -45,7 +45,7 @@ impl Start {
     }
 
     /// A state of the same sizes.
-    pub fn from_flat(&self, flat: &DVector<f64>) -> Self {
+    pub fn with_values(&self, flat: &DVector<f64>) -> Self {
         let (n, v) = (self.strain.len(), self.variables.len());
         let mut at = n + v;
         let mut out = self.clone();

@@ -177,12 +177,12 @@ impl PeriodicSolver {
                 }
             };
             let (change, stretch) = linear.step(&start, &left)?;
-            let next = start.from_flat(&change);
+            let next = start.with_values(&change);
             // As for circular orbits: Newton's method for the residual over the size of the strain.
             let towards_zero = -next.strain.dot(&start.strain) / start.strain.norm_squared();
             let most = (start.strain.norm() / next.strain.norm()).min(0.2 / stretch.abs());
             let share = (1.0 - towards_zero).recip().clamp(-most, most);
-            start = start.from_flat(&(flat + change * share));
+            start = start.with_values(&(flat + change * share));
             period *= 1.0 + stretch * share;
             iterations += 1;
             kept = Some((linear, residual));
@@ -220,7 +220,7 @@ impl Linear {
         let scale = self.by_period.norm().max(f64::MIN_POSITIVE);
         let (found, linear) = gmres(&right, LINEAR, KRYLOV, |x| {
             let change = x.rows(0, size).clone_owned();
-            let moved = self.variation.apply(&start.from_flat(&change))?.flat();
+            let moved = self.variation.apply(&start.with_values(&change))?.flat();
             let mut out = DVector::zeros(size + 1);
             out.rows_mut(0, size).copy_from(&(&change - moved - &self.by_period * (x[size] / scale)));
             out[size] = self.phase.dot(&change.rows(0, self.phase.len()));
@@ -369,7 +369,7 @@ impl PeriodicOrbit {
         let variation = Variation::of(&march, &path, self.period)?;
         let mut found = [Vec::new(), Vec::new()];
         for (c, list) in found.iter_mut().enumerate() {
-            let mut start = self.start.from_flat(&DVector::zeros(self.start.flat().len()));
+            let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
             for k in (c..start.strain.len()).step_by(2) {
                 start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
             }
@@ -378,7 +378,7 @@ impl PeriodicOrbit {
                 &begin,
                 most,
                 1e-14,
-                |x| Ok::<_, CycleError>(variation.apply(&self.start.from_flat(x))?.flat()),
+                |x| Ok::<_, CycleError>(variation.apply(&self.start.with_values(x))?.flat()),
                 |_| false,
             )?;
             *list = krylov.eigenvalues().into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();

@@ -99,10 +99,10 @@ impl CircularOrbit {
         let path = march.run(&start, period)?;
         let variation =
             Variation::with_responses(&march, &path, period, |time, _| Ok(function.response_at(problem.rate * time)))?;
-        let mut begin = start.from_flat(&DVector::zeros(start.flat().len()));
+        let mut begin = start.with_values(&DVector::zeros(start.flat().len()));
         // No mode is orthogonal to this: its entries have no pattern.
         begin.strain.iter_mut().enumerate().for_each(|(k, x)| *x = 1.0 + 0.7 * (3.0 * k as f64).sin());
-        let apply = |x: &DVector<f64>| Ok::<_, CycleError>(variation.apply(&start.from_flat(x))?.flat());
+        let apply = |x: &DVector<f64>| Ok::<_, CycleError>(variation.apply(&start.with_values(x))?.flat());
         let begin = apply(&begin.flat())?;
         Ok(Krylov::of(&begin, most, 1e-13, apply, |_| false)?.eigenvalues())
     }
