@@ -13,10 +13,12 @@ use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::Linearisation;
-use morphorod::tropism::{DirectionalTropism, Perception, Proprioception, Response, Site, Source};
+use morphorod::tropism::{
+    DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site, Source,
+};
 use morphorod::{Model, Shoot, ShootBuilder};
 use nalgebra::{Complex, Vector3};
-use shoots::{ETA, HOUR, MEMORY, MINUTE, Reduced, STATOLITHS, reduced, steering};
+use shoots::{ETA, HOUR, MEMORY, MINUTE, RADIUS, Reduced, STATOLITHS, reduced, steering};
 
 /// A shoot of any length that steers all along, with equal elements.
 fn shoot(length: f64, elements: u32) -> ShootBuilder<Reduced> {
@@ -264,4 +266,33 @@ fn a_shoot_with_a_law_of_ones_own_swings_too() {
     let mirrored = Vector3::new(-before.x, -before.y, before.z);
     assert!((shoot.tip() - mirrored).norm() < 2e-6 * 0.068);
     assert!(orbit.period > 0.9 * TAU / rate());
+}
+
+/// A weak oscillator below the onset: the cycle is the linear response, and what a run in time settles to.
+#[test]
+fn a_shoot_with_an_oscillator_has_the_cycle_that_it_settles_to() {
+    let (alpha, period) = (1e-3, 24.0 * MINUTE);
+    let still = shoot(0.05, 4).build().unwrap();
+    let linear = Linearisation::about(&still).unwrap();
+    let gradient = Vector3::new(Complex::from(alpha / RADIUS), Complex::new(0.0, -alpha / RADIUS), Complex::from(0.0));
+    let response = linear.response(TAU / period, &gradient).unwrap();
+    let expected = response.displacement.last().unwrap().fixed_rows::<2>(0).norm() / 2.0_f64.sqrt();
+
+    let (gravitropism, proprioception) = steering(SettledStatoliths);
+    let mut driven =
+        shoot(0.05, 4).tropism((Oscillator::new(alpha, period), gravitropism, proprioception)).build().unwrap();
+    let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
+    let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
+    // The tip's circle is 4e-5 of the length: what is not linear is the square of that.
+    assert!((excursion / expected - 1.0).abs() < 1e-6, "{excursion} {expected}");
+    // No disturbance is kept.
+    let largest = orbit.multipliers(&driven, 12).unwrap().map(|set| set[0].value.norm());
+    assert!(largest.iter().all(|multiplier| *multiplier < 1.0), "{largest:?}");
+    let history = orbit.enter(&mut driven).unwrap();
+    let mut run = MethodOfSteps::with_solver(period / 64.0, NewtonSolver::with_tolerance(1e-12));
+    run.start(&mut driven, &history).unwrap();
+    let before = driven.tip();
+    run.advance(&mut driven, 5.0 * period).unwrap();
+    // Of the circle a step of a 64th of the period leaves 1e-5.
+    assert!((driven.tip() - before).norm() < 1e-4 * excursion, "{:e}", (driven.tip() - before).norm() / excursion);
 }

@@ -6,6 +6,7 @@
 mod circular;
 mod entry;
 mod error;
+mod forced;
 mod fourier;
 mod gmres;
 mod grid;

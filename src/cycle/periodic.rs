@@ -105,7 +105,7 @@ impl PeriodicSolver {
         let modes: Vec<Vector3<Complex<f64>>> =
             root.strain.iter().map(|strain| strain * Complex::from(amplitude)).collect();
         let start = start_of_mode(&mut march, &modes, period)?;
-        self.find(march, start, period)
+        self.find(march, start, period, true)
     }
 
     /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
@@ -135,7 +135,7 @@ impl PeriodicSolver {
             let oldest = start.slopes[0].clone();
             start.slopes.insert(0, oldest);
         }
-        self.find(march, start, orbit.period)
+        self.find(march, start, orbit.period, true)
     }
 
     pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
@@ -146,11 +146,13 @@ impl PeriodicSolver {
         March::new(shoot, Grid::new(self.intervals, self.stages), period)
     }
 
-    fn find<M: Model>(
+    /// Newton's method for the state, and for the period if that is `free`.
+    pub(super) fn find<M: Model>(
         &self,
         mut march: March<M>,
         mut start: Start,
         mut period: f64,
+        free: bool,
     ) -> Result<PeriodicOrbit, CycleError> {
         let (mut iterations, mut equilibria) = (0, 0);
         let mut kept: Option<(Linear, f64)> = None;
@@ -159,7 +161,8 @@ impl PeriodicSolver {
             equilibria += path.equilibria;
             let flat = start.flat();
             let left = path.end.flat() - &flat;
-            let residual = left.norm() / flat.norm();
+            // A forced shoot may start from nothing.
+            let residual = left.norm() / flat.norm().max(path.end.flat().norm()).max(f64::MIN_POSITIVE);
             if residual <= self.tolerance {
                 let settings = *self;
                 return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings });
@@ -172,12 +175,18 @@ impl PeriodicSolver {
             let linear = match kept.take() {
                 Some((linear, _)) if !fresh => linear,
                 _ => {
-                    equilibria += 2 * path.equilibria;
-                    Linear::of(&mut march, &start, period, &path)?
+                    equilibria += if free { 2 * path.equilibria } else { 0 };
+                    Linear::of(&mut march, &start, period, &path, free)?
                 }
             };
             let (change, stretch) = linear.step(&start, &left)?;
             let next = start.with_values(&change);
+            if !free {
+                start = start.with_values(&(flat + change));
+                iterations += 1;
+                kept = Some((linear, residual));
+                continue;
+            }
             // As for circular orbits: Newton's method for the residual over the size of the strain.
             let towards_zero = -next.strain.dot(&start.strain) / start.strain.norm_squared();
             let most = (start.strain.norm() / next.strain.norm()).min(0.2 / stretch.abs());
@@ -196,41 +205,60 @@ impl PeriodicSolver {
 /// The return map and its linearisation by state and period.
 struct Linear {
     variation: Variation,
-    /// By the logarithm of the period.
-    by_period: DVector<f64>,
-    /// How the strain goes on at the start: what would only shift the time is no change.
-    phase: DVector<f64>,
+    /// Where the period is free, by its logarithm, and how the strain goes on at the start: what would only shift the time is no
+    /// change.
+    period: Option<(DVector<f64>, DVector<f64>)>,
 }
 
 impl Linear {
-    fn of(march: &mut March<impl Model>, start: &Start, period: f64, path: &Path) -> Result<Self, CycleError> {
+    fn of(
+        march: &mut March<impl Model>,
+        start: &Start,
+        period: f64,
+        path: &Path,
+        free: bool,
+    ) -> Result<Self, CycleError> {
         let variation = Variation::of(march, path, period)?;
+        if !free {
+            return Ok(Self { variation, period: None });
+        }
         let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
         let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
         let phase = path.strain_slopes[0][0].normalize();
-        Ok(Self { variation, by_period: (ahead - behind) / (2.0 * STRETCH), phase })
+        Ok(Self { variation, period: Some(((ahead - behind) / (2.0 * STRETCH), phase)) })
     }
 
     /// The change of the state and the relative one of the period.
     fn step(&self, start: &Start, left: &DVector<f64>) -> Result<(DVector<f64>, f64), CycleError> {
         let size = left.len();
+        let Some((by_period, phase)) = &self.period else {
+            let (found, linear) = gmres(left, LINEAR, KRYLOV, |x| {
+                Ok::<_, CycleError>(x - self.variation.apply(&start.with_values(x))?.flat())
+            })?;
+            return if linear < 0.5 { Ok((found, 0.0)) } else { Err(stagnation(linear)) };
+        };
         let mut right = DVector::zeros(size + 1);
         right.rows_mut(0, size).copy_from(left);
         // The last unknown is measured so that it weighs as much as the others.
-        let scale = self.by_period.norm().max(f64::MIN_POSITIVE);
+        let scale = by_period.norm().max(f64::MIN_POSITIVE);
         let (found, linear) = gmres(&right, LINEAR, KRYLOV, |x| {
             let change = x.rows(0, size).clone_owned();
             let moved = self.variation.apply(&start.with_values(&change))?.flat();
             let mut out = DVector::zeros(size + 1);
-            out.rows_mut(0, size).copy_from(&(&change - moved - &self.by_period * (x[size] / scale)));
-            out[size] = self.phase.dot(&change.rows(0, self.phase.len()));
+            out.rows_mut(0, size).copy_from(&(&change - moved - by_period * (x[size] / scale)));
+            out[size] = phase.dot(&change.rows(0, phase.len()));
             Ok::<_, CycleError>(out)
         })?;
         if !(linear < 0.5) {
-            return Err(CycleError::NotConverged { iterations: 0, residual: linear });
+            return Err(stagnation(linear));
         }
         Ok((found.rows(0, size).clone_owned(), found[size] / scale))
     }
+}
+
+/// Krylov's method did not reduce what is left.
+fn stagnation(residual: f64) -> CycleError {
+    CycleError::NotConverged { iterations: 0, residual }
 }
 
 /// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.
@@ -339,14 +367,21 @@ impl PeriodicOrbit {
             march.settle(&strain, time * length).map(|(rod, _)| rod)
         };
         // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
-        let (mut time, mut width) = (n as f64 + march_stage(&self.settings, i), 0.2);
+        let first = n as f64 + march_stage(&self.settings, i);
+        let (mut time, mut width) = (first, 0.2);
         let mut found = stage.rod.clone();
         for _ in 0..40 {
             let [before, now, after] = [at(time - width)?, at(time)?, at(time + width)?];
             let [a, b, c] = [&before, &now, &after].map(excursion);
             let curvature = a - 2.0 * b + c;
+            // The tip goes round at the same distance: every time is as good.
+            if curvature.abs() <= 1e-12 * b {
+                found = now;
+                break;
+            }
             let shift = if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-2.0, 2.0) } else { (c - a).signum() };
-            time += shift * width;
+            // No further than a stage or two.
+            time = (time + shift * width).clamp(first - 0.5, first + 0.5);
             found = now;
             if shift.abs() < 0.1 {
                 width *= 0.2;
