@@ -1,7 +1,7 @@
 //! The time-stepping map: a state of a shoot of constant length in, the state one period later out.
 //!
-//! A period has equal intervals, with Gauss points in each. The rates of strain and variables are polynomials in an interval, which
-//! obey the laws at its Gauss points; what lies a delay before is read off the polynomials of the past. The grid is one of t/T: it
+//! A period has equal intervals, with Radau points in each. The rates of strain and variables are polynomials in an interval, which
+//! obey the laws at its Radau points; what lies a delay before is read off the polynomials of the past. The grid is one of t/T: it
 //! moves with the period, and the map is smooth.
 
 use nalgebra::{DMatrix, DVector};
@@ -150,7 +150,9 @@ impl<'a, M: Model> March<'a, M> {
         let length = period / self.grid.intervals as f64;
         let read = |delay: f64| {
             let at = self.grid.stages[stage] - delay / length;
-            (at.floor() as isize, self.grid.integrals(at - at.floor()))
+            // An interval ends with its last point.
+            let interval = at.ceil() - 1.0;
+            (interval as isize, self.grid.integrals(at - interval))
         };
         self.delays.iter().map(|delay| delay.map(read)).collect()
     }
