@@ -1,5 +1,6 @@
 //! Limit cycles that are found instead of waited for.
 
+mod autonomous;
 mod circular;
 mod error;
 mod fourier;
