@@ -136,6 +136,9 @@ fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T + Send + 'st
 
 type Answers = (Result<CircularOrbit, CycleError>, Result<PeriodicOrbit, CycleError>);
 
+/// A shoot and what it is called.
+type Case = (&'static str, fn() -> Shoot<Any>);
+
 /// What both solvers say of a shoot from the mode of the plain one, or from its own. An orbit that is found has numbers, and its roots
 /// or multipliers are numbers or are refused.
 fn both(what: &str, shoot: impl FnOnce() -> Shoot<Any> + Send + 'static, own: bool) -> Answers {
@@ -188,7 +191,7 @@ fn below_the_onset_there_is_none() {
 /// Laws that cannot go round together: without proprioception, weight, gravitropism; with memories of one kind or none.
 #[test]
 fn where_nothing_swings_there_is_none() {
-    let cases: [(&str, fn() -> Shoot<Any>); 3] = [
+    let cases: [Case; 3] = [
         ("no proprioception", || {
             Plan::steered(Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(MEMORY))
         }),
@@ -232,7 +235,7 @@ fn what_depends_on_time_is_refused() {
             Vector3::new(now[0], now[1], 0.0) * (at.time / HOUR).sin()
         }
     }
-    let cases: [(&str, fn() -> Shoot<Any>); 5] = [
+    let cases: [Case; 5] = [
         ("an oscillator", || Plan::steered((Oscillator::new(0.2, 24.0 * MINUTE), steering(SettledStatoliths)))),
         ("a mood", || Plan::steered((Moody, steering(SettledStatoliths)))),
         ("a force", || {
@@ -253,7 +256,7 @@ fn what_depends_on_time_is_refused() {
 
 #[test]
 fn no_circle_without_an_axis() {
-    let cases: [(&str, fn() -> Shoot<Any>); 3] = [
+    let cases: [Case; 3] = [
         ("a tilt", || Plan { place: Place { tilt: 0.3, rate: 0.0 }, ..plan(LENGTH) }.shoot()),
         ("an ellipse", || Plan { section: Section::ellipse(5.0e-4, 5.2e-4), ..plan(LENGTH) }.shoot()),
         ("a lateral load", || {
