@@ -8,7 +8,7 @@ mod shoots;
 use std::f64::consts::TAU;
 
 use exact_orbit::{GROWTH_TIME, exact_orbit, rate};
-use morphorod::cycle::{CircularOrbit, CircularSolver, Multiplier, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::cycle::{CircularOrbit, CircularSolver, CycleError, Multiplier, PeriodicOrbit, PeriodicSolver, Turning};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -282,6 +282,8 @@ fn a_shoot_with_an_oscillator_has_the_cycle_that_it_settles_to() {
     let mut driven =
         shoot(0.05, 4).tropism((Oscillator::new(alpha, period), gravitropism, proprioception)).build().unwrap();
     let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
+    let other = PeriodicSolver::default().forced(&driven, 1.1 * period);
+    assert!(matches!(other, Err(CycleError::NoCommonPeriod { .. })), "{other:?}");
     let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
     // The tip's circle is 4e-5 of the length: what is not linear is the square of that.
     assert!((excursion / expected - 1.0).abs() < 1e-6, "{excursion} {expected}");

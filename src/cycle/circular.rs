@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
+use super::autonomous::{check_autonomous, check_gradients};
 use super::error::CycleError;
 use super::fourier::Circle;
 use super::march::PRECISE;
@@ -118,9 +119,19 @@ impl CircularSolver {
     pub fn solve(&self, shoot: &Shoot<impl Model>, start: &Turning) -> Result<CircularOrbit, CycleError> {
         ParameterError::positive("tolerance of a circular orbit", self.tolerance)?;
         let mut problem = Problem::new(shoot, start)?;
-        let mut iterations = 0;
+        let (mut iterations, mut last) = (0, f64::NAN);
         loop {
-            problem.evaluate()?;
+            match problem.evaluate() {
+                // No shape at rest for the start is what is wrong with it; later it is an iteration that has gone astray.
+                Err(CycleError::Equilibrium(_)) if iterations > 0 => {
+                    return Err(CycleError::NotConverged { iterations, residual: last });
+                }
+                answer => answer?,
+            }
+            if iterations == 0 {
+                check_autonomous(shoot, &problem.rod)?;
+                problem.check_axis()?;
+            }
             let residual = problem.relative_residual();
             if residual <= self.tolerance {
                 problem.check_axis()?;
@@ -130,6 +141,7 @@ impl CircularSolver {
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
             }
+            last = residual;
             problem.step()?;
             iterations += 1;
         }
@@ -236,6 +248,7 @@ impl<'a, M: Model> Problem<'a, M> {
             self.places.iter().zip(&self.stimuli).map(|(at, stimuli)| round.settle(at, stimuli)).collect();
         let steady = steady?;
         let gradients = self.asked_for(&round, &steady, 0);
+        check_gradients(gradients.iter())?;
         (self.steady, self.gradients) = (steady, gradients);
         Ok(())
     }
@@ -251,10 +264,9 @@ impl<'a, M: Model> Problem<'a, M> {
         DVector::from_fn(turning.len(), |k, _| self.rate * turning[k] / self.regr[k / 2] - self.gradients[k / 2][k % 2])
     }
 
-    fn relative_residual(&self) -> f64 {
-        let twist = self.gradients.iter().map(|gradient| gradient.z.abs()).fold(0.0, f64::max);
+    pub fn relative_residual(&self) -> f64 {
         let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        self.residual().amax().max(twist) / largest
+        self.residual().amax() / largest
     }
 
     /// One step of Newton's method; the phase is that of the start.
@@ -342,7 +354,7 @@ impl<'a, M: Model> Problem<'a, M> {
 
     /// Refuses what is not the same after a turn: the shape is at rest at one phase, and must be so at all; and what the laws ask for
     /// must turn with it.
-    fn check_axis(&mut self) -> Result<(), CycleError> {
+    pub fn check_axis(&mut self) -> Result<(), CycleError> {
         let (environment, material) = (self.shoot.environment(), self.shoot.model.constitutive());
         for j in 1..self.circle.len() {
             let phase = self.circle.phases[j];
@@ -357,7 +369,9 @@ impl<'a, M: Model> Problem<'a, M> {
             }
             let round = self.round();
             let (sine, cosine) = phase.sin_cos();
-            let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(f64::MIN_POSITIVE, f64::max);
+            // Of a shoot that hardly bends the angles' rounding is no share of the bend.
+            let least = 0.01 / self.rod.length();
+            let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
             for (then, now) in self.asked_for(&round, &self.steady, j).iter().zip(&self.gradients) {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
                 let defect = (then - expected).norm() / largest;

@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 
 use super::error::CycleError;
+use super::grid::Grid;
 use super::periodic::PeriodicOrbit;
 use crate::error::ParameterError;
 use crate::integrator::HistoryFunction;
 use crate::model::Model;
-use crate::quadrature::{gauss, lagrange};
 use crate::shoot::Shoot;
 use crate::tropism::{Site, TropismLaw};
 
@@ -15,6 +15,7 @@ use crate::tropism::{Site, TropismLaw};
 #[derive(Debug, Clone)]
 pub struct OrbitHistory {
     orbit: PeriodicOrbit,
+    grid: Grid,
     /// Distance from the apex of every point of the zone, m.
     distances: Vec<f64>,
 }
@@ -40,7 +41,8 @@ impl PeriodicOrbit {
             Some(pair) => Vector3::new(pair[0], pair[1], point.intrinsic.z),
             None => point.intrinsic,
         });
-        Ok(OrbitHistory { orbit: self.clone(), distances })
+        let grid = Grid::new(self.settings.intervals, self.settings.stages);
+        Ok(OrbitHistory { orbit: self.clone(), grid, distances })
     }
 }
 
@@ -55,22 +57,19 @@ impl HistoryFunction for OrbitHistory {
         let near = |a: &f64, b: &f64| (a - site.apex_distance).abs().total_cmp(&(b - site.apex_distance).abs());
         let point = (0..self.distances.len()).min_by(|a, b| near(&self.distances[*a], &self.distances[*b]));
         let Some(first) = point.map(|point| point * own) else { return };
-        let (stages, weights) = gauss(settings.stages);
+        let grid = &self.grid;
         // Backwards, interval by interval, to that of the time; further back the oldest goes on.
         let time = t * settings.intervals as f64 / self.orbit.period;
         let kept = start.slopes.len();
         let back = (-time).ceil().clamp(1.0, kept as f64) as usize;
-        let (from, mut values) = (time + back as f64, vec![0.0; settings.stages]);
+        let upto = grid.integrals(time + back as f64);
         for (a, variable) in variables.iter_mut().enumerate() {
             *variable = start.variables[first + a];
             for slopes in &start.slopes[kept - back..] {
-                *variable -= slopes.iter().zip(&weights).map(|(slope, w)| w * slope[first + a]).sum::<f64>();
+                *variable -= slopes.iter().zip(&grid.whole).map(|(slope, w)| w * slope[first + a]).sum::<f64>();
             }
-            for (at, weight) in stages.iter().zip(&weights) {
-                lagrange(&stages, from * at, &mut values);
-                let slope: f64 = start.slopes[kept - back].iter().zip(&values).map(|(s, l)| l * s[first + a]).sum();
-                *variable += from * weight * slope;
-            }
+            *variable +=
+                start.slopes[kept - back].iter().zip(&upto).map(|(slope, w)| w * slope[first + a]).sum::<f64>();
         }
     }
 }

@@ -26,6 +26,16 @@ pub enum CycleError {
         /// How many.
         points: usize,
     },
+    /// The laws ask for twist; only strain that bends is sought.
+    #[error(
+        "the laws ask for a twist of {twist:.1e} 1/m beside a bend of {bend:.1e} 1/m: cycles are found of bending only"
+    )]
+    Twists {
+        /// The largest gradient of twist, 1/m.
+        twist: f64,
+        /// The largest gradient of bend, 1/m.
+        bend: f64,
+    },
     /// Laws, loads, elasticity or the scene are not the same after a turn about the tangent of the base.
     #[error(
         "the {what} breaks the axis of the shoot: it changes by {defect:.1e} of itself when all is turned about it"
@@ -35,6 +45,14 @@ pub enum CycleError {
         what: &'static str,
         /// By how much, relative.
         defect: f64,
+    },
+    /// What drives the shoot does not come back after the period that was given.
+    #[error("what drives the shoot is not the same after {period} s: it changes by {change:.1e} of itself")]
+    NoCommonPeriod {
+        /// The period, s.
+        period: f64,
+        /// By how much, relative.
+        change: f64,
     },
     /// The variables of a point do not come back to what they were.
     #[error("the laws' variables do not come back after a period: the last correction was {change:.1e}")]

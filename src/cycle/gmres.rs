@@ -1,6 +1,9 @@
 //! Krylov's subspaces: linear systems and leading eigenvalues of an operator that is only applied.
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Schur};
+
+use crate::error::ParameterError;
+use crate::stability::StabilityError;
 
 /// An orthonormal basis of x, A x, A² x, …, and what A does to it.
 pub(super) struct Krylov {
@@ -9,7 +12,15 @@ pub(super) struct Krylov {
     pub hessenberg: DMatrix<f64>,
 }
 
+/// Vectors at most: by then multipliers are rounding, and eigenvalues of so large a matrix take seconds.
+const MOST: usize = 400;
+
 impl Krylov {
+    /// Refuses a number of vectors that makes no sense.
+    pub fn check(most: usize) -> Result<(), ParameterError> {
+        ParameterError::unless((1..=MOST).contains(&most), "number of vectors", most as f64, "from 1 to 400")
+    }
+
     /// With at most `most` applications; fewer where the subspace is invariant to `rounding`, relative to what A made of the vector.
     pub fn of<E>(
         start: &DVector<f64>,
@@ -54,11 +65,23 @@ impl Krylov {
     }
 
     /// Eigenvalues of A, the largest first, each with the residual |A v − μ v| of its vector of norm one.
-    pub fn eigenvalues(&self) -> Vec<(Complex<f64>, f64)> {
+    ///
+    /// # Errors
+    /// A map that is not finite, or of which the iteration for the eigenvalues does not end.
+    pub fn eigenvalues(&self) -> Result<Vec<(Complex<f64>, f64)>, StabilityError> {
         let k = self.hessenberg.ncols();
         let square = self.hessenberg.rows(0, k).clone_owned();
         let last = if self.hessenberg.nrows() > k { self.hessenberg[(k, k - 1)] } else { 0.0 };
-        let values = square.complex_eigenvalues();
+        // It would go on for ever.
+        if !square.iter().all(|x| x.is_finite()) {
+            return Err(StabilityError::NotFinite { what: "linearised map" });
+        }
+        // Now and then what lies below rounding does not become small enough: then some digits fewer have to do.
+        let schur =
+            [1.0, 1e2, 1e4].iter().find_map(|x| Schur::try_new(square.clone(), x * f64::EPSILON, 100 * k + 100));
+        let what = "the iteration for the multipliers";
+        let schur = schur.ok_or(StabilityError::NoConvergence { what, residual: f64::INFINITY })?;
+        let values = schur.complex_eigenvalues();
         let complex = square.map(Complex::from);
         let mut out: Vec<(Complex<f64>, f64)> = values
             .iter()
@@ -77,7 +100,7 @@ impl Krylov {
             })
             .collect();
         out.sort_by(|a, b| b.0.norm().total_cmp(&a.0.norm()));
-        out
+        Ok(out)
     }
 }
 
@@ -93,6 +116,10 @@ pub(super) fn gmres<E>(
         return Ok((DVector::zeros(right.len()), 0.0));
     }
     let best = |hessenberg: &DMatrix<f64>| {
+        // Singular values of it would be sought for ever.
+        if !hessenberg.iter().all(|x| x.is_finite()) {
+            return (DVector::zeros(hessenberg.ncols()), f64::NAN);
+        }
         let mut target = DVector::zeros(hessenberg.nrows());
         target[0] = size;
         let weights = hessenberg.clone().svd(true, true).solve(&target, 1e-14).unwrap_or_else(|_| target.clone());

@@ -1,11 +1,12 @@
 //! The time-stepping map: a state of a shoot of constant length in, the state one period later out.
 //!
-//! A period has equal intervals, with Gauss points in each. The rates of strain and variables are polynomials in an interval, which
-//! obey the laws at its Gauss points; what lies a delay before is read off the polynomials of the past. The grid is one of t/T: it
+//! A period has equal intervals, with Radau points in each. The rates of strain and variables are polynomials in an interval, which
+//! obey the laws at its Radau points; what lies a delay before is read off the polynomials of the past. The grid is one of t/T: it
 //! moves with the period, and the map is smooth.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::autonomous::check_gradients;
 use super::error::CycleError;
 use super::grid::Grid;
 use super::sensitivity::look;
@@ -21,6 +22,8 @@ use crate::tropism::{Declaration, Growing, LawDerivatives, TropismLaw};
 
 /// The largest error of a frame, rad: differences are taken of what equilibria make.
 pub(super) const PRECISE: f64 = 1e-13;
+/// Periods that a delay may last at most: a state holds the past for so long.
+const PERIODS: f64 = 16.0;
 /// Passes over an interval whose laws read what lies in it.
 const PASSES: usize = 60;
 /// Such passes and the variables of a point have converged when they change by this share of themselves.
@@ -59,6 +62,16 @@ impl Start {
     }
 }
 
+impl Start {
+    /// Adds intervals to the past where it is too short: as the oldest that there is.
+    pub fn lengthen(&mut self, kept: usize) {
+        while self.slopes.len() < kept {
+            let oldest = self.slopes[0].clone();
+            self.slopes.insert(0, oldest);
+        }
+    }
+}
+
 /// The shoot at a stage of an interval.
 #[derive(Debug, Clone)]
 pub(super) struct Stage {
@@ -81,6 +94,14 @@ pub(super) struct Path {
     /// The rates of the strain at the stages, times an interval's length.
     pub strain_slopes: Vec<Vec<DVector<f64>>>,
     pub equilibria: usize,
+}
+
+impl Path {
+    /// How far the strain goes from where it started, 1/m.
+    pub fn largest_move(&self) -> f64 {
+        let all = self.stages.iter().flatten().map(|stage| (&stage.strain - &self.strains[0]).amax());
+        all.fold(0.0, f64::max)
+    }
 }
 
 /// Carries a shoot over a period.
@@ -111,6 +132,7 @@ impl<'a, M: Model> March<'a, M> {
             return Err(CycleError::Elongates);
         }
         ParameterError::positive("period", period)?;
+        ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
         let rod = shoot.state.rod.clone();
         let time = shoot.environment().time;
         let points = &rod.points()[rod.zone()];
@@ -125,15 +147,14 @@ impl<'a, M: Model> March<'a, M> {
         declaration.check()?;
         let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
         let longest = delays.iter().flatten().copied().fold(0.0, f64::max);
-        // Half an interval more than now, since the period moves while it is sought.
-        let kept = (longest * grid.intervals as f64 / period + 0.5).ceil() as usize;
+        let kept = kept(longest, &grid, period)?;
         let size = declaration.size();
         Ok(Self {
             shoot,
             grid,
             places,
             regr,
-            kept: kept.max(1),
+            kept,
             variables: size.variables,
             stimuli: size.stimuli,
             reads_present: size.reads_present,
@@ -145,12 +166,25 @@ impl<'a, M: Model> March<'a, M> {
         })
     }
 
+    /// Keeps more of the past if delays have become longer against the period.
+    pub fn keep_enough(&mut self, start: &mut Start, period: f64) -> Result<(), CycleError> {
+        let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
+        // A step of differences by the period is far below a tenth of an interval.
+        if longest * self.grid.intervals as f64 / period + 0.1 > self.kept as f64 {
+            self.kept = self.kept.max(kept(longest, &self.grid, period)?);
+            start.lengthen(self.kept);
+        }
+        Ok(())
+    }
+
     /// Where every variable is read from a stage.
     pub fn readings(&self, period: f64, stage: usize) -> Vec<Option<Reading>> {
         let length = period / self.grid.intervals as f64;
         let read = |delay: f64| {
             let at = self.grid.stages[stage] - delay / length;
-            (at.floor() as isize, self.grid.integrals(at - at.floor()))
+            // An interval ends with its last point.
+            let interval = at.ceil() - 1.0;
+            (interval as isize, self.grid.integrals(at - interval))
         };
         self.delays.iter().map(|delay| delay.map(read)).collect()
     }
@@ -247,6 +281,7 @@ impl<'a, M: Model> March<'a, M> {
         let present = self.kept + n;
         let mut past: Vec<DVector<f64>> = vec![DVector::zeros(v * p); stages];
         let mut strain_slopes: Vec<DVector<f64>> = vec![DVector::zeros(2 * p); stages];
+        let mut gradients = Vec::with_capacity(stages * p);
         for i in 0..stages {
             for (a, reading) in readings[i].iter().enumerate() {
                 let Some((interval, weights)) = reading else { continue };
@@ -267,11 +302,13 @@ impl<'a, M: Model> March<'a, M> {
                     continue;
                 }
                 let gradient = law.gradient(&at, &past[i].as_slice()[point * v..(point + 1) * v], now);
+                gradients.push(gradient);
                 for c in 0..2 {
                     strain_slopes[i][2 * point + c] = length * self.regr[point] * gradient[c];
                 }
             }
         }
+        check_gradients(gradients.iter())?;
         let mut made = Vec::with_capacity(stages);
         for (i, past) in past.into_iter().enumerate() {
             let mut strain = path.strains[n].clone();
@@ -387,6 +424,13 @@ impl<'a, M: Model> March<'a, M> {
         );
         out
     }
+}
+
+/// Intervals of the past that hold the longest delay: half an interval more than now, since the period moves while it is sought.
+fn kept(longest: f64, grid: &Grid, period: f64) -> Result<usize, CycleError> {
+    let (what, periods) = ("longest delay, in periods", longest / period);
+    ParameterError::unless(periods <= PERIODS, what, periods, "at most 16: a state holds all that is read")?;
+    Ok(((longest * grid.intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }
 
 /// The largest change of the strain between two passes, relative to it.

@@ -3,6 +3,7 @@
 //! [`CircularSolver`] finds shapes that turn rigidly about the vertical, [`PeriodicSolver`] swings of any kind. Both take the laws as
 //! they are: no law says more than time stepping asks of it. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
+mod autonomous;
 mod circular;
 mod entry;
 mod error;

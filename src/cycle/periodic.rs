@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
+use super::autonomous::{check_autonomous, check_period};
 use super::error::CycleError;
 use super::fourier::Circle;
 use super::gmres::{Krylov, gmres};
@@ -24,6 +25,10 @@ const WAVES: usize = 3;
 const KRYLOV: usize = 80;
 /// What a step of Newton's method leaves of its linear problem.
 const LINEAR: f64 = 1e-4;
+/// A strain that turns the tip by less than this, rad, is that of no orbit that anybody looks for.
+const STANDS: f64 = 1e-6;
+/// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
+const STAGES: usize = 16;
 /// Step of the central differences by the period, relative: they err by 1e-10.
 const STRETCH: f64 = 1e-5;
 
@@ -41,6 +46,8 @@ pub struct PeriodicOrbit {
     pub residual: f64,
     pub(super) start: Start,
     pub(super) settings: PeriodicSolver,
+    /// Whether nothing drives it: its period is its own.
+    free: bool,
 }
 
 /// A multiplier of Floquet: what a disturbance has become after a period.
@@ -63,14 +70,14 @@ impl Multiplier {
 
 /// Finds periodic orbits of shoots whose length does not change.
 ///
-/// A period is divided into intervals with Gauss points; the grid is one of t/T, and moves with the period. Unknown are a state, with
+/// A period is divided into intervals with Radau points; the grid is one of t/T, and moves with the period. Unknown are a state, with
 /// its variables over the longest delay, and the period. The return map contracts all but a handful of directions, so that Krylov's
 /// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
     /// Intervals in a period.
     pub intervals: usize,
-    /// Gauss points in each: the order of accuracy inside an interval.
+    /// Radau points in each, at most 16: the order of accuracy inside an interval.
     pub stages: usize,
     /// Largest relative difference between a state and that one period later.
     pub tolerance: f64,
@@ -102,6 +109,11 @@ impl PeriodicSolver {
         ParameterError::positive("amplitude of the start", amplitude)?;
         let period = TAU / rate;
         let mut march = self.march(shoot, period)?;
+        let (what, points) = ("number of strains of the mode", root.strain.len());
+        ParameterError::unless(points == march.places.len(), what, points as f64, "that of the points of the zone")?;
+        for strain in &root.strain {
+            ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum())?;
+        }
         let modes: Vec<Vector3<Complex<f64>>> =
             root.strain.iter().map(|strain| strain * Complex::from(amplitude)).collect();
         let start = start_of_mode(&mut march, &modes, period)?;
@@ -131,17 +143,15 @@ impl PeriodicSolver {
         while start.slopes.len() > march.kept {
             start.slopes.remove(0);
         }
-        while start.slopes.len() < march.kept {
-            let oldest = start.slopes[0].clone();
-            start.slopes.insert(0, oldest);
-        }
+        start.lengthen(march.kept);
         self.find(march, start, orbit.period, true)
     }
 
     pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
-        for (what, number) in [("intervals in a period", self.intervals), ("points in an interval", self.stages)] {
-            ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
-        }
+        let (what, number) = ("intervals in a period", self.intervals);
+        ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
+        let (what, number) = ("points in an interval", self.stages);
+        ParameterError::unless((1..=STAGES).contains(&number), what, number as f64, "from 1 to 16")?;
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
         March::new(shoot, Grid::new(self.intervals, self.stages), period)
     }
@@ -155,17 +165,31 @@ impl PeriodicSolver {
         free: bool,
     ) -> Result<PeriodicOrbit, CycleError> {
         let (mut iterations, mut equilibria) = (0, 0);
-        let mut kept: Option<(Linear, f64)> = None;
+        let (mut kept, mut last): (Option<(Linear, f64)>, _) = (None, f64::NAN);
         loop {
-            let path = march.run(&start, period)?;
+            let path = match march.keep_enough(&mut start, period).and_then(|()| march.run(&start, period)) {
+                // What a start cannot be is an error of its own; later it is an iteration that has gone astray.
+                Err(CycleError::Equilibrium(_) | CycleError::Parameter(_)) if iterations > 0 => {
+                    return Err(CycleError::NotConverged { iterations, residual: last });
+                }
+                answer => answer?,
+            };
+            if iterations == 0 && free {
+                check_autonomous(march.shoot, &path.stages[0][0].rod)?;
+            }
             equilibria += path.equilibria;
             let flat = start.flat();
             let left = path.end.flat() - &flat;
-            // A forced shoot may start from nothing.
+            // A driven shoot may start from nothing.
             let residual = left.norm() / flat.norm().max(path.end.flat().norm()).max(f64::MIN_POSITIVE);
+            // A state that stays comes back after any time.
+            let strain = path.largest_move();
+            if free && strain * march.shoot.rod().length() < STANDS {
+                return Err(CycleError::Stationary { strain });
+            }
             if residual <= self.tolerance {
                 let settings = *self;
-                return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings });
+                return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings, free });
             }
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
@@ -194,8 +218,9 @@ impl PeriodicSolver {
             start = start.with_values(&(flat + change * share));
             period *= 1.0 + stretch * share;
             iterations += 1;
+            last = residual;
             kept = Some((linear, residual));
-            if start.strain.amax() * march.shoot.rod().length() < 1e-6 {
+            if start.strain.amax() * march.shoot.rod().length() < STANDS {
                 return Err(CycleError::Stationary { strain: start.strain.amax() });
             }
         }
@@ -269,9 +294,12 @@ fn start_of_mode<M: Model>(
 ) -> Result<Start, CycleError> {
     let (m, p) = (march.stimuli, march.places.len());
     let circle = Circle::new(WAVES);
+    // The state about which it is a mode; straight if upright.
+    let rod = march.shoot.rod();
+    let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
     let at = |phase: f64| {
         let turn = Complex::from_polar(1.0, phase);
-        DVector::from_fn(2 * p, |k, _| (modes[k / 2][k % 2] * turn).re)
+        DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (modes[k / 2][k % 2] * turn).re)
     };
     let mut stimuli = vec![DMatrix::zeros(m, circle.len()); p];
     for (j, phase) in circle.phases.iter().enumerate() {
@@ -319,6 +347,11 @@ impl PeriodicOrbit {
         ParameterError::unless(same, what, points, "those of the shoot whose orbit it is, with its variables")?;
         march.kept = self.start.slopes.len();
         let path = march.run(&self.start, self.period)?;
+        if self.free {
+            check_autonomous(shoot, &path.stages[0][0].rod)?;
+        } else {
+            check_period(shoot, &path.stages[0][0].rod, self.period)?;
+        }
         let residual = (path.end.flat() - self.start.flat()).norm() / self.start.flat().norm();
         // What is found with other first guesses differs by rounding.
         if !(residual <= 100.0 * self.settings.tolerance) {
@@ -400,6 +433,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// A map that is not linearised.
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
+        Krylov::check(most)?;
         let (march, path) = self.go_round(shoot)?;
         let variation = Variation::of(&march, &path, self.period)?;
         let mut found = [Vec::new(), Vec::new()];
@@ -416,7 +450,7 @@ impl PeriodicOrbit {
                 |x| Ok::<_, CycleError>(variation.apply(&self.start.with_values(x))?.flat()),
                 |_| false,
             )?;
-            *list = krylov.eigenvalues().into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
+            *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
         }
         Ok(found)
     }

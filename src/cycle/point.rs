@@ -65,6 +65,9 @@ impl<'a, T: TropismLaw> Round<'a, T> {
             self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
         }
         let mut steady = Steady { variables, rates_y: Vec::new(), rates_x: Vec::new(), read: Default::default() };
+        if v == 0 {
+            return Ok(self.read(at, stimuli, steady));
+        }
         let mut last = f64::INFINITY;
         for _ in 0..CORRECTIONS {
             self.differentiate(at, stimuli, &mut steady);
@@ -85,15 +88,20 @@ impl<'a, T: TropismLaw> Round<'a, T> {
             steady.variables -= DMatrix::from_column_slice(v, n, change.as_slice());
             let (size, moved) = (steady.variables.amax(), change.amax());
             if moved <= CONVERGED * size || (moved < 1e-9 * size && moved >= last) {
-                self.differentiate(at, stimuli, &mut steady);
-                let past = self.past(&steady, 0);
-                let [_, _, by_variables, by_stimuli] = derivatives(self.law, at, &past, stimuli.column(0).as_slice());
-                steady.read = [by_variables, by_stimuli];
-                return Ok(steady);
+                return Ok(self.read(at, stimuli, steady));
             }
             last = moved;
         }
         Err(CycleError::Variables { change: last })
+    }
+
+    /// The derivatives of the laws for variables that are found.
+    fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut steady: Steady) -> Steady {
+        self.differentiate(at, stimuli, &mut steady);
+        let past = self.past(&steady, 0);
+        let [_, _, by_variables, by_stimuli] = derivatives(self.law, at, &past, stimuli.column(0).as_slice());
+        steady.read = [by_variables, by_stimuli];
+        steady
     }
 
     /// The gradient at a phase.

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::circular::{CircularOrbit, Problem};
+use super::autonomous::check_autonomous;
+use super::circular::{CircularOrbit, CircularSolver, Problem};
 use super::error::CycleError;
 use super::gmres::Krylov;
 use super::periodic::{PeriodicSolver, start_of_waves};
@@ -37,7 +38,8 @@ pub struct TurningRoot {
 pub struct TurningRoots {
     /// Rightmost first, without the trivial one.
     pub roots: Vec<TurningRoot>,
-    /// |λ| of the root that the turning of the whole has, 1/s: zero but for rounding and differences.
+    /// |λ| of the root that the turning of the whole has, 1/s: zero but for rounding and differences. Infinite if the map did not show
+    /// it, as next to the onset, where the radius hardly decays and the two are hard to tell apart.
     pub trivial: f64,
 }
 
@@ -58,7 +60,7 @@ impl CircularOrbit {
     /// # Errors
     /// No vector, or a map that is not linearised.
     pub fn roots(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<TurningRoots, CycleError> {
-        ParameterError::unless(most > 0, "number of vectors", most as f64, "at least one")?;
+        Krylov::check(most)?;
         let function = Characteristic::of(shoot, self)?;
         let (period, mut roots) = (self.period(), Vec::<TurningRoot>::new());
         let mut trivial = f64::INFINITY;
@@ -104,7 +106,7 @@ impl CircularOrbit {
         begin.strain.iter_mut().enumerate().for_each(|(k, x)| *x = 1.0 + 0.7 * (3.0 * k as f64).sin());
         let apply = |x: &DVector<f64>| Ok::<_, CycleError>(variation.apply(&start.with_values(x))?.flat());
         let begin = apply(&begin.flat())?;
-        Ok(Krylov::of(&begin, most, 1e-13, apply, |_| false)?.eigenvalues())
+        Ok(Krylov::of(&begin, most, 1e-13, apply, |_| false)?.eigenvalues()?)
     }
 }
 
@@ -116,9 +118,20 @@ struct Characteristic<'a, M: Model> {
 
 impl<'a, M: Model> Characteristic<'a, M> {
     fn of(shoot: &'a Shoot<M>, orbit: &CircularOrbit) -> Result<Self, CycleError> {
+        let (length, own) = (orbit.rod.length(), shoot.rod().length());
+        let what = "length of the shoot of the orbit";
+        // Equal but for the rounding of a sum.
+        ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
         let mut problem = Problem::new(shoot, &orbit.as_start())?;
         problem.rod = orbit.rod.clone();
         problem.evaluate()?;
+        check_autonomous(shoot, &problem.rod)?;
+        problem.check_axis()?;
+        // What is found with another first guess differs by rounding.
+        let residual = problem.relative_residual();
+        if !(residual <= 100.0 * orbit.residual.max(CircularSolver::default().tolerance)) {
+            return Err(CycleError::NotConverged { iterations: 0, residual });
+        }
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
     }

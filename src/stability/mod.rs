@@ -86,4 +86,5 @@ pub use refine::Refinement;
 pub use refine_boundary::{RefinedBoundary, RefinedPoint};
 pub use response::Response;
 pub use stationary::{Stationary, StationarySolver};
+pub(crate) use steady::{SteadyState, check_unforced};
 pub use transient::TransientGrowth;

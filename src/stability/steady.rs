@@ -15,7 +15,7 @@ use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 const TURN: f64 = 1e-4;
 
 /// The laws at every material point of the growth zone.
-pub(super) struct SteadyState {
+pub(crate) struct SteadyState {
     pub gradients: Vec<Vector3<f64>>,
     /// One column for every point.
     pub stimuli: DMatrix<f64>,
@@ -93,7 +93,7 @@ pub(super) fn stimulus_derivatives(
 }
 
 /// Refuses what depends on time: laws, loads, gravity, the base.
-pub(super) fn check_unforced(
+pub(crate) fn check_unforced(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
     load: &impl Load,
