@@ -18,12 +18,7 @@ const ANGLE: f64 = 3e-5;
 
 /// Calls `visit` with the number of every point of the zone and its stimuli, on a rod at rest under a force. The force does not
 /// depend on the shape.
-pub(super) fn look(
-    shoot: &Shoot<impl Model>,
-    rod: &Rod,
-    force: &InternalForce,
-    mut visit: impl FnMut(usize, &[f64]),
-) {
+pub(super) fn look(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce, mut visit: impl FnMut(usize, &[f64])) {
     let law = shoot.model.tropism();
     let laws = Declaration::of(law);
     let mut stimuli = vec![0.0; laws.size().stimuli];
