@@ -114,7 +114,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err(NO_SERDE.into());
     }
     let mut record = Record { interval: end / 20.0, ..Record::default() };
-    let mut film = options.flag("film").then(|| Film::new("The tip of a growing shoot nutates", ABOUT, 2.0));
+    let about = format!("Agostinelli, DeSimone and Noselli (2021), {}: {ABOUT}", video(options.get("alpha")));
+    let mut film = options.flag("film").then(|| Film::new("The tip of a growing shoot nutates", &about, 2.0));
     if film.is_some() && file.is_some() {
         return Err("--film with --checkpoint: a film shows the whole run, a checkpoint holds only its end".into());
     }
@@ -192,8 +193,17 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), second video: an oscillator in the tissue, gravity and the shoot's \
-    own bending steer it; tissue that has left the growth zone turns to wood.";
+/// Which video of the paper a sensitivity of the oscillator makes.
+fn video(alpha: f64) -> String {
+    match alpha {
+        0.2 => "second video".into(),
+        0.01 => "third video, with a weak oscillator".into(),
+        _ => format!("second video, but with α = {alpha}"),
+    }
+}
+
+const ABOUT: &str = "an oscillator in the tissue, gravity and the shoot's own bending steer it; tissue that has left the growth zone \
+    turns to wood.";
 
 const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
 

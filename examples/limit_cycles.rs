@@ -17,6 +17,7 @@
 //!   ninth of it, is meant. With statoliths the shoot twists a little as it goes round: by up to 0.040 1/m, or 0.0045 1/m if it
 //!   resists more. The orbit is the same in seven digits. Settled it does not twist at all.
 
+mod camera;
 mod common;
 #[path = "limit_cycles/exact.rs"]
 mod exact;
@@ -27,7 +28,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
-use common::{FramedShape, Opt, Options, Progress, Table};
+use common::{Film, FramedShape, Opt, Options, Progress, Table};
 use exact::{exact_orbit, rate};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -146,8 +147,7 @@ impl Record {
         if pulled || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
         }
-        // A swing that swells is one oscillation, and not two of nearly the same period.
-        path.between(from - 1.0, to + 1.0).oscillations(&Search { most: 1, ..Search::default() }).ok()
+        path.between(from - 1.0, to + 1.0).oscillations(&Search::default()).ok()
     }
 
     /// Times and horizontal positions between two times.
@@ -184,6 +184,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 "",
                 "shear modulus, Pa; E/3, a third of Young's modulus of 1e7 Pa, if not given",
             ),
+            Opt::flag("film", "also film.html, which shows the shoot in space and plays in a browser"),
         ],
     );
     let end = HOUR * options.positive("hours");
@@ -198,9 +199,12 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let progress = Progress::new("limit cycles");
     let mut record = Record::default();
+    let mut film = options.flag("film").then(|| Film::new("From a pendulum to a circle", ABOUT, 2.0));
     for k in 0..=(end / INTERVAL).ceil() as u32 {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
         record.look(&shoot);
+        // Those that are settled have no variables.
+        film.iter_mut().for_each(|film| film.push(camera::look(&shoot, (!settled).then_some(0))));
         progress.set(shoot.time() / end);
     }
     progress.finish();
@@ -218,9 +222,16 @@ fn run() -> Result<(), Box<dyn Error>> {
     let path = orbit::Path::new(record.times.clone(), record.tips.clone())?.seen_along(&Vector3::z())?;
     report::tell(&record, &path, end, exact);
     report::draw(&out, &record, &path, end, exact)?;
+    if let Some(film) = film {
+        film.write(out.join("film.html"))?;
+        println!("film.html plays in a browser");
+    }
     println!("tip.csv, tip.svg, shapes.svg and, of longer runs, cycle.csv and cycle.svg are in {}", out.display());
     Ok(())
 }
+
+const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: a shoot of constant length is pulled once, and swings in \
+    a plane; pulled across after 30 h, it comes to go round.";
 
 fn main() -> ExitCode {
     common::finish(run())

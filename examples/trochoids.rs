@@ -14,12 +14,13 @@
 //! # What to try
 //! `--alpha 0.1`, a weak oscillator, draws waves instead of loops; `--alpha 0.6`. `--period 15`, a faster one, more loops.
 
+mod camera;
 mod common;
 
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options, Orbit, Progress, Table, TimedPath, orbits_figure};
+use common::{Film, Opt, Options, Orbit, Progress, Table, TimedPath, orbits_figure};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -97,6 +98,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("period", "MIN", "20", "period of the oscillator, min"),
             Opt::value("step", "S", "60", "longest time step, s"),
             Opt::value("elements", "N", "4", "elements"),
+            Opt::flag("film", "also two films, which show the shoot in space and play in a browser"),
         ],
     );
     let end = HOUR * options.positive("hours");
@@ -107,21 +109,29 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let mut orbits = Vec::new();
     let mut table = Table::create(out.join("tip.csv"), &["same_sense", "t_s", "x_m", "y_m", "z_m"])?;
-    for (name, handedness) in
-        [("the same sense", Handedness::Counterclockwise), ("opposite senses", Handedness::Clockwise)]
-    {
+    for (name, handedness, pattern, about) in [
+        ("the same sense", Handedness::Counterclockwise, "epitrochoid", SAME),
+        ("opposite senses", Handedness::Clockwise, "hypotrochoid", OPPOSITE),
+    ] {
         let mut shoot = whirled_shoot(Oscillator { handedness, ..Oscillator::new(alpha, period) }, elements)?;
         let progress = Progress::new(name);
         let mut record = Record::default();
+        let title = format!("Two oscillations at once: {pattern}");
+        let mut film = options.flag("film").then(|| Film::new(&title, about, 1.0));
         for k in 0..=(end / INTERVAL).ceil() as u32 {
             integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
             record.look(&shoot);
+            // The oscillator has no variables.
+            film.iter_mut().for_each(|film| film.push(camera::look(&shoot, Some(0))));
             progress.set(shoot.time() / end);
         }
         progress.finish();
         let same = f64::from(u8::from(handedness == Handedness::Counterclockwise));
         for (t, tip) in record.times.iter().zip(&record.tips) {
             table.row(&[same, *t, tip.x, tip.y, tip.z])?;
+        }
+        if let Some(film) = film {
+            film.write(out.join(format!("film-{pattern}.html")))?;
         }
         let found = record.read()?;
         let slow = found.as_ref().and_then(|found| {
@@ -134,9 +144,17 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     orbits_figure(out.join("tip.svg"), "The path of the tip from above, the last round in colour", &orbits)?;
+    if options.flag("film") {
+        println!("film-epitrochoid.html and film-hypotrochoid.html play in a browser");
+    }
     println!("tip.csv and tip.svg are in {}", out.display());
     Ok(())
 }
+
+const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: a shoot of constant length goes round in an hour and a \
+    half, and an oscillator of 20 min bends it in the same sense. The loops point inwards.";
+const OPPOSITE: &str = "Agostinelli, DeSimone and Noselli (2021), sixth video: a shoot of constant length goes round in an hour and a \
+    half, and an oscillator of 20 min bends it in the opposite sense. The loops point outwards.";
 
 const TOO_SHORT: &str = "periods are left out, they need a run of 26 h";
 

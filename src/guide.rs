@@ -1,4 +1,4 @@
-//! Chapters: short programs for what people want to do, how to write a law, and five for who doubts the numbers.
+//! Chapters: short programs for what people want to do, how to write a law, and six for who doubts the numbers.
 
 /// How to read, stop, change, vary and multiply shoots.
 #[doc = include_str!("../docs/recipes.md")]
@@ -22,6 +22,11 @@ pub mod method {}
 #[doc = include_str!("../docs/stability.md")]
 #[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/stability_map.svg"), "</figure>")]
 pub mod stability {}
+
+/// How limit cycles are found, and how stable they are.
+#[doc = include_str!("../docs/cycles.md")]
+#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/bifurcation.svg"), "</figure>")]
+pub mod cycles {}
 
 /// What a tolerance means, how far its estimate can be trusted, and error against run time in tables.
 #[doc = include_str!("../docs/accuracy.md")]

@@ -71,6 +71,7 @@
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
+//! | [`cycle`] | limit cycles found, not waited for: circular and periodic orbits, and how stable they are |
 //! | [`orbit`] | the reading of a tip's path: periods, ellipses, senses, the pattern's name |
 //! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
 //!

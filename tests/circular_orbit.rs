@@ -1,66 +1,16 @@
 //! The circular limit cycle of the reduced model: past the onset of oscillations a shoot that is kicked round ends in a
 //! planar shape that turns rigidly about the vertical, at a rate and with a radius that are known exactly.
 
+mod exact_orbit;
 mod shoots;
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::TAU;
 
+use exact_orbit::{GROWTH_TIME, exact_orbit, rate};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Whirl;
 use nalgebra::Vector3;
-use shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, assert_sound, reduced};
-
-/// Growth time τg, s.
-const GROWTH_TIME: f64 = 20.0 * HOUR;
-
-/// The turning rate (rad/s) at which the memories, complex numbers in the turning frame, act in the plane of the shape:
-/// ωτr + atan(ωτm) = π/2.
-fn rate() -> f64 {
-    let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..200 {
-        let rate = 0.5 * (low + high);
-        if rate * MEMORY.delay + (rate * MEMORY.time).atan() < FRAC_PI_2 { low = rate } else { high = rate }
-    }
-    low
-}
-
-/// Radius and height (m) of the tip's orbit. With G = 1/(ω √(1 + ω²τm²)) the shape solves, under weight and elasticity
-/// of equations (10) and (12) of doi 10.3389/fpls.2021.608005,
-/// E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0, θ(0) = 0, the bracket zero at s = ℓ.
-fn exact_orbit(length: f64) -> (f64, f64) {
-    let gain = 1.0 / (rate() * (1.0 + (rate() * MEMORY.time).powi(2)).sqrt() * GROWTH_TIME);
-    let stiffness = YOUNG.stiffness(RADIUS).x;
-    let weight = WEIGHT.density * 9.81 * PI * RADIUS * RADIUS;
-    // Shoots from the apex, where the bracket b is zero, to the base; also sums up the sine and the cosine.
-    let shoot = |apex: f64| {
-        let slope = |z: f64, [theta, b]: [f64; 2]| {
-            let bend = (b + BETA * gain / RADIUS * theta.sin()) / (1.0 - ETA * gain);
-            [-bend, weight / stiffness * z * theta.sin(), theta.sin(), theta.cos()]
-        };
-        let (mut y, h) = ([apex, 0.0, 0.0, 0.0], length / 1000.0);
-        for i in 0..1000 {
-            let z = h * f64::from(i);
-            let at = |k: [f64; 4], c: f64| [y[0] + c * k[0], y[1] + c * k[1]];
-            let k1 = slope(z, [y[0], y[1]]);
-            let k2 = slope(z + 0.5 * h, at(k1, 0.5 * h));
-            let k3 = slope(z + 0.5 * h, at(k2, 0.5 * h));
-            let k4 = slope(z + h, at(k3, h));
-            for (j, y) in y.iter_mut().enumerate() {
-                *y += h / 6.0 * (k1[j] + 2.0 * (k2[j] + k3[j]) + k4[j]);
-            }
-        }
-        y
-    };
-    // The upright shape is a solution too; the orbit's apex leans by more.
-    let (mut low, mut high) = (0.02, 1.5);
-    assert!(shoot(low)[0].signum() != shoot(high)[0].signum(), "no orbit at {length} m");
-    for _ in 0..60 {
-        let apex = 0.5 * (low + high);
-        if shoot(apex)[0].signum() == shoot(low)[0].signum() { low = apex } else { high = apex }
-    }
-    let [_, _, radius, height] = shoot(low);
-    (radius, height)
-}
+use shoots::{HOUR, MINUTE, WEIGHT, assert_sound, reduced};
 
 #[test]
 fn the_closed_form_has_its_known_numbers() {

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From the ground up; modules of one line do not know each other.
-const LAYERS: [&[&str]; 9] = [
+const LAYERS: [&[&str]; 10] = [
     &["error", "pointers", "quadrature", "so3"],
     &["reference_element", "scene", "section"],
     &["rod"],
@@ -15,6 +15,7 @@ const LAYERS: [&[&str]; 9] = [
     &["model", "state"],
     &["checkpoint", "shoot"],
     &["integrator", "stability"],
+    &["cycle"],
     &["guide"],
 ];
 

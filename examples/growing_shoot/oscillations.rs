@@ -37,8 +37,6 @@ pub fn tell(path: &PlanePath) {
 /// Times (h) and the share of the oscillator in the motion about them; not a number where the tip stands still, and none at all
 /// if that is everywhere or the run is too short.
 pub fn shares(path: &PlanePath) -> Vec<(f64, f64)> {
-    // A swing that swells is one oscillation, and not two of nearly the same period.
-    let search = Search { most: 2, ..Search::default() };
     let end = path.times().last().copied().unwrap_or_default();
     let mut shares = Vec::new();
     let mut middle = HALF;
@@ -46,7 +44,7 @@ pub fn shares(path: &PlanePath) -> Vec<(f64, f64)> {
         let window = path.between(middle - HALF, middle + HALF);
         let first = window.positions().first().copied().unwrap_or_default();
         let moves = window.positions().iter().any(|position| (position - first).norm() > STILL);
-        let share = if moves { window.share(OSCILLATOR, &search).unwrap_or(f64::NAN) } else { f64::NAN };
+        let share = if moves { window.share(OSCILLATOR, &Search::default()).unwrap_or(f64::NAN) } else { f64::NAN };
         shares.push((middle / HOUR, share));
         middle += EVERY;
     }

@@ -5,7 +5,7 @@
 //!
 //!   E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0, θ(0) = 0, the bracket zero at s = ℓ.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use morphorod::tropism::Memory;
 
@@ -40,13 +40,12 @@ pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
         }
         y
     };
-    // The upright shape is a solution, too.
-    let (low, high) = (0.02, 0.5 * PI);
+    // The upright shape is a solution, too; the orbit's apex leans by more.
     let at_base = |angle: f64| from_apex(angle)[0];
-    (at_base(low) * at_base(high) < 0.0).then(|| {
-        let [_, _, radius, height] = from_apex(zero(low, high, at_base));
-        [radius, height]
-    })
+    let angles = (0..60).map(|k| 0.02 + 0.05 * f64::from(k));
+    let low = angles.into_iter().find(|angle| at_base(*angle) * at_base(angle + 0.05) < 0.0)?;
+    let [_, _, radius, height] = from_apex(zero(low, low + 0.05, at_base));
+    Some([radius, height])
 }
 
 /// A zero between two places where a function has unlike signs, by halving.

@@ -107,7 +107,7 @@ function choose(preset) {
 function advance(seconds) {
   if (!call("live_advance", seconds)) return false;
   look();
-  trace.push(frame.tip);
+  trace.push([frame.tip, frame.time]);
   if (trace.length > LONGEST) trace.splice(0, trace.length - LONGEST);
   return true;
 }
@@ -139,7 +139,7 @@ function draw() {
   if (!frame || !view) return;
   view.begin();
   const spacing = view.room();
-  view.trace(trace);
+  view.trace(trace.map(([tip]) => tip), Math.max(0, trace.findIndex(([, time]) => time >= frame.time - 3600 * RECENT)));
   view.shoot(frame);
   if (pull.force) view.arrow(frame.tip, unit(pull.force), 0.16 * view.radius, COLOURS.force, 3);
   const [period, major, minor] = reading;

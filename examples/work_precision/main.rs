@@ -2,7 +2,7 @@
 //!
 //! Eight scenes, from a horizontal rod at rest to ten hours of growth and a shoot that is led over. Each is computed at many fixed resolutions, of every
 //! order and with every integrator that takes it, and by tolerance. Errors are true ones, against closed forms or far finer runs of
-//! another resolution; a run time is the shortest of seven or more, each long enough to be measured.
+//! another resolution; a run time is the shortest of eight, of fewer where they are long.
 //!
 //! # What to see
 //! One figure a scene, with logarithmic axes: lower and further left is better. The slope of a series is minus its order over the

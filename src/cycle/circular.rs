@@ -6,6 +6,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
 use super::fourier::Circle;
+use super::march::PRECISE;
 use super::point::{Round, Steady};
 use super::sensitivity::{look, stimuli_by_strain};
 use super::turned::turned;
@@ -16,7 +17,7 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::stability::{Root, precise_solver};
+use crate::stability::Root;
 use crate::tropism::{Growing, TropismLaw};
 
 /// Waves in one turn that are followed. Of a law that knows no direction of its own all that is known along the directors has
@@ -138,7 +139,7 @@ impl CircularSolver {
 /// The shoot in the turning frame.
 pub(super) struct Problem<'a, M: Model> {
     shoot: &'a Shoot<M>,
-    circle: Circle,
+    pub circle: Circle,
     solver: NewtonSolver,
     pub rod: Rod,
     pub rate: f64,
@@ -147,7 +148,7 @@ pub(super) struct Problem<'a, M: Model> {
     places: Vec<Growing>,
     /// Of every point, a column for every phase.
     stimuli: Vec<DMatrix<f64>>,
-    steady: Vec<Steady>,
+    pub steady: Vec<Steady>,
     /// At the first phase.
     gradients: Vec<Vector3<f64>>,
     /// The strain against which phases are told, of unit norm.
@@ -181,7 +182,7 @@ impl<'a, M: Model> Problem<'a, M> {
         let mut out = Self {
             shoot,
             circle: Circle::new(WAVES),
-            solver: precise_solver(),
+            solver: NewtonSolver::with_tolerance(PRECISE),
             rod,
             rate: start.rate,
             regr,
@@ -206,7 +207,7 @@ impl<'a, M: Model> Problem<'a, M> {
     }
 
     /// Components 1 and 2 of the intrinsic strain, point by point.
-    fn strain(&self) -> DVector<f64> {
+    pub fn strain(&self) -> DVector<f64> {
         let points = &self.rod.points()[self.rod.zone()];
         DVector::from_iterator(2 * points.len(), points.iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]))
     }
@@ -319,16 +320,22 @@ impl<'a, M: Model> Problem<'a, M> {
         let mut derivative = DMatrix::identity(n, n);
         let round = self.round();
         let rows = responses.nrows() / self.places.len();
+        // Of linear laws one point stands for all.
+        let mut known: Option<(usize, [DMatrix<Complex<f64>>; 2])> = None;
         for i in 0..self.places.len() {
             value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
             value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
-            let parts = round.response(&self.places[i], &self.steady[i], &self.stimuli[i], z)?;
+            let parts = match known.take() {
+                Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
+                _ => (i, round.response(&self.steady[i], z)?),
+            };
             let response = responses.rows(i * rows, rows).map(Complex::from);
-            for (out, part) in [&mut value, &mut derivative].into_iter().zip(parts) {
+            for (out, part) in [&mut value, &mut derivative].into_iter().zip(&parts.1) {
                 let rows = part * &response * Complex::from(self.regr[i]);
                 let mut own = out.rows_mut(2 * i, 2);
                 own -= rows.rows(0, 2);
             }
+            known = Some(parts);
         }
         Some([value, derivative])
     }

@@ -17,9 +17,10 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::stability::precise_solver;
 use crate::tropism::{Declaration, Growing, LawDerivatives, TropismLaw};
 
+/// The largest error of a frame, rad: differences are taken of what equilibria make.
+pub(super) const PRECISE: f64 = 1e-13;
 /// Passes over an interval whose laws read what lies in it.
 const PASSES: usize = 60;
 /// Such passes and the variables of a point have converged when they change by this share of themselves.
@@ -44,7 +45,7 @@ impl Start {
     }
 
     /// A state of the same sizes.
-    pub fn from_flat(&self, flat: &DVector<f64>) -> Self {
+    pub fn with_values(&self, flat: &DVector<f64>) -> Self {
         let (n, v) = (self.strain.len(), self.variables.len());
         let mut at = n + v;
         let mut out = self.clone();
@@ -139,7 +140,8 @@ impl<'a, M: Model> March<'a, M> {
             delays,
             rod,
             guesses: Vec::new(),
-            solver: precise_solver(),
+            // Of a shape far from the first guess the stable one.
+            solver: NewtonSolver::with_tolerance(PRECISE),
         })
     }
 
@@ -307,6 +309,7 @@ impl<'a, M: Model> March<'a, M> {
         let own = point * v..(point + 1) * v;
         let mut rates = vec![0.0; v];
         let mut last = f64::INFINITY;
+        let mut factors = None;
         for _ in 0..PASSES {
             for i in 0..s {
                 for (a, k) in own.clone().enumerate() {
@@ -324,7 +327,9 @@ impl<'a, M: Model> March<'a, M> {
             }
             let size = slopes.iter().map(|slope| slope.rows(point * v, v).amax()).fold(0.0, f64::max);
             let size = size.max(begin.rows(point * v, v).amax()).max(f64::MIN_POSITIVE);
-            let change = self.matrix(point, length, stages).lu().solve(&left);
+            // Of linear laws it stays the same; of others as long as it converges fast.
+            let lu = factors.take().unwrap_or_else(|| self.matrix(point, length, stages).lu());
+            let change = lu.solve(&left);
             let change = change.filter(|x| x.iter().all(|x| x.is_finite()));
             let change = change.ok_or(CycleError::Variables { change: f64::INFINITY })?;
             for i in 0..s {
@@ -342,6 +347,7 @@ impl<'a, M: Model> March<'a, M> {
                 }
                 return Ok(());
             }
+            factors = (moved < 0.01 * last).then_some(lu);
             last = moved;
         }
         Err(CycleError::Variables { change: last })

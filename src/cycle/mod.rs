@@ -1,7 +1,12 @@
-//! Limit cycles that are found instead of waited for.
+//! Limit cycles that are found instead of waited for, stable or not, and how stable they are.
+//!
+//! [`CircularSolver`] finds shapes that turn rigidly about the vertical, [`PeriodicSolver`] swings of any kind. Both take the laws as
+//! they are: no law says more than time stepping asks of it. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
 mod circular;
+mod entry;
 mod error;
+mod forced;
 mod fourier;
 mod gmres;
 mod grid;
@@ -14,6 +19,7 @@ mod turning_roots;
 mod variation;
 
 pub use circular::{CircularOrbit, CircularSolver, Turning};
+pub use entry::OrbitHistory;
 pub use error::CycleError;
 pub use periodic::{Multiplier, PeriodicOrbit, PeriodicSolver};
-pub use turning_roots::TurningRoots;
+pub use turning_roots::{TurningRoot, TurningRoots};

@@ -1,5 +1,7 @@
 //! Periodic orbits: fixed points of the time-stepping map, found by Newton's and Krylov's methods.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
@@ -7,7 +9,7 @@ use super::fourier::Circle;
 use super::gmres::{Krylov, gmres};
 use super::grid::Grid;
 use super::march::{March, Path, Start};
-use super::point::Round;
+use super::point::{Round, Steady};
 use super::sensitivity::look;
 use super::variation::Variation;
 use crate::error::ParameterError;
@@ -37,8 +39,8 @@ pub struct PeriodicOrbit {
     pub equilibria: usize,
     /// By how much a state differs from that one period later, relative.
     pub residual: f64,
-    start: Start,
-    settings: PeriodicSolver,
+    pub(super) start: Start,
+    pub(super) settings: PeriodicSolver,
 }
 
 /// A multiplier of Floquet: what a disturbance has become after a period.
@@ -98,12 +100,12 @@ impl PeriodicSolver {
         let rate = root.value.im;
         ParameterError::positive("frequency of the mode", rate)?;
         ParameterError::positive("amplitude of the start", amplitude)?;
-        let period = std::f64::consts::TAU / rate;
+        let period = TAU / rate;
         let mut march = self.march(shoot, period)?;
         let modes: Vec<Vector3<Complex<f64>>> =
             root.strain.iter().map(|strain| strain * Complex::from(amplitude)).collect();
         let start = start_of_mode(&mut march, &modes, period)?;
-        self.find(march, start, period)
+        self.find(march, start, period, true)
     }
 
     /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
@@ -133,10 +135,10 @@ impl PeriodicSolver {
             let oldest = start.slopes[0].clone();
             start.slopes.insert(0, oldest);
         }
-        self.find(march, start, orbit.period)
+        self.find(march, start, orbit.period, true)
     }
 
-    fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
+    pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
         for (what, number) in [("intervals in a period", self.intervals), ("points in an interval", self.stages)] {
             ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
         }
@@ -144,11 +146,13 @@ impl PeriodicSolver {
         March::new(shoot, Grid::new(self.intervals, self.stages), period)
     }
 
-    fn find<M: Model>(
+    /// Newton's method for the state, and for the period if that is `free`.
+    pub(super) fn find<M: Model>(
         &self,
         mut march: March<M>,
         mut start: Start,
         mut period: f64,
+        free: bool,
     ) -> Result<PeriodicOrbit, CycleError> {
         let (mut iterations, mut equilibria) = (0, 0);
         let mut kept: Option<(Linear, f64)> = None;
@@ -157,7 +161,8 @@ impl PeriodicSolver {
             equilibria += path.equilibria;
             let flat = start.flat();
             let left = path.end.flat() - &flat;
-            let residual = left.norm() / flat.norm();
+            // A forced shoot may start from nothing.
+            let residual = left.norm() / flat.norm().max(path.end.flat().norm()).max(f64::MIN_POSITIVE);
             if residual <= self.tolerance {
                 let settings = *self;
                 return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings });
@@ -170,17 +175,23 @@ impl PeriodicSolver {
             let linear = match kept.take() {
                 Some((linear, _)) if !fresh => linear,
                 _ => {
-                    equilibria += 2 * path.equilibria;
-                    Linear::of(&mut march, &start, period, &path)?
+                    equilibria += if free { 2 * path.equilibria } else { 0 };
+                    Linear::of(&mut march, &start, period, &path, free)?
                 }
             };
             let (change, stretch) = linear.step(&start, &left)?;
-            let next = start.from_flat(&change);
+            let next = start.with_values(&change);
+            if !free {
+                start = start.with_values(&(flat + change));
+                iterations += 1;
+                kept = Some((linear, residual));
+                continue;
+            }
             // As for circular orbits: Newton's method for the residual over the size of the strain.
             let towards_zero = -next.strain.dot(&start.strain) / start.strain.norm_squared();
             let most = (start.strain.norm() / next.strain.norm()).min(0.2 / stretch.abs());
             let share = (1.0 - towards_zero).recip().clamp(-most, most);
-            start = start.from_flat(&(flat + change * share));
+            start = start.with_values(&(flat + change * share));
             period *= 1.0 + stretch * share;
             iterations += 1;
             kept = Some((linear, residual));
@@ -194,41 +205,60 @@ impl PeriodicSolver {
 /// The return map and its linearisation by state and period.
 struct Linear {
     variation: Variation,
-    /// By the logarithm of the period.
-    by_period: DVector<f64>,
-    /// How the strain goes on at the start: what would only shift the time is no change.
-    phase: DVector<f64>,
+    /// Where the period is free, by its logarithm, and how the strain goes on at the start: what would only shift the time is no
+    /// change.
+    period: Option<(DVector<f64>, DVector<f64>)>,
 }
 
 impl Linear {
-    fn of(march: &mut March<impl Model>, start: &Start, period: f64, path: &Path) -> Result<Self, CycleError> {
+    fn of(
+        march: &mut March<impl Model>,
+        start: &Start,
+        period: f64,
+        path: &Path,
+        free: bool,
+    ) -> Result<Self, CycleError> {
         let variation = Variation::of(march, path, period)?;
+        if !free {
+            return Ok(Self { variation, period: None });
+        }
         let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
         let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
         let phase = path.strain_slopes[0][0].normalize();
-        Ok(Self { variation, by_period: (ahead - behind) / (2.0 * STRETCH), phase })
+        Ok(Self { variation, period: Some(((ahead - behind) / (2.0 * STRETCH), phase)) })
     }
 
     /// The change of the state and the relative one of the period.
     fn step(&self, start: &Start, left: &DVector<f64>) -> Result<(DVector<f64>, f64), CycleError> {
         let size = left.len();
+        let Some((by_period, phase)) = &self.period else {
+            let (found, linear) = gmres(left, LINEAR, KRYLOV, |x| {
+                Ok::<_, CycleError>(x - self.variation.apply(&start.with_values(x))?.flat())
+            })?;
+            return if linear < 0.5 { Ok((found, 0.0)) } else { Err(stagnation(linear)) };
+        };
         let mut right = DVector::zeros(size + 1);
         right.rows_mut(0, size).copy_from(left);
         // The last unknown is measured so that it weighs as much as the others.
-        let scale = self.by_period.norm().max(f64::MIN_POSITIVE);
+        let scale = by_period.norm().max(f64::MIN_POSITIVE);
         let (found, linear) = gmres(&right, LINEAR, KRYLOV, |x| {
             let change = x.rows(0, size).clone_owned();
-            let moved = self.variation.apply(&start.from_flat(&change))?.flat();
+            let moved = self.variation.apply(&start.with_values(&change))?.flat();
             let mut out = DVector::zeros(size + 1);
-            out.rows_mut(0, size).copy_from(&(&change - moved - &self.by_period * (x[size] / scale)));
-            out[size] = self.phase.dot(&change.rows(0, self.phase.len()));
+            out.rows_mut(0, size).copy_from(&(&change - moved - by_period * (x[size] / scale)));
+            out[size] = phase.dot(&change.rows(0, phase.len()));
             Ok::<_, CycleError>(out)
         })?;
         if !(linear < 0.5) {
-            return Err(CycleError::NotConverged { iterations: 0, residual: linear });
+            return Err(stagnation(linear));
         }
         Ok((found.rows(0, size).clone_owned(), found[size] / scale))
     }
+}
+
+/// Krylov's method did not reduce what is left.
+fn stagnation(residual: f64) -> CycleError {
+    CycleError::NotConverged { iterations: 0, residual }
 }
 
 /// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.
@@ -237,7 +267,7 @@ fn start_of_mode<M: Model>(
     modes: &[Vector3<Complex<f64>>],
     period: f64,
 ) -> Result<Start, CycleError> {
-    let (m, p, v) = (march.stimuli, march.places.len(), march.variables);
+    let (m, p) = (march.stimuli, march.places.len());
     let circle = Circle::new(WAVES);
     let at = |phase: f64| {
         let turn = Complex::from_polar(1.0, phase);
@@ -248,35 +278,61 @@ fn start_of_mode<M: Model>(
         let (rod, force) = march.settle(&at(*phase), 0.0)?;
         look(march.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
     }
-    let round = Round::new(march.shoot.model.tropism(), &circle, std::f64::consts::TAU / period);
+    let round = Round::new(march.shoot.model.tropism(), &circle, TAU / period);
     let steady: Result<Vec<_>, _> =
         march.places.iter().zip(&stimuli).map(|(place, x)| round.settle(place, x)).collect();
-    let steady = steady?;
-    let intervals = march.grid.intervals as f64;
-    // Values of a wave, and of its derivative by time in intervals, at a time in intervals.
+    Ok(start_of_waves(march, &circle, &steady?, at(0.0), TAU))
+}
+
+/// The state at t = 0 of variables that are known round a circle, which is gone round by `turn` (rad) in a period.
+pub(super) fn start_of_waves(
+    march: &March<impl Model>,
+    circle: &Circle,
+    steady: &[Steady],
+    strain: DVector<f64>,
+    turn: f64,
+) -> Start {
+    let (p, v) = (march.places.len(), march.variables);
+    let in_interval = turn / march.grid.intervals as f64;
+    // Values, or rates by time in intervals, at a time in intervals.
     let read = |time: f64, slope: bool| {
-        let weights = circle.earlier(-std::f64::consts::TAU * time / intervals);
-        let weights = if slope { &weights * &circle.derivative * (std::f64::consts::TAU / intervals) } else { weights };
-        DVector::from_fn(v * p, |k, _| {
-            (weights.row(0) * steady[k / v.max(1)].variables.row(k % v.max(1)).transpose())[0]
-        })
+        let values = circle.earlier(-in_interval * time);
+        let weights = if slope { &values * &circle.derivative * in_interval } else { values };
+        let each = |k: usize| (weights.row(0) * steady[k / v].variables.row(k % v).transpose())[0];
+        DVector::from_fn(v * p, |k, _| each(k))
     };
-    let kept = march.kept;
-    let slopes = (0..kept).map(|n| {
-        let begin = n as f64 - kept as f64;
+    let slopes = (0..march.kept).map(|n| {
+        let begin = n as f64 - march.kept as f64;
         march.grid.stages.iter().map(|stage| read(begin + stage, true)).collect()
     });
-    Ok(Start { strain: at(0.0), variables: read(0.0, false), slopes: slopes.collect() })
+    Start { strain, variables: read(0.0, false), slopes: slopes.collect() }
 }
 
 impl PeriodicOrbit {
+    /// Goes round once.
+    fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
+        let mut march = self.settings.march(shoot, self.period)?;
+        let points = self.start.strain.len() as f64 / 2.0;
+        let same = self.start.strain.len() == 2 * march.places.len()
+            && self.start.variables.len() == march.variables * march.places.len();
+        let what = "material points of the orbit";
+        ParameterError::unless(same, what, points, "those of the shoot whose orbit it is, with its variables")?;
+        march.kept = self.start.slopes.len();
+        let path = march.run(&self.start, self.period)?;
+        let residual = (path.end.flat() - self.start.flat()).norm() / self.start.flat().norm();
+        // What is found with other first guesses differs by rounding.
+        if !(residual <= 100.0 * self.settings.tolerance) {
+            return Err(CycleError::NotConverged { iterations: 0, residual });
+        }
+        Ok((march, path))
+    }
+
     /// The shape at the start and after every interval of the period, as it is at rest: with the times since the start, s.
     ///
     /// # Errors
     /// An equilibrium that is not found.
     pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        let path = march.run(&self.start, self.period)?;
+        let (mut march, path) = self.go_round(shoot)?;
         let length = self.period / self.settings.intervals as f64;
         let all = path.strains.iter().enumerate();
         all.map(|(n, strain)| Ok((n as f64 * length, march.settle(strain, n as f64 * length)?.0))).collect()
@@ -288,8 +344,7 @@ impl PeriodicOrbit {
     /// # Errors
     /// An equilibrium that is not found.
     pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        let path = march.run(&self.start, self.period)?;
+        let (mut march, path) = self.go_round(shoot)?;
         let excursion = |rod: &Rod| {
             let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
             (tip - axis * axis.dot(&tip)).norm()
@@ -312,14 +367,21 @@ impl PeriodicOrbit {
             march.settle(&strain, time * length).map(|(rod, _)| rod)
         };
         // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
-        let (mut time, mut width) = (n as f64 + march_stage(&self.settings, i), 0.2);
+        let first = n as f64 + march_stage(&self.settings, i);
+        let (mut time, mut width) = (first, 0.2);
         let mut found = stage.rod.clone();
         for _ in 0..40 {
             let [before, now, after] = [at(time - width)?, at(time)?, at(time + width)?];
             let [a, b, c] = [&before, &now, &after].map(excursion);
             let curvature = a - 2.0 * b + c;
+            // The tip goes round at the same distance: every time is as good.
+            if curvature.abs() <= 1e-12 * b {
+                found = now;
+                break;
+            }
             let shift = if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-2.0, 2.0) } else { (c - a).signum() };
-            time += shift * width;
+            // No further than a stage or two.
+            time = (time + shift * width).clamp(first - 0.5, first + 0.5);
             found = now;
             if shift.abs() < 0.1 {
                 width *= 0.2;
@@ -338,12 +400,11 @@ impl PeriodicOrbit {
     /// # Errors
     /// A map that is not linearised.
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        let path = march.run(&self.start, self.period)?;
+        let (march, path) = self.go_round(shoot)?;
         let variation = Variation::of(&march, &path, self.period)?;
         let mut found = [Vec::new(), Vec::new()];
         for (c, list) in found.iter_mut().enumerate() {
-            let mut start = self.start.from_flat(&DVector::zeros(self.start.flat().len()));
+            let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
             for k in (c..start.strain.len()).step_by(2) {
                 start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
             }
@@ -352,7 +413,7 @@ impl PeriodicOrbit {
                 &begin,
                 most,
                 1e-14,
-                |x| Ok::<_, CycleError>(variation.apply(&self.start.from_flat(x))?.flat()),
+                |x| Ok::<_, CycleError>(variation.apply(&self.start.with_values(x))?.flat()),
                 |_| false,
             )?;
             *list = krylov.eigenvalues().into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();

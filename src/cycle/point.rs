@@ -30,6 +30,20 @@ pub(super) struct Steady {
     pub variables: DMatrix<f64>,
     rates_y: Vec<DMatrix<f64>>,
     rates_x: Vec<DMatrix<f64>>,
+    /// Of the gradient at the first phase: by the variables that it reads, and by the present stimuli.
+    read: [DMatrix<f64>; 2],
+}
+
+/// Derivatives that differ by less than this share are those of one linear law at two points.
+const ALIKE: f64 = 1e-8;
+
+impl Steady {
+    /// Whether the laws linearise as they do at another point.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
+        let all = |a: &[DMatrix<f64>], b: &[DMatrix<f64>]| a.iter().zip(b).all(near);
+        all(&self.rates_y, &other.rates_y) && all(&self.rates_x, &other.rates_x) && all(&self.read, &other.read)
+    }
 }
 
 impl<'a, T: TropismLaw> Round<'a, T> {
@@ -50,7 +64,7 @@ impl<'a, T: TropismLaw> Round<'a, T> {
         for j in 0..n {
             self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
         }
-        let mut steady = Steady { variables, rates_y: Vec::new(), rates_x: Vec::new() };
+        let mut steady = Steady { variables, rates_y: Vec::new(), rates_x: Vec::new(), read: Default::default() };
         let mut last = f64::INFINITY;
         for _ in 0..CORRECTIONS {
             self.differentiate(at, stimuli, &mut steady);
@@ -72,6 +86,9 @@ impl<'a, T: TropismLaw> Round<'a, T> {
             let (size, moved) = (steady.variables.amax(), change.amax());
             if moved <= CONVERGED * size || (moved < 1e-9 * size && moved >= last) {
                 self.differentiate(at, stimuli, &mut steady);
+                let past = self.past(&steady, 0);
+                let [_, _, by_variables, by_stimuli] = derivatives(self.law, at, &past, stimuli.column(0).as_slice());
+                steady.read = [by_variables, by_stimuli];
                 return Ok(steady);
             }
             last = moved;
@@ -94,16 +111,9 @@ impl<'a, T: TropismLaw> Round<'a, T> {
 
     /// The gradient at the first phase, and its derivative by λ, by stimuli δx exp(λt) at all phases: three rows, a column for every
     /// stimulus, phase by phase.
-    pub fn response(
-        &self,
-        at: &Growing,
-        steady: &Steady,
-        stimuli: &DMatrix<f64>,
-        z: Complex<f64>,
-    ) -> Option<[DMatrix<Complex<f64>>; 2]> {
+    pub fn response(&self, steady: &Steady, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
         let ((v, m), n) = (self.size, self.circle.len());
-        let now = stimuli.column(0);
-        let [_, _, gradient_y, gradient_x] = derivatives(self.law, at, &self.past(steady, 0), now.as_slice());
+        let [gradient_y, gradient_x] = &steady.read;
         let mut read = DMatrix::zeros(v * n, 3);
         let mut later = read.clone();
         for (a, earlier) in self.earlier.iter().enumerate() {

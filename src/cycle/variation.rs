@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::error::CycleError;
-use super::march::{March, Path, Reading, Start};
+use super::march::{self, March, Path, Reading, Start};
 use super::sensitivity::stimuli_by_strain;
 use crate::model::Model;
 use crate::scene::Scene;
@@ -42,18 +42,34 @@ const PASSES: usize = 60;
 
 impl Variation {
     pub fn of(march: &March<impl Model>, path: &Path, period: f64) -> Result<Self, CycleError> {
+        let scene = march.shoot.model.scene();
+        Self::with_responses(march, path, period, |time, stage| {
+            stimuli_by_strain(
+                march.shoot,
+                &stage.rod,
+                &scene.environment(march.shoot.environment().time + time),
+                &[0.0],
+            )
+        })
+    }
+
+    /// The same, with the stimuli by the strain given for a time since the start (s) and a stage.
+    pub fn with_responses(
+        march: &March<impl Model>,
+        path: &Path,
+        period: f64,
+        mut response: impl FnMut(f64, &march::Stage) -> Result<DMatrix<f64>, CycleError>,
+    ) -> Result<Self, CycleError> {
         let (k, s, p) = (march.grid.intervals, march.grid.order(), march.places.len());
         let length = period / k as f64;
         let readings: Vec<Vec<Option<Reading>>> = (0..s).map(|i| march.readings(period, i)).collect();
         let inside = |reading: &Option<Reading>| reading.as_ref().is_some_and(|(interval, _)| *interval >= 0);
         let implicit = march.reads_present || readings.iter().flatten().any(inside);
-        let scene = march.shoot.model.scene();
         let mut intervals = Vec::with_capacity(k);
         for (n, stages) in path.stages.iter().enumerate() {
             let mut made = Vec::with_capacity(s);
             for (i, stage) in stages.iter().enumerate() {
-                let time = march.shoot.environment().time + (n as f64 + march.grid.stages[i]) * length;
-                let response = stimuli_by_strain(march.shoot, &stage.rod, &scene.environment(time), &[0.0])?;
+                let response = response((n as f64 + march.grid.stages[i]) * length, stage)?;
                 let (mut rates_y, mut rates_x) = (Vec::with_capacity(p), Vec::with_capacity(p));
                 let (mut gradient_y, mut gradient_x) = (Vec::with_capacity(p), Vec::with_capacity(p));
                 for point in 0..p {

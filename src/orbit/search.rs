@@ -59,7 +59,9 @@ pub(super) fn pursue(samples: &Samples, search: &Search) -> (Harmonics, Vec<bool
         }
         let size = |wave: &Wave| Ellipse::of(&wave.cosine, &wave.sine).major;
         let largest = next.waves.iter().map(size).fold(0.0, f64::max);
-        let sound = fitted && next.waves.iter().all(|wave| wave.omega > 0.0) && apart(&next.waves);
+        // One that has moved below the lowest frequency looked at is drift, and may cancel it.
+        let lowest = PI * (search.least_turns - 1.0 / DENSITY);
+        let sound = fitted && next.waves.iter().all(|wave| wave.omega > lowest) && apart(&next.waves);
         if !sound {
             refused.push(omega);
             if refused.len() > search.most {
@@ -75,9 +77,10 @@ pub(super) fn pursue(samples: &Samples, search: &Search) -> (Harmonics, Vec<bool
     (best, used)
 }
 
-/// Whether any two frequencies differ by more than the path resolves.
+/// Whether any two frequencies differ by what the path resolves, a turn over all of it. A swing that swells is fitted by two that
+/// are nearer as well as by one; they nearly cancel, and have any size.
 fn apart(waves: &[Wave]) -> bool {
-    let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < 0.5 * PI;
+    let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < PI;
     !waves.iter().enumerate().any(|(i, a)| waves[..i].iter().any(|b| near(a, b)))
 }
 

@@ -10,7 +10,7 @@ pub(super) const RESOLVED: f64 = 0.25;
 
 /// An analytic function at one λ.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample {
+pub(super) struct Sample {
     pub value: Complex<f64>,
     /// f'/f, s: about the inverse distance of the nearest zero.
     pub log_derivative: Complex<f64>,
@@ -19,7 +19,7 @@ pub(crate) struct Sample {
 }
 
 /// Between which sizes of λ the zeros of functions are.
-pub(crate) trait Scales {
+pub(super) trait Scales {
     /// A radius outside which there is no zero with Re λ ≥ `abscissa`, 1/s.
     fn bound(&self, abscissa: f64) -> f64;
 
@@ -29,7 +29,7 @@ pub(crate) trait Scales {
 
 /// A function that is real on the real axis, tends to one far right, and is analytic right of a line but for the zeros of
 /// its [divisors](Self::divisors).
-pub(crate) trait Analytic {
+pub(super) trait Analytic {
     fn at(&self, z: Complex<f64>) -> Sample;
 
     /// The same, with the share of itself by which it may change because the mesh does not resolve it.

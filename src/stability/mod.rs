@@ -75,7 +75,7 @@ mod steady;
 mod transfer;
 mod transient;
 
-pub(crate) use analytic::{Analytic, AnalyticMatrix, Sample, Scales};
+pub(crate) use analytic::AnalyticMatrix;
 pub use boundary::{BoundaryPoint, BoundarySettings, boundary};
 pub use error::StabilityError;
 pub(crate) use linear::precise_solver;
@@ -85,6 +85,5 @@ pub use onset::{Onset, crossings, onset};
 pub use refine::Refinement;
 pub use refine_boundary::{RefinedBoundary, RefinedPoint};
 pub use response::Response;
-pub(crate) use roots::roots_right_of;
 pub use stationary::{Stationary, StationarySolver};
 pub use transient::TransientGrowth;

@@ -59,7 +59,7 @@ pub(super) fn polish(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex<f6
 ///
 /// # Errors
 /// Those of a count, zeros that are not found, or too much work.
-pub(crate) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Complex<f64>>, StabilityError> {
+pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Complex<f64>>, StabilityError> {
     limited(f, |f| find(f, &count_along(f, abscissa)?))
 }
 

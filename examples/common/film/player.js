@@ -50,7 +50,7 @@ function draw() {
   const i = frameAt(time), frame = frames[i];
   view.begin();
   const spacing = view.room();
-  view.trace(tips.slice(0, i + 1));
+  view.trace(tips.slice(0, i + 1), frameAt(frame.time - RECENT));
   view.shoot(frame);
   scrub.value = i;
   scrub.setAttribute("aria-valuetext", `${frame.time.toFixed(2)} hours`);

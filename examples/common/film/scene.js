@@ -5,8 +5,11 @@
 // Okabe and Ito's colours, told apart by colour-blind readers; what grows and what does not differ in width, too.
 const COLOURS = {
   zone: "#009e73", mature: "#5b4636", d1: "#0072b2", d2: "#56b4e9", pile: "#e69f00",
-  trace: "#d55e00", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a", text: "#222222", force: "#cc79a7",
+  trace: "#d55e00", shadow: "#e5b49a", old: "#f3ddd0", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a", text: "#222222", force: "#cc79a7",
 };
+
+// So much of the tip's path stands out, h.
+const RECENT = 4;
 
 // The camera looks along a direction given by two angles, in degrees.
 class View {
@@ -163,7 +166,7 @@ class View {
     this.line([[wx, fy, floor], [wx, wy, floor], [fx, wy, floor]], COLOURS.edge, 1.2);
     this.line([[wx, wy, bz[0]], [wx, wy, bz[1]]], COLOURS.edge, 1.2);
     // Axes of the fixed frame, from one corner of the floor whatever the view.
-    const corner = [bx[0], by[0], floor], reach = 0.12 * span;
+    const corner = [bx[0], by[0], floor], reach = 0.09 * span;
     ["x", "y"].forEach((name, k) => {
       const direction = [Number(k === 0), Number(k === 1), 0];
       this.arrow(corner, direction, reach, COLOURS.text, 1.6);
@@ -181,13 +184,17 @@ class View {
     c.fillText(words, x, y);
   }
 
-  // A path with its shadows on the floor and the walls.
-  trace(path) {
+  // The shadows of a path on the floor and the walls. Those of its points from number `recent` on are strong, and they are drawn in
+  // space, too: what is older would hide them.
+  trace(path, recent = 0) {
     const [wx, wy] = this.walls(), floor = this.box[2][0];
-    this.line(path.map((p) => [wx, p[1], p[2]]), "#e5b49a", 1);
-    this.line(path.map((p) => [p[0], wy, p[2]]), "#e5b49a", 1);
-    this.line(path.map((p) => [p[0], p[1], floor]), COLOURS.trace, 1.3);
-    if (path.length) this.dot([...path[path.length - 1].slice(0, 2), floor], COLOURS.trace, 3);
+    const now = path.slice(recent), before = path.slice(0, recent + 1);
+    const flat = [(p) => [wx, p[1], p[2]], (p) => [p[0], wy, p[2]], (p) => [p[0], p[1], floor]];
+    for (const shadow of flat) this.line(before.map(shadow), COLOURS.old, 1);
+    for (const shadow of flat.slice(0, 2)) this.line(now.map(shadow), COLOURS.shadow, 1);
+    this.line(now.map(flat[2]), COLOURS.trace, 1.3);
+    this.line(now, COLOURS.shadow, 1.3);
+    if (path.length) this.dot(flat[2](path[path.length - 1]), COLOURS.trace, 3);
   }
 
   // A shoot: { line: points, zone: part of its length where growth begins, directors: [[at, d1, d2]], piles: [[at, h]] }.

@@ -43,7 +43,7 @@ fn run() -> Outcome {
         "browser",
         about,
         &[
-            Opt::value("pages", "DIR", "target/out", "folder in which film.html and live.html are looked for"),
+            Opt::value("pages", "DIR", "target/out", "folder in which films, film*.html, and live.html are looked for"),
             Opt::value(
                 "tip",
                 "'X Y Z'",
@@ -58,12 +58,12 @@ fn run() -> Outcome {
     };
     let (mut films, mut lives) = (Vec::new(), Vec::new());
     find(Path::new(options.text("pages")), &mut |file| match file.file_name().and_then(|name| name.to_str()) {
-        Some("film.html") => films.push(file.to_path_buf()),
+        Some(name) if name.starts_with("film") && name.ends_with(".html") => films.push(file.to_path_buf()),
         Some("live.html") => lives.push(file.to_path_buf()),
         _ => {}
     })?;
     if films.is_empty() && lives.is_empty() {
-        return Err(format!("no film.html or live.html in {}", options.text("pages")).into());
+        return Err(format!("no film or live.html in {}", options.text("pages")).into());
     }
     for film in &films {
         let last = check_film(&browser, film).map_err(|error| format!("{}: {error}", film.display()))?;

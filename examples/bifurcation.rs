@@ -1,0 +1,283 @@
+//! How far does a shoot swing, and which swing is stable? Its limit cycles, found at once instead of waited for.
+//!
+//! A shoot that is longer than the onset of oscillations may swing to and fro in a plane or go round in a circle. Agostinelli, DeSimone
+//! and Noselli (2021), Front. Plant Sci. 12:608005, saw in simulations that the first is left and the second is kept. Here both are
+//! solved for, along a parameter, and their stability is a number: the multipliers of Floquet.
+//!
+//! # What to see
+//! Both branches begin at the onset with the square root of what is beyond it, the amplitude of the plane swing √(4/3) times that
+//! of the circle. The circle is stable all the way. The plane swing is stable in its plane and unstable out of it: a disturbance to
+//! the side grows, until the shoot goes round. The circle's period does not change; that of the swing grows with its fourth power.
+//!
+//! # What to try
+//! - `--over eta --from 15 --to 25` and `--over tau-g --from 18 --to 24`: the sense of bending, or how slowly tissue grows.
+//! - `--elements 8 --intervals 32`: how accurate are the defaults?
+
+mod common;
+#[path = "limit_cycles/exact.rs"]
+mod exact;
+
+use std::error::Error;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use common::figure::{Strip, strips_figure};
+use common::{Opt, Options, Progress, Series, Style, Table};
+use exact::exact_orbit;
+use morphorod::constitutive::LinearElastic;
+use morphorod::cycle::{CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::load::Weight;
+use morphorod::stability::Linearisation;
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::{Model, ParameterError, Shoot};
+
+const MINUTE: f64 = 60.0;
+const HOUR: f64 = 3600.0;
+const MM: f64 = 1e-3;
+/// The tip of the first guess is so far from the axis, m.
+const FIRST: f64 = 4.0 * MM;
+/// Vectors of Arnoldi's method: more than the multipliers that matter.
+const VECTORS: usize = 12;
+
+/// A shoot of the reduced model: of constant length, all of it steering, with statoliths that settle at once.
+struct Parameters {
+    memory: Memory,
+    growth_time: f64,
+    density: f64,
+    youngs_modulus: f64,
+    radius: f64,
+    beta: f64,
+    eta: f64,
+    length: f64,
+}
+
+/// The shoots, but for the parameter that is varied.
+struct Scene {
+    elements: usize,
+    over: String,
+    length: f64,
+}
+
+impl Scene {
+    fn parameters(&self, value: f64) -> Parameters {
+        let of = |name: &str, usual: f64| if self.over == name { value } else { usual };
+        Parameters {
+            memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
+            growth_time: HOUR * of("tau-g", 20.0),
+            density: 1000.0,
+            youngs_modulus: 10e6,
+            radius: 0.5e-3,
+            beta: of("beta", 0.8),
+            eta: of("eta", 20.0),
+            length: of("length", self.length) / 100.0,
+        }
+    }
+
+    fn at(&self, value: f64) -> Result<Shoot<impl Model + use<>>, ParameterError> {
+        let Parameters { memory, growth_time, density, youngs_modulus, radius, beta, eta, length } =
+            self.parameters(value);
+        let nodes: Vec<f64> = (0..=self.elements).map(|i| length * i as f64 / self.elements as f64).collect();
+        Shoot::builder(LinearElastic { youngs_modulus, poissons_ratio: 0.5 })
+            .length(length)
+            .radius(radius)
+            .nodes(&nodes)
+            .growth(Ongoing(UniformGrowth { zone_length: 1.0, time: growth_time }))
+            .tropism((
+                Gravitropism { sensitivity: beta, perception: SettledStatoliths }.remembered(memory),
+                Proprioception { sensitivity: eta }.remembered(memory),
+            ))
+            .load(Weight { density })
+            .build()
+    }
+}
+
+/// A cycle at a value of the parameter.
+struct Found {
+    parameter: f64,
+    /// Largest distance of the tip from the axis, m.
+    amplitude: f64,
+    /// s.
+    period: f64,
+    /// Growth rates of the disturbance that grows most or decays least, 1/s: in the plane of the swing, and out of it; of a circle the
+    /// leading one only.
+    rates: [f64; 2],
+    /// By how much the multipliers that must be 1 are not, or the root that must be zero times the period: what the intervals leave.
+    defect: f64,
+    iterations: usize,
+}
+
+impl Found {
+    fn stable(&self) -> bool {
+        self.rates.iter().all(|rate| *rate < 0.0)
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "bifurcation",
+        "limit cycles along a parameter: how far the tip swings, and which swings are stable",
+        &[
+            Opt::value("over", "NAME", "length", "parameter that is varied: length (cm), eta, beta or tau-g (h)"),
+            Opt::value("from", "X", "6.57", "its first value, beyond the onset"),
+            Opt::value("to", "X", "7.6", "its last value"),
+            Opt::value("points", "N", "30", "values of it"),
+            Opt::value("length", "CM", "6.8", "length of the shoot where something else is varied, cm"),
+            Opt::value("elements", "N", "4", "elements"),
+            Opt::value("intervals", "N", "16", "intervals of a period, six points in each"),
+        ],
+    );
+    let known = |name: &String| ["length", "eta", "beta", "tau-g"].contains(&name.as_str());
+    let over = options.get_if("over", "length, eta, beta or tau-g", known);
+    let scene = Scene { elements: options.get("elements"), over, length: options.positive("length") };
+    let (from, to) = (options.positive("from"), options.positive("to"));
+    let points: u32 = options.get_if("points", "at least 2", |points| *points > 1);
+    let solver = PeriodicSolver { intervals: options.get("intervals"), ..PeriodicSolver::default() };
+    let out = options.out_dir();
+
+    let (clock, progress) = (Instant::now(), Progress::new("bifurcation"));
+    let values = (0..points).map(|k| from + (to - from) * f64::from(k) / f64::from(points - 1));
+    let (mut circles, mut planes) = (Vec::new(), Vec::new());
+    let (mut circle, mut plane): (Option<Turning>, Option<PeriodicOrbit>) = (None, None);
+    for value in values {
+        let shoot = scene.at(value)?;
+        match circular(&shoot, value, &mut circle) {
+            Ok(found) => circles.push(found),
+            Err(error) => println!("no circular orbit at {} = {value:.4}: {error}", scene.over),
+        }
+        match pendular(&shoot, value, &solver, &mut plane) {
+            Ok(found) => planes.push(found),
+            Err(error) => println!("no swing in a plane at {} = {value:.4}: {error}", scene.over),
+        }
+        progress.set((value - from) / (to - from));
+    }
+    progress.finish();
+
+    let columns = [
+        "circular",
+        "parameter",
+        "amplitude_m",
+        "period_s",
+        "stable",
+        "rate_in_plane_per_s",
+        "rate_out_of_plane_per_s",
+        "newton_iterations",
+        "trivial_defect",
+    ];
+    let mut table = Table::create(out.join("cycles.csv"), &columns)?;
+    for (circular, list) in [(1.0, &circles), (0.0, &planes)] {
+        for found in list {
+            let stable = f64::from(u8::from(found.stable()));
+            let [inside, outside] = found.rates;
+            let iterations = found.iterations as f64;
+            table.row(&[
+                circular,
+                found.parameter,
+                found.amplitude,
+                found.period,
+                stable,
+                inside,
+                outside,
+                iterations,
+                found.defect,
+            ])?;
+        }
+    }
+    table.finish()?;
+    let unit = match scene.over.as_str() {
+        "length" => "length ℓ (cm)",
+        "eta" => "proprioceptive sensitivity η",
+        "beta" => "gravitropic sensitivity β",
+        _ => "growth time τg (h)",
+    };
+    let lines = |of: &dyn Fn(&Found) -> f64| {
+        let mut series = Vec::new();
+        for (colour, name, list) in [(0, "circular orbit", &circles), (1, "swing in a plane", &planes)] {
+            for (stable, words, style) in [(true, "stable", Style::Line), (false, "unstable", Style::Dashed)] {
+                let points: Vec<_> =
+                    list.iter().filter(|one| one.stable() == stable).map(|one| (one.parameter, of(one))).collect();
+                if !points.is_empty() {
+                    series.push(Series::new(format!("{name}, {words}"), points, style, colour));
+                }
+            }
+        }
+        series
+    };
+    let mut amplitudes = lines(&|found| found.amplitude / MM);
+    let exact = circles.iter().step_by(2).filter_map(|found| {
+        let [radius, _] = exact_orbit(&scene.parameters(found.parameter))?;
+        Some((found.parameter, radius / MM))
+    });
+    amplitudes.push(Series::new("circular, exact", exact.collect(), Style::Points, 0));
+    let strips = [
+        Strip { label: "excursion (mm)", series: &amplitudes },
+        Strip { label: "period (min)", series: &lines(&|found| found.period / MINUTE) },
+    ];
+    strips_figure(out.join("cycles.svg"), "The limit cycles of a shoot, and which are stable", unit, &strips)?;
+
+    for (name, list) in [("circular orbits", &circles), ("swings in a plane", &planes)] {
+        let stable = list.iter().filter(|found| found.stable()).count();
+        println!("{name}: {}, of which {stable} are stable", list.len());
+        for found in [list.first(), list.last()].into_iter().flatten() {
+            println!(
+                "  at {:.4}: amplitude {:.8} mm, period {:.8} min, leading rates {:+.8} and {:+.8} per h, \
+                 trivial ones off by {:.0e}",
+                found.parameter,
+                found.amplitude / MM,
+                found.period / MINUTE,
+                HOUR * found.rates[0],
+                HOUR * found.rates[1],
+                found.defect,
+            );
+        }
+    }
+    println!("{:.1} s; cycles.csv and cycles.svg are in {}", clock.elapsed().as_secs_f64(), out.display());
+    Ok(())
+}
+
+/// The circular orbit, from that of the value before or from the mode that swings.
+fn circular(shoot: &Shoot<impl Model>, parameter: f64, last: &mut Option<Turning>) -> Result<Found, CycleError> {
+    let start = match last.take() {
+        Some(start) => start,
+        None => Turning::of_mode(&Linearisation::about(shoot)?.rightmost()?, FIRST),
+    };
+    let orbit = CircularSolver::default().solve(shoot, &start)?;
+    let roots = orbit.roots(shoot, VECTORS)?;
+    let leading = roots.roots.first().map_or(f64::NEG_INFINITY, |root| root.value.re);
+    *last = Some(orbit.as_start());
+    let (amplitude, period, iterations) = (orbit.radius(), orbit.period(), orbit.iterations);
+    let defect = roots.trivial * period;
+    Ok(Found { parameter, amplitude, period, rates: [leading; 2], defect, iterations })
+}
+
+/// The swing in a plane, in the same way.
+fn pendular(
+    shoot: &Shoot<impl Model>,
+    parameter: f64,
+    solver: &PeriodicSolver,
+    last: &mut Option<PeriodicOrbit>,
+) -> Result<Found, CycleError> {
+    let orbit = match last.take() {
+        Some(orbit) => solver.from_orbit(shoot, &orbit)?,
+        None => solver.from_mode(shoot, &Linearisation::about(shoot)?.rightmost()?, FIRST)?,
+    };
+    let (period, iterations) = (orbit.period, orbit.iterations);
+    let (amplitude, _) = orbit.largest_excursion(shoot)?;
+    // In each set one multiplier is 1: time in the plane, the turning of the plane out of it.
+    let mut defect = 0.0_f64;
+    let rates = orbit.multipliers(shoot, VECTORS)?.map(|mut set| {
+        let off = |at: &usize| (set[*at].value - 1.0).norm();
+        if let Some(trivial) = (0..set.len()).min_by(|a, b| off(a).total_cmp(&off(b))) {
+            defect = defect.max(off(&trivial));
+            set.remove(trivial);
+        }
+        set.first().map_or(f64::NEG_INFINITY, |multiplier| multiplier.root(period).re)
+    });
+    *last = Some(orbit);
+    // The mode swings about one director; its set is the one in the plane if that is d1.
+    Ok(Found { parameter, amplitude, period, rates, defect, iterations })
+}
+
+fn main() -> ExitCode {
+    common::finish(run())
+}

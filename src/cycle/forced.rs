@@ -1,0 +1,33 @@
+//! Cycles of shoots that are driven: an oscillator, a clinostat, a load that comes and goes.
+
+use nalgebra::DVector;
+
+use super::error::CycleError;
+use super::march::Start;
+use super::periodic::{PeriodicOrbit, PeriodicSolver};
+use super::sensitivity::look;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::tropism::TropismLaw;
+
+impl PeriodicSolver {
+    /// The cycle of a shoot that something drives with a period (s), from a straight shoot at rest: what it settles to, if its
+    /// multipliers are below one. The cycle is that from the shoot's present time on. The shoot is not changed.
+    ///
+    /// What drives it must have the period in common: the strain comes back, whatever drives, only with it.
+    ///
+    /// # Errors
+    /// A shoot that elongates or of which some tissue does not steer, a period that is not positive, no cycle near the straight shoot.
+    pub fn forced(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
+        let mut march = self.march(shoot, period)?;
+        let (v, points) = (march.variables, march.places.len());
+        let strain = DVector::zeros(2 * points);
+        let (rod, force) = march.settle(&strain, 0.0)?;
+        let mut variables = DVector::zeros(v * points);
+        look(shoot, &rod, &force, |i, stimuli| {
+            shoot.model().tropism().steady(stimuli, &mut variables.as_mut_slice()[i * v..(i + 1) * v]);
+        });
+        let slopes = vec![vec![DVector::zeros(v * points); march.grid.order()]; march.kept];
+        self.find(march, Start { strain, variables, slopes }, period, false)
+    }
+}
