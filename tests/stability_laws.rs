@@ -200,3 +200,23 @@ fn a_boundary_says_what_is_wrong() {
         Err(StabilityError::MechanicallyUnstable { .. })
     ));
 }
+
+#[test]
+fn points_of_a_boundary_are_near_to_it_even_if_steps_are_long() {
+    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
+    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    // Long steps need several corrections each, which end when the next one is expected to be small.
+    for step in [0.03, 0.1] {
+        let settings = BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 };
+        let curve = boundary(family, &settings).unwrap();
+        for point in &curve {
+            let [hours, length] = point.parameters;
+            // Another method on the same mesh, good to 1e-11.
+            let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameter;
+            // 1e-9 of the sides across the curve, which climbs by less than a side a side from 20 h on: √2 times that along the length.
+            let off = (length - found).abs() / (high[1] - low[1]);
+            assert!(off < 1.5e-9, "{step}, {point:?}: {off:e}");
+        }
+    }
+}

@@ -127,3 +127,20 @@ impl Error {
         Self { time, doubt: SAFETY, steps, ..*self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_of_fourth_order_report_four_times_their_error_at_first_and_twice_from_then_on() {
+        // Runs with steps h, h/2 and h/6 whose errors are (h/1000)⁴.
+        let errors = [1e-3, 5e-4, 5e-4 / 3.0].map(|step: f64| step.powi(4));
+        let first = Error::of_first_trials(errors[0] - errors[1], 0.0);
+        // Rounding of the difference.
+        assert!((first.reported() / (4.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
+        let second = first.seen(3.0, errors[1] - errors[2]);
+        // The order is halved 20 times between 2 and 4: 2e-6, of which its powers make ln 3 times 81/80.
+        assert!((second.reported() / (2.0 * errors[2]) - 1.0).abs() < 3e-6, "{second:?}");
+    }
+}
