@@ -8,12 +8,13 @@ mod shoots;
 use std::f64::consts::TAU;
 
 use draw::{Draw, number};
+use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
 use morphorod::orbit::{Ellipse, OrbitError, Oscillation, Path, Pattern, PlanePath, Search};
 use morphorod::stability::Linearisation;
 use morphorod::tropism::{Handedness, Oscillator, SettledStatoliths};
-use nalgebra::{Complex, Rotation2, Vector2, Vector3};
+use nalgebra::{Complex, DMatrix, DVector, Rotation2, Vector2, Vector3};
 use shoots::{HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
 
 /// An ellipse gone round in a period.
@@ -380,4 +381,33 @@ fn what_is_no_path() {
     }
     let path = Path::new(times(50), vec![Vector3::zeros(); 50]).unwrap();
     assert!(path.seen_along(&Vector3::zeros()).is_err());
+}
+
+/// ℓ = 6.45 cm, below the onset of 6.56 cm: a kick dies out as the rightmost root says, at its rate and with its period.
+#[test]
+fn a_kicked_shoot_below_the_onset_comes_to_rest_at_the_rate_of_its_root() {
+    let kick = Pulse { peak: Vector3::new(1e-7, 0.0, 0.0), start: 0.0, duration: 12.0 * MINUTE };
+    let mut shoot = reduced(0.0645, 20.0 * HOUR).elements(4).load((WEIGHT, kick)).build().unwrap();
+    let root = Linearisation::about(&shoot.with_model(shoot.model().with_load(WEIGHT)).unwrap());
+    let root = root.unwrap().rightmost().unwrap().value;
+    let (every, mut run) = (10.0 * MINUTE, MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-12)));
+    let mut seen = Vec::new();
+    // The next root, at −0.96 1/h, has died out after 12 h by 1e-4 of the first.
+    for k in 72..240 {
+        run.advance(&mut shoot, every * f64::from(k)).unwrap();
+        seen.push(shoot.tip().x);
+    }
+    // One damped swing obeys x(t + 2h) = a x(t + h) + b x(t): least squares for both.
+    let rows = seen.len() - 2;
+    let matrix = DMatrix::from_fn(rows, 2, |i, j| seen[i + 1 - j]);
+    let right = DVector::from_fn(rows, |i, _| seen[i + 2]);
+    let normal = matrix.transpose() * &matrix;
+    let found = normal.lu().solve(&(matrix.transpose() * right)).unwrap();
+    let (a, b) = (found[0], found[1]);
+    let z = Complex::new(0.5 * a, (-b - 0.25 * a * a).sqrt());
+    let measured = z.ln() / every;
+    assert!(root.re < 0.0, "{root}");
+    // Promised: 1e-3 of both. Steps of a minute leave 1e-6 of the rate of turning.
+    assert!((measured.re / root.re - 1.0).abs() < 1e-3, "{measured} {root}");
+    assert!((measured.im / root.im - 1.0).abs() < 1e-4, "{measured} {root}");
 }
