@@ -398,22 +398,3 @@ fn no_path_makes_what_is_no_number() {
         assert!(found.ridge.iter().all(|p| p.period.is_finite() && p.ellipse.major.is_finite()), "{seed}");
     }
 }
-
-#[test]
-fn an_outlier_less_than_a_step_away_is_told_by_the_smooth_path() {
-    // Twelve frames in a period, and a band that begins at 2.25 intervals: 0.6 of that is nearer than the neighbours but one, which
-    // count all the same, as they are within three intervals.
-    let every = 20.0 * MINUTE;
-    let band = Band { shortest: 2.25 * every, longest: 8.0 * HOUR };
-    let radius = 3e-3;
-    let clean = path(145, every, |t| circle(t, 12.0 * every, radius));
-    assert!(clean.tracked(&band).unwrap().outliers.is_empty());
-    for spoiled in [40, 71, 100] {
-        let mut positions = clean.positions().to_vec();
-        // Neighbours are 2 sin(π/12) = 0.52 radii apart. The median of five is off by as much as a part of that everywhere, so that it
-        // takes nothing so near for a spike; a parabola through them is not.
-        positions[spoiled] *= 1.3;
-        let spoiled_path = PlanePath::new(clean.times().to_vec(), positions).unwrap();
-        assert_eq!(spoiled_path.tracked(&band).unwrap().outliers, [spoiled]);
-    }
-}
