@@ -5,9 +5,10 @@
 //! solved for, along a parameter, and their stability is a number: the multipliers of Floquet.
 //!
 //! # What to see
-//! Both branches begin at the onset with the square root of what is beyond it, the amplitude of the plane swing √(4/3) times that
-//! of the circle. The circle is stable all the way. The plane swing is stable in its plane and unstable out of it: a disturbance to
-//! the side grows, until the shoot goes round. The circle's period does not change; that of the swing grows with its fourth power.
+//! Both branches begin at the onset, with excursions that grow as the square root of the length beyond it; near it that of the plane
+//! swing is √(4/3) times that of the circle. The circle is stable all the way. The plane swing is stable in its plane and unstable out of it: a disturbance to
+//! the side grows, until the shoot goes round. The circle's period does not change with the length; that of the swing gets longer, near the onset with the
+//! fourth power of its excursion.
 //!
 //! # What to try
 //! - `--over eta --from 15 --to 25` and `--over tau-g --from 18 --to 24`: the sense of bending, or how slowly tissue grows.
@@ -99,8 +100,8 @@ struct Found {
     amplitude: f64,
     /// s.
     period: f64,
-    /// Growth rates of the disturbance that grows most or decays least, 1/s: in the plane of the swing, and out of it; of a circle the
-    /// leading one only.
+    /// Growth rates of the two disturbances that grow most or decay least, 1/s: of a swing, one in its plane and one out of it. Not a
+    /// number if no second one is found.
     rates: [f64; 2],
     /// By how much the multipliers that must be 1 are not, or the root that must be zero times the period: what the intervals leave.
     defect: f64,
@@ -109,7 +110,7 @@ struct Found {
 
 impl Found {
     fn stable(&self) -> bool {
-        self.rates.iter().all(|rate| *rate < 0.0)
+        !self.rates.iter().any(|rate| *rate >= 0.0)
     }
 }
 
@@ -156,11 +157,11 @@ fn run() -> Result<(), Box<dyn Error>> {
     let columns = [
         "circular",
         "parameter",
-        "amplitude_m",
+        "excursion_m",
         "period_s",
         "stable",
-        "rate_in_plane_per_s",
-        "rate_out_of_plane_per_s",
+        "leading_rate_per_s",
+        "next_rate_per_s",
         "newton_iterations",
         "trivial_defect",
     ];
@@ -219,14 +220,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         let stable = list.iter().filter(|found| found.stable()).count();
         println!("{name}: {}, of which {stable} are stable", list.len());
         for found in [list.first(), list.last()].into_iter().flatten() {
+            let rates: Vec<String> =
+                found.rates.iter().filter(|r| r.is_finite()).map(|r| format!("{:+.8}", HOUR * r)).collect();
             println!(
-                "  at {:.4}: amplitude {:.8} mm, period {:.8} min, leading rates {:+.8} and {:+.8} per h, \
-                 trivial ones off by {:.0e}",
+                "  at {:.4}: excursion {:.8} mm, period {:.8} min, leading rates {} per h, trivial ones off by {:.0e}",
                 found.parameter,
                 found.amplitude / MM,
                 found.period / MINUTE,
-                HOUR * found.rates[0],
-                HOUR * found.rates[1],
+                rates.join(" and "),
                 found.defect,
             );
         }
@@ -243,11 +244,11 @@ fn circular(shoot: &Shoot<impl Model>, parameter: f64, last: &mut Option<Turning
     };
     let orbit = CircularSolver::default().solve(shoot, &start)?;
     let roots = orbit.roots(shoot, VECTORS)?;
-    let leading = roots.roots.first().map_or(f64::NEG_INFINITY, |root| root.value.re);
+    let rate = |at: usize| roots.roots.get(at).map_or(f64::NAN, |root| root.value.re);
     *last = Some(orbit.as_start());
     let (amplitude, period, iterations) = (orbit.radius(), orbit.period(), orbit.iterations);
     let defect = roots.trivial * period;
-    Ok(Found { parameter, amplitude, period, rates: [leading; 2], defect, iterations })
+    Ok(Found { parameter, amplitude, period, rates: [rate(0), rate(1)], defect, iterations })
 }
 
 /// The swing in a plane, in the same way.
@@ -265,7 +266,7 @@ fn pendular(
     let (amplitude, _) = orbit.largest_excursion(shoot)?;
     // In each set one multiplier is 1: time in the plane, the turning of the plane out of it.
     let mut defect = 0.0_f64;
-    let rates = orbit.multipliers(shoot, VECTORS)?.map(|mut set| {
+    let mut rates = orbit.multipliers(shoot, VECTORS)?.map(|mut set| {
         let off = |at: &usize| (set[*at].value - 1.0).norm();
         if let Some(trivial) = (0..set.len()).min_by(|a, b| off(a).total_cmp(&off(b))) {
             defect = defect.max(off(&trivial));
@@ -273,8 +274,8 @@ fn pendular(
         }
         set.first().map_or(f64::NEG_INFINITY, |multiplier| multiplier.root(period).re)
     });
+    rates.sort_by(|a, b| b.total_cmp(a));
     *last = Some(orbit);
-    // The mode swings about one director; its set is the one in the plane if that is d1.
     Ok(Found { parameter, amplitude, period, rates, defect, iterations })
 }
 

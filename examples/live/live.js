@@ -17,7 +17,7 @@ const PRESETS = {
   "video 4: two kicks": { [KICK]: 1 },
   "video 5: epitrochoid": { 0: 0.3, 9: 20, [LENGTH]: 6.565, [KICK]: 2 },
   "video 6: hypotrochoid": { 0: 0.3, 9: 20, [LENGTH]: 6.565, [SENSE]: -1, [KICK]: 2 },
-  "microgravity": { 0: 0.2, 1: 0, 6: 0, [LENGTH]: 6.8 },
+  "no gravity, no sense of it": { 0: 0.2, 1: 0, 6: 0, [LENGTH]: 6.8 },
   "on its side": { [LENGTH]: 5, 8: 90 },
 };
 /// The longest trace that is drawn, in points.
@@ -137,16 +137,17 @@ function run(on) {
 
 function draw() {
   if (!frame || !view) return;
+  drawScale();
   view.begin();
   const spacing = view.room();
   view.trace(trace.map(([tip]) => tip), Math.max(0, trace.findIndex(([, time]) => time >= frame.time - 3600 * RECENT)));
   view.shoot(frame);
   if (pull.force) view.arrow(frame.tip, unit(pull.force), 0.16 * view.radius, COLOURS.force, 3);
   const [period, major, minor] = reading;
-  const sense = minor > 0 ? "counterclockwise" : "clockwise";
+  const sense = Math.abs(minor) < 0.01 * major ? "in a plane" : minor > 0 ? "counterclockwise" : "clockwise";
   const swing = period > 0
-    ? `swings every ${(period / 60).toFixed(1)} min, ${(1e3 * major).toFixed(2)} by ${(1e3 * Math.abs(minor)).toFixed(2)} mm, ${sense}`
-    : "no swing read yet";
+    ? `swings every ${(period / 60).toFixed(1)} min, semi-axes ${(1e3 * major).toFixed(2)} and ${(1e3 * Math.abs(minor)).toFixed(2)} mm, ${sense}`
+    : frame.time < 6 * 3600 ? "no swing read yet" : "no swing";
   $("read").textContent = `${(frame.time / 3600).toFixed(1)} h · ${(100 * frame.length).toFixed(2)} cm · ${swing} · grid ${distance(spacing)}`;
 }
 
@@ -176,12 +177,13 @@ function drawScale() {
   c.fillRect(left, 52, width - left - right, 1);
   c.fillStyle = COLOURS.zone;
   c.fillRect(left, 43, x(length) - left, 7);
-  for (const [metres, colour, name, row] of [[critical[1], COLOURS.trace, "swings from", 12], [critical[0], COLOURS.d1, "buckles at", 27]]) {
+  for (const [metres, colour, name, row] of [[critical[1], COLOURS.trace, "swings from", 10], [critical[0], COLOURS.d1, "young tissue buckles at", 25]]) {
     if (!Number.isFinite(metres)) continue;
     c.fillStyle = colour;
     c.fillRect(x(metres) - 1, row + 3, 2, 52 - row - 3);
+    const words = `${name} ${(100 * metres).toFixed(2)} cm`;
     c.textAlign = "right";
-    c.fillText(`${name} ${(100 * metres).toFixed(2)} cm`, Math.max(x(metres) + 6, 130), row);
+    c.fillText(words, Math.max(x(metres) - 5, c.measureText(words).width + 2), row + 3);
   }
 }
 
@@ -241,7 +243,7 @@ function begin() {
     $("presets").append(button);
   }
   for (const hours of [0.5, 1, 2, 5, 10, 20]) $("speed").add(new Option(`${hours} h per second`, hours, hours === 2, hours === 2));
-  const shown = { mature: "mature", zone: "growth zone", d1: "director d1", d2: "director d2", pile: "statoliths, h", trace: "path of the tip", force: "force of the hand" };
+  const shown = { mature: "mature", zone: "growth zone", d1: "director d1", d2: "director d2", pile: "piles of statoliths", trace: "path of the tip", force: "force of the hand" };
   for (const [name, words] of Object.entries(shown)) {
     const item = document.createElement("span"), swatch = document.createElement("i");
     swatch.style.background = COLOURS[name];
@@ -254,7 +256,7 @@ function begin() {
   $("pushy").addEventListener("click", () => shove(1));
   $("reset").addEventListener("click", () => view.reset());
   document.addEventListener("keydown", (event) => {
-    if (event.key !== " " || event.target.closest("button, select, input")) return;
+    if (event.key !== " " || event.target.closest("button, select")) return;
     run(!playing);
     event.preventDefault();
   });

@@ -28,7 +28,7 @@ const WAVES: usize = 3;
 const AXIAL: f64 = 1e-8;
 
 /// A start for the search of an orbit: the intrinsic strain at every material point of the growth zone, components along the
-/// directors at one time, 1/m, and the rate at which all turns, 1/s, counterclockwise positive.
+/// directors at one time, 1/m, and the rate at which all turns, 1/s, positive if counterclockwise as seen from above the apex.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Turning {
     /// Intrinsic strain, 1/m.

@@ -1,7 +1,7 @@
 //! Limit cycles that are found instead of waited for, stable or not, and how stable they are.
 //!
-//! [`CircularSolver`] finds shapes that turn rigidly about the vertical, [`PeriodicSolver`] swings of any kind. Both take the laws as
-//! they are: no law says more than time stepping asks of it. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
+//! [`CircularSolver`] finds shapes that turn rigidly about the vertical, [`PeriodicSolver`] swings of any kind. Any law that can be
+//! stepped in time can be used; it supplies nothing else. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
 mod autonomous;
 mod circular;

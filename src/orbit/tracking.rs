@@ -85,8 +85,8 @@ pub struct Tracking {
     pub sense: Option<Handedness>,
     /// By how many turns the direction of the velocity has turned where it is known, counterclockwise positive.
     pub turns: f64,
-    /// The sampling interval over the longest that Nyquist allows for the median period, half of it: above 1 the period is not real.
-    /// None if it does not nutate.
+    /// The median sampling interval over the longest that Nyquist allows, half of the median period: at most 1, since shorter periods
+    /// are not sought. Near 1 the period rests on few positions. None if it does not nutate.
     pub sampling: Option<f64>,
     /// The ridge, outside the cone of influence.
     pub ridge: Vec<RidgePoint>,
