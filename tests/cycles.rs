@@ -163,6 +163,24 @@ fn multipliers_converge_with_the_intervals() {
     }
 }
 
+/// The same orbit on twice the intervals is near at once, and tells how accurate the first was.
+#[test]
+fn an_orbit_is_refined_from_a_coarse_one() {
+    let shoot = shoot(0.067, 4).build().unwrap();
+    let coarse = pendulum(&shoot, 0.034, 12);
+    let solver = PeriodicSolver { intervals: 24, ..PeriodicSolver::default() };
+    let fine = solver.from_orbit(&shoot, &coarse).unwrap();
+    assert!(fine.iterations <= 4, "{}", fine.iterations);
+    // 87.661715148 and 87.661715126 min: 2.5e-10.
+    let change = (fine.period / coarse.period - 1.0).abs();
+    assert!(change > 0.0 && change < 1e-9, "{change:e}");
+    let [(before, _), (after, _)] = [&coarse, &fine].map(|orbit| multipliers(&shoot, orbit));
+    for (before, after) in before.iter().zip(&after) {
+        assert!((before - after).norm() < 1e-7, "{before} {after}");
+    }
+    assert!((fine.period / pendulum(&shoot, 0.034, 24).period - 1.0).abs() < 1e-10);
+}
+
 #[test]
 fn near_the_onset_the_swing_is_wider_than_the_circle_by_the_root_of_four_thirds() {
     let onset = 0.0656148664908;

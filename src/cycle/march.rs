@@ -15,6 +15,7 @@ use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
 use crate::model::Model;
+use crate::quadrature::lagrange;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
@@ -63,6 +64,24 @@ impl Start {
 }
 
 impl Start {
+    /// The same state with its past on another grid.
+    pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize) -> Self {
+        let ratio = old.intervals as f64 / new.intervals as f64;
+        let at = |time: f64| {
+            // In the intervals of the old grid, backwards from the present; further back the oldest goes on.
+            let time = time * ratio;
+            let back = (-time).ceil().clamp(1.0, self.slopes.len() as f64) as usize;
+            let mut weights = vec![0.0; old.order()];
+            lagrange(&old.stages, time + back as f64, &mut weights);
+            let mut slope = DVector::zeros(self.variables.len());
+            let known = &self.slopes[self.slopes.len() - back];
+            known.iter().zip(&weights).for_each(|(known, w)| slope.axpy(w * ratio, known, 1.0));
+            slope
+        };
+        let interval = |n: usize| new.stages.iter().map(|stage| at(n as f64 - kept as f64 + stage)).collect();
+        Self { slopes: (0..kept).map(interval).collect(), ..self.clone() }
+    }
+
     /// Adds intervals to the past where it is too short: as the oldest that there is.
     pub fn lengthen(&mut self, kept: usize) {
         while self.slopes.len() < kept {
