@@ -119,7 +119,7 @@ impl CircularSolver {
     pub fn solve(&self, shoot: &Shoot<impl Model>, start: &Turning) -> Result<CircularOrbit, CycleError> {
         ParameterError::positive("tolerance of a circular orbit", self.tolerance)?;
         let mut problem = Problem::new(shoot, start)?;
-        let (mut iterations, mut last) = (0, f64::NAN);
+        let (mut iterations, mut last) = (0, f64::INFINITY);
         loop {
             match problem.evaluate() {
                 // No shape at rest for the start is what is wrong with it; later it is an iteration that has gone astray.
@@ -142,7 +142,7 @@ impl CircularSolver {
                 return Err(CycleError::NotConverged { iterations, residual });
             }
             last = residual;
-            problem.step()?;
+            problem.step(iterations, residual)?;
             iterations += 1;
         }
     }
@@ -269,12 +269,11 @@ impl<'a, M: Model> Problem<'a, M> {
         self.residual().amax() / largest
     }
 
-    /// One step of Newton's method; the phase is that of the start.
-    fn step(&mut self) -> Result<(), CycleError> {
+    /// One step of Newton's method, after so many that left this residual; the phase is that of the start.
+    fn step(&mut self, iterations: usize, residual: f64) -> Result<(), CycleError> {
         let n = 2 * self.places.len();
-        let residual = self.residual();
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
-        let failed = || CycleError::NotConverged { iterations: 0, residual: f64::NAN };
+        let failed = || CycleError::NotConverged { iterations, residual };
         let [inner, _] = self.matrix(Complex::ZERO, &self.responses()?).ok_or_else(failed)?;
         for row in 0..n {
             for column in 0..n {
@@ -298,7 +297,7 @@ impl<'a, M: Model> Problem<'a, M> {
         matrix.view_mut((0, n), (n, 1)).copy_from(&slope);
         matrix.view_mut((n, 0), (1, n)).copy_from(&quarter(&self.reference).transpose());
         let mut right = DVector::zeros(n + 1);
-        right.rows_mut(0, n).copy_from(&residual);
+        right.rows_mut(0, n).copy_from(&self.residual());
         right[n] = quarter(&self.reference).dot(&self.strain());
         let change = matrix.lu().solve(&right).filter(|x| x.iter().all(|x| x.is_finite())).ok_or_else(failed)?;
         // Newton's method for the residual over the size of the strain, which the stationary state, at zero, no longer solves: the

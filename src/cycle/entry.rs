@@ -25,13 +25,20 @@ impl PeriodicOrbit {
     /// give it to [`Integrator::start`](crate::integrator::Integrator::start), and the shoot goes round.
     ///
     /// # Errors
-    /// A shoot with another number of points or variables than that whose orbit this is; it is then as it was.
+    /// A shoot with another number of points or variables than that whose orbit this is, or of a driven one at another phase of what
+    /// drives it; it is then as it was.
     pub fn enter(&self, shoot: &mut Shoot<impl Model>) -> Result<OrbitHistory, CycleError> {
         let zone = shoot.rod().zone();
         let (points, variables) = (self.start.strain.len() / 2, shoot.model().tropism().size().variables);
         let same = zone.len() == points && self.start.variables.len() == variables * points;
         let what = "material points of the orbit";
         ParameterError::unless(same, what, points as f64, "those of the shoot whose orbit it is, with its variables")?;
+        if let Some(began) = self.driven_from {
+            let (what, turns) =
+                ("time since the driven orbit was found, in periods", (shoot.time() - began) / self.period);
+            // A phase that is known to so many roundings.
+            ParameterError::unless((turns - turns.round()).abs() < 1e-9, what, turns, "a whole number")?;
+        }
         let first = zone.start;
         let distances = shoot.rod().points()[zone].iter().map(|point| point.apex_distance).collect();
         // Mature tissue below the zone keeps what it has.
@@ -54,6 +61,11 @@ impl HistoryFunction for OrbitHistory {
     fn variables(&self, law: &impl TropismLaw, t: f64, site: &Site, _stimuli: &[f64], variables: &mut [f64]) {
         let (start, settings) = (&self.orbit.start, &self.orbit.settings);
         let own = law.size().variables;
+        if own * self.distances.len() != start.variables.len() {
+            // Of other laws than those of the orbit nothing is known; integrators refuse what is no number.
+            variables.fill(f64::NAN);
+            return;
+        }
         let near = |a: &f64, b: &f64| (a - site.apex_distance).abs().total_cmp(&(b - site.apex_distance).abs());
         let point = (0..self.distances.len()).min_by(|a, b| near(&self.distances[*a], &self.distances[*b]));
         let Some(first) = point.map(|point| point * own) else { return };
@@ -61,7 +73,8 @@ impl HistoryFunction for OrbitHistory {
         // Backwards, interval by interval, to that of the time; further back the oldest goes on.
         let time = t * settings.intervals as f64 / self.orbit.period;
         let kept = start.slopes.len();
-        let back = (-time).ceil().clamp(1.0, kept as f64) as usize;
+        // In this order a time that is no number is that of the last interval.
+        let back = (-time).ceil().max(1.0).min(kept as f64) as usize;
         let upto = grid.integrals(time + back as f64);
         for (a, variable) in variables.iter_mut().enumerate() {
             *variable = start.variables[first + a];

@@ -46,8 +46,8 @@ pub struct PeriodicOrbit {
     pub residual: f64,
     pub(super) start: Start,
     pub(super) settings: PeriodicSolver,
-    /// Whether nothing drives it: its period is its own.
-    free: bool,
+    /// When a cycle that something drives was begun, s; none if its period is its own.
+    pub(super) driven_from: Option<f64>,
 }
 
 /// A multiplier of Floquet: what a disturbance has become after a period.
@@ -164,7 +164,7 @@ impl PeriodicSolver {
         free: bool,
     ) -> Result<PeriodicOrbit, CycleError> {
         let (mut iterations, mut equilibria) = (0, 0);
-        let (mut kept, mut last): (Option<(Linear, f64)>, _) = (None, f64::NAN);
+        let (mut kept, mut last): (Option<(Linear, f64)>, _) = (None, f64::INFINITY);
         loop {
             let path = match march.keep_enough(&mut start, period).and_then(|()| march.run(&start, period)) {
                 // What a start cannot be is an error of its own; later it is an iteration that has gone astray.
@@ -187,8 +187,8 @@ impl PeriodicSolver {
                 return Err(CycleError::Stationary { strain });
             }
             if residual <= self.tolerance {
-                let settings = *self;
-                return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings, free });
+                let (settings, driven_from) = (*self, (!free).then(|| march.shoot.time()));
+                return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings, driven_from });
             }
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
@@ -202,24 +202,22 @@ impl PeriodicSolver {
                     Linear::of(&mut march, &start, period, &path, free)?
                 }
             };
-            let (change, stretch) = linear.step(&start, &left)?;
-            let next = start.with_values(&change);
-            if !free {
-                start = start.with_values(&(flat + change));
-                iterations += 1;
-                kept = Some((linear, residual));
-                continue;
-            }
-            // As for circular orbits: Newton's method for the residual over the size of the strain.
-            let towards_zero = -next.strain.dot(&start.strain) / start.strain.norm_squared();
-            let most = (start.strain.norm() / next.strain.norm()).min(0.2 / stretch.abs());
-            let share = (1.0 - towards_zero).recip().clamp(-most, most);
+            let (change, stretch) = linear.step(&start, &left, iterations)?;
+            let share = if free {
+                // As for circular orbits: Newton's method for the residual over the size of the strain.
+                let next = start.with_values(&change).strain;
+                let towards_zero = -next.dot(&start.strain) / start.strain.norm_squared();
+                let most = (start.strain.norm() / next.norm()).min(0.2 / stretch.abs());
+                (1.0 - towards_zero).recip().clamp(-most, most)
+            } else {
+                1.0
+            };
             start = start.with_values(&(flat + change * share));
             period *= 1.0 + stretch * share;
             iterations += 1;
             last = residual;
             kept = Some((linear, residual));
-            if start.strain.amax() * march.shoot.rod().length() < STANDS {
+            if free && start.strain.amax() * march.shoot.rod().length() < STANDS {
                 return Err(CycleError::Stationary { strain: start.strain.amax() });
             }
         }
@@ -252,14 +250,18 @@ impl Linear {
         Ok(Self { variation, period: Some(((ahead - behind) / (2.0 * STRETCH), phase)) })
     }
 
-    /// The change of the state and the relative one of the period.
-    fn step(&self, start: &Start, left: &DVector<f64>) -> Result<(DVector<f64>, f64), CycleError> {
+    /// The change of the state and the relative one of the period, after so many iterations.
+    fn step(&self, start: &Start, left: &DVector<f64>, iterations: usize) -> Result<(DVector<f64>, f64), CycleError> {
         let size = left.len();
+        // Krylov's method must reduce what is left.
+        let reduced = |residual: f64| {
+            if residual < 0.5 { Ok(()) } else { Err(CycleError::NotConverged { iterations, residual }) }
+        };
         let Some((by_period, phase)) = &self.period else {
             let (found, linear) = gmres(left, LINEAR, KRYLOV, |x| {
                 Ok::<_, CycleError>(x - self.variation.apply(&start.with_values(x))?.flat())
             })?;
-            return if linear < 0.5 { Ok((found, 0.0)) } else { Err(stagnation(linear)) };
+            return reduced(linear).map(|()| (found, 0.0));
         };
         let mut right = DVector::zeros(size + 1);
         right.rows_mut(0, size).copy_from(left);
@@ -273,16 +275,9 @@ impl Linear {
             out[size] = phase.dot(&change.rows(0, phase.len()));
             Ok::<_, CycleError>(out)
         })?;
-        if !(linear < 0.5) {
-            return Err(stagnation(linear));
-        }
+        reduced(linear)?;
         Ok((found.rows(0, size).clone_owned(), found[size] / scale))
     }
-}
-
-/// Krylov's method did not reduce what is left.
-fn stagnation(residual: f64) -> CycleError {
-    CycleError::NotConverged { iterations: 0, residual }
 }
 
 /// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.
@@ -346,7 +341,7 @@ impl PeriodicOrbit {
         ParameterError::unless(same, what, points, "those of the shoot whose orbit it is, with its variables")?;
         march.kept = self.start.slopes.len();
         let path = march.run(&self.start, self.period)?;
-        if self.free {
+        if self.driven_from.is_none() {
             check_autonomous(shoot, &path.stages[0][0].rod)?;
         } else {
             check_period(shoot, &path.stages[0][0].rod, self.period)?;
