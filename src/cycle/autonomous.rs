@@ -10,59 +10,75 @@ use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::stability::{StabilityError, SteadyState, check_unforced};
+use crate::tropism::Growing;
 
 /// Twist that is less than this share of the bend that the laws ask for is rounding: shapes are known to 1e-11.
 const TWIST: f64 = 1e-8;
 
+/// The material points of the growth zone and their REGR, 1/s; all must steer, and the shoot must keep its length.
+pub(super) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, Vec<f64>), CycleError> {
+    let (growth, rod, time) = (shoot.model.growth(), shoot.rod(), shoot.environment().time);
+    if growth.elongates() {
+        return Err(CycleError::Elongates);
+    }
+    let points = rod.points()[rod.zone()].iter();
+    let places: Vec<Growing> = points.map(|point| Growing::new(time, point.section, point.apex_distance)).collect();
+    let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
+    let still = regr.iter().filter(|rate| !(rate.abs() > 0.0)).count();
+    if still > 0 { Err(CycleError::NotDriven { points: still }) } else { Ok((places, regr)) }
+}
+
 /// Refuses laws, loads, growth or a scene that change in time, on a rod that is bent, on which they all show.
 pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(), CycleError> {
-    let (load, growth, scene) = (shoot.model.load(), shoot.model.growth(), shoot.model.scene());
     let now = shoot.environment();
-    let force = InternalForce::of(rod, load, &now);
-    check_unforced(shoot, rod, load, &SteadyState::of(shoot, rod, &force))?;
+    let load = shoot.model.load();
+    check_unforced(shoot, rod, load, &SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &now)))?;
     // A force shows in no stimulus of a shape that stays, and REGR in no gradient. Times as there: from seconds to days.
-    let points = &rod.points()[rod.zone()];
-    let mut change = 0.0_f64;
-    for after in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9] {
-        let time = now.time + after;
-        let then = InternalForce::of(rod, load, &scene.environment(time));
-        let largest = force.largest().max(then.largest()).max(f64::MIN_POSITIVE);
-        for (a, b) in force.at_points().iter().zip(then.at_points()) {
-            change = change.max((a - b).norm() / largest);
-        }
-        for point in points {
-            let [a, b] = [now.time, time].map(|t| growth.regr(point.apex_distance, t));
-            change = change.max((a - b).abs() / a.abs().max(b.abs()).max(f64::MIN_POSITIVE));
-        }
-    }
+    let change = [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9]
+        .map(|after| change_of_causes(shoot, rod, now.time, now.time + after))
+        .into_iter()
+        .fold(0.0, f64::max);
     // What does not depend on time is the same to the last bit; some rounding is allowed to what computes with it in vain.
     if change > 1e-12 { Err(StabilityError::Forced { change: change / rod.length() }.into()) } else { Ok(()) }
 }
 
 /// Refuses laws, loads, growth or a scene that are not the same a period (s) later, at some times that no period divides.
 pub(super) fn check_period(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) -> Result<(), CycleError> {
-    let (load, growth, scene) = (shoot.model.load(), shoot.model.growth(), shoot.model.scene());
-    let relative = |difference: f64, a: f64, b: f64| difference / a.max(b).max(f64::MIN_POSITIVE);
+    let (load, scene) = (shoot.model.load(), shoot.model.scene());
     let mut change = 0.0_f64;
     for part in [0.0, 0.171, 0.377, 0.593, 0.811] {
         let [now, then] = [part, part + 1.0].map(|periods| shoot.environment().time + periods * period);
-        let [a, b] = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
-        for (first, second) in a.at_points().iter().zip(b.at_points()) {
-            change = change.max(relative((first - second).norm(), a.largest(), b.largest()));
-        }
+        change = change.max(change_of_causes(shoot, rod, now, then));
         change = change.max(scene.base(now).angle_to(&scene.base(then)));
-        let [a, b] = [&a, &b].map(|force| SteadyState::of(shoot, rod, force).gradients);
+        let [a, b] = [now, then].map(|time| {
+            let force = InternalForce::of(rod, load, &scene.environment(time));
+            SteadyState::of(shoot, rod, &force).gradients
+        });
         let [first, second] = [&a, &b].map(|all| all.iter().map(Vector3::norm).fold(0.0, f64::max));
         for (one, other) in a.iter().zip(&b) {
             change = change.max(relative((one - other).norm(), first, second));
         }
-        for point in &rod.points()[rod.zone()] {
-            let [a, b] = [now, then].map(|t| growth.regr(point.apex_distance, t));
-            change = change.max(relative((a - b).abs(), a.abs(), b.abs()));
-        }
     }
     // A phase of many turns is known to so many roundings.
     if change < 1e-9 { Ok(()) } else { Err(CycleError::NoCommonPeriod { period, change }) }
+}
+
+/// The largest change of force and REGR on a rod from one time to another (s), relative.
+fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: f64, then: f64) -> f64 {
+    let (load, growth, scene) = (shoot.model.load(), shoot.model.growth(), shoot.model.scene());
+    let [a, b] = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
+    let pairs = a.at_points().iter().zip(b.at_points());
+    let force = pairs.map(|(one, other)| relative((one - other).norm(), a.largest(), b.largest())).fold(0.0, f64::max);
+    let regr = rod.points()[rod.zone()].iter().map(|point| {
+        let [a, b] = [now, then].map(|time| growth.regr(point.apex_distance, time));
+        relative((a - b).abs(), a.abs(), b.abs())
+    });
+    regr.fold(force, f64::max)
+}
+
+/// A difference of two numbers of these sizes, relative to the larger.
+fn relative(difference: f64, a: f64, b: f64) -> f64 {
+    difference / a.max(b).max(f64::MIN_POSITIVE)
 }
 
 /// Refuses growth gradients that are not numbers or that twist: strain is sought that bends.

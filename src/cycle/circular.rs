@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::autonomous::{check_autonomous, check_gradients};
+use super::autonomous::{check_autonomous, check_gradients, driven_points};
 use super::error::CycleError;
 use super::fourier::Circle;
 use super::march::PRECISE;
@@ -13,7 +13,6 @@ use super::sensitivity::{look, stimuli_by_strain};
 use super::turned::turned;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -169,27 +168,16 @@ pub(super) struct Problem<'a, M: Model> {
 
 impl<'a, M: Model> Problem<'a, M> {
     pub fn new(shoot: &'a Shoot<M>, start: &Turning) -> Result<Self, CycleError> {
-        let growth = shoot.model.growth();
-        if growth.elongates() {
-            return Err(CycleError::Elongates);
-        }
+        let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
         let zone = rod.zone();
         let (what, points) = ("number of strains of the start", start.strain.len() as f64);
         ParameterError::unless(start.strain.len() == zone.len(), what, points, "that of the points of the zone")?;
         let what = "rate of the start";
         ParameterError::unless(start.rate != 0.0 && start.rate.is_finite(), what, start.rate, "not zero (1/s)")?;
-        for (point, strain) in rod.points[zone.clone()].iter_mut().zip(&start.strain) {
+        for (point, strain) in rod.points[zone].iter_mut().zip(&start.strain) {
             ParameterError::finite("strain of the start", strain.sum())?;
             point.intrinsic = *strain;
-        }
-        let time = shoot.environment().time;
-        let places: Vec<Growing> =
-            rod.points()[zone].iter().map(|point| Growing::new(time, point.section, point.apex_distance)).collect();
-        let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
-        let still = regr.iter().filter(|rate| !(rate.abs() > 0.0)).count();
-        if still > 0 {
-            return Err(CycleError::NotDriven { points: still });
         }
         let mut out = Self {
             shoot,
@@ -236,17 +224,14 @@ impl<'a, M: Model> Problem<'a, M> {
         let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
         let _ = self.solver.equilibrate(&mut self.rod, material, &force)?;
         let m = self.law().size().stimuli;
-        self.stimuli = vec![DMatrix::zeros(m, self.circle.len()); self.places.len()];
-        let mut stimuli = std::mem::take(&mut self.stimuli);
+        let mut stimuli = vec![DMatrix::zeros(m, self.circle.len()); self.places.len()];
         for (j, phase) in self.circle.phases.iter().enumerate() {
             let rod = turned(&self.rod, *phase);
             look(self.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
         }
         self.stimuli = stimuli;
         let round = self.round();
-        let steady: Result<Vec<_>, _> =
-            self.places.iter().zip(&self.stimuli).map(|(at, stimuli)| round.settle(at, stimuli)).collect();
-        let steady = steady?;
+        let steady = round.settle_all(&self.places, &self.stimuli)?;
         let gradients = self.asked_for(&round, &steady, 0);
         check_gradients(gradients.iter())?;
         (self.steady, self.gradients) = (steady, gradients);
@@ -286,9 +271,8 @@ impl<'a, M: Model> Problem<'a, M> {
         let mut slope = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
             let round = Round::new(self.law(), &self.circle, self.rate + sign * change);
-            let settled: Result<Vec<_>, _> =
-                self.places.iter().zip(&self.stimuli).map(|(at, stimuli)| round.settle(at, stimuli)).collect();
-            for (i, gradient) in self.asked_for(&round, &settled?, 0).iter().enumerate() {
+            let settled = round.settle_all(&self.places, &self.stimuli)?;
+            for (i, gradient) in self.asked_for(&round, &settled, 0).iter().enumerate() {
                 for c in 0..2 {
                     slope[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }

@@ -29,10 +29,7 @@ impl PeriodicOrbit {
     /// drives it; it is then as it was.
     pub fn enter(&self, shoot: &mut Shoot<impl Model>) -> Result<OrbitHistory, CycleError> {
         let zone = shoot.rod().zone();
-        let (points, variables) = (self.start.strain.len() / 2, shoot.model().tropism().size().variables);
-        let same = zone.len() == points && self.start.variables.len() == variables * points;
-        let what = "material points of the orbit";
-        ParameterError::unless(same, what, points as f64, "those of the shoot whose orbit it is, with its variables")?;
+        self.start.check(zone.len(), shoot.model().tropism().size().variables)?;
         if let Some(began) = self.driven_from {
             let (what, turns) =
                 ("time since the driven orbit was found, in periods", (shoot.time() - began) / self.period);

@@ -4,9 +4,9 @@ use nalgebra::DVector;
 
 use super::autonomous::check_period;
 use super::error::CycleError;
-use super::march::Start;
 use super::periodic::{PeriodicOrbit, PeriodicSolver};
 use super::sensitivity::look;
+use super::state::Start;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;

@@ -6,20 +6,19 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::autonomous::check_gradients;
+use super::autonomous::{check_gradients, driven_points};
 use super::error::CycleError;
 use super::grid::Grid;
 use super::sensitivity::look;
+use super::state::{Start, carried};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::growth::GrowthLaw;
 use crate::load::InternalForce;
 use crate::model::Model;
-use crate::quadrature::lagrange;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::tropism::{Declaration, Growing, LawDerivatives, TropismLaw};
+use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
 /// The largest error of a frame, rad: differences are taken of what equilibria make.
 pub(super) const PRECISE: f64 = 1e-13;
@@ -29,67 +28,6 @@ const PERIODS: f64 = 16.0;
 const PASSES: usize = 60;
 /// Such passes and the variables of a point have converged when they change by this share of themselves.
 const CONVERGED: f64 = 1e-14;
-
-/// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Start {
-    /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
-    pub strain: DVector<f64>,
-    /// The variables, point by point.
-    pub variables: DVector<f64>,
-    /// Interval by interval, the oldest first, stage by stage.
-    pub slopes: Vec<Vec<DVector<f64>>>,
-}
-
-impl Start {
-    pub fn flat(&self) -> DVector<f64> {
-        let slopes = self.slopes.iter().flatten().flat_map(|slope| slope.iter());
-        let all: Vec<f64> = self.strain.iter().chain(self.variables.iter()).chain(slopes).copied().collect();
-        DVector::from_vec(all)
-    }
-
-    /// A state of the same sizes.
-    pub fn with_values(&self, flat: &DVector<f64>) -> Self {
-        let (n, v) = (self.strain.len(), self.variables.len());
-        let mut at = n + v;
-        let mut out = self.clone();
-        out.strain.copy_from(&flat.rows(0, n));
-        out.variables.copy_from(&flat.rows(n, v));
-        for slope in out.slopes.iter_mut().flatten() {
-            slope.copy_from(&flat.rows(at, v));
-            at += v;
-        }
-        out
-    }
-}
-
-impl Start {
-    /// The same state with its past on another grid.
-    pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize) -> Self {
-        let ratio = old.intervals as f64 / new.intervals as f64;
-        let at = |time: f64| {
-            // In the intervals of the old grid, backwards from the present; further back the oldest goes on.
-            let time = time * ratio;
-            let back = (-time).ceil().clamp(1.0, self.slopes.len() as f64) as usize;
-            let mut weights = vec![0.0; old.order()];
-            lagrange(&old.stages, time + back as f64, &mut weights);
-            let mut slope = DVector::zeros(self.variables.len());
-            let known = &self.slopes[self.slopes.len() - back];
-            known.iter().zip(&weights).for_each(|(known, w)| slope.axpy(w * ratio, known, 1.0));
-            slope
-        };
-        let interval = |n: usize| new.stages.iter().map(|stage| at(n as f64 - kept as f64 + stage)).collect();
-        Self { slopes: (0..kept).map(interval).collect(), ..self.clone() }
-    }
-
-    /// Adds intervals to the past where it is too short: as the oldest that there is.
-    pub fn lengthen(&mut self, kept: usize) {
-        while self.slopes.len() < kept {
-            let oldest = self.slopes[0].clone();
-            self.slopes.insert(0, oldest);
-        }
-    }
-}
 
 /// The shoot at a stage of an interval.
 #[derive(Debug, Clone)]
@@ -146,22 +84,10 @@ pub(super) type Reading = (isize, Vec<f64>);
 
 impl<'a, M: Model> March<'a, M> {
     pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64) -> Result<Self, CycleError> {
-        let growth = shoot.model.growth();
-        if growth.elongates() {
-            return Err(CycleError::Elongates);
-        }
+        let (places, regr) = driven_points(shoot)?;
         ParameterError::positive("period", period)?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
         let rod = shoot.state.rod.clone();
-        let time = shoot.environment().time;
-        let points = &rod.points()[rod.zone()];
-        let places: Vec<Growing> =
-            points.iter().map(|point| Growing::new(time, point.section, point.apex_distance)).collect();
-        let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
-        let still = regr.iter().filter(|rate| !(rate.abs() > 0.0)).count();
-        if still > 0 {
-            return Err(CycleError::NotDriven { points: still });
-        }
         let declaration = Declaration::of(shoot.model.tropism());
         declaration.check()?;
         let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
@@ -191,21 +117,26 @@ impl<'a, M: Model> March<'a, M> {
         // A step of differences by the period is far below a tenth of an interval.
         if longest * self.grid.intervals as f64 / period + 0.1 > self.kept as f64 {
             self.kept = self.kept.max(kept(longest, &self.grid, period)?);
-            start.lengthen(self.kept);
+            start.keep(self.kept);
         }
         Ok(())
     }
 
-    /// Where every variable is read from a stage.
-    pub fn readings(&self, period: f64, stage: usize) -> Vec<Option<Reading>> {
+    /// Where every variable is read from every stage, and whether anything is read that lies in the present interval.
+    pub fn readings(&self, period: f64) -> (Vec<Vec<Option<Reading>>>, bool) {
         let length = period / self.grid.intervals as f64;
-        let read = |delay: f64| {
-            let at = self.grid.stages[stage] - delay / length;
+        let read = |stage: f64, delay: f64| {
+            let at = stage - delay / length;
             // An interval ends with its last point.
             let interval = at.ceil() - 1.0;
             (interval as isize, self.grid.integrals(at - interval))
         };
-        self.delays.iter().map(|delay| delay.map(read)).collect()
+        let stages = self.grid.stages.iter();
+        let all: Vec<Vec<Option<Reading>>> =
+            stages.map(|stage| self.delays.iter().map(|delay| delay.map(|d| read(*stage, d))).collect()).collect();
+        let inside = |reading: &Option<Reading>| reading.as_ref().is_some_and(|(interval, _)| *interval >= 0);
+        let implicit = self.reads_present || all.iter().flatten().any(inside);
+        (all, implicit)
     }
 
     /// The shoot at rest with a strain at a time after the start.
@@ -228,17 +159,9 @@ impl<'a, M: Model> March<'a, M> {
         let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
         let (what, needed) = ("longest delay, in intervals", longest * k as f64 / period);
         ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state holds")?;
-        let readings: Vec<Vec<Option<Reading>>> = (0..stages).map(|i| self.readings(period, i)).collect();
-        let inside = |reading: &Option<Reading>| reading.as_ref().is_some_and(|(interval, _)| *interval >= 0);
-        let implicit = self.reads_present || readings.iter().flatten().any(inside);
-        // Interval by interval, the oldest kept first.
+        let (readings, implicit) = self.readings(period);
         let mut slopes = start.slopes.clone();
-        let mut begins = vec![start.variables.clone()];
-        for slopes in start.slopes.iter().rev() {
-            let mut before = begins[0].clone();
-            slopes.iter().zip(&self.grid.whole).for_each(|(slope, w)| before.axpy(-w, slope, 1.0));
-            begins.insert(0, before);
-        }
+        let mut begins = start.begins(&self.grid.whole);
         let mut out = Path {
             end: start.clone(),
             stages: Vec::new(),
@@ -265,12 +188,8 @@ impl<'a, M: Model> March<'a, M> {
                 out.strain_slopes.push(now.1);
                 break;
             }
-            let mut strain = out.strains[n].clone();
-            out.strain_slopes[n].iter().zip(&self.grid.whole).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
-            out.strains.push(strain);
-            let mut next = begins[self.kept + n].clone();
-            slopes[self.kept + n].iter().zip(&self.grid.whole).for_each(|(slope, w)| next.axpy(*w, slope, 1.0));
-            begins.push(next);
+            out.strains.push(carried(&out.strains[n], &out.strain_slopes[n], &self.grid.whole));
+            begins.push(carried(&begins[self.kept + n], &slopes[self.kept + n], &self.grid.whole));
             out.stages.push(made);
         }
         self.guesses.clear();
@@ -330,8 +249,7 @@ impl<'a, M: Model> March<'a, M> {
         check_gradients(gradients.iter())?;
         let mut made = Vec::with_capacity(stages);
         for (i, past) in past.into_iter().enumerate() {
-            let mut strain = path.strains[n].clone();
-            strain_slopes.iter().zip(&self.grid.upto[i]).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
+            let strain = carried(&path.strains[n], &strain_slopes, &self.grid.upto[i]);
             if let Some(guess) = self.guesses.get(n * stages + i) {
                 self.rod.clone_from(guess);
             }
@@ -428,20 +346,7 @@ impl<'a, M: Model> March<'a, M> {
         let (v, m) = (self.variables, self.stimuli);
         let y = if past { &stage.past } else { &stage.variables };
         let (y, x) = (&y.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
-        let mut out = [DMatrix::zeros(v, v), DMatrix::zeros(v, m), DMatrix::zeros(3, v), DMatrix::zeros(3, m)];
-        let [rates_y, rates_x, gradient_y, gradient_x] = &mut out;
-        self.shoot.model.tropism().derivatives(
-            &self.places[point],
-            y,
-            x,
-            &mut LawDerivatives {
-                rates_by_variables: rates_y.as_view_mut(),
-                rates_by_stimuli: rates_x.as_view_mut(),
-                gradient_by_variables: gradient_y.as_view_mut(),
-                gradient_by_stimuli: gradient_x.as_view_mut(),
-            },
-        );
-        out
+        law_matrices(self.shoot.model.tropism(), &self.places[point], y, x)
     }
 }
 

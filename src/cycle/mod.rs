@@ -15,6 +15,7 @@ mod march;
 mod periodic;
 mod point;
 mod sensitivity;
+mod state;
 mod turned;
 mod turning_roots;
 mod variation;

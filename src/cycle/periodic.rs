@@ -9,9 +9,10 @@ use super::error::CycleError;
 use super::fourier::Circle;
 use super::gmres::{Krylov, gmres};
 use super::grid::Grid;
-use super::march::{March, Path, Start};
+use super::march::{March, Path};
 use super::point::{Round, Steady};
 use super::sensitivity::look;
+use super::state::{Start, carried};
 use super::variation::Variation;
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -128,21 +129,14 @@ impl PeriodicSolver {
     /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
         let march = self.march(shoot, orbit.period)?;
-        let same = orbit.start.strain.len() == 2 * march.places.len()
-            && orbit.start.variables.len() == march.variables * march.places.len();
-        let what = "material points of the orbit to start from";
-        let points = orbit.start.strain.len() as f64 / 2.0;
-        ParameterError::unless(same, what, points, "those of the shoot, with its variables")?;
+        orbit.start.check(march.places.len(), march.variables)?;
         let mut start = orbit.start.clone();
         let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
         if old != march.grid {
             start = start.on_grid(&old, &march.grid, march.kept);
         }
         // The past that is kept depends on the period.
-        while start.slopes.len() > march.kept {
-            start.slopes.remove(0);
-        }
-        start.lengthen(march.kept);
+        start.keep(march.kept);
         self.find(march, start, orbit.period, true)
     }
 
@@ -301,9 +295,8 @@ fn start_of_mode<M: Model>(
         look(march.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
     }
     let round = Round::new(march.shoot.model.tropism(), &circle, TAU / period);
-    let steady: Result<Vec<_>, _> =
-        march.places.iter().zip(&stimuli).map(|(place, x)| round.settle(place, x)).collect();
-    Ok(start_of_waves(march, &circle, &steady?, at(0.0), TAU))
+    let steady = round.settle_all(&march.places, &stimuli)?;
+    Ok(start_of_waves(march, &circle, &steady, at(0.0), TAU))
 }
 
 /// The state at t = 0 of variables that are known round a circle, which is gone round by `turn` (rad) in a period.
@@ -334,11 +327,7 @@ impl PeriodicOrbit {
     /// Goes round once.
     fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
         let mut march = self.settings.march(shoot, self.period)?;
-        let points = self.start.strain.len() as f64 / 2.0;
-        let same = self.start.strain.len() == 2 * march.places.len()
-            && self.start.variables.len() == march.variables * march.places.len();
-        let what = "material points of the orbit";
-        ParameterError::unless(same, what, points, "those of the shoot whose orbit it is, with its variables")?;
+        self.start.check(march.places.len(), march.variables)?;
         march.kept = self.start.slopes.len();
         let path = march.run(&self.start, self.period)?;
         if self.driven_from.is_none() {
@@ -384,17 +373,17 @@ impl PeriodicOrbit {
         let best = all.max_by(|a, b| excursion(&a.2.rod).total_cmp(&excursion(&b.2.rod)));
         let Some((n, i, stage)) = best else { return Err(CycleError::NotConverged { iterations: 0, residual: 1.0 }) };
         let length = self.period / self.settings.intervals as f64;
+        let stages = march.grid.stages.clone();
         let mut at = |time: f64| {
             // Inside the interval or beyond its ends, where the neighbour's polynomial is as good.
             let whole = time.floor().clamp(0.0, (self.settings.intervals - 1) as f64);
             let n = whole as usize;
-            let mut strain = path.strains[n].clone();
             let weights = march.grid.integrals(time - whole);
-            path.strain_slopes[n].iter().zip(&weights).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
+            let strain = carried(&path.strains[n], &path.strain_slopes[n], &weights);
             march.settle(&strain, time * length).map(|(rod, _)| rod)
         };
         // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
-        let first = n as f64 + march_stage(&self.settings, i);
+        let first = n as f64 + stages[i];
         let (mut time, mut width) = (first, 0.2);
         let mut found = stage.rod.clone();
         for _ in 0..40 {
@@ -448,8 +437,4 @@ impl PeriodicOrbit {
         }
         Ok(found)
     }
-}
-
-fn march_stage(settings: &PeriodicSolver, stage: usize) -> f64 {
-    Grid::new(settings.intervals, settings.stages).stages[stage]
 }

@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
 use super::fourier::Circle;
-use crate::tropism::{Declaration, Growing, LawDerivatives, TropismLaw};
+use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
 /// Newton corrections of the variables at most: the laws' rates are smooth.
 const CORRECTIONS: usize = 30;
@@ -95,11 +95,16 @@ impl<'a, T: TropismLaw> Round<'a, T> {
         Err(CycleError::Variables { change: last })
     }
 
+    /// The same for several points.
+    pub fn settle_all(&self, places: &[Growing], stimuli: &[DMatrix<f64>]) -> Result<Vec<Steady>, CycleError> {
+        places.iter().zip(stimuli).map(|(at, stimuli)| self.settle(at, stimuli)).collect()
+    }
+
     /// The derivatives of the laws for variables that are found.
     fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut steady: Steady) -> Steady {
         self.differentiate(at, stimuli, &mut steady);
         let past = self.past(&steady, 0);
-        let [_, _, by_variables, by_stimuli] = derivatives(self.law, at, &past, stimuli.column(0).as_slice());
+        let [_, _, by_variables, by_stimuli] = law_matrices(self.law, at, &past, stimuli.column(0).as_slice());
         steady.read = [by_variables, by_stimuli];
         steady
     }
@@ -176,26 +181,7 @@ impl<'a, T: TropismLaw> Round<'a, T> {
 
     fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, steady: &mut Steady) {
         let all = steady.variables.column_iter().zip(stimuli.column_iter());
-        let each = all.map(|(y, x)| derivatives(self.law, at, y.as_slice(), x.as_slice()));
+        let each = all.map(|(y, x)| law_matrices(self.law, at, y.as_slice(), x.as_slice()));
         (steady.rates_y, steady.rates_x) = each.map(|[rates_y, rates_x, ..]| (rates_y, rates_x)).unzip();
     }
-}
-
-/// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x.
-fn derivatives(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
-    let (v, m) = (y.len(), x.len());
-    let mut out = [DMatrix::zeros(v, v), DMatrix::zeros(v, m), DMatrix::zeros(3, v), DMatrix::zeros(3, m)];
-    let [rates_y, rates_x, gradient_y, gradient_x] = &mut out;
-    law.derivatives(
-        at,
-        y,
-        x,
-        &mut LawDerivatives {
-            rates_by_variables: rates_y.as_view_mut(),
-            rates_by_stimuli: rates_x.as_view_mut(),
-            gradient_by_variables: gradient_y.as_view_mut(),
-            gradient_by_stimuli: gradient_x.as_view_mut(),
-        },
-    );
-    out
 }

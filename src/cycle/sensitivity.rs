@@ -10,11 +10,8 @@ use crate::rod::Rod;
 use crate::scene::Environment;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::stability::precise_solver;
+use crate::stability::{precise_solver, visit_bends};
 use crate::tropism::{Declaration, TropismLaw};
-
-/// Step of the central differences by the strain: the turn of the frames beyond a point, rad. They err by 1e-9.
-const ANGLE: f64 = 3e-5;
 
 /// Calls `visit` with the number of every point of the zone and its stimuli, on a rod at rest under a force. The force does not
 /// depend on the shape.
@@ -40,29 +37,19 @@ pub(super) fn stimuli_by_strain(
     let (m, n) = (shoot.model.tropism().size().stimuli, 2 * zone.len());
     let force = InternalForce::of(rod, shoot.model.load(), environment);
     let mut solver = precise_solver();
-    let mut tangent = solver.linearise(rod, shoot.model.constitutive(), &force)?;
     let mut out = DMatrix::zeros(zone.len() * phases.len() * m, n);
-    let (p, mut moved) = (rod.order().points(), rod.clone());
-    for k in 0..n {
-        let at = zone.start + k / 2;
-        let step = ANGLE / (rod.reference().weights[at % p] * rod.points()[at].jacobian);
-        for sign in [1.0, -1.0] {
-            moved.clone_from(rod);
-            moved.points[at].intrinsic[k % 2] += sign * step;
-            tangent.follow(&mut moved);
-            for (j, phase) in phases.iter().enumerate() {
-                let mut add = |i: usize, x: &[f64]| {
-                    let first = (i * phases.len() + j) * m;
-                    let rows = &mut out.column_mut(k).data.into_slice_mut()[first..first + m];
-                    rows.iter_mut().zip(x).for_each(|(sum, x)| *sum += sign * x / (2.0 * step));
-                };
-                if *phase == 0.0 {
-                    look(shoot, &moved, &force, &mut add);
-                } else {
-                    look(shoot, &turned(&moved, *phase), &force, &mut add);
-                }
+    visit_bends(shoot, rod, &force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, moved| {
+        for (j, phase) in phases.iter().enumerate() {
+            let mut add = |i: usize, x: &[f64]| {
+                let rows = out.column_mut(k).data.into_slice_mut()[(i * phases.len() + j) * m..][..m].iter_mut();
+                rows.zip(x).for_each(|(sum, x)| *sum += weight * x);
+            };
+            if *phase == 0.0 {
+                look(shoot, moved, &force, &mut add);
+            } else {
+                look(shoot, &turned(moved, *phase), &force, &mut add);
             }
         }
-    }
+    })?;
     Ok(out)
 }

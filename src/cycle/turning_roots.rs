@@ -21,6 +21,8 @@ const SMALLEST: f64 = 1e-3;
 const FRAMES: i32 = 3;
 /// A root that the map and the characteristic function put further apart than this, in units of the rate of turning, is not one.
 const APART: f64 = 1e-3;
+/// Roots that are closer than this, in the same units, are one.
+const SAME: f64 = 1e-6;
 
 /// A characteristic root of a circular orbit, with Im λ ≥ 0; its conjugate is one too.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,12 +77,12 @@ impl CircularOrbit {
             let best = steps.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(first, |best| best.0);
             let Some(value) = function.polish(best) else { continue };
             let difference = (value - best).norm();
-            let near = |other: Complex<f64>| (other - value).norm() < 1e-6 * self.rate.abs();
-            if value.norm() < 1e-6 * self.rate.abs() {
+            let same = |a: Complex<f64>, b: Complex<f64>| (a - b).norm() < SAME * self.rate.abs();
+            if same(value, Complex::ZERO) {
                 trivial = trivial.min(value.norm());
             } else if difference < APART * self.rate.abs() {
                 let value = Complex::new(value.re, value.im.abs());
-                if !roots.iter().any(|root| near(root.value) || (root.value - value).norm() < 1e-6 * self.rate.abs()) {
+                if !roots.iter().any(|root| same(root.value, value)) {
                     roots.push(TurningRoot { value, difference });
                 }
             }

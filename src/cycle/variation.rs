@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::error::CycleError;
-use super::march::{self, March, Path, Reading, Start};
+use super::march::{self, March, Path, Reading};
 use super::sensitivity::stimuli_by_strain;
+use super::state::{Start, carried};
 use crate::model::Model;
 use crate::scene::Scene;
 
@@ -62,9 +63,7 @@ impl Variation {
     ) -> Result<Self, CycleError> {
         let (k, s, p) = (march.grid.intervals, march.grid.order(), march.places.len());
         let length = period / k as f64;
-        let readings: Vec<Vec<Option<Reading>>> = (0..s).map(|i| march.readings(period, i)).collect();
-        let inside = |reading: &Option<Reading>| reading.as_ref().is_some_and(|(interval, _)| *interval >= 0);
-        let implicit = march.reads_present || readings.iter().flatten().any(inside);
+        let (readings, implicit) = march.readings(period);
         let mut intervals = Vec::with_capacity(k);
         for (n, stages) in path.stages.iter().enumerate() {
             let mut made = Vec::with_capacity(s);
@@ -102,12 +101,7 @@ impl Variation {
     /// What becomes of a disturbance after a period.
     pub fn apply(&self, start: &Start) -> Result<Start, CycleError> {
         let mut slopes = start.slopes.clone();
-        let mut begins = vec![start.variables.clone()];
-        for slopes in start.slopes.iter().rev() {
-            let mut before = begins[0].clone();
-            slopes.iter().zip(&self.whole).for_each(|(slope, w)| before.axpy(-w, slope, 1.0));
-            begins.insert(0, before);
-        }
+        let mut begins = start.begins(&self.whole);
         let mut strain = start.strain.clone();
         for (n, interval) in self.intervals.iter().enumerate() {
             let present = self.kept + n;
@@ -117,11 +111,7 @@ impl Variation {
             for pass in 0..PASSES {
                 strain_slopes = self.strain_slopes(interval, present, &begins, &slopes, &stimuli);
                 let now: Vec<DVector<f64>> = (0..self.upto.len())
-                    .map(|i| {
-                        let mut at = strain.clone();
-                        strain_slopes.iter().zip(&self.upto[i]).for_each(|(slope, w)| at.axpy(*w, slope, 1.0));
-                        &interval.stages[i].response * at
-                    })
+                    .map(|i| &interval.stages[i].response * carried(&strain, &strain_slopes, &self.upto[i]))
                     .collect();
                 let change = now.iter().zip(&stimuli).map(|(a, b)| (a - b).norm()).sum::<f64>();
                 let size = now.iter().map(DVector::norm).sum::<f64>();
@@ -135,10 +125,8 @@ impl Variation {
                     return Err(CycleError::Variables { change: change / size });
                 }
             }
-            strain_slopes.iter().zip(&self.whole).for_each(|(slope, w)| strain.axpy(*w, slope, 1.0));
-            let mut next = begins[present].clone();
-            slopes[present].iter().zip(&self.whole).for_each(|(slope, w)| next.axpy(*w, slope, 1.0));
-            begins.push(next);
+            strain = carried(&strain, &strain_slopes, &self.whole);
+            begins.push(carried(&begins[present], &slopes[present], &self.whole));
         }
         let k = self.intervals.len();
         let variables = begins.pop().unwrap_or_else(|| start.variables.clone());

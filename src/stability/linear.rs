@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::analytic::{AnalyticMatrix, Scales};
+use super::bends::visit_bends;
 use super::error::StabilityError;
 use super::steady::{SteadyState, stimulus_derivatives};
 use super::transfer::TransferFunction;
@@ -14,14 +15,6 @@ use crate::rod::{Rod, centre_line_tangent};
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, TropismLaw};
-
-/// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
-/// of a third derivative, and rounding by 1e-14 over it.
-const ANGLE: f64 = 3e-5;
-
-/// Next to buckling a small bend turns the shoot by far more, and it is shortened until no frame turns further than this,
-/// rad: central differences then err by 1e-8 of what they are.
-const LARGEST_TURN: f64 = 10.0 * ANGLE;
 
 /// T(λ) of every kind of point.
 pub(super) type Transfers = Vec<AnalyticMatrix>;
@@ -231,53 +224,27 @@ fn respond(
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), StabilityError> {
     let (law, material) = (shoot.model.tropism(), shoot.model.constitutive());
     let laws = Declaration::of(law);
-    let (p, m) = (rod.order().points(), laws.size().stimuli);
-    let first = rod.first_growing() * p;
-    let mut response: DMatrix<f64> = DMatrix::zeros((rod.points().len() - first) * m, unknowns.len());
+    let m = laws.size().stimuli;
+    let mut response: DMatrix<f64> = DMatrix::zeros(rod.zone().len() * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
-    let mut tangent = solver.linearise(rod, material, force)?;
-    let mut moved = rod.clone();
     let mut stimuli = vec![0.0; m];
-    for (j, &(i, c)) in unknowns.iter().enumerate() {
-        let at = first + i;
-        let mut step = ANGLE / (rod.reference().weights[at % p] * rod.points()[at].jacobian);
-        for sign in [1.0, -1.0] {
-            let mut bend = |step: f64| {
-                moved.clone_from(rod);
-                moved.points[at].intrinsic[c] += sign * step;
-                tangent.follow(&mut moved);
-                largest_turn(rod, &moved)
-            };
-            let turn = bend(step);
-            if sign > 0.0 && turn > LARGEST_TURN {
-                step *= LARGEST_TURN / turn;
-                let _ = bend(step);
+    visit_bends(shoot, rod, force, solver, unknowns.iter().copied(), |j, weight, moved| {
+        visit_sites(moved, material, force, laws.reads_position(), |i, site| {
+            law.sense(site, &mut stimuli);
+            for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
+                *sum += weight * x;
             }
-            visit_sites(&moved, material, force, laws.reads_position(), |i, site| {
-                law.sense(site, &mut stimuli);
-                for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
-                    *sum += sign * x;
-                }
-            });
-            for (k, (_, position)) in moved.centre_line().iter().enumerate() {
-                let mut rows = displacement.fixed_view_mut::<3, 1>(3 * k, j);
-                rows += position * sign;
-            }
+        });
+        for (k, (_, position)) in moved.centre_line().iter().enumerate() {
+            let mut rows = displacement.fixed_view_mut::<3, 1>(3 * k, j);
+            rows += position * weight;
         }
-        response.column_mut(j).unscale_mut(2.0 * step);
-        displacement.column_mut(j).unscale_mut(2.0 * step);
-    }
+    })?;
     if response.iter().all(|x| x.is_finite()) {
         Ok((response, displacement))
     } else {
         Err(StabilityError::NotFinite { what: "response of the stimuli" })
     }
-}
-
-/// The largest turn of a frame at an end of an element, rad.
-fn largest_turn(from: &Rod, to: &Rod) -> f64 {
-    let turns = from.frames().iter().zip(to.frames()).map(|(from, to)| 2.0 * (to.coords - from.coords).norm());
-    turns.fold(0.0, f64::max)
 }
 
 /// X of a rigid shoot: a bend turns all frames beyond it.

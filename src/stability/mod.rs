@@ -52,6 +52,7 @@
 //! ```
 
 mod analytic;
+mod bends;
 mod block;
 mod boundary;
 mod count;
@@ -76,6 +77,7 @@ mod transfer;
 mod transient;
 
 pub(crate) use analytic::AnalyticMatrix;
+pub(crate) use bends::visit_bends;
 pub use boundary::{BoundaryPoint, BoundarySettings, boundary};
 pub use error::StabilityError;
 pub(crate) use linear::precise_solver;

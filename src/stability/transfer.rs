@@ -7,7 +7,7 @@ use super::analytic::AnalyticMatrix;
 use super::error::StabilityError;
 use super::steady::SteadyState;
 use crate::error::ParameterError;
-use crate::tropism::{Declaration, LawDerivatives, TropismLaw};
+use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
 /// Points whose laws linearise alike to this share one transfer function.
 const ALIKE: f64 = 1e-8;
@@ -40,25 +40,20 @@ impl TransferFunction {
         local: &DMatrix<f64>,
     ) -> Result<Self, StabilityError> {
         let laws = Declaration::of(law);
-        let (v, m) = (laws.size().variables, laws.size().stimuli);
+        let v = laws.size().variables;
+        let (y, x) = (steady.variables.column(point), steady.stimuli.column(point));
+        let [rates_y, rates_x, gradient_y, gradient_x] =
+            law_matrices(law, &steady.places[point], y.as_slice(), x.as_slice());
         let mut out = Self {
             rate,
             delays: laws.variables().iter().map(|variable| variable.delay.unwrap_or(0.0)).collect(),
-            rates_y: DMatrix::zeros(v, v),
-            rates_x: DMatrix::zeros(v, m),
-            gradient_y: DMatrix::zeros(3, v),
-            gradient_x: DMatrix::zeros(3, m),
+            rates_y,
+            rates_x,
+            gradient_y,
+            gradient_x,
             local: local.clone(),
             own_rates: Vec::new(),
         };
-        let mut derivatives = LawDerivatives {
-            rates_by_variables: out.rates_y.view_mut((0, 0), (v, v)),
-            rates_by_stimuli: out.rates_x.view_mut((0, 0), (v, m)),
-            gradient_by_variables: out.gradient_y.view_mut((0, 0), (3, v)),
-            gradient_by_stimuli: out.gradient_x.view_mut((0, 0), (3, m)),
-        };
-        let (y, x) = (steady.variables.column(point), steady.stimuli.column(point));
-        law.derivatives(&steady.places[point], y.as_slice(), x.as_slice(), &mut derivatives);
         if !(rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite())) {
             return Err(StabilityError::NotFinite { what: "derivative of the laws" });
         }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrixViewMut, DVector};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector};
 
 use super::{Growing, TropismLaw};
 
@@ -112,6 +112,25 @@ impl LawDerivatives<'_> {
             differences(|x| gradient(variables, x), stimuli, &mut self.gradient_by_stimuli);
         }
     }
+}
+
+/// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables y and stimuli x.
+pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
+    let (v, m) = (y.len(), x.len());
+    let mut out = [DMatrix::zeros(v, v), DMatrix::zeros(v, m), DMatrix::zeros(3, v), DMatrix::zeros(3, m)];
+    let [rates_y, rates_x, gradient_y, gradient_x] = &mut out;
+    law.derivatives(
+        at,
+        y,
+        x,
+        &mut LawDerivatives {
+            rates_by_variables: rates_y.as_view_mut(),
+            rates_by_stimuli: rates_x.as_view_mut(),
+            gradient_by_variables: gradient_y.as_view_mut(),
+            gradient_by_stimuli: gradient_x.as_view_mut(),
+        },
+    );
+    out
 }
 
 fn differences(f: impl Fn(&[f64]) -> DVector<f64>, at: &[f64], out: &mut DMatrixViewMut<f64>) {

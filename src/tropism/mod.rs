@@ -13,6 +13,7 @@ mod statoliths;
 
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
 pub use derivatives::LawDerivatives;
+pub(crate) use derivatives::law_matrices;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};

@@ -1,0 +1,93 @@
+//! A state of the time-stepping map, with the past that the laws read.
+
+use nalgebra::DVector;
+
+use super::grid::Grid;
+use crate::error::ParameterError;
+use crate::quadrature::lagrange;
+
+/// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Start {
+    /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
+    pub strain: DVector<f64>,
+    /// The variables, point by point.
+    pub variables: DVector<f64>,
+    /// Interval by interval, the oldest first, stage by stage.
+    pub slopes: Vec<Vec<DVector<f64>>>,
+}
+
+impl Start {
+    pub fn flat(&self) -> DVector<f64> {
+        let slopes = self.slopes.iter().flatten().flat_map(|slope| slope.iter());
+        let all: Vec<f64> = self.strain.iter().chain(self.variables.iter()).chain(slopes).copied().collect();
+        DVector::from_vec(all)
+    }
+
+    /// A state of the same sizes.
+    pub fn with_values(&self, flat: &DVector<f64>) -> Self {
+        let (n, v) = (self.strain.len(), self.variables.len());
+        let mut at = n + v;
+        let mut out = self.clone();
+        out.strain.copy_from(&flat.rows(0, n));
+        out.variables.copy_from(&flat.rows(n, v));
+        for slope in out.slopes.iter_mut().flatten() {
+            slope.copy_from(&flat.rows(at, v));
+            at += v;
+        }
+        out
+    }
+
+    /// Refuses a state of another number of points, or of variables at each.
+    pub fn check(&self, points: usize, variables: usize) -> Result<(), ParameterError> {
+        let (what, own) = ("material points of the orbit", self.strain.len() / 2);
+        let same = own == points && self.variables.len() == variables * points;
+        ParameterError::unless(same, what, own as f64, "those of the shoot, with its variables")
+    }
+
+    /// The same state with its past on another grid.
+    pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize) -> Self {
+        let ratio = old.intervals as f64 / new.intervals as f64;
+        let at = |time: f64| {
+            // In the intervals of the old grid, backwards from the present; further back the oldest goes on.
+            let time = time * ratio;
+            let back = (-time).ceil().clamp(1.0, self.slopes.len() as f64) as usize;
+            let mut weights = vec![0.0; old.order()];
+            lagrange(&old.stages, time + back as f64, &mut weights);
+            let mut slope = DVector::zeros(self.variables.len());
+            let known = &self.slopes[self.slopes.len() - back];
+            known.iter().zip(&weights).for_each(|(known, w)| slope.axpy(w * ratio, known, 1.0));
+            slope
+        };
+        let interval = |n: usize| new.stages.iter().map(|stage| at(n as f64 - kept as f64 + stage)).collect();
+        Self { slopes: (0..kept).map(interval).collect(), ..self.clone() }
+    }
+
+    /// Keeps so many intervals of the past; where it is too short, others as the oldest that there is.
+    pub fn keep(&mut self, kept: usize) {
+        self.slopes.drain(..self.slopes.len().saturating_sub(kept));
+        while self.slopes.len() < kept {
+            let oldest = self.slopes[0].clone();
+            self.slopes.insert(0, oldest);
+        }
+    }
+
+    /// The variables at the beginning of every interval of the past, the oldest first, and now.
+    pub fn begins(&self, whole: &[f64]) -> Vec<DVector<f64>> {
+        let mut backwards = vec![self.variables.clone()];
+        for slopes in self.slopes.iter().rev() {
+            let mut before = backwards[backwards.len() - 1].clone();
+            slopes.iter().zip(whole).for_each(|(slope, w)| before.axpy(-w, slope, 1.0));
+            backwards.push(before);
+        }
+        backwards.reverse();
+        backwards
+    }
+}
+
+/// What begins an interval, carried on by its slopes, with their weights.
+pub(super) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[f64]) -> DVector<f64> {
+    let mut out = begin.clone();
+    slopes.iter().zip(weights).for_each(|(slope, w)| out.axpy(*w, slope, 1.0));
+    out
+}
