@@ -48,12 +48,6 @@ impl Part {
     }
 }
 
-/// Two numbers that are normally distributed.
-fn normal(draw: &mut Draw) -> Vector2<f64> {
-    let (size, angle) = ((-2.0 * (draw.unit() + f64::MIN_POSITIVE).ln()).sqrt(), TAU * draw.unit());
-    Vector2::new(size * angle.cos(), size * angle.sin())
-}
-
 /// A path as trackers make them: at times that are not even, with a gap, lost frames, drift, noise and outliers.
 fn tracked(draw: &mut Draw) -> (Vec<Part>, PlanePath) {
     let slow = draw.log(600.0, 3e4);
@@ -74,7 +68,7 @@ fn tracked(draw: &mut Draw) -> (Vec<Part>, PlanePath) {
         if hole.contains(&x) || draw.chance(0.05) {
             continue;
         }
-        let mut position = drift[0] * x + drift[1] * x * x + drift[2] * x * x * x + normal(draw) * noise;
+        let mut position = drift[0] * x + drift[1] * x * x + drift[2] * x * x * x + draw.normal() * noise;
         position += parts.iter().map(|part| part.at(t)).sum::<Vector2<f64>>();
         if draw.chance(0.02) {
             position += draw.vector(5.0 * largest).xy();

@@ -2,34 +2,13 @@
 
 mod draw;
 
-use std::f64::consts::TAU;
-
-use draw::Draw;
+use draw::{Draw, circle, path};
 use morphorod::orbit::{Band, PlanePath, Search};
-use nalgebra::Vector2;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 /// Of the tip's circles.
 const PERIOD: f64 = 90.0 * MINUTE;
-
-/// A path at even times (s).
-fn path(count: u32, every: f64, at: impl FnMut(f64) -> Vector2<f64>) -> PlanePath {
-    let times: Vec<f64> = (0..count).map(|k| every * f64::from(k)).collect();
-    let positions = times.iter().copied().map(at).collect();
-    PlanePath::new(times, positions).unwrap()
-}
-
-fn circle(t: f64, period: f64, radius: f64) -> Vector2<f64> {
-    let (sine, cosine) = (TAU * t / period).sin_cos();
-    Vector2::new(cosine, sine) * radius
-}
-
-/// Two numbers that are normally distributed.
-fn normal(draw: &mut Draw) -> Vector2<f64> {
-    let (size, angle) = ((-2.0 * (draw.unit() + f64::MIN_POSITIVE).ln()).sqrt(), TAU * draw.unit());
-    Vector2::new(size * angle.cos(), size * angle.sin())
-}
 
 #[test]
 fn an_outlier_less_than_a_step_away_is_told_by_the_smooth_path() {
@@ -54,7 +33,7 @@ fn an_outlier_less_than_a_step_away_is_told_by_the_smooth_path() {
 fn a_period_that_noise_alone_fits_has_no_share() {
     for seed in 1..20 {
         let mut draw = Draw::new(seed);
-        let noisy = path(720, 120.0, |t| circle(t, PERIOD, 3e-3) + normal(&mut draw) * 1e-4);
+        let noisy = path(720, 120.0, |t| circle(t, PERIOD, 3e-3) + draw.normal() * 1e-4);
         let share = |period: f64| noisy.share(period, &Search::default()).unwrap();
         // All but the noise, 1e-4 in 3e-3.
         assert!(share(PERIOD) > 0.99, "{seed}");

@@ -6,7 +6,7 @@ mod draw;
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
-use draw::{Draw, number};
+use draw::{Draw, circle, number, path};
 use morphorod::orbit::{Band, OrbitError, PlanePath, Search};
 use morphorod::tropism::Handedness;
 use nalgebra::{Rotation2, Vector2};
@@ -16,24 +16,6 @@ const HOUR: f64 = 3600.0;
 /// Of the tips of these tests.
 const PERIOD: f64 = 90.0 * MINUTE;
 const BAND: Band = Band { shortest: 30.0 * MINUTE, longest: 4.0 * HOUR };
-
-/// A path at even times (s).
-fn path(count: u32, every: f64, at: impl FnMut(f64) -> Vector2<f64>) -> PlanePath {
-    let times: Vec<f64> = (0..count).map(|k| every * f64::from(k)).collect();
-    let positions = times.iter().copied().map(at).collect();
-    PlanePath::new(times, positions).unwrap()
-}
-
-fn circle(t: f64, period: f64, radius: f64) -> Vector2<f64> {
-    let (sine, cosine) = (TAU * t / period).sin_cos();
-    Vector2::new(cosine, sine) * radius
-}
-
-/// Two numbers that are normally distributed.
-fn normal(draw: &mut Draw) -> Vector2<f64> {
-    let (size, angle) = ((-2.0 * (draw.unit() + f64::MIN_POSITIVE).ln()).sqrt(), TAU * draw.unit());
-    Vector2::new(size * angle.cos(), size * angle.sin())
-}
 
 #[test]
 fn a_wave_and_its_scale() {
@@ -140,7 +122,7 @@ fn a_circle_turns_its_velocity_once_in_a_period() {
         let mut draw = Draw::new(7);
         let found = path(720, 120.0, |t| {
             let p = circle(sign * t, PERIOD, 4e-3);
-            Rotation2::new(0.7) * Vector2::new(p.x, 0.25 * p.y) + normal(&mut draw) * 5e-5
+            Rotation2::new(0.7) * Vector2::new(p.x, 0.25 * p.y) + draw.normal() * 5e-5
         });
         let found = found.tracked(&BAND).unwrap();
         assert_eq!(found.sense, Some(sense));
@@ -158,7 +140,7 @@ fn the_bounding_box_of_a_tip_that_drifts_is_no_amplitude() {
     // 40 mm of growth, slower and slower, and a day's course; circles of 1 mm.
     let drift =
         |t: f64| Vector2::new(0.04 * (1.0 - (-t / (20.0 * HOUR)).exp()), 3e-3 * (TAU * t / (24.0 * HOUR)).sin());
-    let tip = path(1440, 120.0, |t| drift(t) + circle(t, PERIOD, 1e-3) + normal(&mut draw) * 5e-5);
+    let tip = path(1440, 120.0, |t| drift(t) + circle(t, PERIOD, 1e-3) + draw.normal() * 5e-5);
     let across: Vec<f64> = tip.positions().iter().map(|p| p.x).collect();
     let span = across.iter().fold(f64::MIN, |a, b| a.max(*b)) - across.iter().fold(f64::MAX, |a, b| a.min(*b));
     let found = tip.tracked(&BAND).unwrap();
@@ -183,14 +165,14 @@ fn white_noise_does_not_nutate() {
     for case in 0..cases {
         let mut draw = Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(case));
         // Even times; times at random, as uneven as can be; noise along a line; a third of the frames lost, in a tip that drifts.
-        let even = path(300, 300.0, |_| normal(&mut draw));
+        let even = path(300, 300.0, |_| draw.normal());
         let mut times: Vec<f64> = (0..300).map(|_| draw.uniform(0.0, 90000.0)).collect();
         times.sort_unstable_by(f64::total_cmp);
         times.dedup();
-        let uneven = PlanePath::new(times.clone(), times.iter().map(|_| normal(&mut draw)).collect()).unwrap();
-        let line = path(300, 300.0, |_| Vector2::new(1.0, 2.0) * normal(&mut draw).x);
+        let uneven = PlanePath::new(times.clone(), times.iter().map(|_| draw.normal()).collect()).unwrap();
+        let line = path(300, 300.0, |_| Vector2::new(1.0, 2.0) * draw.normal().x);
         let kept: Vec<f64> = (0..300).map(|k| 300.0 * f64::from(k)).filter(|_| draw.chance(0.67)).collect();
-        let drifting = |t: &f64| normal(&mut draw) + Vector2::new(20.0 * t / 90000.0, 5.0 * (t / 90000.0).powi(2));
+        let drifting = |t: &f64| draw.normal() + Vector2::new(20.0 * t / 90000.0, 5.0 * (t / 90000.0).powi(2));
         let positions = kept.iter().map(drifting).collect();
         let lost = PlanePath::new(kept, positions).unwrap();
         for (taken, path) in taken.iter_mut().zip([&even, &uneven, &line, &lost]) {
@@ -219,7 +201,7 @@ fn gaps_lost_frames_and_outliers_do_not_spoil_it() {
             if (9.0 * HOUR..14.0 * HOUR).contains(&t) || (30.0 * HOUR..35.0 * HOUR).contains(&t) || draw.chance(0.1) {
                 continue;
             }
-            let mut position = circle(-t, PERIOD, 3e-3) + normal(&mut draw) * 1e-4 + Vector2::x() * (1e-7 * t);
+            let mut position = circle(-t, PERIOD, 3e-3) + draw.normal() * 1e-4 + Vector2::x() * (1e-7 * t);
             if draw.chance(0.02) {
                 position += Rotation2::new(draw.uniform(0.0, TAU)) * Vector2::x() * 0.05;
                 spoiled.push(times.len());

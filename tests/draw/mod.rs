@@ -2,7 +2,10 @@
 
 #![allow(dead_code)] // Every test uses a part of it.
 
-use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+use morphorod::orbit::PlanePath;
+use nalgebra::{Vector2, Vector3};
 
 /// A number of the environment, or a usual one.
 pub fn number(name: &str, usual: u64) -> u64 {
@@ -41,4 +44,23 @@ impl Draw {
     pub fn vector(&mut self, size: f64) -> Vector3<f64> {
         Vector3::from_fn(|_, _| self.uniform(-size, size))
     }
+
+    /// Two numbers that are normally distributed.
+    pub fn normal(&mut self) -> Vector2<f64> {
+        let (size, angle) = ((-2.0 * (self.unit() + f64::MIN_POSITIVE).ln()).sqrt(), TAU * self.unit());
+        Vector2::new(size * angle.cos(), size * angle.sin())
+    }
+}
+
+/// A path at even times (s).
+pub fn path(count: u32, every: f64, at: impl FnMut(f64) -> Vector2<f64>) -> PlanePath {
+    let times: Vec<f64> = (0..count).map(|k| every * f64::from(k)).collect();
+    let positions = times.iter().copied().map(at).collect();
+    PlanePath::new(times, positions).unwrap()
+}
+
+/// A place on a circle about the origin.
+pub fn circle(t: f64, period: f64, radius: f64) -> Vector2<f64> {
+    let (sine, cosine) = (TAU * t / period).sin_cos();
+    Vector2::new(cosine, sine) * radius
 }
