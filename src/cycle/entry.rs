@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::error::CycleError;
 use super::grid::Grid;
-use super::periodic::PeriodicOrbit;
+use super::swing::PeriodicOrbit;
 use crate::error::ParameterError;
 use crate::integrator::HistoryFunction;
 use crate::model::Model;

@@ -4,9 +4,10 @@ use nalgebra::DVector;
 
 use super::autonomous::check_period;
 use super::error::CycleError;
-use super::periodic::{PeriodicOrbit, PeriodicSolver};
+use super::periodic::PeriodicSolver;
 use super::sensitivity::look;
 use super::state::Start;
+use super::swing::PeriodicOrbit;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;

@@ -4,70 +4,27 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::autonomous::{check_autonomous, check_period};
+use super::autonomous::check_autonomous;
 use super::error::CycleError;
 use super::fourier::Circle;
-use super::gmres::{Krylov, gmres};
 use super::grid::Grid;
-use super::march::{March, Path};
+use super::march::March;
+use super::newton::{Linear, period_unknown};
 use super::point::{Round, Steady};
 use super::sensitivity::look;
-use super::state::{Start, carried};
-use super::variation::Variation;
+use super::state::Start;
+use super::swing::PeriodicOrbit;
 use crate::error::ParameterError;
 use crate::model::Model;
-use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::stability::Root;
 
 /// Waves of a first guess.
 const WAVES: usize = 3;
-/// Krylov's subspaces grow up to this: a return map contracts all but a handful of directions.
-const KRYLOV: usize = 80;
-/// What a step of Newton's method leaves of its linear problem.
-const LINEAR: f64 = 1e-4;
 /// A strain that turns the tip by less than this, rad, is that of no orbit that anybody looks for.
 const STANDS: f64 = 1e-6;
 /// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
 const STAGES: usize = 16;
-/// Step of the central differences by the period, relative: they err by 1e-10.
-const STRETCH: f64 = 1e-5;
-
-/// A periodic orbit of a shoot.
-#[derive(Debug, Clone)]
-#[non_exhaustive]
-pub struct PeriodicOrbit {
-    /// The period, s.
-    pub period: f64,
-    /// Newton iterations.
-    pub iterations: usize,
-    /// Equilibria that were solved.
-    pub equilibria: usize,
-    /// By how much a state differs from that one period later, relative.
-    pub residual: f64,
-    pub(super) start: Start,
-    pub(super) settings: PeriodicSolver,
-    /// When a cycle that something drives was begun, s; none if its period is its own.
-    pub(super) driven_from: Option<f64>,
-}
-
-/// A multiplier of Floquet: what a disturbance has become after a period.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Multiplier {
-    /// μ.
-    pub value: Complex<f64>,
-    /// |A v − μ v| of its vector of norm one.
-    pub residual: f64,
-}
-
-impl Multiplier {
-    /// The root λ = ln μ/T that goes with it, 1/s, with the smallest |Im λ|.
-    #[must_use]
-    pub fn root(&self, period: f64) -> Complex<f64> {
-        self.value.ln() / period
-    }
-}
 
 /// Finds periodic orbits of shoots whose length does not change.
 ///
@@ -193,10 +150,13 @@ impl PeriodicSolver {
                 Some((linear, _)) if !fresh => linear,
                 _ => {
                     equilibria += if free { 2 * path.equilibria } else { 0 };
-                    Linear::of(&mut march, &start, period, &path, free)?
+                    let further =
+                        if free { vec![period_unknown(&mut march, &start, period, &path, 0)?] } else { vec![] };
+                    Linear::of(&march, period, &path, further)?
                 }
             };
-            let (change, stretch) = linear.step(&start, &left, iterations)?;
+            let (change, others) = linear.step(&start, &left, if free { &[0.0] } else { &[] }, iterations)?;
+            let stretch = others.first().copied().unwrap_or(0.0);
             let share = if free {
                 // As for circular orbits: Newton's method for the residual over the size of the strain.
                 let next = start.with_values(&change).strain;
@@ -215,62 +175,6 @@ impl PeriodicSolver {
                 return Err(CycleError::Stationary { strain: start.strain.amax() });
             }
         }
-    }
-}
-
-/// The return map and its linearisation by state and period.
-struct Linear {
-    variation: Variation,
-    /// Where the period is free, by its logarithm, and how the strain goes on at the start: what would only shift the time is no
-    /// change.
-    period: Option<(DVector<f64>, DVector<f64>)>,
-}
-
-impl Linear {
-    fn of(
-        march: &mut March<impl Model>,
-        start: &Start,
-        period: f64,
-        path: &Path,
-        free: bool,
-    ) -> Result<Self, CycleError> {
-        let variation = Variation::of(march, path, period)?;
-        if !free {
-            return Ok(Self { variation, period: None });
-        }
-        let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
-        let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
-        let phase = path.strain_slopes[0][0].normalize();
-        Ok(Self { variation, period: Some(((ahead - behind) / (2.0 * STRETCH), phase)) })
-    }
-
-    /// The change of the state and the relative one of the period, after so many iterations.
-    fn step(&self, start: &Start, left: &DVector<f64>, iterations: usize) -> Result<(DVector<f64>, f64), CycleError> {
-        let size = left.len();
-        // Krylov's method must reduce what is left.
-        let reduced = |residual: f64| {
-            if residual < 0.5 { Ok(()) } else { Err(CycleError::NotConverged { iterations, residual }) }
-        };
-        let Some((by_period, phase)) = &self.period else {
-            let (found, linear) = gmres(left, LINEAR, KRYLOV, |x| {
-                Ok::<_, CycleError>(x - self.variation.apply(&start.with_values(x))?.flat())
-            })?;
-            return reduced(linear).map(|()| (found, 0.0));
-        };
-        let mut right = DVector::zeros(size + 1);
-        right.rows_mut(0, size).copy_from(left);
-        // The last unknown is measured so that it weighs as much as the others.
-        let scale = by_period.norm().max(f64::MIN_POSITIVE);
-        let (found, linear) = gmres(&right, LINEAR, KRYLOV, |x| {
-            let change = x.rows(0, size).clone_owned();
-            let moved = self.variation.apply(&start.with_values(&change))?.flat();
-            let mut out = DVector::zeros(size + 1);
-            out.rows_mut(0, size).copy_from(&(&change - moved - by_period * (x[size] / scale)));
-            out[size] = phase.dot(&change.rows(0, phase.len()));
-            Ok::<_, CycleError>(out)
-        })?;
-        reduced(linear)?;
-        Ok((found.rows(0, size).clone_owned(), found[size] / scale))
     }
 }
 
@@ -321,120 +225,4 @@ pub(super) fn start_of_waves(
         march.grid.stages.iter().map(|stage| read(begin + stage, true)).collect()
     });
     Start { strain, variables: read(0.0, false), slopes: slopes.collect() }
-}
-
-impl PeriodicOrbit {
-    /// Goes round once.
-    fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        self.start.check(march.places.len(), march.variables)?;
-        march.kept = self.start.slopes.len();
-        let path = march.run(&self.start, self.period)?;
-        if self.driven_from.is_none() {
-            check_autonomous(shoot, &path.stages[0][0].rod)?;
-        } else {
-            check_period(shoot, &path.stages[0][0].rod, self.period)?;
-        }
-        let residual = (path.end.flat() - self.start.flat()).norm() / self.start.flat().norm();
-        // What is found with other first guesses differs by rounding.
-        if !(residual <= 100.0 * self.settings.tolerance) {
-            return Err(CycleError::NotConverged { iterations: 0, residual });
-        }
-        Ok((march, path))
-    }
-
-    /// The shape at the start and after every interval of the period, as it is at rest: with the times since the start, s.
-    ///
-    /// # Errors
-    /// An equilibrium that is not found.
-    pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
-        let (mut march, path) = self.go_round(shoot)?;
-        let length = self.period / self.settings.intervals as f64;
-        let all = path.strains.iter().enumerate();
-        all.map(|(n, strain)| Ok((n as f64 * length, march.settle(strain, n as f64 * length)?.0))).collect()
-    }
-
-    /// The largest distance of the tip from the tangent of the base (m), and the rod at that time: a maximum in time, interpolated
-    /// between the points.
-    ///
-    /// # Errors
-    /// An equilibrium that is not found.
-    pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
-        let (mut march, path) = self.go_round(shoot)?;
-        let excursion = |rod: &Rod| {
-            let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
-            (tip - axis * axis.dot(&tip)).norm()
-        };
-        let all = path
-            .stages
-            .iter()
-            .enumerate()
-            .flat_map(|(n, stages)| stages.iter().enumerate().map(move |(i, stage)| (n, i, stage)));
-        let best = all.max_by(|a, b| excursion(&a.2.rod).total_cmp(&excursion(&b.2.rod)));
-        let Some((n, i, stage)) = best else { return Err(CycleError::NotConverged { iterations: 0, residual: 1.0 }) };
-        let length = self.period / self.settings.intervals as f64;
-        let stages = march.grid.stages.clone();
-        let mut at = |time: f64| {
-            // Inside the interval or beyond its ends, where the neighbour's polynomial is as good.
-            let whole = time.floor().clamp(0.0, (self.settings.intervals - 1) as f64);
-            let n = whole as usize;
-            let weights = march.grid.integrals(time - whole);
-            let strain = carried(&path.strains[n], &path.strain_slopes[n], &weights);
-            march.settle(&strain, time * length).map(|(rod, _)| rod)
-        };
-        // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
-        let first = n as f64 + stages[i];
-        let (mut time, mut width) = (first, 0.2);
-        let mut found = stage.rod.clone();
-        for _ in 0..40 {
-            let [before, now, after] = [at(time - width)?, at(time)?, at(time + width)?];
-            let [a, b, c] = [&before, &now, &after].map(excursion);
-            let curvature = a - 2.0 * b + c;
-            // The tip goes round at the same distance: every time is as good.
-            if curvature.abs() <= 1e-12 * b {
-                found = now;
-                break;
-            }
-            let shift = if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-2.0, 2.0) } else { (c - a).signum() };
-            // No further than a stage or two.
-            time = (time + shift * width).clamp(first - 0.5, first + 0.5);
-            found = now;
-            if shift.abs() < 0.1 {
-                width *= 0.2;
-            }
-            // A difference of excursions of 1e-13 is rounding; the excursion errs by the square of the time's error.
-            if width < 1e-3 && shift.abs() < 0.1 {
-                break;
-            }
-        }
-        Ok((excursion(&found), found))
-    }
-
-    /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: those of disturbances that begin as a
-    /// strain about director d1 alone, and about d2 alone. An orbit in a plane along a director keeps both apart.
-    ///
-    /// # Errors
-    /// A map that is not linearised.
-    pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
-        Krylov::check(most)?;
-        let (march, path) = self.go_round(shoot)?;
-        let variation = Variation::of(&march, &path, self.period)?;
-        let mut found = [Vec::new(), Vec::new()];
-        for (c, list) in found.iter_mut().enumerate() {
-            let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
-            for k in (c..start.strain.len()).step_by(2) {
-                start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
-            }
-            let begin = variation.apply(&start)?.flat();
-            let krylov = Krylov::of(
-                &begin,
-                most,
-                1e-14,
-                |x| Ok::<_, CycleError>(variation.apply(&self.start.with_values(x))?.flat()),
-                |_| false,
-            )?;
-            *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
-        }
-        Ok(found)
-    }
 }

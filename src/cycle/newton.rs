@@ -1,0 +1,100 @@
+//! Newton's method for a fixed point of the time-stepping map, with further unknowns: the period, a parameter.
+
+use nalgebra::DVector;
+
+use super::error::CycleError;
+use super::gmres::gmres;
+use super::march::{March, Path};
+use super::state::Start;
+use super::variation::Variation;
+use crate::model::Model;
+
+/// Krylov's subspaces grow up to this: a return map contracts all but a handful of directions.
+const KRYLOV: usize = 80;
+/// What a step of Newton's method leaves of its linear problem.
+const LINEAR: f64 = 1e-4;
+/// Step of the central differences by the period, relative: they err by 1e-10.
+const STRETCH: f64 = 1e-5;
+
+/// An unknown besides the state, with the condition that goes with it.
+pub(super) struct Further {
+    /// How the end of a period changes with it.
+    pub column: DVector<f64>,
+    /// The condition: weights of the strain, and of all further unknowns.
+    pub strain: DVector<f64>,
+    pub others: Vec<f64>,
+}
+
+/// The return map, linearised by the state and by further unknowns.
+pub(super) struct Linear {
+    variation: Variation,
+    further: Vec<Further>,
+}
+
+impl Linear {
+    pub fn of(march: &March<impl Model>, period: f64, path: &Path, further: Vec<Further>) -> Result<Self, CycleError> {
+        Ok(Self { variation: Variation::of(march, path, period)?, further })
+    }
+
+    /// The changes of the state and of the further unknowns, by what is left of the map and of the conditions, after so many iterations.
+    pub fn step(
+        &self,
+        start: &Start,
+        left: &DVector<f64>,
+        conditions: &[f64],
+        iterations: usize,
+    ) -> Result<(DVector<f64>, Vec<f64>), CycleError> {
+        let (size, more) = (left.len(), self.further.len());
+        // Unknowns and conditions are measured so that they weigh as much as the others.
+        let scales: Vec<f64> =
+            self.further.iter().map(|one| one.column.norm().max(f64::MIN_POSITIVE).recip()).collect();
+        let weights: Vec<f64> = self
+            .further
+            .iter()
+            .map(|one| {
+                let others = one.others.iter().zip(&scales).map(|(w, scale)| (w * scale).powi(2));
+                (one.strain.norm_squared() + others.sum::<f64>()).sqrt().max(f64::MIN_POSITIVE).recip()
+            })
+            .collect();
+        let mut right = DVector::zeros(size + more);
+        right.rows_mut(0, size).copy_from(left);
+        for (k, (condition, weight)) in conditions.iter().zip(&weights).enumerate() {
+            right[size + k] = condition * weight;
+        }
+        let (mut found, linear) = gmres(&right, LINEAR, KRYLOV, |x| {
+            let mut out = x.clone();
+            let change = x.rows(0, size).clone_owned();
+            let mut rest = out.rows_mut(0, size);
+            rest -= self.variation.apply(&start.with_values(&change))?.flat();
+            for (k, one) in self.further.iter().enumerate() {
+                rest.axpy(-x[size + k] * scales[k], &one.column, 1.0);
+            }
+            for (k, one) in self.further.iter().enumerate() {
+                let others = one.others.iter().zip(&scales).enumerate().map(|(j, (w, scale))| w * scale * x[size + j]);
+                out[size + k] = weights[k] * (one.strain.dot(&change.rows(0, one.strain.len())) + others.sum::<f64>());
+            }
+            Ok::<_, CycleError>(out)
+        })?;
+        // Krylov's method must reduce what is left.
+        if !(linear < 0.5) {
+            return Err(CycleError::NotConverged { iterations, residual: linear });
+        }
+        let others = (0..more).map(|k| found[size + k] * scales[k]).collect();
+        found = found.rows(0, size).clone_owned();
+        Ok((found, others))
+    }
+}
+
+/// The logarithm of the period as an unknown: what would only shift the time is no change of the state. `others` more follow it.
+pub(super) fn period_unknown(
+    march: &mut March<impl Model>,
+    start: &Start,
+    period: f64,
+    path: &Path,
+    others: usize,
+) -> Result<Further, CycleError> {
+    let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
+    let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
+    let strain = path.strain_slopes[0][0].normalize();
+    Ok(Further { column: (ahead - behind) / (2.0 * STRETCH), strain, others: vec![0.0; 1 + others] })
+}

@@ -1,0 +1,166 @@
+//! A periodic orbit, and what is read off it: shapes, the largest excursion, the multipliers of Floquet.
+
+use nalgebra::{Complex, DVector, Vector3};
+
+use super::autonomous::{check_autonomous, check_period};
+use super::error::CycleError;
+use super::gmres::Krylov;
+use super::march::{March, Path};
+use super::periodic::PeriodicSolver;
+use super::state::{Start, carried};
+use super::variation::Variation;
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+
+/// A periodic orbit of a shoot.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct PeriodicOrbit {
+    /// The period, s.
+    pub period: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Equilibria that were solved.
+    pub equilibria: usize,
+    /// By how much a state differs from that one period later, relative.
+    pub residual: f64,
+    pub(super) start: Start,
+    pub(super) settings: PeriodicSolver,
+    /// When a cycle that something drives was begun, s; none if its period is its own.
+    pub(super) driven_from: Option<f64>,
+}
+
+/// A multiplier of Floquet: what a disturbance has become after a period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Multiplier {
+    /// μ.
+    pub value: Complex<f64>,
+    /// |A v − μ v| of its vector of norm one.
+    pub residual: f64,
+}
+
+impl Multiplier {
+    /// The root λ = ln μ/T that goes with it, 1/s, with the smallest |Im λ|.
+    #[must_use]
+    pub fn root(&self, period: f64) -> Complex<f64> {
+        self.value.ln() / period
+    }
+}
+
+impl PeriodicOrbit {
+    /// Goes round once.
+    fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
+        let mut march = self.settings.march(shoot, self.period)?;
+        self.start.check(march.places.len(), march.variables)?;
+        march.kept = self.start.slopes.len();
+        let path = march.run(&self.start, self.period)?;
+        if self.driven_from.is_none() {
+            check_autonomous(shoot, &path.stages[0][0].rod)?;
+        } else {
+            check_period(shoot, &path.stages[0][0].rod, self.period)?;
+        }
+        let residual = (path.end.flat() - self.start.flat()).norm() / self.start.flat().norm();
+        // What is found with other first guesses differs by rounding.
+        if !(residual <= 100.0 * self.settings.tolerance) {
+            return Err(CycleError::NotConverged { iterations: 0, residual });
+        }
+        Ok((march, path))
+    }
+
+    /// The shape at the start and after every interval of the period, as it is at rest: with the times since the start, s.
+    ///
+    /// # Errors
+    /// An equilibrium that is not found.
+    pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
+        let (mut march, path) = self.go_round(shoot)?;
+        let length = self.period / self.settings.intervals as f64;
+        let all = path.strains.iter().enumerate();
+        all.map(|(n, strain)| Ok((n as f64 * length, march.settle(strain, n as f64 * length)?.0))).collect()
+    }
+
+    /// The largest distance of the tip from the tangent of the base (m), and the rod at that time: a maximum in time, interpolated
+    /// between the points.
+    ///
+    /// # Errors
+    /// An equilibrium that is not found.
+    pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
+        let (mut march, path) = self.go_round(shoot)?;
+        let excursion = |rod: &Rod| {
+            let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
+            (tip - axis * axis.dot(&tip)).norm()
+        };
+        let all = path
+            .stages
+            .iter()
+            .enumerate()
+            .flat_map(|(n, stages)| stages.iter().enumerate().map(move |(i, stage)| (n, i, stage)));
+        let best = all.max_by(|a, b| excursion(&a.2.rod).total_cmp(&excursion(&b.2.rod)));
+        let Some((n, i, stage)) = best else { return Err(CycleError::NotConverged { iterations: 0, residual: 1.0 }) };
+        let length = self.period / self.settings.intervals as f64;
+        let stages = march.grid.stages.clone();
+        let mut at = |time: f64| {
+            // Inside the interval or beyond its ends, where the neighbour's polynomial is as good.
+            let whole = time.floor().clamp(0.0, (self.settings.intervals - 1) as f64);
+            let n = whole as usize;
+            let weights = march.grid.integrals(time - whole);
+            let strain = carried(&path.strains[n], &path.strain_slopes[n], &weights);
+            march.settle(&strain, time * length).map(|(rod, _)| rod)
+        };
+        // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
+        let first = n as f64 + stages[i];
+        let (mut time, mut width) = (first, 0.2);
+        let mut found = stage.rod.clone();
+        for _ in 0..40 {
+            let [before, now, after] = [at(time - width)?, at(time)?, at(time + width)?];
+            let [a, b, c] = [&before, &now, &after].map(excursion);
+            let curvature = a - 2.0 * b + c;
+            // The tip goes round at the same distance: every time is as good.
+            if curvature.abs() <= 1e-12 * b {
+                found = now;
+                break;
+            }
+            let shift = if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-2.0, 2.0) } else { (c - a).signum() };
+            // No further than a stage or two.
+            time = (time + shift * width).clamp(first - 0.5, first + 0.5);
+            found = now;
+            if shift.abs() < 0.1 {
+                width *= 0.2;
+            }
+            // A difference of excursions of 1e-13 is rounding; the excursion errs by the square of the time's error.
+            if width < 1e-3 && shift.abs() < 0.1 {
+                break;
+            }
+        }
+        Ok((excursion(&found), found))
+    }
+
+    /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: those of disturbances that begin as a
+    /// strain about director d1 alone, and about d2 alone. An orbit in a plane along a director keeps both apart.
+    ///
+    /// # Errors
+    /// A map that is not linearised.
+    pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
+        Krylov::check(most)?;
+        let (march, path) = self.go_round(shoot)?;
+        let variation = Variation::of(&march, &path, self.period)?;
+        let mut found = [Vec::new(), Vec::new()];
+        for (c, list) in found.iter_mut().enumerate() {
+            let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
+            for k in (c..start.strain.len()).step_by(2) {
+                start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
+            }
+            let begin = variation.apply(&start)?.flat();
+            let krylov = Krylov::of(
+                &begin,
+                most,
+                1e-14,
+                |x| Ok::<_, CycleError>(variation.apply(&self.start.with_values(x))?.flat()),
+                |_| false,
+            )?;
+            *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
+        }
+        Ok(found)
+    }
+}
