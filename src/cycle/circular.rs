@@ -147,6 +147,9 @@ impl CircularSolver {
     }
 }
 
+/// Derivatives by strain and rate.
+type Derivatives = (DMatrix<f64>, DVector<f64>);
+
 /// The shoot in the turning frame.
 pub(super) struct Problem<'a, M: Model> {
     shoot: &'a Shoot<M>,
@@ -243,8 +246,13 @@ impl<'a, M: Model> Problem<'a, M> {
         all.map(|((at, steady), stimuli)| round.gradient(at, steady, stimuli, phase)).collect()
     }
 
+    /// Weights of the strain in the condition that it has the phase of the start: their sum is zero.
+    pub fn phase(&self) -> DVector<f64> {
+        quarter(&self.reference)
+    }
+
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
-    fn residual(&self) -> DVector<f64> {
+    pub fn residual(&self) -> DVector<f64> {
         let turning = self.turning();
         DVector::from_fn(turning.len(), |k, _| self.rate * turning[k] / self.regr[k / 2] - self.gradients[k / 2][k % 2])
     }
@@ -254,35 +262,39 @@ impl<'a, M: Model> Problem<'a, M> {
         self.residual().amax() / largest
     }
 
-    /// One step of Newton's method, after so many that left this residual; the phase is that of the start.
-    fn step(&mut self, iterations: usize, residual: f64) -> Result<(), CycleError> {
+    /// The derivatives of the residual by the strain, and by the rate.
+    pub fn derivatives(&self) -> Result<Option<Derivatives>, CycleError> {
         let n = 2 * self.places.len();
-        let mut matrix = DMatrix::zeros(n + 1, n + 1);
-        let failed = || CycleError::NotConverged { iterations, residual };
-        let [inner, _] = self.matrix(Complex::ZERO, &self.responses()?).ok_or_else(failed)?;
-        for row in 0..n {
-            for column in 0..n {
-                matrix[(row, column)] = inner[(row, column)].re / self.regr[row / 2];
-            }
-        }
+        let Some([inner, _]) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
+        let by_strain = DMatrix::from_fn(n, n, |row, column| inner[(row, column)].re / self.regr[row / 2]);
         // By the rate: central differences of the laws, the shape staying. Their response is smooth over an octave.
         let change = 1e-5 * self.rate;
         let turning = self.turning();
-        let mut slope = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
+        let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
             let round = Round::new(self.law(), &self.circle, self.rate + sign * change);
             let settled = round.settle_all(&self.places, &self.stimuli)?;
             for (i, gradient) in self.asked_for(&round, &settled, 0).iter().enumerate() {
                 for c in 0..2 {
-                    slope[2 * i + c] -= sign * gradient[c] / (2.0 * change);
+                    by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
             }
         }
-        matrix.view_mut((0, n), (n, 1)).copy_from(&slope);
-        matrix.view_mut((n, 0), (1, n)).copy_from(&quarter(&self.reference).transpose());
+        Ok(Some((by_strain, by_rate)))
+    }
+
+    /// One step of Newton's method, after so many that left this residual; the phase is that of the start.
+    fn step(&mut self, iterations: usize, residual: f64) -> Result<(), CycleError> {
+        let n = 2 * self.places.len();
+        let failed = || CycleError::NotConverged { iterations, residual };
+        let (by_strain, by_rate) = self.derivatives()?.ok_or_else(failed)?;
+        let mut matrix = DMatrix::zeros(n + 1, n + 1);
+        matrix.view_mut((0, 0), (n, n)).copy_from(&by_strain);
+        matrix.view_mut((0, n), (n, 1)).copy_from(&by_rate);
+        matrix.view_mut((n, 0), (1, n)).copy_from(&self.phase().transpose());
         let mut right = DVector::zeros(n + 1);
         right.rows_mut(0, n).copy_from(&self.residual());
-        right[n] = quarter(&self.reference).dot(&self.strain());
+        right[n] = self.phase().dot(&self.strain());
         let change = matrix.lu().solve(&right).filter(|x| x.iter().all(|x| x.is_finite())).ok_or_else(failed)?;
         // Newton's method for the residual over the size of the strain, which the stationary state, at zero, no longer solves: the
         // same direction, longer or shorter. No further than what is there, nor than a third of the rate.
@@ -324,11 +336,15 @@ impl<'a, M: Model> Problem<'a, M> {
                 Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
                 _ => (i, round.response(&self.steady[i], z)?),
             };
-            let response = responses.rows(i * rows, rows).map(Complex::from);
-            for (out, part) in [&mut value, &mut derivative].into_iter().zip(&parts.1) {
-                let rows = part * &response * Complex::from(self.regr[i]);
+            // Components 1 and 2 of both, real and imaginary parts: one product of real numbers.
+            let four = |row: usize, column: usize| {
+                let z = parts.1[row / 4][(row % 2, column)];
+                if row & 2 == 0 { z.re } else { z.im }
+            };
+            let by_strain = DMatrix::from_fn(8, rows, four) * responses.rows(i * rows, rows) * self.regr[i];
+            for (k, out) in [&mut value, &mut derivative].into_iter().enumerate() {
                 let mut own = out.rows_mut(2 * i, 2);
-                own -= rows.rows(0, 2);
+                own -= by_strain.rows(4 * k, 2).zip_map(&by_strain.rows(4 * k + 2, 2), Complex::new);
             }
             known = Some(parts);
         }

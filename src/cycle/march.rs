@@ -75,7 +75,7 @@ pub(super) struct March<'a, M: Model> {
     pub delays: Vec<Option<f64>>,
     rod: Rod,
     /// The rods at the stages of the last run: first guesses of the next one.
-    guesses: Vec<Rod>,
+    pub guesses: Vec<Rod>,
     solver: NewtonSolver,
 }
 
@@ -174,12 +174,16 @@ impl<'a, M: Model> March<'a, M> {
             // A first guess for what lies in this interval.
             slopes.push(slopes.last().cloned().unwrap_or_default());
             let mut made: Vec<Stage> = Vec::new();
+            let mut last = f64::INFINITY;
             for pass in 0..PASSES {
                 let now = self.interval(n, length, &readings, &begins, &mut slopes, &made, &out)?;
                 out.equilibria += stages;
                 let change = change(&made, &now.0);
                 made = now.0;
-                if pass == 0 && implicit || pass > 0 && change > CONVERGED {
+                // At the rounding of equilibria changes no longer shrink.
+                let converged = change <= CONVERGED || (change < 10.0 * PRECISE && change >= last);
+                last = change;
+                if pass == 0 && implicit || pass > 0 && !converged {
                     if pass + 1 == PASSES {
                         return Err(CycleError::Variables { change });
                     }
@@ -251,7 +255,10 @@ impl<'a, M: Model> March<'a, M> {
         for (i, past) in past.into_iter().enumerate() {
             let strain = carried(&path.strains[n], &strain_slopes, &self.grid.upto[i]);
             if let Some(guess) = self.guesses.get(n * stages + i) {
-                self.rod.clone_from(guess);
+                // The shape alone: it may be that of a shoot beside this one, of another length.
+                self.rod.frames.clone_from(&guess.frames);
+                self.rod.rotations.clone_from(&guess.rotations);
+                self.rod.line_strains.clone_from(&guess.line_strains);
             }
             let (rod, force) = self.settle(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);

@@ -4,9 +4,13 @@
 //! stepped in time can be used; it supplies nothing else. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
 mod autonomous;
+mod branch;
 mod circular;
 mod entry;
 mod error;
+mod follow;
+mod follow_circular;
+mod follow_periodic;
 mod forced;
 mod fourier;
 mod gmres;
@@ -16,15 +20,18 @@ mod newton;
 mod periodic;
 mod point;
 mod sensitivity;
+mod special;
 mod state;
 mod swing;
 mod turned;
 mod turning_roots;
 mod variation;
 
+pub use branch::{Branch, BranchPoint};
 pub use circular::{CircularOrbit, CircularSolver, Turning};
 pub use entry::OrbitHistory;
 pub use error::CycleError;
 pub use periodic::PeriodicSolver;
+pub use special::Special;
 pub use swing::{Multiplier, PeriodicOrbit};
 pub use turning_roots::{TurningRoot, TurningRoots};

@@ -20,8 +20,8 @@ const STRETCH: f64 = 1e-5;
 pub(super) struct Further {
     /// How the end of a period changes with it.
     pub column: DVector<f64>,
-    /// The condition: weights of the strain, and of all further unknowns.
-    pub strain: DVector<f64>,
+    /// The condition: weights of the first numbers of the state, and of all further unknowns.
+    pub state: DVector<f64>,
     pub others: Vec<f64>,
 }
 
@@ -53,7 +53,7 @@ impl Linear {
             .iter()
             .map(|one| {
                 let others = one.others.iter().zip(&scales).map(|(w, scale)| (w * scale).powi(2));
-                (one.strain.norm_squared() + others.sum::<f64>()).sqrt().max(f64::MIN_POSITIVE).recip()
+                (one.state.norm_squared() + others.sum::<f64>()).sqrt().max(f64::MIN_POSITIVE).recip()
             })
             .collect();
         let mut right = DVector::zeros(size + more);
@@ -71,7 +71,7 @@ impl Linear {
             }
             for (k, one) in self.further.iter().enumerate() {
                 let others = one.others.iter().zip(&scales).enumerate().map(|(j, (w, scale))| w * scale * x[size + j]);
-                out[size + k] = weights[k] * (one.strain.dot(&change.rows(0, one.strain.len())) + others.sum::<f64>());
+                out[size + k] = weights[k] * (one.state.dot(&change.rows(0, one.state.len())) + others.sum::<f64>());
             }
             Ok::<_, CycleError>(out)
         })?;
@@ -86,15 +86,22 @@ impl Linear {
 }
 
 /// The logarithm of the period as an unknown: what would only shift the time is no change of the state. `others` more follow it.
+///
+/// Strain and variables both count, with weights: of a swing in which all goes to and fro at once, a change of the strain alone may be
+/// one of the amplitude as well as one of the phase.
 pub(super) fn period_unknown(
     march: &mut March<impl Model>,
     start: &Start,
     period: f64,
     path: &Path,
+    weights: &DVector<f64>,
     others: usize,
 ) -> Result<Further, CycleError> {
     let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
     let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
-    let strain = path.strain_slopes[0][0].normalize();
-    Ok(Further { column: (ahead - behind) / (2.0 * STRETCH), strain, others: vec![0.0; 1 + others] })
+    // The variables' rates at the present time: at the last point of the last interval.
+    let variables = start.slopes.last().and_then(|slopes| slopes.last());
+    let all = path.strain_slopes[0][0].iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
+    let state = DVector::from_vec(all.collect()).component_mul(weights);
+    Ok(Further { column: (ahead - behind) / (2.0 * STRETCH), state, others: vec![0.0; 1 + others] })
 }

@@ -150,8 +150,11 @@ impl PeriodicSolver {
                 Some((linear, _)) if !fresh => linear,
                 _ => {
                     equilibria += if free { 2 * path.equilibria } else { 0 };
-                    let further =
-                        if free { vec![period_unknown(&mut march, &start, period, &path, 0)?] } else { vec![] };
+                    let further = if free {
+                        vec![period_unknown(&mut march, &start, period, &path, &start.weights(), 0)?]
+                    } else {
+                        vec![]
+                    };
                     Linear::of(&march, period, &path, further)?
                 }
             };
@@ -179,7 +182,7 @@ impl PeriodicSolver {
 }
 
 /// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.
-fn start_of_mode<M: Model>(
+pub(super) fn start_of_mode<M: Model>(
     march: &mut March<M>,
     modes: &[Vector3<Complex<f64>>],
     period: f64,

@@ -45,6 +45,19 @@ impl Start {
         ParameterError::unless(same, what, own as f64, "those of the shoot, with its variables")
     }
 
+    /// Strain and variables.
+    pub fn present(&self) -> DVector<f64> {
+        let all = self.strain.iter().chain(self.variables.iter()).copied();
+        DVector::from_vec(all.collect())
+    }
+
+    /// Weights of the squares of strain and variables: the latter count as much as the strain in this state.
+    pub fn weights(&self) -> DVector<f64> {
+        let ratio = self.strain.norm_squared() / self.variables.norm_squared().max(f64::MIN_POSITIVE);
+        let (bends, all) = (self.strain.len(), self.strain.len() + self.variables.len());
+        DVector::from_fn(all, |k, _| if k < bends { 1.0 } else { ratio })
+    }
+
     /// The same state with its past on another grid.
     pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize) -> Self {
         let ratio = old.intervals as f64 / new.intervals as f64;
@@ -66,6 +79,9 @@ impl Start {
     /// Keeps so many intervals of the past; where it is too short, others as the oldest that there is.
     pub fn keep(&mut self, kept: usize) {
         self.slopes.drain(..self.slopes.len().saturating_sub(kept));
+        if self.slopes.is_empty() {
+            return;
+        }
         while self.slopes.len() < kept {
             let oldest = self.slopes[0].clone();
             self.slopes.insert(0, oldest);

@@ -13,6 +13,9 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
+/// Of a swing in the plane of a director the strain about the other is less than this share.
+const PLANE: f64 = 1e-6;
+
 /// A periodic orbit of a shoot.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -51,7 +54,7 @@ impl Multiplier {
 
 impl PeriodicOrbit {
     /// Goes round once.
-    fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
+    pub(super) fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
         let mut march = self.settings.march(shoot, self.period)?;
         self.start.check(march.places.len(), march.variables)?;
         march.kept = self.start.slopes.len();
@@ -87,6 +90,14 @@ impl PeriodicOrbit {
     /// An equilibrium that is not found.
     pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
         let (mut march, path) = self.go_round(shoot)?;
+        self.largest_excursion_on(&mut march, &path)
+    }
+
+    pub(super) fn largest_excursion_on(
+        &self,
+        march: &mut March<impl Model>,
+        path: &Path,
+    ) -> Result<(f64, Rod), CycleError> {
         let excursion = |rod: &Rod| {
             let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
             (tip - axis * axis.dot(&tip)).norm()
@@ -144,23 +155,50 @@ impl PeriodicOrbit {
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
         Krylov::check(most)?;
         let (march, path) = self.go_round(shoot)?;
-        let variation = Variation::of(&march, &path, self.period)?;
+        self.multipliers_on(&march, &path, most)
+    }
+
+    pub(super) fn multipliers_on(
+        &self,
+        march: &March<impl Model>,
+        path: &Path,
+        most: usize,
+    ) -> Result<[Vec<Multiplier>; 2], CycleError> {
+        let variation = Variation::of(march, path, self.period)?;
+        let plane = plane(&path.strains).is_some();
         let mut found = [Vec::new(), Vec::new()];
         for (c, list) in found.iter_mut().enumerate() {
             let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
             for k in (c..start.strain.len()).step_by(2) {
                 start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
             }
-            let begin = variation.apply(&start)?.flat();
-            let krylov = Krylov::of(
-                &begin,
-                most,
-                1e-14,
-                |x| Ok::<_, CycleError>(variation.apply(&self.start.with_values(x))?.flat()),
-                |_| false,
-            )?;
+            let apply = |start: &Start| {
+                let mut end = variation.apply(start)?;
+                if plane {
+                    // Rounding leaves the plane, or falls back to it: a trivial multiplier would keep it.
+                    end.strain.iter_mut().skip(1 - c).step_by(2).for_each(|x| *x = 0.0);
+                }
+                Ok::<_, CycleError>(end.flat())
+            };
+            let krylov = Krylov::of(&apply(&start)?, most, 1e-14, |x| apply(&self.start.with_values(x)), |_| false)?;
             *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
         }
         Ok(found)
+    }
+}
+
+/// The director about which alone a path bends, 0 or 1, if it does so.
+pub(super) fn plane(strains: &[DVector<f64>]) -> Option<usize> {
+    let largest = |c: usize| {
+        let all = strains.iter().flat_map(|strain| strain.iter().skip(c).step_by(2));
+        all.fold(0.0, |most: f64, x| most.max(x.abs()))
+    };
+    let [first, second] = [0, 1].map(largest);
+    if second < PLANE * first {
+        Some(0)
+    } else if first < PLANE * second {
+        Some(1)
+    } else {
+        None
     }
 }

@@ -1,0 +1,303 @@
+//! Branches of cycles along a parameter, round folds, with the places at which their stability changes.
+
+use std::collections::VecDeque;
+use std::ops::RangeInclusive;
+
+use nalgebra::Complex;
+
+use super::error::CycleError;
+use super::follow::{Corrected, Follow, Look, Measure, Unknowns, Way};
+use super::special::{Special, growing};
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::stability::Linearisation;
+
+/// A step is halved where the branch turns by more than this, or no cycle is found: cos of 26°.
+const TURN: f64 = 0.9;
+/// Times that it is halved at most.
+const HALVINGS: usize = 12;
+/// So many iterations, on a branch that hardly turns, and the next step is longer.
+const EASY: f64 = 0.98;
+/// By this.
+const LONGER: f64 = 1.5;
+/// Vectors of Arnoldi's method: multipliers fall to a quarter from one to the next, and close to an onset two of them that are nearly one are told apart.
+const VECTORS: usize = 20;
+/// Exponents that vanish by symmetry are smaller than this times the inverse period, at a place where no other does.
+const TRIVIAL: f64 = 1e-5;
+
+/// A cycle on a branch.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct BranchPoint<O> {
+    /// The parameter.
+    pub parameter: f64,
+    /// The cycle.
+    pub orbit: O,
+    /// The largest distance of the tip from the axis, m.
+    pub excursion: f64,
+    /// The period, s.
+    pub period: f64,
+    /// The leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones. Of a swing in the plane
+    /// of a director first those of disturbances in the plane, then those out of it; else all are in the first list. Of a circular orbit they are those in
+    /// the turning frame. Conjugates are told.
+    pub exponents: [Vec<Complex<f64>>; 2],
+    /// By how much exponents that must be zero are not, times the period: what the intervals and differences leave.
+    pub trivial: f64,
+    /// What is special here, if it is such a place.
+    pub special: Option<Special>,
+}
+
+impl<O> BranchPoint<O> {
+    /// How many disturbances grow. At a special place rounding says whether that which neither grows nor decays is among them.
+    #[must_use]
+    pub fn unstable(&self) -> usize {
+        self.exponents.iter().map(|set| growing(set)).sum()
+    }
+}
+
+/// A place on a branch, with its exponents.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub unknowns: Unknowns,
+    pub exponents: [Vec<Complex<f64>>; 2],
+}
+
+/// A branch of cycles: an iterator over its places, from the first until the parameter leaves its range or the cycle becomes stationary.
+///
+/// Unknown are the cycle and the parameter together, with a condition on the way that is gone, so that the branch is followed round
+/// folds. Between two places at which different numbers of disturbances grow it finds where that changes, and says what is there. An error ends the branch.
+///
+/// `S` is a [`CircularSolver`](super::CircularSolver) or a [`PeriodicSolver`](super::PeriodicSolver); `family` makes the shoot of a parameter's value, and all its shoots have as
+/// many material points.
+#[derive(Debug, Clone)]
+pub struct Branch<S: Follow, F> {
+    pub(super) solver: S,
+    pub(super) family: F,
+    within: RangeInclusive<f64>,
+    /// Longest step: of the root mean square of strain times length, rad, and of the parameter over its range, by Pythagoras.
+    largest_step: f64,
+    pub(super) measure: Measure,
+    /// The step that is next.
+    step: f64,
+    /// Where the last place was.
+    pub(super) last: Place,
+    /// The way to the next one, of unit size.
+    way: Way,
+    /// Whether that way is a guess.
+    rough: bool,
+    /// How many exponents of the two sets vanish by symmetry.
+    trivial: Option<[usize; 2]>,
+    pub(super) waiting: VecDeque<BranchPoint<S::Orbit>>,
+    ended: bool,
+}
+
+impl<S: Follow, F, M: Model> Branch<S, F>
+where
+    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
+{
+    /// The branch that begins at an onset of oscillations, from a cycle of a small `amplitude` (m) on: the parameter that goes with it is found.
+    /// The range holds the onset.
+    ///
+    /// # Errors
+    /// A range or an amplitude that makes no sense, a shoot at the onset whose leading root does not oscillate.
+    pub fn from_onset(
+        solver: S,
+        mut family: F,
+        onset: f64,
+        amplitude: f64,
+        within: RangeInclusive<f64>,
+    ) -> Result<Self, CycleError> {
+        ParameterError::positive("amplitude of the first cycle", amplitude)?;
+        check_range(&within, onset)?;
+        let shoot = family(onset)?;
+        let root = Linearisation::about(&shoot)?.rightmost()?;
+        ParameterError::positive("frequency of the mode", root.value.im)?;
+        let stationary = solver.small(&shoot, &root, 0.0, onset)?;
+        let guess = solver.small(&shoot, &root, amplitude, onset)?;
+        let measure = Measure::new(&guess, shoot.rod().length(), within.end() - within.start());
+        let way = stationary.to(&guess);
+        let condition = measure.condition(&way, &guess);
+        let found = solver.correct(&mut family, guess, &condition)?;
+        let way = stationary.with_past_of(&found.unknowns).to(&found.unknowns);
+        Self::begin(solver, family, within, measure, way, found, false)
+    }
+
+    /// The branch on which there is a cycle that is known, at a value of the parameter, from there on. The first step of the
+    /// parameter is given, in its unit: negative for a branch that is followed downwards.
+    ///
+    /// # Errors
+    /// A range or a step that makes no sense, another shoot's cycle.
+    pub fn from_orbit(
+        solver: S,
+        mut family: F,
+        orbit: &S::Orbit,
+        parameter: f64,
+        step: f64,
+        within: RangeInclusive<f64>,
+    ) -> Result<Self, CycleError> {
+        ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
+        check_range(&within, parameter)?;
+        let known = solver.known(orbit, parameter);
+        let measure = Measure::new(&known, family(parameter)?.rod().length(), within.end() - within.start());
+        let condition = measure.at(parameter);
+        let found = solver.correct(&mut family, known, &condition)?;
+        let way = Way::of_parameter(&found.unknowns, step);
+        Self::begin(solver, family, within, measure, way, found, true)
+    }
+
+    fn begin(
+        solver: S,
+        family: F,
+        within: RangeInclusive<f64>,
+        measure: Measure,
+        way: Way,
+        found: Corrected<S::Orbit, M>,
+        rough: bool,
+    ) -> Result<Self, CycleError> {
+        let step = measure.size(&way);
+        let last = Place { unknowns: found.unknowns.clone(), exponents: Default::default() };
+        let mut out = Self {
+            solver,
+            family,
+            within,
+            largest_step: 0.05,
+            measure,
+            step,
+            last,
+            way: way.scaled(step.recip()),
+            rough,
+            trivial: None,
+            waiting: VecDeque::new(),
+            ended: false,
+        };
+        let (point, place) = out.look(found, None)?;
+        out.last = place;
+        out.waiting.push_back(point);
+        Ok(out)
+    }
+
+    /// The longest step, 0.05 unless said otherwise: of the root mean square of strain times length (rad) and of the parameter over
+    /// its range, by Pythagoras.
+    ///
+    /// # Errors
+    /// A step that is not positive.
+    pub fn largest_step(mut self, step: f64) -> Result<Self, CycleError> {
+        ParameterError::positive("longest step along a branch", step)?;
+        self.largest_step = step;
+        Ok(self)
+    }
+
+    /// Goes on by a step; what it finds waits.
+    fn advance(&mut self) -> Result<(), CycleError> {
+        let mut halvings = 0;
+        let (found, gone, turn) = loop {
+            let guess = self.last.unknowns.along(&self.way, self.step.min(self.largest_step));
+            let condition = self.measure.condition(&self.way, &guess);
+            let error = match self.solver.correct(&mut self.family, guess, &condition) {
+                // Through where nothing moves, to what is the same cycle half a period later.
+                Ok(found) if self.measure.agreement(&self.last.unknowns, &found.unknowns) < 0.0 => {
+                    self.ended = true;
+                    return Ok(());
+                }
+                Ok(found) => {
+                    let gone = self.last.unknowns.clone().with_past_of(&found.unknowns).to(&found.unknowns);
+                    let turn = self.measure.product(&gone, &self.way) / self.measure.size(&gone);
+                    // Of a way that is a guess only the sense counts.
+                    if turn > if self.rough { 0.0 } else { TURN } {
+                        break (found, gone, turn);
+                    }
+                    CycleError::NotConverged { iterations: 0, residual: 1.0 - turn }
+                }
+                // It comes back to where nothing moves.
+                Err(CycleError::Stationary { .. }) => {
+                    self.ended = true;
+                    return Ok(());
+                }
+                Err(error) => error,
+            };
+            halvings += 1;
+            if halvings > HALVINGS {
+                return Err(error);
+            }
+            self.step *= 0.5;
+        };
+        let parameter = found.unknowns.parameter;
+        let found = if self.within.contains(&parameter) {
+            found
+        } else {
+            self.ended = true;
+            let bound = if parameter > *self.within.end() { *self.within.end() } else { *self.within.start() };
+            let share = (bound - self.last.unknowns.parameter) / gone.parameter;
+            // It may have begun there.
+            if !(share > f64::EPSILON) {
+                return Ok(());
+            }
+            let from = self.last.unknowns.clone().with_past_of(&found.unknowns);
+            let condition = self.measure.at(bound);
+            self.solver.correct(&mut self.family, from.along(&gone, share), &condition)?
+        };
+        self.way = gone.scaled(self.measure.size(&gone).recip());
+        self.step = self.measure.size(&gone) * if turn > EASY { LONGER } else { 1.0 };
+        self.rough = false;
+        let (point, place) = self.look(found, None)?;
+        self.special_between(&place)?;
+        self.last = place;
+        self.waiting.push_back(point);
+        Ok(())
+    }
+
+    /// What there is to say of a place.
+    pub(super) fn look(
+        &mut self,
+        found: Corrected<S::Orbit, M>,
+        special: Option<Special>,
+    ) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
+        let Corrected { orbit, unknowns, shoot } = found;
+        let Look { excursion, period, exponents: mut sets, trivial } = self.solver.look(&orbit, &shoot, VECTORS)?;
+        let mut defect = trivial.unwrap_or(0.0);
+        if trivial.is_none() {
+            let vanish = |set: &Vec<Complex<f64>>| set.iter().filter(|x| x.norm() * period < TRIVIAL).count();
+            // A shift in time is one. To turn all about an axis is another, out of the plane of a swing in a plane.
+            let [first, second] = sets.each_ref().map(vanish);
+            let trivial = if sets[1].is_empty() { [first.clamp(1, 2), 0] } else { [1, second.min(1)] };
+            let trivial = *self.trivial.get_or_insert(trivial);
+            for (set, trivial) in sets.iter_mut().zip(trivial) {
+                for _ in 0..trivial.min(set.len()) {
+                    let size = |at: &usize| set[*at].norm();
+                    let Some(at) = (0..set.len()).min_by(|a, b| size(a).total_cmp(&size(b))) else { break };
+                    defect = defect.max(set.remove(at).norm());
+                }
+            }
+        }
+        sets.iter_mut().for_each(|set| set.sort_by(|a, b| b.re.total_cmp(&a.re)));
+        let place = Place { unknowns, exponents: sets.clone() };
+        let (parameter, trivial) = (place.unknowns.parameter, defect * period);
+        Ok((BranchPoint { parameter, orbit, excursion, period, exponents: sets, trivial, special }, place))
+    }
+}
+
+impl<S: Follow, F, M: Model> Iterator for Branch<S, F>
+where
+    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
+{
+    type Item = Result<BranchPoint<S::Orbit>, CycleError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.waiting.is_empty()
+            && !self.ended
+            && let Err(error) = self.advance()
+        {
+            self.ended = true;
+            return Some(Err(error));
+        }
+        self.waiting.pop_front().map(Ok)
+    }
+}
+
+/// Refuses a range without a length, or one that does not hold a value.
+fn check_range(within: &RangeInclusive<f64>, start: f64) -> Result<(), ParameterError> {
+    let (what, range) = ("range of the parameter", within.end() - within.start());
+    ParameterError::unless(range > 0.0 && range.is_finite(), what, range, "positive")?;
+    ParameterError::unless(within.contains(&start), "parameter of the start", start, "within the range")
+}

@@ -1,0 +1,193 @@
+//! What a branch of cycles needs of those who find them, whether they go round or to and fro.
+
+use std::fmt::Debug;
+
+use nalgebra::{Complex, DVector};
+
+use super::error::CycleError;
+use super::state::Start;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::stability::Root;
+
+/// A solver whose cycles can be followed.
+pub trait Follow {
+    /// What it finds.
+    type Orbit: Clone + Debug;
+
+    /// Whether exponents are logarithms of multipliers, and known up to 2πi over the period.
+    const MULTIPLIED: bool;
+
+    /// A cycle of small amplitude (m), from a mode at a value of the parameter.
+    fn small<M: Model>(
+        &self,
+        shoot: &Shoot<M>,
+        root: &Root,
+        amplitude: f64,
+        parameter: f64,
+    ) -> Result<Unknowns, CycleError>;
+
+    /// A cycle that has been found.
+    fn known(&self, orbit: &Self::Orbit, parameter: f64) -> Unknowns;
+
+    /// The cycle near a guess, on the line or plane of a condition.
+    fn correct<M: Model>(
+        &self,
+        family: &mut impl FnMut(f64) -> Result<Shoot<M>, CycleError>,
+        guess: Unknowns,
+        condition: &Condition,
+    ) -> Result<Corrected<Self::Orbit, M>, CycleError>;
+
+    /// Its excursion, period and leading exponents, from so many vectors of Arnoldi's method.
+    fn look<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError>;
+}
+
+/// What is read off a cycle.
+#[derive(Debug, Clone)]
+pub struct Look {
+    /// The largest distance of the tip from the axis, m.
+    pub excursion: f64,
+    /// s.
+    pub period: f64,
+    /// Exponents λ of disturbances exp(λt), 1/s: in the plane of the motion, or all, and out of it.
+    pub exponents: [Vec<Complex<f64>>; 2],
+    /// By how much what must be zero is not, 1/s, if the sets do not contain it.
+    pub trivial: Option<f64>,
+}
+
+/// A cycle that has been found.
+pub struct Corrected<O, M: Model> {
+    pub orbit: O,
+    pub unknowns: Unknowns,
+    pub shoot: Shoot<M>,
+}
+
+/// Where a branch is: a state, the period (s) or the rate (1/s), and the parameter.
+#[derive(Debug, Clone)]
+pub struct Unknowns {
+    pub(super) start: Start,
+    pub(super) clock: f64,
+    pub parameter: f64,
+}
+
+impl Unknowns {
+    /// The same with as much of the past as another.
+    pub(super) fn with_past_of(mut self, other: &Self) -> Self {
+        self.start.keep(other.start.slopes.len());
+        self
+    }
+
+    /// The way to another place on the branch, which keeps as much of the past.
+    pub(super) fn to(&self, other: &Self) -> Way {
+        Way {
+            state: other.start.flat() - self.start.flat(),
+            present: self.start.present().len(),
+            clock: other.clock - self.clock,
+            parameter: other.parameter - self.parameter,
+        }
+    }
+
+    /// The place that is reached by so much of a way.
+    pub(super) fn along(&self, way: &Way, share: f64) -> Self {
+        Self {
+            start: self.start.with_values(&(self.start.flat() + &way.state * share)),
+            clock: self.clock + way.clock * share,
+            parameter: self.parameter + way.parameter * share,
+        }
+    }
+}
+
+/// A way from one place to another.
+#[derive(Debug, Clone)]
+pub(super) struct Way {
+    state: DVector<f64>,
+    /// How many of the state's numbers are strain and variables.
+    present: usize,
+    clock: f64,
+    pub parameter: f64,
+}
+
+impl Way {
+    /// A change of the parameter alone.
+    pub fn of_parameter(from: &Unknowns, change: f64) -> Self {
+        let state = DVector::zeros(from.start.flat().len());
+        Self { state, present: from.start.present().len(), clock: 0.0, parameter: change }
+    }
+
+    /// Strain and variables.
+    fn present(&self) -> DVector<f64> {
+        self.state.rows(0, self.present).clone_owned()
+    }
+
+    pub fn scaled(&self, by: f64) -> Self {
+        Self { state: &self.state * by, clock: self.clock * by, parameter: self.parameter * by, ..self.clone() }
+    }
+}
+
+/// How far places of a branch are from one another: the root mean square of the strain times the length of the shoot, that of the
+/// variables by as much as they are of the strain at the first place, and the parameter over its range.
+#[derive(Debug, Clone)]
+pub(super) struct Measure {
+    /// Of strain and variables.
+    weights: DVector<f64>,
+    range: f64,
+}
+
+impl Measure {
+    pub fn new(first: &Unknowns, length: f64, range: f64) -> Self {
+        let weights = first.start.weights();
+        Self { weights: weights * (length.powi(2) / first.start.strain.len() as f64), range }
+    }
+
+    pub fn product(&self, a: &Way, b: &Way) -> f64 {
+        self.weights.component_mul(&a.present()).dot(&b.present()) + a.parameter * b.parameter / self.range.powi(2)
+    }
+
+    /// The product of two states: negative of those that are half a period apart.
+    pub fn agreement(&self, a: &Unknowns, b: &Unknowns) -> f64 {
+        self.weights.component_mul(&a.start.present()).dot(&b.start.present())
+    }
+
+    pub fn size(&self, way: &Way) -> f64 {
+        self.product(way, way).sqrt()
+    }
+
+    /// The condition that a place lies as far along a way as a guess.
+    pub fn condition(&self, way: &Way, guess: &Unknowns) -> Condition {
+        let state = self.weights.component_mul(&way.present());
+        let parameter = way.parameter / self.range.powi(2);
+        let weights = self.weights.clone();
+        let mut out = Condition { weights, state, parameter, value: 0.0, step: DIFFERENCE * self.range };
+        out.value = -out.left(guess);
+        out
+    }
+
+    /// A value of the parameter as the condition.
+    pub fn at(&self, parameter: f64) -> Condition {
+        let weight = self.range.recip();
+        let (weights, state) = (self.weights.clone(), DVector::zeros(self.weights.len()));
+        Condition { weights, state, parameter: weight, value: weight * parameter, step: DIFFERENCE * self.range }
+    }
+}
+
+/// Step of the central differences by the parameter, over its range: they err by 1e-10.
+const DIFFERENCE: f64 = 1e-5;
+
+/// A linear condition on strain, variables and parameter.
+#[derive(Debug, Clone)]
+pub struct Condition {
+    /// Weights of the squares of strain and variables.
+    pub(super) weights: DVector<f64>,
+    pub(super) state: DVector<f64>,
+    pub(super) parameter: f64,
+    value: f64,
+    /// Step of differences by the parameter.
+    pub(super) step: f64,
+}
+
+impl Condition {
+    /// What is left of it.
+    pub(super) fn left(&self, at: &Unknowns) -> f64 {
+        self.value - self.state.dot(&at.start.present()) - self.parameter * at.parameter
+    }
+}

@@ -1,0 +1,114 @@
+//! Swings as places on a branch.
+
+use nalgebra::{Complex, Vector3};
+
+use super::autonomous::check_autonomous;
+use super::error::CycleError;
+use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
+use super::newton::{Further, Linear, period_unknown};
+use super::periodic::{PeriodicSolver, start_of_mode};
+use super::swing::{PeriodicOrbit, plane};
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+use crate::stability::Root;
+
+impl Follow for PeriodicSolver {
+    type Orbit = PeriodicOrbit;
+
+    const MULTIPLIED: bool = true;
+
+    fn small<M: Model>(
+        &self,
+        shoot: &Shoot<M>,
+        root: &Root,
+        amplitude: f64,
+        parameter: f64,
+    ) -> Result<Unknowns, CycleError> {
+        let period = root.period();
+        let mut march = self.march(shoot, period)?;
+        let modes: Vec<Vector3<Complex<f64>>> = root.strain.iter().map(|x| x * Complex::from(amplitude)).collect();
+        Ok(Unknowns { start: start_of_mode(&mut march, &modes, period)?, clock: period, parameter })
+    }
+
+    fn known(&self, orbit: &PeriodicOrbit, parameter: f64) -> Unknowns {
+        Unknowns { start: orbit.start.clone(), clock: orbit.period, parameter }
+    }
+
+    fn correct<M: Model>(
+        &self,
+        family: &mut impl FnMut(f64) -> Result<Shoot<M>, CycleError>,
+        mut at: Unknowns,
+        condition: &Condition,
+    ) -> Result<Corrected<PeriodicOrbit, M>, CycleError> {
+        let (mut iterations, mut equilibria) = (0, 0);
+        let mut kept: Option<(Linear, f64)> = None;
+        let mut guesses: Vec<Rod> = Vec::new();
+        loop {
+            let shoot = family(at.parameter)?;
+            let mut march = self.march(&shoot, at.clock)?;
+            at.start.check(march.places.len(), march.variables)?;
+            if march.kept > at.start.slopes.len() {
+                at.start.keep(march.kept);
+                kept = None;
+            }
+            march.kept = at.start.slopes.len();
+            march.guesses = std::mem::take(&mut guesses);
+            let path = march.run(&at.start, at.clock)?;
+            equilibria += path.equilibria;
+            let flat = at.start.flat();
+            let left = path.end.flat() - &flat;
+            let residual = left.norm() / flat.norm().max(f64::MIN_POSITIVE);
+            if residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance) {
+                check_autonomous(&shoot, &path.stages[0][0].rod)?;
+                let (period, start, settings, driven_from) = (at.clock, at.start.clone(), *self, None);
+                let orbit = PeriodicOrbit { period, iterations, equilibria, residual, start, settings, driven_from };
+                return Ok(Corrected { orbit, unknowns: at, shoot });
+            }
+            if iterations == self.max_iterations || !residual.is_finite() {
+                return Err(CycleError::NotConverged { iterations, residual });
+            }
+            let fresh = kept.as_ref().is_none_or(|(_, last)| residual > 0.2 * last);
+            let linear = match kept.take() {
+                Some((linear, _)) if !fresh => linear,
+                _ => {
+                    let known = march.guesses.clone();
+                    let mut beside = |parameter: f64| {
+                        let shoot = family(parameter)?;
+                        let mut march = self.march(&shoot, at.clock)?;
+                        (march.kept, march.guesses) = (at.start.slopes.len(), known.clone());
+                        Ok::<_, CycleError>(march.run(&at.start, at.clock)?.end.flat())
+                    };
+                    let column = (beside(at.parameter + condition.step)? - beside(at.parameter - condition.step)?)
+                        / (2.0 * condition.step);
+                    let others = vec![0.0, condition.parameter];
+                    let parameter = Further { column, state: condition.state.clone(), others };
+                    let period = period_unknown(&mut march, &at.start, at.clock, &path, &condition.weights, 1)?;
+                    equilibria += 4 * path.equilibria;
+                    Linear::of(&march, at.clock, &path, vec![period, parameter])?
+                }
+            };
+            let (change, others) = linear.step(&at.start, &left, &[0.0, condition.left(&at)], iterations)?;
+            at.start = at.start.with_values(&(flat + change));
+            at.clock *= 1.0 + others[0];
+            at.parameter += others[1];
+            iterations += 1;
+            kept = Some((linear, residual));
+            guesses = std::mem::take(&mut march.guesses);
+        }
+    }
+
+    fn look<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError> {
+        let (mut march, path) = orbit.go_round(shoot)?;
+        let both = orbit.multipliers_on(&march, &path, vectors)?;
+        let (excursion, _) = orbit.largest_excursion_on(&mut march, &path)?;
+        let mut exponents = both.map(|set| set.iter().map(|one| one.root(orbit.period)).collect::<Vec<_>>());
+        match plane(&path.strains) {
+            Some(0) => {}
+            Some(_) => exponents.swap(0, 1),
+            // Not in the plane of a director: either set has all of them.
+            None => exponents[1].clear(),
+        }
+        Ok(Look { excursion, period: orbit.period, exponents, trivial: None })
+    }
+}

@@ -1,0 +1,167 @@
+//! Places on a branch at which its stability changes: where, and what is there.
+
+use std::f64::consts::PI;
+
+use nalgebra::Complex;
+
+use super::branch::{Branch, BranchPoint, Place};
+use super::error::CycleError;
+use super::follow::{Corrected, Follow};
+use crate::model::Model;
+use crate::shoot::Shoot;
+
+/// What happens on a branch of cycles where an exponent passes the imaginary axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Special {
+    /// The branch turns back: there is no cycle beyond this value of the parameter.
+    Fold,
+    /// A real exponent passes zero, while the parameter goes on: a branch of cycles of less symmetry begins, as of ellipses where a swing leaves
+    /// its plane.
+    Pitchfork,
+    /// A multiplier passes −1: a branch of cycles begins that come back after two periods.
+    PeriodDoubling,
+    /// A pair of exponents passes the axis: a motion with a second period begins, on a torus.
+    Torus,
+}
+
+/// An exponent times the period that is nearer to the real axis, or to ±π, than this is there: next to the trivial ones two that meet
+/// are known to the square root of rounding.
+const NEAR: f64 = 1e-3;
+/// Evaluations at most.
+const TRIALS: usize = 40;
+/// A place is found when what passes zero is smaller than this, times the period: below, what is known of it next to the trivial exponents is rounding.
+const ZERO: f64 = 1e-7;
+/// Or when it is known between two places that are closer than this share of the step.
+const CLOSE: f64 = 1e-7;
+
+/// So far from the ends of a step its direction is told, in units of it; and so far from a fold the exponent that passes zero there is told
+/// from the trivial ones.
+const ASIDE: f64 = 1e-2;
+/// Of the parabolas that find a fold: the width of the first, and by how much they narrow.
+const WIDTH: f64 = 0.1;
+const NARROW: f64 = 0.2;
+
+impl<S: Follow, F, M: Model> Branch<S, F>
+where
+    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
+{
+    /// Finds where between the last place and another the numbers of growing disturbances change; that waits.
+    pub(super) fn special_between(&mut self, to: &Place) -> Result<(), CycleError> {
+        let counts = |place: &Place| place.exponents.each_ref().map(|set| growing(set));
+        if counts(&self.last) == counts(to) {
+            return Ok(());
+        }
+        let (first, last) = ((0.0, self.last.exponents.clone()), (1.0, to.exponents.clone()));
+        let mut parts = vec![[first.clone(), last.clone()]];
+        let mut found = Vec::new();
+        if let Some(fold) = self.fold(to)? {
+            let mut at = |share: f64| Ok::<_, CycleError>((share, self.look_between(to, share)?.exponents));
+            let (before, after) = (at(fold - ASIDE)?, at(fold + ASIDE)?);
+            parts = vec![[first, before], [after, last]];
+            let mut point = self.look_between(to, fold)?;
+            point.special = Some(Special::Fold);
+            found.push((fold, point));
+        }
+        for ends in &parts {
+            for set in 0..2 {
+                let [low, high] = ends.each_ref().map(|end| growing(&end.1[set]));
+                let mut next = low.min(high);
+                // Sorted by their real parts, each of these passes zero; of a pair both at once.
+                while next < low.max(high) {
+                    let [a, b] = ends.each_ref().map(|end| end.1[set].get(next).map(|x| (end.0, x.re)));
+                    let (Some(a), Some(b)) = (a, b) else { break };
+                    let (share, point) = self.locate(to, (set, next), [a, b])?;
+                    next += if point.exponents[set].get(next).is_some_and(|x| x.im != 0.0) { 2 } else { 1 };
+                    found.push((share, point));
+                }
+            }
+        }
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.waiting.extend(found.into_iter().map(|(_, point)| point));
+        Ok(())
+    }
+
+    /// The cycle at a share of the way from the last place to another.
+    fn between(&mut self, to: &Place, share: f64) -> Result<Corrected<S::Orbit, M>, CycleError> {
+        let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
+        let way = from.to(&to.unknowns);
+        let guess = from.along(&way, share);
+        let condition = self.measure.condition(&way, &guess);
+        self.solver.correct(&mut self.family, guess, &condition)
+    }
+
+    fn look_between(&mut self, to: &Place, share: f64) -> Result<BranchPoint<S::Orbit>, CycleError> {
+        let found = self.between(to, share)?;
+        Ok(self.look(found, None)?.0)
+    }
+
+    /// Where between the last place and another the parameter has an extremum, as a share of the way.
+    fn fold(&mut self, to: &Place) -> Result<Option<f64>, CycleError> {
+        let mut parameter = |share: f64| Ok::<_, CycleError>(self.between(to, share)?.unknowns.parameter);
+        let begins = parameter(ASIDE)? - parameter(0.0)?;
+        let ends = parameter(1.0)? - parameter(1.0 - ASIDE)?;
+        if begins * ends > 0.0 {
+            return Ok(None);
+        }
+        // Where the slope would vanish if it were linear; then by parabolas, whose vertex errs by the cube of their width.
+        let mut share = (begins / (begins - ends)).clamp(0.0, 1.0);
+        let mut width = WIDTH;
+        while width > ASIDE * ASIDE {
+            let [a, b, c] = [parameter(share - width)?, parameter(share)?, parameter(share + width)?];
+            let shift = 0.5 * (a - c) / (a - 2.0 * b + c);
+            if !shift.is_finite() {
+                break;
+            }
+            share += shift.clamp(-2.0, 2.0) * width;
+            width *= NARROW;
+        }
+        Ok(Some(share))
+    }
+
+    /// Where one exponent, of a set and with a number in it, passes zero: by secants between two shares of the way at which it is known.
+    fn locate(
+        &mut self,
+        to: &Place,
+        (set, index): (usize, usize),
+        [mut low, mut high]: [(f64, f64); 2],
+    ) -> Result<(f64, BranchPoint<S::Orbit>), CycleError> {
+        let mut last = CycleError::NotConverged { iterations: 0, residual: high.0 - low.0 };
+        for iterations in 1..=TRIALS {
+            let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let mut point = self.look_between(to, share)?;
+            let Some(exponent) = point.exponents[set].get(index).copied() else { break };
+            if exponent.re.abs() * point.period < ZERO || high.0 - low.0 < CLOSE {
+                point.special = Some(kind(exponent * point.period, S::MULTIPLIED));
+                return Ok((share, point));
+            }
+            // The end that stays twice counts half (Illinois).
+            if (exponent.re > 0.0) == (high.1 > 0.0) {
+                high = (share, exponent.re);
+                low.1 *= 0.5;
+            } else {
+                low = (share, exponent.re);
+                high.1 *= 0.5;
+            }
+            last = CycleError::NotConverged { iterations, residual: high.0 - low.0 };
+        }
+        Err(last)
+    }
+}
+
+/// How many of some exponents grow.
+pub(super) fn growing(set: &[Complex<f64>]) -> usize {
+    set.iter().filter(|exponent| exponent.re > 0.0).count()
+}
+
+/// What passes the axis, by its exponent times the period; whether that is the logarithm of a multiplier.
+fn kind(exponent: Complex<f64>, multiplied: bool) -> Special {
+    let angle = exponent.im.abs();
+    if angle < NEAR {
+        Special::Pitchfork
+    } else if multiplied && (angle - PI).abs() < NEAR {
+        Special::PeriodDoubling
+    } else {
+        Special::Torus
+    }
+}
