@@ -2,7 +2,7 @@
 //!
 //! A shoot that is longer than the onset of oscillations may swing to and fro in a plane or go round in a circle. Agostinelli, DeSimone
 //! and Noselli (2021), Front. Plant Sci. 12:608005, saw in simulations that the first is left and the second is kept. Here both are
-//! solved for, along a parameter, and their stability is a number: the multipliers of Floquet.
+//! solved for, along a parameter and round folds if there are any, and their stability is a number: the multipliers of Floquet.
 //!
 //! # What to see
 //! Both branches begin at the onset, with excursions that grow as the square root of the length beyond it; near it that of the plane
@@ -26,7 +26,7 @@ use common::figure::{Strip, strips_figure};
 use common::{Opt, Options, Progress, Series, Style, Table};
 use exact::exact_orbit;
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::cycle::{Branch, BranchPoint, CircularSolver, PeriodicSolver, Special, Turning};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::Linearisation;
@@ -38,8 +38,9 @@ const HOUR: f64 = 3600.0;
 const MM: f64 = 1e-3;
 /// The tip of the first guess is so far from the axis, m.
 const FIRST: f64 = 4.0 * MM;
-/// Vectors of Arnoldi's method: more than the multipliers that matter.
-const VECTORS: usize = 12;
+
+/// The first step of the parameter is its range over this.
+const FIRST_STEP: f64 = 100.0;
 
 /// A shoot of the reduced model: of constant length, all of it steering, with statoliths that settle at once.
 struct Parameters {
@@ -103,14 +104,34 @@ struct Found {
     /// Growth rates of the two disturbances that grow most or decay least, 1/s: of a swing, one in its plane and one out of it. Not a
     /// number if no second one is found.
     rates: [f64; 2],
-    /// By how much the multipliers that must be 1 are not, or the root that must be zero times the period: what the intervals leave.
+    unstable: usize,
+    /// By how much what must be zero is not, over a period: what the intervals leave.
     defect: f64,
     iterations: usize,
+    special: Option<Special>,
 }
 
 impl Found {
-    fn stable(&self) -> bool {
-        !self.rates.iter().any(|rate| *rate >= 0.0)
+    fn of<O>(point: &BranchPoint<O>, iterations: usize) -> Self {
+        let [inside, outside] = &point.exponents;
+        // Of a pair one is enough.
+        let mut rates: Vec<f64> = inside.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect();
+        if let Some(outside) = outside.first() {
+            rates.truncate(1);
+            rates.push(outside.re);
+        }
+        rates.resize(2, f64::NAN);
+        rates.sort_by(|a, b| b.total_cmp(a));
+        Self {
+            parameter: point.parameter,
+            amplitude: point.excursion,
+            period: point.period,
+            rates: [rates[0], rates[1]],
+            unstable: point.unstable(),
+            defect: point.trivial,
+            iterations,
+            special: point.special,
+        }
     }
 }
 
@@ -122,7 +143,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("over", "NAME", "length", "parameter that is varied: length (cm), eta, beta or tau-g (h)"),
             Opt::value("from", "X", "6.57", "its first value, beyond the onset"),
             Opt::value("to", "X", "7.6", "its last value"),
-            Opt::value("points", "N", "30", "values of it"),
+            Opt::value("step", "X", "0.05", "longest step along a branch, in rad of bend and in shares of the range"),
             Opt::value("length", "CM", "6.8", "length of the shoot where something else is varied, cm"),
             Opt::value("elements", "N", "4", "elements"),
             Opt::value("intervals", "N", "16", "intervals of a period, six points in each"),
@@ -132,25 +153,31 @@ fn run() -> Result<(), Box<dyn Error>> {
     let over = options.get_if("over", "length, eta, beta or tau-g", known);
     let scene = Scene { elements: options.get("elements"), over, length: options.positive("length") };
     let (from, to) = (options.positive("from"), options.positive("to"));
-    let points: u32 = options.get_if("points", "at least 2", |points| *points > 1);
+    let step = options.positive("step");
     let solver = PeriodicSolver { intervals: options.get("intervals"), ..PeriodicSolver::default() };
     let out = options.out_dir();
 
     let (clock, progress) = (Instant::now(), Progress::new("bifurcation"));
-    let values = (0..points).map(|k| from + (to - from) * f64::from(k) / f64::from(points - 1));
-    let (mut circles, mut planes) = (Vec::new(), Vec::new());
-    let (mut circle, mut plane): (Option<Turning>, Option<PeriodicOrbit>) = (None, None);
-    for value in values {
-        let shoot = scene.at(value)?;
-        match circular(&shoot, value, &mut circle) {
-            Ok(found) => circles.push(found),
-            Err(error) => println!("no circular orbit at {} = {value:.4}: {error}", scene.over),
-        }
-        match pendular(&shoot, value, &solver, &mut plane) {
-            Ok(found) => planes.push(found),
-            Err(error) => println!("no swing in a plane at {} = {value:.4}: {error}", scene.over),
-        }
-        progress.set((value - from) / (to - from));
+    let (within, first) = (from.min(to)..=from.max(to), (to - from) / FIRST_STEP);
+    let family = |value: f64| Ok(scene.at(value)?);
+    let shoot = scene.at(from)?;
+    let root = Linearisation::about(&shoot)?.rightmost()?;
+    let done = |value: f64| progress.set(((value - from) / (to - from)).clamp(0.0, 1.0));
+
+    let circular = CircularSolver::default();
+    let start = circular.solve(&shoot, &Turning::of_mode(&root, FIRST))?;
+    let mut circles = Vec::new();
+    for point in Branch::from_orbit(circular, family, &start, from, first, within.clone())?.largest_step(step)? {
+        let point = point?;
+        done(point.parameter);
+        circles.push(Found::of(&point, point.orbit.iterations));
+    }
+    let start = solver.from_mode(&shoot, &root, FIRST)?;
+    let mut planes = Vec::new();
+    for point in Branch::from_orbit(solver, family, &start, from, first, within)?.largest_step(step)? {
+        let point = point?;
+        done(point.parameter);
+        planes.push(Found::of(&point, point.orbit.iterations));
     }
     progress.finish();
 
@@ -159,7 +186,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         "parameter",
         "excursion_m",
         "period_s",
-        "stable",
+        "unstable_disturbances",
         "leading_rate_per_s",
         "next_rate_per_s",
         "newton_iterations",
@@ -168,7 +195,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("cycles.csv"), &columns)?;
     for (circular, list) in [(1.0, &circles), (0.0, &planes)] {
         for found in list {
-            let stable = f64::from(u8::from(found.stable()));
+            let unstable = found.unstable as f64;
             let [inside, outside] = found.rates;
             let iterations = found.iterations as f64;
             table.row(&[
@@ -176,7 +203,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 found.parameter,
                 found.amplitude,
                 found.period,
-                stable,
+                unstable,
                 inside,
                 outside,
                 iterations,
@@ -194,12 +221,28 @@ fn run() -> Result<(), Box<dyn Error>> {
     let lines = |of: &dyn Fn(&Found) -> f64| {
         let mut series = Vec::new();
         for (colour, name, list) in [(0, "circular orbit", &circles), (1, "swing in a plane", &planes)] {
-            for (stable, words, style) in [(true, "stable", Style::Line), (false, "unstable", Style::Dashed)] {
-                let points: Vec<_> =
-                    list.iter().filter(|one| one.stable() == stable).map(|one| (one.parameter, of(one))).collect();
-                if !points.is_empty() {
-                    series.push(Series::new(format!("{name}, {words}"), points, style, colour));
+            let mut named = [false; 2];
+            // Pieces between the places at which the stability changes, which belong to both.
+            let mut from = 0;
+            for to in 1..list.len() {
+                if list[to].special.is_none() && to + 1 < list.len() {
+                    continue;
                 }
+                // The number of disturbances is that of a place inside; the ends are on the edge.
+                let stable = list[from..=to].iter().filter(|one| one.special.is_none()).all(|one| one.unstable == 0);
+                let (words, style) = if stable { ("stable", Style::Line) } else { ("unstable", Style::Dashed) };
+                let first = !std::mem::replace(&mut named[usize::from(stable)], true);
+                let name = if first { format!("{name}, {words}") } else { String::new() };
+                let points: Vec<_> = list[from..=to].iter().map(|one| (one.parameter, of(one))).collect();
+                series.push(Series::new(name, points, style, colour));
+                from = to;
+            }
+        }
+        for (colour, kind) in (2..).zip([Special::Fold, Special::Pitchfork, Special::PeriodDoubling, Special::Torus]) {
+            let here = circles.iter().chain(&planes).filter(|one| one.special == Some(kind));
+            let points: Vec<_> = here.map(|one| (one.parameter, of(one))).collect();
+            if !points.is_empty() {
+                series.push(Series::new(words(kind).to_string(), points, Style::Points, colour));
             }
         }
         series
@@ -217,8 +260,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     strips_figure(out.join("cycles.svg"), "The limit cycles of a shoot, and which are stable", unit, &strips)?;
 
     for (name, list) in [("circular orbits", &circles), ("swings in a plane", &planes)] {
-        let stable = list.iter().filter(|found| found.stable()).count();
+        let stable = list.iter().filter(|found| found.unstable == 0).count();
         println!("{name}: {}, of which {stable} are stable", list.len());
+        let edges = list.iter().filter_map(|found| Some((found.parameter, found.special?)));
+        for (parameter, special) in edges {
+            println!("  at {parameter:.6}: {}", words(special));
+        }
         for found in [list.first(), list.last()].into_iter().flatten() {
             let rates: Vec<String> =
                 found.rates.iter().filter(|r| r.is_finite()).map(|r| format!("{:+.8}", HOUR * r)).collect();
@@ -236,47 +283,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The circular orbit, from that of the value before or from the mode that swings.
-fn circular(shoot: &Shoot<impl Model>, parameter: f64, last: &mut Option<Turning>) -> Result<Found, CycleError> {
-    let start = match last.take() {
-        Some(start) => start,
-        None => Turning::of_mode(&Linearisation::about(shoot)?.rightmost()?, FIRST),
-    };
-    let orbit = CircularSolver::default().solve(shoot, &start)?;
-    let roots = orbit.roots(shoot, VECTORS)?;
-    let rate = |at: usize| roots.roots.get(at).map_or(f64::NAN, |root| root.value.re);
-    *last = Some(orbit.as_start());
-    let (amplitude, period, iterations) = (orbit.radius(), orbit.period(), orbit.iterations);
-    let defect = roots.trivial * period;
-    Ok(Found { parameter, amplitude, period, rates: [rate(0), rate(1)], defect, iterations })
-}
-
-/// The swing in a plane, in the same way.
-fn pendular(
-    shoot: &Shoot<impl Model>,
-    parameter: f64,
-    solver: &PeriodicSolver,
-    last: &mut Option<PeriodicOrbit>,
-) -> Result<Found, CycleError> {
-    let orbit = match last.take() {
-        Some(orbit) => solver.from_orbit(shoot, &orbit)?,
-        None => solver.from_mode(shoot, &Linearisation::about(shoot)?.rightmost()?, FIRST)?,
-    };
-    let (period, iterations) = (orbit.period, orbit.iterations);
-    let (amplitude, _) = orbit.largest_excursion(shoot)?;
-    // In each set one multiplier is 1: time in the plane, the turning of the plane out of it.
-    let mut defect = 0.0_f64;
-    let mut rates = orbit.multipliers(shoot, VECTORS)?.map(|mut set| {
-        let off = |at: &usize| (set[*at].value - 1.0).norm();
-        if let Some(trivial) = (0..set.len()).min_by(|a, b| off(a).total_cmp(&off(b))) {
-            defect = defect.max(off(&trivial));
-            set.remove(trivial);
-        }
-        set.first().map_or(f64::NEG_INFINITY, |multiplier| multiplier.root(period).re)
-    });
-    rates.sort_by(|a, b| b.total_cmp(a));
-    *last = Some(orbit);
-    Ok(Found { parameter, amplitude, period, rates, defect, iterations })
+fn words(special: Special) -> &'static str {
+    match special {
+        Special::Fold => "fold",
+        Special::Pitchfork => "pitchfork",
+        Special::PeriodDoubling => "period doubling",
+        Special::Torus => "torus",
+        _ => "another change of stability",
+    }
 }
 
 fn main() -> ExitCode {

@@ -320,6 +320,24 @@ fn a_shoot_with_an_oscillator_has_the_cycle_that_it_settles_to() {
     assert!((driven.tip() - before).norm() < 1e-4 * excursion, "{:e}", (driven.tip() - before).norm() / excursion);
 }
 
+/// A third of the amplitude is enough to start from, as long as the shoot does not come close to buckling.
+#[test]
+fn rough_starts_lead_to_the_orbit() {
+    for (length, amplitude) in [(0.0659, 0.0168), (0.0670, 0.0342), (0.0690, 0.0469)] {
+        let shoot = shoot(length, 4).build().unwrap();
+        let [third, whole] = [1.0 / 3.0, 1.0].map(|share| pendulum(&shoot, share * amplitude, 24));
+        // Both are found to 1e-10; where the grid lies differs, and 24 intervals leave less than that.
+        assert!((third.period / whole.period - 1.0).abs() < 1e-9, "{length}: {} {}", third.period, whole.period);
+        let [third, whole] = [1.0 / 3.0, 1.0].map(|share| circle(&shoot, share * amplitude));
+        assert!(
+            (third.radius() / whole.radius() - 1.0).abs() < 1e-9,
+            "{length}: {} {}",
+            third.radius(),
+            whole.radius()
+        );
+    }
+}
+
 /// The past of an orbit serves the laws whose orbit it is, at the phase at which it was found.
 #[test]
 fn the_past_of_an_orbit_is_no_other_shoots() {
