@@ -98,7 +98,7 @@ fn swings_from_the_onset_on_lead_to_the_known_ones() {
     assert!((outside - Complex::from(0.105_275_641_8)).norm() < 1e-7, "{outside}");
     for point in &points {
         assert_eq!((point.unstable(), point.special), (1, None), "left out of its plane");
-        assert!(point.orbit.iterations <= 6, "{}: {}", point.parameter, point.orbit.iterations);
+        assert!(point.orbit.iterations <= 8, "{}: {}", point.parameter, point.orbit.iterations);
     }
 }
 
@@ -231,4 +231,81 @@ fn what_makes_no_sense_is_refused() {
     let answers: Vec<_> = Branch::from_orbit(solver, ends, &orbit, 0.067, 1e-4, 0.066..=0.068).unwrap().collect();
     assert!(matches!(answers.last(), Some(Err(CycleError::Elongates))));
     assert!(answers.iter().rev().skip(1).all(Result::is_ok) && answers.len() > 2);
+}
+
+/// Ends, grids and families of many kinds: what was once wrong.
+#[test]
+fn a_branch_ends_where_its_range_does() {
+    let solver = CircularSolver::default();
+    // Below the onset there are circles: the first is outside this range.
+    let outside = Branch::from_onset(solver, family(Keen, 3), ONSET, 2e-3, ONSET..=0.066);
+    assert!(matches!(outside, Err(CycleError::Parameter(_))));
+    // From a first circle beyond the fold it goes on, too; the chord from the onset is no tangent.
+    let beyond = all(Branch::from_onset(solver, family(Keen, 3), ONSET, 3e-2, 0.06..=0.066).unwrap());
+    assert_eq!(beyond.last().unwrap().parameter, 0.066);
+    // A first circle too small to tell its exponents from those that vanish.
+    assert!(matches!(
+        Branch::from_onset(solver, family(Keen, 3), ONSET, 1e-4, 0.06..=0.066),
+        Err(CycleError::Parameter(_))
+    ));
+    // There are shoots within the range alone: its end is reached all the same.
+    let within = 0.066..=0.068;
+    let inner = |length: f64| {
+        if (0.066..=0.068).contains(&length) {
+            family(SettledStatoliths, 3)(length)
+        } else {
+            Err(CycleError::Elongates)
+        }
+    };
+    let first = family(SettledStatoliths, 3)(0.067).unwrap();
+    let root = morphorod::stability::Linearisation::about(&first).unwrap().rightmost().unwrap();
+    let orbit = solver.solve(&first, &morphorod::cycle::Turning::of_mode(&root, 0.03)).unwrap();
+    for (step, end) in [(1e-4, 0.068), (-1e-4, 0.066)] {
+        let points = all(Branch::from_orbit(solver, inner, &orbit, 0.067, step, within.clone()).unwrap());
+        assert!(points.last().unwrap().parameter == end && points.len() < 30, "{}", points.len());
+    }
+    // An orbit on another grid, and a family whose shoots get more points, between a place and what is beside it and elsewhere.
+    let swing = PeriodicSolver { intervals: 12, ..PeriodicSolver::default() }.from_mode(&first, &root, 0.03).unwrap();
+    let other = PeriodicSolver { intervals: 16, stages: 5, ..PeriodicSolver::default() };
+    let points = all(Branch::from_orbit(other, inner, &swing, 0.067, 1e-3, within.clone()).unwrap().take(2));
+    assert!((points[0].period / swing.period - 1.0).abs() < 1e-6);
+    for change in [0.067 + 1e-9, 0.0672] {
+        let growing = |length: f64| family(SettledStatoliths, if length > change { 4 } else { 3 })(length);
+        let last = Branch::from_orbit(swing_solver(), growing, &swing, 0.067, 1e-4, within.clone());
+        let last = last.map_or_else(|error| error, |branch| branch.filter_map(Result::err).last().unwrap());
+        assert!(matches!(last, CycleError::Parameter(_)), "{change}: {last:?}");
+    }
+}
+
+fn swing_solver() -> PeriodicSolver {
+    PeriodicSolver { intervals: 12, ..PeriodicSolver::default() }
+}
+
+/// Steps that end right at the fold, where the exponent that vanishes there is lost among those that always do.
+#[test]
+fn a_fold_at_the_end_of_a_step_is_one() {
+    let start = |amplitude| {
+        let branch = Branch::from_onset(CircularSolver::default(), family(Keen, 3), ONSET, amplitude, 0.06..=0.066);
+        branch.unwrap().largest_step(0.1).unwrap()
+    };
+    // Once this one ended in an error.
+    assert_eq!(special(&all(start(2.28e-3).take(12))), [Special::Fold, Special::Torus]);
+    // The same until before the fold, then with steps that end a little before it and after.
+    let points = all(start(2e-3).take(12));
+    let fold = points.iter().position(|point| point.special.is_some()).unwrap();
+    let [before, at] = [&points[fold - 1], &points[fold]].map(|point| point.excursion);
+    let after_step = |step: f64| {
+        let mut branch = start(2e-3);
+        (0..fold).for_each(|_| _ = branch.next());
+        branch.largest_step(step).unwrap()
+    };
+    let mut step = 1e-2;
+    for _ in 0..3 {
+        let first = after_step(step).find(|point| point.as_ref().unwrap().special.is_none()).unwrap().unwrap();
+        step *= (at - before) / (first.excursion - before);
+    }
+    for off in [-1e-3, 1e-3] {
+        let rest = all(after_step(step * (1.0 + off)).take(4));
+        assert!(special(&rest).starts_with(&[Special::Fold]), "{off}: {:?}", special(&rest));
+    }
 }

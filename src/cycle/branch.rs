@@ -15,14 +15,16 @@ use crate::stability::Linearisation;
 
 /// A step is halved where the branch turns by more than this, or no cycle is found: cos of 26°.
 const TURN: f64 = 0.9;
-/// Times that it is halved at most.
-const HALVINGS: usize = 12;
+/// It is halved down to this share of the first and the longest step.
+const SHORTEST: f64 = 2.5e-4;
 /// So many iterations, on a branch that hardly turns, and the next step is longer.
 const EASY: f64 = 0.98;
 /// By this.
 const LONGER: f64 = 1.5;
 /// Vectors of Arnoldi's method: multipliers fall to a quarter from one to the next, and close to an onset two of them that are nearly one are told apart.
 const VECTORS: usize = 20;
+/// The least excursion, in lengths of the shoot: with its square exponents next to an onset vanish, and are no longer told from those that vanish by symmetry.
+const LEAST: f64 = 0.01;
 /// Exponents that vanish by symmetry are smaller than this times the inverse period, at a place where no other does.
 const TRIVIAL: f64 = 1e-5;
 
@@ -42,7 +44,8 @@ pub struct BranchPoint<O> {
     /// of a director first those of disturbances in the plane, then those out of it; else all are in the first list. Of a circular orbit they are those in
     /// the turning frame. Conjugates are told.
     pub exponents: [Vec<Complex<f64>>; 2],
-    /// By how much exponents that must be zero are not, times the period: what the intervals and differences leave.
+    /// By how much exponents that must be zero are not, times the period: what the intervals and differences leave. Infinite if none of them
+    /// was found, as of a circular orbit next to an onset.
     pub trivial: f64,
     /// What is special here, if it is such a place.
     pub special: Option<Special>,
@@ -63,13 +66,15 @@ pub(super) struct Place {
     pub exponents: [Vec<Complex<f64>>; 2],
 }
 
-/// A branch of cycles: an iterator over its places, from the first until the parameter leaves its range or the cycle becomes stationary.
+/// A branch of cycles: an iterator over its places, from the first until the parameter is at an end of its range or the excursion falls below a
+/// hundredth of the length, where it comes back to an onset.
 ///
 /// Unknown are the cycle and the parameter together, with a condition on the way that is gone, so that the branch is followed round
 /// folds. Between two places at which different numbers of disturbances grow it finds where that changes, and says what is there. An error ends the branch.
 ///
 /// `S` is a [`CircularSolver`](super::CircularSolver) or a [`PeriodicSolver`](super::PeriodicSolver); `family` makes the shoot of a parameter's value, and all its shoots have as
-/// many material points.
+/// many material points. It may be asked for parameters a little outside the range, if the branch ends there; derivatives by the parameter are differences over 1e-5 of the range, which
+/// should therefore be of the size of what is looked at.
 #[derive(Debug, Clone)]
 pub struct Branch<S: Follow, F> {
     pub(super) solver: S,
@@ -78,6 +83,7 @@ pub struct Branch<S: Follow, F> {
     /// Longest step: of the root mean square of strain times length, rad, and of the parameter over its range, by Pythagoras.
     largest_step: f64,
     pub(super) measure: Measure,
+    first_step: f64,
     /// The step that is next.
     step: f64,
     /// Where the last place was.
@@ -96,7 +102,7 @@ impl<S: Follow, F, M: Model> Branch<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
-    /// The branch that begins at an onset of oscillations, from a cycle of a small `amplitude` (m) on: the parameter that goes with it is found.
+    /// The branch that begins at an onset of oscillations, from a cycle of a small `amplitude` (m) on, from a hundredth of the length: the parameter that goes with it is found.
     /// The range holds the onset.
     ///
     /// # Errors
@@ -108,19 +114,23 @@ where
         amplitude: f64,
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
-        ParameterError::positive("amplitude of the first cycle", amplitude)?;
         check_range(&within, onset)?;
         let shoot = family(onset)?;
+        let share = amplitude / shoot.rod().length();
+        let what = "amplitude of the first cycle, in lengths of the shoot";
+        ParameterError::unless((LEAST..1.0).contains(&share), what, share, "from 0.01 to 1")?;
         let root = Linearisation::about(&shoot)?.rightmost()?;
         ParameterError::positive("frequency of the mode", root.value.im)?;
         let stationary = solver.small(&shoot, &root, 0.0, onset)?;
         let guess = solver.small(&shoot, &root, amplitude, onset)?;
-        let measure = Measure::new(&guess, shoot.rod().length(), within.end() - within.start());
+        let measure = Measure::new(&guess, shoot.rod().length(), &within);
         let way = stationary.to(&guess);
         let condition = measure.condition(&way, &guess);
         let found = solver.correct(&mut family, guess, &condition)?;
+        let (what, parameter) = ("parameter of the first cycle", found.unknowns.parameter);
+        ParameterError::unless(within.contains(&parameter), what, parameter, "within the range")?;
         let way = stationary.with_past_of(&found.unknowns).to(&found.unknowns);
-        Self::begin(solver, family, within, measure, way, found, false)
+        Self::begin(solver, family, within, measure, way, found)
     }
 
     /// The branch on which there is a cycle that is known, at a value of the parameter, from there on. The first step of the
@@ -138,12 +148,13 @@ where
     ) -> Result<Self, CycleError> {
         ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
         check_range(&within, parameter)?;
-        let known = solver.known(orbit, parameter);
-        let measure = Measure::new(&known, family(parameter)?.rod().length(), within.end() - within.start());
+        let shoot = family(parameter)?;
+        let known = solver.known(&shoot, orbit, parameter)?;
+        let measure = Measure::new(&known, shoot.rod().length(), &within);
         let condition = measure.at(parameter);
         let found = solver.correct(&mut family, known, &condition)?;
         let way = Way::of_parameter(&found.unknowns, step);
-        Self::begin(solver, family, within, measure, way, found, true)
+        Self::begin(solver, family, within, measure, way, found)
     }
 
     fn begin(
@@ -153,7 +164,6 @@ where
         measure: Measure,
         way: Way,
         found: Corrected<S::Orbit, M>,
-        rough: bool,
     ) -> Result<Self, CycleError> {
         let step = measure.size(&way);
         let last = Place { unknowns: found.unknowns.clone(), exponents: Default::default() };
@@ -163,10 +173,12 @@ where
             within,
             largest_step: 0.05,
             measure,
+            first_step: step,
             step,
             last,
             way: way.scaled(step.recip()),
-            rough,
+            // A change of the parameter alone, or a chord from the onset.
+            rough: true,
             trivial: None,
             waiting: VecDeque::new(),
             ended: false,
@@ -190,61 +202,87 @@ where
 
     /// Goes on by a step; what it finds waits.
     fn advance(&mut self) -> Result<(), CycleError> {
-        let mut halvings = 0;
-        let (found, gone, turn) = loop {
-            let guess = self.last.unknowns.along(&self.way, self.step.min(self.largest_step));
-            let condition = self.measure.condition(&self.way, &guess);
-            let error = match self.solver.correct(&mut self.family, guess, &condition) {
-                // Through where nothing moves, to what is the same cycle half a period later.
-                Ok(found) if self.measure.agreement(&self.last.unknowns, &found.unknowns) < 0.0 => {
-                    self.ended = true;
-                    return Ok(());
-                }
-                Ok(found) => {
-                    let gone = self.last.unknowns.clone().with_past_of(&found.unknowns).to(&found.unknowns);
-                    let turn = self.measure.product(&gone, &self.way) / self.measure.size(&gone);
-                    // Of a way that is a guess only the sense counts.
-                    if turn > if self.rough { 0.0 } else { TURN } {
-                        break (found, gone, turn);
-                    }
-                    CycleError::NotConverged { iterations: 0, residual: 1.0 - turn }
-                }
+        loop {
+            let error = match self.try_step() {
                 // It comes back to where nothing moves.
                 Err(CycleError::Stationary { .. }) => {
                     self.ended = true;
                     return Ok(());
                 }
                 Err(error) => error,
+                Ok(()) => return Ok(()),
             };
-            halvings += 1;
-            if halvings > HALVINGS {
+            self.step = 0.5 * self.step.min(self.largest_step);
+            if self.step < SHORTEST * self.first_step.min(self.largest_step) {
                 return Err(error);
             }
-            self.step *= 0.5;
-        };
-        let parameter = found.unknowns.parameter;
-        let found = if self.within.contains(&parameter) {
-            found
-        } else {
-            self.ended = true;
-            let bound = if parameter > *self.within.end() { *self.within.end() } else { *self.within.start() };
-            let share = (bound - self.last.unknowns.parameter) / gone.parameter;
-            // It may have begun there.
-            if !(share > f64::EPSILON) {
-                return Ok(());
+        }
+    }
+
+    /// A step; nothing changes if it fails.
+    fn try_step(&mut self) -> Result<(), CycleError> {
+        let step = self.step.min(self.largest_step);
+        let from = self.last.unknowns.clone();
+        let mut guess = from.along(&self.way, step);
+        let mut condition = self.measure.condition(&self.way, &guess);
+        let mut bound = self.bound_before(guess.parameter);
+        if let Some(bound) = bound {
+            let share = (bound - from.parameter) / (guess.parameter - from.parameter);
+            (guess, condition) = (from.along(&self.way, share * step), self.measure.at(bound));
+            guess.parameter = bound;
+        }
+        let mut found = self.solver.correct(&mut self.family, guess, &condition)?;
+        if bound.is_none() {
+            bound = self.bound_before(found.unknowns.parameter);
+            if let Some(bound) = bound {
+                let from = from.clone().with_past_of(&found.unknowns);
+                let gone = from.to(&found.unknowns);
+                let mut guess = from.along(&gone, (bound - from.parameter) / gone.parameter);
+                guess.parameter = bound;
+                found = self.solver.correct(&mut self.family, guess, &self.measure.at(bound))?;
             }
-            let from = self.last.unknowns.clone().with_past_of(&found.unknowns);
-            let condition = self.measure.at(bound);
-            self.solver.correct(&mut self.family, from.along(&gone, share), &condition)?
-        };
-        self.way = gone.scaled(self.measure.size(&gone).recip());
-        self.step = self.measure.size(&gone) * if turn > EASY { LONGER } else { 1.0 };
-        self.rough = false;
+        }
+        // Through where nothing moves, to what is the same cycle half a period later.
+        if self.measure.agreement(&from, &found.unknowns) < 0.0 {
+            self.ended = true;
+            return Ok(());
+        }
+        let gone = from.with_past_of(&found.unknowns).to(&found.unknowns);
+        let size = self.measure.size(&gone);
+        if bound.is_some() && !(size > f64::EPSILON) {
+            // It began there.
+            self.ended = true;
+            return Ok(());
+        }
+        let turn = self.measure.product(&gone, &self.way) / size;
+        // Of a way that is a guess only the sense counts.
+        if !(turn > if self.rough { 0.0 } else { TURN }) {
+            return Err(CycleError::Lost { parameter: self.last.unknowns.parameter, step, turn });
+        }
         let (point, place) = self.look(found, None)?;
+        if point.excursion < LEAST * self.measure.length {
+            self.ended = true;
+            return Ok(());
+        }
         self.special_between(&place)?;
+        self.way = gone.scaled(size.recip());
+        self.step = size * if turn > EASY { LONGER } else { 1.0 };
+        (self.rough, self.ended) = (false, bound.is_some());
         self.last = place;
         self.waiting.push_back(point);
         Ok(())
+    }
+
+    /// The end of the range that lies before a parameter outside it.
+    fn bound_before(&self, parameter: f64) -> Option<f64> {
+        let (from, to) = (*self.within.start(), *self.within.end());
+        if parameter > to {
+            Some(to)
+        } else if parameter < from {
+            Some(from)
+        } else {
+            None
+        }
     }
 
     /// What there is to say of a place.

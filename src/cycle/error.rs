@@ -66,6 +66,28 @@ pub enum CycleError {
         /// The largest intrinsic strain that drives, 1/m.
         strain: f64,
     },
+    /// A branch turns however short the steps are.
+    #[error(
+        "the branch is lost beyond {parameter}: within a step of {step:.1e} it turns to where cos = {turn:.2} of its way"
+    )]
+    Lost {
+        /// The parameter of the last place.
+        parameter: f64,
+        /// The shortest step that was tried.
+        step: f64,
+        /// The cosine of the angle.
+        turn: f64,
+    },
+    /// A place at which the stability changes is not found.
+    #[error(
+        "the place at which the stability changes, next to {parameter}, is only known within {width:.1e} of a step"
+    )]
+    Special {
+        /// The parameter of the last place that was tried.
+        parameter: f64,
+        /// The width that is left, in units of the step.
+        width: f64,
+    },
     /// Newton's method did not converge.
     #[error("no convergence in {iterations} iterations: {residual:.1e} of the growth gradient is left")]
     NotConverged {

@@ -1,6 +1,7 @@
 //! What a branch of cycles needs of those who find them, whether they go round or to and fro.
 
 use std::fmt::Debug;
+use std::ops::RangeInclusive;
 
 use nalgebra::{Complex, DVector};
 
@@ -28,7 +29,7 @@ pub trait Follow {
     ) -> Result<Unknowns, CycleError>;
 
     /// A cycle that has been found.
-    fn known(&self, orbit: &Self::Orbit, parameter: f64) -> Unknowns;
+    fn known<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit, parameter: f64) -> Result<Unknowns, CycleError>;
 
     /// The cycle near a guess, on the line or plane of a condition.
     fn correct<M: Model>(
@@ -40,6 +41,16 @@ pub trait Follow {
 
     /// Its excursion, period and leading exponents, from so many vectors of Arnoldi's method.
     fn look<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError>;
+}
+
+/// What a guess cannot be is an error of its own; later it is an iteration that has gone astray.
+pub(super) fn astray(error: CycleError, iterations: usize, residual: f64) -> CycleError {
+    match error {
+        CycleError::Equilibrium(_) | CycleError::Parameter(_) if iterations > 0 => {
+            CycleError::NotConverged { iterations, residual }
+        }
+        error => error,
+    }
 }
 
 /// What is read off a cycle.
@@ -130,13 +141,22 @@ impl Way {
 pub(super) struct Measure {
     /// Of strain and variables.
     weights: DVector<f64>,
+    /// Of the first shoot, m.
+    pub length: f64,
     range: f64,
+    within: [f64; 2],
 }
 
 impl Measure {
-    pub fn new(first: &Unknowns, length: f64, range: f64) -> Self {
+    pub fn new(first: &Unknowns, length: f64, within: &RangeInclusive<f64>) -> Self {
+        let within = [*within.start(), *within.end()];
         let weights = first.start.weights();
-        Self { weights: weights * (length.powi(2) / first.start.strain.len() as f64), range }
+        Self {
+            weights: weights * (length.powi(2) / first.start.strain.len() as f64),
+            length,
+            range: within[1] - within[0],
+            within,
+        }
     }
 
     pub fn product(&self, a: &Way, b: &Way) -> f64 {
@@ -157,16 +177,16 @@ impl Measure {
         let state = self.weights.component_mul(&way.present());
         let parameter = way.parameter / self.range.powi(2);
         let weights = self.weights.clone();
-        let mut out = Condition { weights, state, parameter, value: 0.0, step: DIFFERENCE * self.range };
+        let mut out = Condition { weights, state, parameter, value: 0.0, fixed: None, within: self.within };
         out.value = -out.left(guess);
         out
     }
 
     /// A value of the parameter as the condition.
     pub fn at(&self, parameter: f64) -> Condition {
-        let weight = self.range.recip();
+        let (weight, within) = (self.range.recip(), self.within);
         let (weights, state) = (self.weights.clone(), DVector::zeros(self.weights.len()));
-        Condition { weights, state, parameter: weight, value: weight * parameter, step: DIFFERENCE * self.range }
+        Condition { weights, state, parameter: weight, value: weight * parameter, fixed: Some(parameter), within }
     }
 }
 
@@ -181,11 +201,21 @@ pub struct Condition {
     pub(super) state: DVector<f64>,
     pub(super) parameter: f64,
     value: f64,
-    /// Step of differences by the parameter.
-    pub(super) step: f64,
+    /// The parameter, if that is the condition: to the last bit, as there may be no shoot beyond the end of the range.
+    pub(super) fixed: Option<f64>,
+    /// The range of the parameter.
+    within: [f64; 2],
 }
 
 impl Condition {
+    /// Two parameters beside one, for differences: within the range, outside which there may be no shoot.
+    pub(super) fn beside(&self, parameter: f64) -> [f64; 2] {
+        let [from, to] = self.within;
+        let step = DIFFERENCE * (to - from);
+        let both = [parameter - step, parameter + step];
+        if (from..=to).contains(&parameter) { both.map(|beside| beside.clamp(from, to)) } else { both }
+    }
+
     /// What is left of it.
     pub(super) fn left(&self, at: &Unknowns) -> f64 {
         self.value - self.state.dot(&at.start.present()) - self.parameter * at.parameter

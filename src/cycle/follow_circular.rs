@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::circular::{CircularOrbit, CircularSolver, Problem, Turning};
 use super::error::CycleError;
-use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
+use super::follow::{Condition, Corrected, Follow, Look, Unknowns, astray};
 use super::state::Start;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -37,8 +37,13 @@ impl Follow for CircularSolver {
         Ok(unknowns(&Turning::of_mode(root, amplitude), parameter))
     }
 
-    fn known(&self, orbit: &CircularOrbit, parameter: f64) -> Unknowns {
-        unknowns(&orbit.as_start(), parameter)
+    fn known<M: Model>(
+        &self,
+        _shoot: &Shoot<M>,
+        orbit: &CircularOrbit,
+        parameter: f64,
+    ) -> Result<Unknowns, CycleError> {
+        Ok(unknowns(&orbit.as_start(), parameter))
     }
 
     fn correct<M: Model>(
@@ -48,11 +53,12 @@ impl Follow for CircularSolver {
         condition: &Condition,
     ) -> Result<Corrected<CircularOrbit, M>, CycleError> {
         let (n, reference) = (at.start.strain.len(), at.start.strain.clone());
-        let mut iterations = 0;
+        let (mut iterations, mut last) = (0, f64::INFINITY);
         loop {
-            let shoot = family(at.parameter)?;
-            let mut problem = Problem::new(&shoot, &turning(&at))?;
-            problem.evaluate()?;
+            let astray = |error| astray(error, iterations, last);
+            let shoot = family(at.parameter).map_err(astray)?;
+            let mut problem = Problem::new(&shoot, &turning(&at)).map_err(astray)?;
+            problem.evaluate().map_err(astray)?;
             let residual = problem.relative_residual();
             if residual <= self.tolerance {
                 problem.check_axis()?;
@@ -71,8 +77,8 @@ impl Follow for CircularSolver {
                 beside.evaluate()?;
                 Ok::<_, CycleError>(beside.residual())
             };
-            let by_parameter = (beside(at.parameter + condition.step)? - beside(at.parameter - condition.step)?)
-                / (2.0 * condition.step);
+            let [before, after] = condition.beside(at.parameter);
+            let by_parameter = (beside(after)? - beside(before)?) / (after - before);
             let mut matrix = DMatrix::zeros(n + 2, n + 2);
             matrix.view_mut((0, 0), (n, n)).copy_from(&by_strain);
             matrix.view_mut((0, n), (n, 1)).copy_from(&by_rate);
@@ -88,8 +94,8 @@ impl Follow for CircularSolver {
             let change = matrix.lu().solve(&right).filter(|x| x.iter().all(|x| x.is_finite())).ok_or_else(failed)?;
             at.start.strain += change.rows(0, n);
             at.clock += change[n];
-            at.parameter += change[n + 1];
-            iterations += 1;
+            at.parameter = condition.fixed.unwrap_or(at.parameter + change[n + 1]);
+            (iterations, last) = (iterations + 1, residual);
         }
     }
 

@@ -4,9 +4,9 @@ use nalgebra::{Complex, Vector3};
 
 use super::autonomous::check_autonomous;
 use super::error::CycleError;
-use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
+use super::follow::{Condition, Corrected, Follow, Look, Unknowns, astray};
 use super::newton::{Further, Linear, period_unknown};
-use super::periodic::{PeriodicSolver, start_of_mode};
+use super::periodic::{PeriodicSolver, start_of_mode, start_of_orbit};
 use super::swing::{PeriodicOrbit, plane};
 use crate::model::Model;
 use crate::rod::Rod;
@@ -31,8 +31,9 @@ impl Follow for PeriodicSolver {
         Ok(Unknowns { start: start_of_mode(&mut march, &modes, period)?, clock: period, parameter })
     }
 
-    fn known(&self, orbit: &PeriodicOrbit, parameter: f64) -> Unknowns {
-        Unknowns { start: orbit.start.clone(), clock: orbit.period, parameter }
+    fn known<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit, parameter: f64) -> Result<Unknowns, CycleError> {
+        let march = self.march(shoot, orbit.period)?;
+        Ok(Unknowns { start: start_of_orbit(&march, orbit)?, clock: orbit.period, parameter })
     }
 
     fn correct<M: Model>(
@@ -41,12 +42,13 @@ impl Follow for PeriodicSolver {
         mut at: Unknowns,
         condition: &Condition,
     ) -> Result<Corrected<PeriodicOrbit, M>, CycleError> {
-        let (mut iterations, mut equilibria) = (0, 0);
+        let (mut iterations, mut equilibria, mut last) = (0, 0, f64::INFINITY);
         let mut kept: Option<(Linear, f64)> = None;
         let mut guesses: Vec<Rod> = Vec::new();
         loop {
-            let shoot = family(at.parameter)?;
-            let mut march = self.march(&shoot, at.clock)?;
+            let astray = |error| astray(error, iterations, last);
+            let shoot = family(at.parameter).map_err(astray)?;
+            let mut march = self.march(&shoot, at.clock).map_err(astray)?;
             at.start.check(march.places.len(), march.variables)?;
             if march.kept > at.start.slopes.len() {
                 at.start.keep(march.kept);
@@ -54,7 +56,7 @@ impl Follow for PeriodicSolver {
             }
             march.kept = at.start.slopes.len();
             march.guesses = std::mem::take(&mut guesses);
-            let path = march.run(&at.start, at.clock)?;
+            let path = march.run(&at.start, at.clock).map_err(astray)?;
             equilibria += path.equilibria;
             let flat = at.start.flat();
             let left = path.end.flat() - &flat;
@@ -76,11 +78,12 @@ impl Follow for PeriodicSolver {
                     let mut beside = |parameter: f64| {
                         let shoot = family(parameter)?;
                         let mut march = self.march(&shoot, at.clock)?;
+                        at.start.check(march.places.len(), march.variables)?;
                         (march.kept, march.guesses) = (at.start.slopes.len(), known.clone());
                         Ok::<_, CycleError>(march.run(&at.start, at.clock)?.end.flat())
                     };
-                    let column = (beside(at.parameter + condition.step)? - beside(at.parameter - condition.step)?)
-                        / (2.0 * condition.step);
+                    let [before, after] = condition.beside(at.parameter);
+                    let column = (beside(after)? - beside(before)?) / (after - before);
                     let others = vec![0.0, condition.parameter];
                     let parameter = Further { column, state: condition.state.clone(), others };
                     let period = period_unknown(&mut march, &at.start, at.clock, &path, &condition.weights, 1)?;
@@ -91,8 +94,8 @@ impl Follow for PeriodicSolver {
             let (change, others) = linear.step(&at.start, &left, &[0.0, condition.left(&at)], iterations)?;
             at.start = at.start.with_values(&(flat + change));
             at.clock *= 1.0 + others[0];
-            at.parameter += others[1];
-            iterations += 1;
+            at.parameter = condition.fixed.unwrap_or(at.parameter + others[1]);
+            (iterations, last) = (iterations + 1, residual);
             kept = Some((linear, residual));
             guesses = std::mem::take(&mut march.guesses);
         }

@@ -86,14 +86,7 @@ impl PeriodicSolver {
     /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
         let march = self.march(shoot, orbit.period)?;
-        orbit.start.check(march.places.len(), march.variables)?;
-        let mut start = orbit.start.clone();
-        let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
-        if old != march.grid {
-            start = start.on_grid(&old, &march.grid, march.kept);
-        }
-        // The past that is kept depends on the period.
-        start.keep(march.kept);
+        let start = start_of_orbit(&march, orbit)?;
         self.find(march, start, orbit.period, true)
     }
 
@@ -179,6 +172,19 @@ impl PeriodicSolver {
             }
         }
     }
+}
+
+/// The state of an orbit, on the grid of a march.
+pub(super) fn start_of_orbit(march: &March<impl Model>, orbit: &PeriodicOrbit) -> Result<Start, CycleError> {
+    orbit.start.check(march.places.len(), march.variables)?;
+    let mut start = orbit.start.clone();
+    let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
+    if old != march.grid {
+        start = start.on_grid(&old, &march.grid, march.kept);
+    }
+    // The past that is kept depends on the period.
+    start.keep(march.kept);
+    Ok(start)
 }
 
 /// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.

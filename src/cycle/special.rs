@@ -35,6 +35,8 @@ const ZERO: f64 = 1e-7;
 /// Or when it is known between two places that are closer than this share of the step.
 const CLOSE: f64 = 1e-7;
 
+/// Two exponents that are conjugate up to this share are a pair.
+const PAIR: f64 = 1e-9;
 /// So far from the ends of a step its direction is told, in units of it; and so far from a fold the exponent that passes zero there is told
 /// from the trivial ones.
 const ASIDE: f64 = 1e-2;
@@ -55,10 +57,17 @@ where
         let (first, last) = ((0.0, self.last.exponents.clone()), (1.0, to.exponents.clone()));
         let mut parts = vec![[first.clone(), last.clone()]];
         let mut found = Vec::new();
-        if let Some(fold) = self.fold(to)? {
-            let mut at = |share: f64| Ok::<_, CycleError>((share, self.look_between(to, share)?.exponents));
-            let (before, after) = (at(fold - ASIDE)?, at(fold + ASIDE)?);
-            parts = vec![[first, before], [after, last]];
+        // At a fold a real exponent passes zero.
+        let real = |place: &Place| place.exponents[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
+        let passes = real(&self.last) != real(to);
+        if let Some(fold) = if passes { self.fold(to)? } else { None } {
+            parts.clear();
+            for (end, aside) in [(first, fold - ASIDE), (last, fold + ASIDE)] {
+                if (0.0..=1.0).contains(&aside) {
+                    let other = (aside, self.look_between(to, aside)?.exponents);
+                    parts.push(if aside < fold { [end, other] } else { [other, end] });
+                }
+            }
             let mut point = self.look_between(to, fold)?;
             point.special = Some(Special::Fold);
             found.push((fold, point));
@@ -72,7 +81,11 @@ where
                     let [a, b] = ends.each_ref().map(|end| end.1[set].get(next).map(|x| (end.0, x.re)));
                     let (Some(a), Some(b)) = (a, b) else { break };
                     let (share, point) = self.locate(to, (set, next), [a, b])?;
-                    next += if point.exponents[set].get(next).is_some_and(|x| x.im != 0.0) { 2 } else { 1 };
+                    let pair = |x: &Complex<f64>, y: &Complex<f64>| (y - x.conj()).norm() <= PAIR * x.norm();
+                    next += match point.exponents[set].get(next..next + 2) {
+                        Some([x, y]) if x.im != 0.0 && pair(x, y) => 2,
+                        _ => 1,
+                    };
                     found.push((share, point));
                 }
             }
@@ -99,8 +112,13 @@ where
     /// Where between the last place and another the parameter has an extremum, as a share of the way.
     fn fold(&mut self, to: &Place) -> Result<Option<f64>, CycleError> {
         let mut parameter = |share: f64| Ok::<_, CycleError>(self.between(to, share)?.unknowns.parameter);
-        let begins = parameter(ASIDE)? - parameter(0.0)?;
-        let ends = parameter(1.0)? - parameter(1.0 - ASIDE)?;
+        // A little beyond the ends: where the fold is next to one, the exponents say to which step it belongs. Slopes by three points err by
+        // the square of the distance.
+        let mut slope = |at: f64, step: f64| {
+            let [a, b, c] = [parameter(at)?, parameter(at + step)?, parameter(at + 2.0 * step)?];
+            Ok::<_, CycleError>((4.0 * b - 3.0 * a - c) / step)
+        };
+        let (begins, ends) = (slope(-ASIDE, ASIDE)?, slope(1.0 + ASIDE, -ASIDE)?);
         if begins * ends > 0.0 {
             return Ok(None);
         }
@@ -126,10 +144,11 @@ where
         (set, index): (usize, usize),
         [mut low, mut high]: [(f64, f64); 2],
     ) -> Result<(f64, BranchPoint<S::Orbit>), CycleError> {
-        let mut last = CycleError::NotConverged { iterations: 0, residual: high.0 - low.0 };
-        for iterations in 1..=TRIALS {
+        let mut parameter = to.unknowns.parameter;
+        for _ in 0..TRIALS {
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let mut point = self.look_between(to, share)?;
+            parameter = point.parameter;
             let Some(exponent) = point.exponents[set].get(index).copied() else { break };
             if exponent.re.abs() * point.period < ZERO || high.0 - low.0 < CLOSE {
                 point.special = Some(kind(exponent * point.period, S::MULTIPLIED));
@@ -143,9 +162,8 @@ where
                 low = (share, exponent.re);
                 high.1 *= 0.5;
             }
-            last = CycleError::NotConverged { iterations, residual: high.0 - low.0 };
         }
-        Err(last)
+        Err(CycleError::Special { parameter, width: high.0 - low.0 })
     }
 }
 
