@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 use nalgebra::Complex;
 
 use super::error::CycleError;
+use super::exponents::{Special, growing};
 use super::follow::{Corrected, Follow, Look, Measure, Unknowns, Way};
-use super::special::{Special, growing};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::autonomous::check_period;
 use super::error::CycleError;
-use super::periodic::PeriodicSolver;
+use super::periodic_solver::PeriodicSolver;
 use super::sensitivity::look;
 use super::state::Start;
 use super::swing::PeriodicOrbit;

@@ -10,6 +10,7 @@ use super::fourier::Circle;
 use super::grid::Grid;
 use super::march::March;
 use super::newton::{Linear, period_unknown};
+use super::periodic_solver::PeriodicSolver;
 use super::point::{Round, Steady};
 use super::sensitivity::look;
 use super::state::Start;
@@ -23,32 +24,6 @@ use crate::stability::Root;
 const WAVES: usize = 3;
 /// A strain that turns the tip by less than this, rad, is that of no orbit that anybody looks for.
 const STANDS: f64 = 1e-6;
-/// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
-const STAGES: usize = 16;
-
-/// Finds periodic orbits of shoots whose length does not change.
-///
-/// A period is divided into intervals with Radau points; the grid is one of t/T, and moves with the period. Unknown are a state, with
-/// its variables over the longest delay, and the period. The return map contracts all but a handful of directions, so that Krylov's
-/// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeriodicSolver {
-    /// Intervals in a period.
-    pub intervals: usize,
-    /// Radau points in each, at most 16: the order of accuracy inside an interval.
-    pub stages: usize,
-    /// Largest relative difference between a state and that one period later.
-    pub tolerance: f64,
-    /// Bound on the iterations.
-    pub max_iterations: usize,
-}
-
-impl Default for PeriodicSolver {
-    /// 16 intervals of 6 points, 1e-10, at most 30 iterations.
-    fn default() -> Self {
-        Self { intervals: 16, stages: 6, tolerance: 1e-10, max_iterations: 30 }
-    }
-}
 
 impl PeriodicSolver {
     /// The orbit that Newton's method reaches from a mode of the upright shoot, to and fro in its plane, with the tip moving by about
@@ -88,15 +63,6 @@ impl PeriodicSolver {
         let march = self.march(shoot, orbit.period)?;
         let start = start_of_orbit(&march, orbit)?;
         self.find(march, start, orbit.period, true)
-    }
-
-    pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
-        let (what, number) = ("intervals in a period", self.intervals);
-        ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
-        let (what, number) = ("points in an interval", self.stages);
-        ParameterError::unless((1..=STAGES).contains(&number), what, number as f64, "from 1 to 16")?;
-        ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
-        March::new(shoot, Grid::new(self.intervals, self.stages), period)
     }
 
     /// Newton's method for the state, and for the period if that is `free`.

@@ -1,33 +1,14 @@
 //! Places on a branch at which its stability changes: where, and what is there.
 
-use std::f64::consts::PI;
-
 use nalgebra::Complex;
 
 use super::branch::{Branch, BranchPoint, Place};
 use super::error::CycleError;
+use super::exponents::{Special, growing, kind};
 use super::follow::{Corrected, Follow};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// What happens on a branch of cycles where an exponent passes the imaginary axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Special {
-    /// The branch turns back: there is no cycle beyond this value of the parameter.
-    Fold,
-    /// A real exponent passes zero, while the parameter goes on: a branch of cycles of less symmetry begins, as of ellipses where a swing leaves
-    /// its plane.
-    Pitchfork,
-    /// A multiplier passes −1: a branch of cycles begins that come back after two periods.
-    PeriodDoubling,
-    /// A pair of exponents passes the axis: a motion with a second period begins, on a torus.
-    Torus,
-}
-
-/// An exponent times the period that is nearer to the real axis, or to ±π, than this is there: next to the trivial ones two that meet
-/// are known to the square root of rounding.
-const NEAR: f64 = 1e-3;
 /// Evaluations at most.
 const TRIALS: usize = 40;
 /// A place is found when what passes zero is smaller than this, times the period: below, what is known of it next to the trivial exponents is rounding.
@@ -164,22 +145,5 @@ where
             }
         }
         Err(CycleError::Special { parameter, width: high.0 - low.0 })
-    }
-}
-
-/// How many of some exponents grow.
-pub(super) fn growing(set: &[Complex<f64>]) -> usize {
-    set.iter().filter(|exponent| exponent.re > 0.0).count()
-}
-
-/// What passes the axis, by its exponent times the period; whether that is the logarithm of a multiplier.
-fn kind(exponent: Complex<f64>, multiplied: bool) -> Special {
-    let angle = exponent.im.abs();
-    if angle < NEAR {
-        Special::Pitchfork
-    } else if multiplied && (angle - PI).abs() < NEAR {
-        Special::PeriodDoubling
-    } else {
-        Special::Torus
     }
 }

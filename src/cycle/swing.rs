@@ -6,7 +6,7 @@ use super::autonomous::{check_autonomous, check_period};
 use super::error::CycleError;
 use super::gmres::Krylov;
 use super::march::{March, Path};
-use super::periodic::PeriodicSolver;
+use super::periodic_solver::PeriodicSolver;
 use super::state::{Start, carried};
 use super::variation::Variation;
 use crate::model::Model;

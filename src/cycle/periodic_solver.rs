@@ -1,0 +1,46 @@
+//! How periodic orbits are sought: the grid of a period, and when one is found.
+
+use super::error::CycleError;
+use super::grid::Grid;
+use super::march::March;
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::shoot::Shoot;
+
+/// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
+const STAGES: usize = 16;
+
+/// Finds periodic orbits of shoots whose length does not change.
+///
+/// A period is divided into intervals with Radau points; the grid is one of t/T, and moves with the period. Unknown are a state, with
+/// its variables over the longest delay, and the period. The return map contracts all but a handful of directions, so that Krylov's
+/// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodicSolver {
+    /// Intervals in a period.
+    pub intervals: usize,
+    /// Radau points in each, at most 16: the order of accuracy inside an interval.
+    pub stages: usize,
+    /// Largest relative difference between a state and that one period later.
+    pub tolerance: f64,
+    /// Bound on the iterations.
+    pub max_iterations: usize,
+}
+
+impl Default for PeriodicSolver {
+    /// 16 intervals of 6 points, 1e-10, at most 30 iterations.
+    fn default() -> Self {
+        Self { intervals: 16, stages: 6, tolerance: 1e-10, max_iterations: 30 }
+    }
+}
+
+impl PeriodicSolver {
+    pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
+        let (what, number) = ("intervals in a period", self.intervals);
+        ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
+        let (what, number) = ("points in an interval", self.stages);
+        ParameterError::unless((1..=STAGES).contains(&number), what, number as f64, "from 1 to 16")?;
+        ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
+        March::new(shoot, Grid::new(self.intervals, self.stages), period)
+    }
+}
