@@ -17,7 +17,7 @@ use crate::stability::Linearisation;
 const TURN: f64 = 0.9;
 /// It is halved down to this share of the first and the longest step.
 const SHORTEST: f64 = 2.5e-4;
-/// So many iterations, on a branch that hardly turns, and the next step is longer.
+/// Where it turns by less than this, cos of 11°, the next step is longer.
 const EASY: f64 = 0.98;
 /// By this.
 const LONGER: f64 = 1.5;
@@ -183,7 +183,7 @@ where
             waiting: VecDeque::new(),
             ended: false,
         };
-        let (point, place) = out.look(found, None)?;
+        let (point, place) = out.look(found)?;
         out.last = place;
         out.waiting.push_back(point);
         Ok(out)
@@ -259,7 +259,7 @@ where
         if !(turn > if self.rough { 0.0 } else { TURN }) {
             return Err(CycleError::Lost { parameter: self.last.unknowns.parameter, step, turn });
         }
-        let (point, place) = self.look(found, None)?;
+        let (point, place) = self.look(found)?;
         if point.excursion < LEAST * self.measure.length {
             self.ended = true;
             return Ok(());
@@ -286,11 +286,7 @@ where
     }
 
     /// What there is to say of a place.
-    pub(super) fn look(
-        &mut self,
-        found: Corrected<S::Orbit, M>,
-        special: Option<Special>,
-    ) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
+    pub(super) fn look(&mut self, found: Corrected<S::Orbit, M>) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
         let Corrected { orbit, unknowns, shoot } = found;
         let Look { excursion, period, exponents: mut sets, trivial } = self.solver.look(&orbit, &shoot, VECTORS)?;
         let mut defect = trivial.unwrap_or(0.0);
@@ -311,7 +307,7 @@ where
         sets.iter_mut().for_each(|set| set.sort_by(|a, b| b.re.total_cmp(&a.re)));
         let place = Place { unknowns, exponents: sets.clone() };
         let (parameter, trivial) = (place.unknowns.parameter, defect * period);
-        Ok((BranchPoint { parameter, orbit, excursion, period, exponents: sets, trivial, special }, place))
+        Ok((BranchPoint { parameter, orbit, excursion, period, exponents: sets, trivial, special: None }, place))
     }
 }
 

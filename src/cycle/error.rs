@@ -97,3 +97,13 @@ pub enum CycleError {
         residual: f64,
     },
 }
+
+impl CycleError {
+    /// What a start cannot be is an error of its own; later it is an iteration that has gone astray.
+    pub(super) fn after(self, iterations: usize, residual: f64) -> Self {
+        match self {
+            Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::NotConverged { iterations, residual },
+            error => error,
+        }
+    }
+}

@@ -22,6 +22,7 @@ pub enum Special {
 /// An exponent times the period that is nearer to the real axis, or to ±π, than this is there: next to the trivial ones two that meet
 /// are known to the square root of rounding.
 const NEAR: f64 = 1e-3;
+
 /// How many of some exponents grow.
 pub(super) fn growing(set: &[Complex<f64>]) -> usize {
     set.iter().filter(|exponent| exponent.re > 0.0).count()

@@ -43,16 +43,6 @@ pub trait Follow {
     fn look<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError>;
 }
 
-/// What a guess cannot be is an error of its own; later it is an iteration that has gone astray.
-pub(super) fn astray(error: CycleError, iterations: usize, residual: f64) -> CycleError {
-    match error {
-        CycleError::Equilibrium(_) | CycleError::Parameter(_) if iterations > 0 => {
-            CycleError::NotConverged { iterations, residual }
-        }
-        error => error,
-    }
-}
-
 /// What is read off a cycle.
 #[derive(Debug, Clone)]
 pub struct Look {

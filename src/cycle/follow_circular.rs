@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::circular::{CircularOrbit, CircularSolver, Problem, Turning};
 use super::error::CycleError;
-use super::follow::{Condition, Corrected, Follow, Look, Unknowns, astray};
+use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
 use super::state::Start;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -55,7 +55,7 @@ impl Follow for CircularSolver {
         let (n, reference) = (at.start.strain.len(), at.start.strain.clone());
         let (mut iterations, mut last) = (0, f64::INFINITY);
         loop {
-            let astray = |error| astray(error, iterations, last);
+            let astray = |error: CycleError| error.after(iterations, last);
             let shoot = family(at.parameter).map_err(astray)?;
             let mut problem = Problem::new(&shoot, &turning(&at)).map_err(astray)?;
             problem.evaluate().map_err(astray)?;

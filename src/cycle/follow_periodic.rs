@@ -1,10 +1,8 @@
 //! Swings as places on a branch.
 
-use nalgebra::{Complex, Vector3};
-
 use super::autonomous::check_autonomous;
 use super::error::CycleError;
-use super::follow::{Condition, Corrected, Follow, Look, Unknowns, astray};
+use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
 use super::newton::{Further, Linear, period_unknown};
 use super::periodic::{start_of_mode, start_of_orbit};
 use super::periodic_solver::PeriodicSolver;
@@ -28,8 +26,7 @@ impl Follow for PeriodicSolver {
     ) -> Result<Unknowns, CycleError> {
         let period = root.period();
         let mut march = self.march(shoot, period)?;
-        let modes: Vec<Vector3<Complex<f64>>> = root.strain.iter().map(|x| x * Complex::from(amplitude)).collect();
-        Ok(Unknowns { start: start_of_mode(&mut march, &modes, period)?, clock: period, parameter })
+        Ok(Unknowns { start: start_of_mode(&mut march, root, amplitude, period)?, clock: period, parameter })
     }
 
     fn known<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit, parameter: f64) -> Result<Unknowns, CycleError> {
@@ -47,7 +44,7 @@ impl Follow for PeriodicSolver {
         let mut kept: Option<(Linear, f64)> = None;
         let mut guesses: Vec<Rod> = Vec::new();
         loop {
-            let astray = |error| astray(error, iterations, last);
+            let astray = |error: CycleError| error.after(iterations, last);
             let shoot = family(at.parameter).map_err(astray)?;
             let mut march = self.march(&shoot, at.clock).map_err(astray)?;
             at.start.check(march.places.len(), march.variables)?;

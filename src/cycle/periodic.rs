@@ -47,9 +47,7 @@ impl PeriodicSolver {
         for strain in &root.strain {
             ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum())?;
         }
-        let modes: Vec<Vector3<Complex<f64>>> =
-            root.strain.iter().map(|strain| strain * Complex::from(amplitude)).collect();
-        let start = start_of_mode(&mut march, &modes, period)?;
+        let start = start_of_mode(&mut march, root, amplitude, period)?;
         self.find(march, start, period, true)
     }
 
@@ -76,13 +74,8 @@ impl PeriodicSolver {
         let (mut iterations, mut equilibria) = (0, 0);
         let (mut kept, mut last): (Option<(Linear, f64)>, _) = (None, f64::INFINITY);
         loop {
-            let path = match march.keep_enough(&mut start, period).and_then(|()| march.run(&start, period)) {
-                // What a start cannot be is an error of its own; later it is an iteration that has gone astray.
-                Err(CycleError::Equilibrium(_) | CycleError::Parameter(_)) if iterations > 0 => {
-                    return Err(CycleError::NotConverged { iterations, residual: last });
-                }
-                answer => answer?,
-            };
+            let path = march.keep_enough(&mut start, period).and_then(|()| march.run(&start, period));
+            let path = path.map_err(|error| error.after(iterations, last))?;
             if iterations == 0 && free {
                 check_autonomous(march.shoot, &path.stages[0][0].rod)?;
             }
@@ -153,10 +146,11 @@ pub(super) fn start_of_orbit(march: &March<impl Model>, orbit: &PeriodicOrbit) -
     Ok(start)
 }
 
-/// The state of a mode at t = 0: strain and variables go to and fro, the variables as their stimuli make them.
+/// The state at t = 0 of a mode whose tip goes so far (m): strain and variables go to and fro, the variables as their stimuli make them.
 pub(super) fn start_of_mode<M: Model>(
     march: &mut March<M>,
-    modes: &[Vector3<Complex<f64>>],
+    root: &Root,
+    amplitude: f64,
     period: f64,
 ) -> Result<Start, CycleError> {
     let (m, p) = (march.stimuli, march.places.len());
@@ -165,8 +159,8 @@ pub(super) fn start_of_mode<M: Model>(
     let rod = march.shoot.rod();
     let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
     let at = |phase: f64| {
-        let turn = Complex::from_polar(1.0, phase);
-        DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (modes[k / 2][k % 2] * turn).re)
+        let turn = Complex::from_polar(amplitude, phase);
+        DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (root.strain[k / 2][k % 2] * turn).re)
     };
     let mut stimuli = vec![DMatrix::zeros(m, circle.len()); p];
     for (j, phase) in circle.phases.iter().enumerate() {

@@ -87,7 +87,7 @@ where
 
     fn look_between(&mut self, to: &Place, share: f64) -> Result<BranchPoint<S::Orbit>, CycleError> {
         let found = self.between(to, share)?;
-        Ok(self.look(found, None)?.0)
+        Ok(self.look(found)?.0)
     }
 
     /// Where between the last place and another the parameter has an extremum, as a share of the way.
