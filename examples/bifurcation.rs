@@ -12,13 +12,14 @@
 //!
 //! # What to try
 //! - `--over eta --from 15 --to 25` and `--over tau-g --from 18 --to 24`: the sense of bending, or how slowly tissue grows.
-//! - `--elements 8 --intervals 32`: how accurate are the defaults?
+//! - `--elements 8 --intervals 16`: how accurate are the defaults?
 
 mod common;
 #[path = "limit_cycles/exact.rs"]
 mod exact;
 
 use std::error::Error;
+use std::f64::consts::PI;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -112,7 +113,8 @@ struct Found {
 }
 
 impl Found {
-    fn of<O>(point: &BranchPoint<O>, iterations: usize) -> Self {
+    /// A place whose cycle is so many times what comes back, perhaps turned.
+    fn of<O>(point: &BranchPoint<O>, parts: f64, iterations: usize) -> Self {
         let [inside, outside] = &point.exponents;
         // Of a pair one is enough.
         let mut rates: Vec<f64> = inside.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect();
@@ -125,7 +127,7 @@ impl Found {
         Self {
             parameter: point.parameter,
             amplitude: point.excursion,
-            period: point.period,
+            period: parts * point.period,
             rates: [rates[0], rates[1]],
             unstable: point.unstable(),
             defect: point.trivial,
@@ -146,7 +148,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("step", "X", "0.05", "longest step along a branch, in rad of bend and in shares of the range"),
             Opt::value("length", "CM", "6.8", "length of the shoot where something else is varied, cm"),
             Opt::value("elements", "N", "4", "elements"),
-            Opt::value("intervals", "N", "16", "intervals of a period, six points in each"),
+            Opt::value("intervals", "N", "8", "intervals of half a swing, six points in each"),
         ],
     );
     let known = |name: &String| ["length", "eta", "beta", "tau-g"].contains(&name.as_str());
@@ -154,7 +156,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let scene = Scene { elements: options.get("elements"), over, length: options.positive("length") };
     let (from, to) = (options.positive("from"), options.positive("to"));
     let step = options.positive("step");
-    let solver = PeriodicSolver { intervals: options.get("intervals"), ..PeriodicSolver::default() };
+    // After half a swing the shoot is where it was, turned by π: half the work.
+    let solver = PeriodicSolver { intervals: options.get("intervals"), angle: Some(PI), ..PeriodicSolver::default() };
     let out = options.out_dir();
 
     let (clock, progress) = (Instant::now(), Progress::new("bifurcation"));
@@ -170,14 +173,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     for point in Branch::from_orbit(circular, family, &start, from, first, within.clone())?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
-        circles.push(Found::of(&point, point.orbit.iterations));
+        circles.push(Found::of(&point, 1.0, point.orbit.iterations));
     }
     let start = solver.from_mode(&shoot, &root, FIRST)?;
     let mut planes = Vec::new();
     for point in Branch::from_orbit(solver, family, &start, from, first, within)?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
-        planes.push(Found::of(&point, point.orbit.iterations));
+        planes.push(Found::of(&point, 2.0, point.orbit.iterations));
     }
     progress.finish();
 

@@ -92,8 +92,8 @@ pub struct Branch<S: Follow, F> {
     way: Way,
     /// Whether that way is a guess.
     rough: bool,
-    /// How many exponents of the two sets vanish by symmetry.
-    trivial: Option<[usize; 2]>,
+    /// How many exponents of the two sets vanish by symmetry: of cycles whose exponents are in one set, and in two.
+    trivial: [Option<[usize; 2]>; 2],
     pub(super) waiting: VecDeque<BranchPoint<S::Orbit>>,
     ended: bool,
 }
@@ -179,7 +179,7 @@ where
             way: way.scaled(step.recip()),
             // A change of the parameter alone, or a chord from the onset.
             rough: true,
-            trivial: None,
+            trivial: [None; 2],
             waiting: VecDeque::new(),
             ended: false,
         };
@@ -294,8 +294,9 @@ where
             let vanish = |set: &Vec<Complex<f64>>| set.iter().filter(|x| x.norm() * period < TRIVIAL).count();
             // A shift in time is one. To turn all about an axis is another, out of the plane of a swing in a plane.
             let [first, second] = sets.each_ref().map(vanish);
-            let trivial = if sets[1].is_empty() { [first.clamp(1, 2), 0] } else { [1, second.min(1)] };
-            let trivial = *self.trivial.get_or_insert(trivial);
+            let apart = !sets[1].is_empty();
+            let trivial = if apart { [1, second.min(1)] } else { [first.clamp(1, 2), 0] };
+            let trivial = *self.trivial[usize::from(apart)].get_or_insert(trivial);
             for (set, trivial) in sets.iter_mut().zip(trivial) {
                 for _ in 0..trivial.min(set.len()) {
                     let size = |at: &usize| set[*at].norm();

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::autonomous::{check_autonomous, check_gradients, driven_points};
+use super::axis::{broken, check_rest, least_gradient};
 use super::error::CycleError;
 use super::fourier::Circle;
 use super::march::PRECISE;
@@ -23,8 +24,6 @@ use crate::tropism::{Growing, TropismLaw};
 /// Waves in one turn that are followed. Of a law that knows no direction of its own all that is known along the directors has
 /// waves 0 and ±1; products of three of these are still told apart.
 const WAVES: usize = 3;
-/// What breaks the axis by more than this of itself is no rounding: forces and couples are known to 1e-11.
-const AXIAL: f64 = 1e-8;
 
 /// A start for the search of an orbit: the intrinsic strain at every material point of the growth zone, components along the
 /// directors at one time, 1/m, and the rate at which all turns, 1/s, positive if counterclockwise as seen from above the apex.
@@ -46,6 +45,12 @@ impl Turning {
             Vector3::new(psi.re, psi.im, 0.0) * radius
         };
         Self { strain: root.strain.iter().map(pair).collect(), rate: root.value.im }
+    }
+
+    /// The shape of a rod, as it is at one time of a run, say, turning at a rate (1/s).
+    #[must_use]
+    pub fn of_rod(rod: &Rod, rate: f64) -> Self {
+        Self { strain: rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect(), rate }
     }
 }
 
@@ -86,8 +91,7 @@ impl CircularOrbit {
     /// The orbit as a start for the search of another.
     #[must_use]
     pub fn as_start(&self) -> Turning {
-        let points = &self.rod.points()[self.rod.zone()];
-        Turning { strain: points.iter().map(|point| point.intrinsic).collect(), rate: self.rate }
+        Turning::of_rod(&self.rod, self.rate)
     }
 }
 
@@ -353,30 +357,17 @@ impl<'a, M: Model> Problem<'a, M> {
 
     /// Refuses what is not the same after a turn: the shape is at rest at one phase, and must be so at all; and what the laws ask for
     /// must turn with it.
-    pub fn check_axis(&mut self) -> Result<(), CycleError> {
-        let (environment, material) = (self.shoot.environment(), self.shoot.model.constitutive());
+    pub fn check_axis(&self) -> Result<(), CycleError> {
         for j in 1..self.circle.len() {
             let phase = self.circle.phases[j];
-            let mut rod = turned(&self.rod, phase);
-            let before = rod.tip();
-            let force = InternalForce::of(&rod, self.shoot.model.load(), &environment);
-            let _ = self.solver.equilibrate(&mut rod, material, &force)?;
-            let defect = (rod.tip() - before).norm() / rod.length();
-            if !(defect < AXIAL) {
-                let what = "elasticity, the section, a load or gravity";
-                return Err(CycleError::NoAxis { what, defect });
-            }
+            check_rest(self.shoot, &self.rod, phase)?;
             let round = self.round();
             let (sine, cosine) = phase.sin_cos();
-            // Of a shoot that hardly bends the angles' rounding is no share of the bend.
-            let least = 0.01 / self.rod.length();
+            let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
             for (then, now) in self.asked_for(&round, &self.steady, j).iter().zip(&self.gradients) {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
-                let defect = (then - expected).norm() / largest;
-                if !(defect < AXIAL) {
-                    return Err(CycleError::NoAxis { what: "tropism", defect });
-                }
+                broken("tropism", (then - expected).norm() / largest)?;
             }
         }
         Ok(())

@@ -46,6 +46,19 @@ pub enum CycleError {
         /// By how much, relative.
         defect: f64,
     },
+    /// What is sought as a cycle that comes back turned goes round in a circle.
+    #[error(
+        "the orbit is a circle, which comes back turned after any time: `CircularSolver` finds it, or an orbit without an angle"
+    )]
+    Circle,
+    /// How a variable turns with the shoot is not declared.
+    #[error(
+        "variable {variable} of the laws does not declare its rotation, so that nothing is known of a shoot that has turned"
+    )]
+    Undeclared {
+        /// Its number at a point, all laws counted.
+        variable: usize,
+    },
     /// What drives the shoot does not come back after the period that was given.
     #[error("what drives the shoot is not the same after {period} s: it changes by {change:.1e} of itself")]
     NoCommonPeriod {

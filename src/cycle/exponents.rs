@@ -28,6 +28,16 @@ pub(super) fn growing(set: &[Complex<f64>]) -> usize {
     set.iter().filter(|exponent| exponent.re > 0.0).count()
 }
 
+/// The two sets of exponents, or all in the first if they are not told apart.
+pub(super) fn told(sets: &[Vec<Complex<f64>>; 2], apart: bool) -> [Vec<Complex<f64>>; 2] {
+    if apart {
+        return sets.clone();
+    }
+    let mut all = sets.concat();
+    all.sort_by(|a, b| b.re.total_cmp(&a.re));
+    [all, Vec::new()]
+}
+
 /// What passes the axis, by its exponent times the period; whether that is the logarithm of a multiplier.
 pub(super) fn kind(exponent: Complex<f64>, multiplied: bool) -> Special {
     let angle = exponent.im.abs();

@@ -63,11 +63,13 @@ pub struct Corrected<O, M: Model> {
     pub shoot: Shoot<M>,
 }
 
-/// Where a branch is: a state, the period (s) or the rate (1/s), and the parameter.
+/// Where a branch is: a state, the period (s) or the rate (1/s), an angle, and the parameter.
 #[derive(Debug, Clone)]
 pub struct Unknowns {
     pub(super) start: Start,
     pub(super) clock: f64,
+    /// Of what comes back turned, rad.
+    pub(super) angle: f64,
     pub parameter: f64,
 }
 
@@ -84,6 +86,7 @@ impl Unknowns {
             state: other.start.flat() - self.start.flat(),
             present: self.start.present().len(),
             clock: other.clock - self.clock,
+            angle: other.angle - self.angle,
             parameter: other.parameter - self.parameter,
         }
     }
@@ -93,6 +96,7 @@ impl Unknowns {
         Self {
             start: self.start.with_values(&(self.start.flat() + &way.state * share)),
             clock: self.clock + way.clock * share,
+            angle: self.angle + way.angle * share,
             parameter: self.parameter + way.parameter * share,
         }
     }
@@ -105,6 +109,7 @@ pub(super) struct Way {
     /// How many of the state's numbers are strain and variables.
     present: usize,
     clock: f64,
+    angle: f64,
     pub parameter: f64,
 }
 
@@ -112,7 +117,7 @@ impl Way {
     /// A change of the parameter alone.
     pub fn of_parameter(from: &Unknowns, change: f64) -> Self {
         let state = DVector::zeros(from.start.flat().len());
-        Self { state, present: from.start.present().len(), clock: 0.0, parameter: change }
+        Self { state, present: from.start.present().len(), clock: 0.0, angle: 0.0, parameter: change }
     }
 
     /// Strain and variables.
@@ -121,7 +126,8 @@ impl Way {
     }
 
     pub fn scaled(&self, by: f64) -> Self {
-        Self { state: &self.state * by, clock: self.clock * by, parameter: self.parameter * by, ..self.clone() }
+        let (clock, angle, parameter) = (self.clock * by, self.angle * by, self.parameter * by);
+        Self { state: &self.state * by, present: self.present, clock, angle, parameter }
     }
 }
 

@@ -14,7 +14,7 @@ fn unknowns(turning: &Turning, parameter: f64) -> Unknowns {
     let pairs = turning.strain.iter().flat_map(|strain| [strain.x, strain.y]);
     let strain = DVector::from_vec(pairs.collect());
     let start = Start { strain, variables: DVector::zeros(0), slopes: Vec::new() };
-    Unknowns { start, clock: turning.rate, parameter }
+    Unknowns { start, clock: turning.rate, angle: 0.0, parameter }
 }
 
 fn turning(at: &Unknowns) -> Turning {

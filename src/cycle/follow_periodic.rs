@@ -1,12 +1,14 @@
 //! Swings as places on a branch.
 
 use super::autonomous::check_autonomous;
+use super::axis::check_axis;
 use super::error::CycleError;
 use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
-use super::newton::{Further, Linear, period_unknown};
+use super::newton::{Further, Linear, angle_unknown, period_unknown};
 use super::periodic::{start_of_mode, start_of_orbit};
 use super::periodic_solver::PeriodicSolver;
-use super::swing::{PeriodicOrbit, plane};
+use super::plane::Plane;
+use super::swing::PeriodicOrbit;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -24,14 +26,15 @@ impl Follow for PeriodicSolver {
         amplitude: f64,
         parameter: f64,
     ) -> Result<Unknowns, CycleError> {
-        let period = root.period();
+        let (period, angle) = (self.return_of(root), self.angle.unwrap_or(0.0));
         let mut march = self.march(shoot, period)?;
-        Ok(Unknowns { start: start_of_mode(&mut march, root, amplitude, period)?, clock: period, parameter })
+        Ok(Unknowns { start: start_of_mode(&mut march, root, amplitude, period)?, clock: period, angle, parameter })
     }
 
     fn known<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit, parameter: f64) -> Result<Unknowns, CycleError> {
         let march = self.march(shoot, orbit.period)?;
-        Ok(Unknowns { start: start_of_orbit(&march, orbit)?, clock: orbit.period, parameter })
+        let (start, angle) = (start_of_orbit(&march, orbit)?, self.angle_of(orbit));
+        Ok(Unknowns { start, clock: orbit.period, angle, parameter })
     }
 
     fn correct<M: Model>(
@@ -54,6 +57,7 @@ impl Follow for PeriodicSolver {
             }
             march.kept = at.start.slopes.len();
             march.guesses = std::mem::take(&mut guesses);
+            march.set_angle(at.angle);
             let path = march.run(&at.start, at.clock).map_err(astray)?;
             equilibria += path.equilibria;
             let flat = at.start.flat();
@@ -61,8 +65,11 @@ impl Follow for PeriodicSolver {
             let residual = left.norm() / flat.norm().max(f64::MIN_POSITIVE);
             if residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance) {
                 check_autonomous(&shoot, &path.stages[0][0].rod)?;
-                let (period, start, settings, driven_from) = (at.clock, at.start.clone(), *self, None);
-                let orbit = PeriodicOrbit { period, iterations, equilibria, residual, start, settings, driven_from };
+                check_axis(&march, &path.stages[0][0], at.clock)?;
+                let (period, angle, start) = (at.clock, at.angle, at.start.clone());
+                let (settings, driven_from) = (*self, None);
+                let orbit =
+                    PeriodicOrbit { period, angle, iterations, equilibria, residual, start, settings, driven_from };
                 return Ok(Corrected { orbit, unknowns: at, shoot });
             }
             if iterations == self.max_iterations || !residual.is_finite() {
@@ -78,20 +85,25 @@ impl Follow for PeriodicSolver {
                         let mut march = self.march(&shoot, at.clock)?;
                         at.start.check(march.places.len(), march.variables)?;
                         (march.kept, march.guesses) = (at.start.slopes.len(), known.clone());
+                        march.set_angle(at.angle);
                         Ok::<_, CycleError>(march.run(&at.start, at.clock)?.end.flat())
                     };
                     let [before, after] = condition.beside(at.parameter);
                     let column = (beside(after)? - beside(before)?) / (after - before);
                     let others = vec![0.0, condition.parameter];
                     let parameter = Further { column, state: condition.state.clone(), others };
-                    let period = period_unknown(&mut march, &at.start, at.clock, &path, &condition.weights, 1)?;
+                    let weights = &condition.weights;
+                    let time = period_unknown(&mut march, &at.start, at.clock, &path, weights)?;
+                    let angle = angle_unknown(&march, &at.start, &path, weights, &time)?;
+                    let further = [time, parameter].into_iter().chain(angle).collect();
                     equilibria += 4 * path.equilibria;
-                    Linear::of(&march, at.clock, &path, vec![period, parameter])?
+                    Linear::of(&march, at.clock, &path, further)?
                 }
             };
-            let (change, others) = linear.step(&at.start, &left, &[0.0, condition.left(&at)], iterations)?;
+            let (change, others) = linear.step(&at.start, &left, &[0.0, condition.left(&at), 0.0], iterations)?;
             at.start = at.start.with_values(&(flat + change));
             at.clock *= 1.0 + others[0];
+            at.angle += others.get(2).copied().unwrap_or(0.0);
             at.parameter = condition.fixed.unwrap_or(at.parameter + others[1]);
             (iterations, last) = (iterations + 1, residual);
             kept = Some((linear, residual));
@@ -104,11 +116,9 @@ impl Follow for PeriodicSolver {
         let both = orbit.multipliers_on(&march, &path, vectors)?;
         let (excursion, _) = orbit.largest_excursion_on(&mut march, &path)?;
         let mut exponents = both.map(|set| set.iter().map(|one| one.root(orbit.period)).collect::<Vec<_>>());
-        match plane(&path.strains) {
-            Some(0) => {}
-            Some(_) => exponents.swap(0, 1),
-            // Not in the plane of a director: either set has all of them.
-            None => exponents[1].clear(),
+        if Plane::of(&march, &path).is_none() {
+            // Either set has all of them.
+            exponents[1].clear();
         }
         Ok(Look { excursion, period: orbit.period, exponents, trivial: None })
     }

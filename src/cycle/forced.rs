@@ -8,6 +8,7 @@ use super::periodic_solver::PeriodicSolver;
 use super::sensitivity::look;
 use super::state::Start;
 use super::swing::PeriodicOrbit;
+use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
@@ -20,6 +21,8 @@ impl PeriodicSolver {
     /// A shoot that elongates or of which some tissue does not steer, a period that is not positive or that what
     /// drives the shoot does not have in common, no cycle near the straight shoot.
     pub fn forced(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
+        let (what, angle) = ("angle of a cycle that is driven", self.angle.unwrap_or(0.0));
+        ParameterError::unless(self.angle.is_none(), what, angle, "none: what drives it has no axis")?;
         let mut march = self.march(shoot, period)?;
         let (v, points) = (march.variables, march.places.len());
         let strain = DVector::zeros(2 * points);

@@ -11,6 +11,7 @@ use super::error::CycleError;
 use super::grid::Grid;
 use super::sensitivity::look;
 use super::state::{Start, carried};
+use super::turn::{Turn, turned_back};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -73,6 +74,8 @@ pub(super) struct March<'a, M: Model> {
     pub stimuli: usize,
     pub reads_present: bool,
     pub delays: Vec<Option<f64>>,
+    /// By which the end of a period is turned back, if cycles are sought that come back turned.
+    pub turn: Option<Turn>,
     rod: Rod,
     /// The rods at the stages of the last run: first guesses of the next one.
     pub guesses: Vec<Rod>,
@@ -83,7 +86,8 @@ pub(super) struct March<'a, M: Model> {
 pub(super) type Reading = (isize, Vec<f64>);
 
 impl<'a, M: Model> March<'a, M> {
-    pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64) -> Result<Self, CycleError> {
+    /// `angle` (rad), if the end of a period is turned back by one.
+    pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         ParameterError::positive("period", period)?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
@@ -104,11 +108,22 @@ impl<'a, M: Model> March<'a, M> {
             stimuli: size.stimuli,
             reads_present: size.reads_present,
             delays,
+            turn: angle.map(|angle| Turn::new(&declaration, angle)).transpose()?,
             rod,
             guesses: Vec::new(),
             // Of a shape far from the first guess the stable one.
             solver: NewtonSolver::with_tolerance(PRECISE),
         })
+    }
+
+    /// By which the end of a period is turned back, rad.
+    pub fn angle(&self) -> f64 {
+        self.turn.as_ref().map_or(0.0, |turn| turn.angle)
+    }
+
+    /// Another such angle, if there is one.
+    pub fn set_angle(&mut self, angle: f64) {
+        self.turn.iter_mut().for_each(|turn| turn.angle = angle);
     }
 
     /// Keeps more of the past if delays have become longer against the period.
@@ -203,6 +218,7 @@ impl<'a, M: Model> March<'a, M> {
             variables: begins[self.kept + k].clone(),
             slopes: slopes[k..].to_vec(),
         };
+        out.end = turned_back(self.turn.as_ref(), out.end);
         Ok(out)
     }
 

@@ -4,6 +4,7 @@
 //! stepped in time can be used; it supplies nothing else. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
 mod autonomous;
+mod axis;
 mod branch;
 mod circular;
 mod entry;
@@ -20,11 +21,13 @@ mod march;
 mod newton;
 mod periodic;
 mod periodic_solver;
+mod plane;
 mod point;
 mod sensitivity;
 mod special;
 mod state;
 mod swing;
+mod turn;
 mod turned;
 mod turning_roots;
 mod variation;

@@ -5,9 +5,10 @@ use nalgebra::DVector;
 use super::error::CycleError;
 use super::gmres::gmres;
 use super::march::{March, Path};
-use super::state::Start;
+use super::state::{Start, carried};
 use super::variation::Variation;
 use crate::model::Model;
+use crate::quadrature::lagrange;
 
 /// Krylov's subspaces grow up to this: a return map contracts all but a handful of directions.
 const KRYLOV: usize = 80;
@@ -16,11 +17,15 @@ const LINEAR: f64 = 1e-4;
 /// Step of the central differences by the period, relative: they err by 1e-10.
 const STRETCH: f64 = 1e-5;
 
+/// One minus the cosine of the angle between the change by time and that by a turn, below which they are one: an ellipse whose axes differ by
+/// a thousandth has more.
+const CIRCLE: f64 = 1e-7;
+
 /// An unknown besides the state, with the condition that goes with it.
 pub(super) struct Further {
     /// How the end of a period changes with it.
     pub column: DVector<f64>,
-    /// The condition: weights of the first numbers of the state, and of all further unknowns.
+    /// The condition: weights of the first numbers of the state, and of the first further unknowns.
     pub state: DVector<f64>,
     pub others: Vec<f64>,
 }
@@ -85,7 +90,7 @@ impl Linear {
     }
 }
 
-/// The logarithm of the period as an unknown: what would only shift the time is no change of the state. `others` more follow it.
+/// The logarithm of the period as an unknown: what would only shift the time is no change of the state.
 ///
 /// Strain and variables both count, with weights: of a swing in which all goes to and fro at once, a change of the strain alone may be
 /// one of the amplitude as well as one of the phase.
@@ -95,13 +100,32 @@ pub(super) fn period_unknown(
     period: f64,
     path: &Path,
     weights: &DVector<f64>,
-    others: usize,
 ) -> Result<Further, CycleError> {
     let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
     let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
-    // The variables' rates at the present time: at the last point of the last interval.
+    // The rates at the start: of the strain by extrapolation, of the variables at the last point of the last interval.
+    let mut at_start = vec![0.0; march.grid.order()];
+    lagrange(&march.grid.stages, 0.0, &mut at_start);
+    let strain = carried(&DVector::zeros(start.strain.len()), &path.strain_slopes[0], &at_start);
     let variables = start.slopes.last().and_then(|slopes| slopes.last());
-    let all = path.strain_slopes[0][0].iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
+    let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
     let state = DVector::from_vec(all.collect()).component_mul(weights);
-    Ok(Further { column: (ahead - behind) / (2.0 * STRETCH), state, others: vec![0.0; 1 + others] })
+    Ok(Further { column: (ahead - behind) / (2.0 * STRETCH), state, others: Vec::new() })
+}
+
+/// The angle by which all is turned back as an unknown, if there is one: what would only turn all is no change of the state. Refuses what only
+/// turns as time goes on, of which period and angle are not two unknowns; `time` is that of the period.
+pub(super) fn angle_unknown(
+    march: &March<impl Model>,
+    start: &Start,
+    path: &Path,
+    weights: &DVector<f64>,
+    time: &Further,
+) -> Result<Option<Further>, CycleError> {
+    let Some(turn) = &march.turn else { return Ok(None) };
+    let state = turn.rate(start).present().component_mul(weights);
+    if state.dot(&time.state).abs() > (1.0 - CIRCLE) * state.norm() * time.state.norm() {
+        return Err(CycleError::Circle);
+    }
+    Ok(Some(Further { column: -turn.rate(&path.end).flat(), state, others: Vec::new() }))
 }

@@ -1,15 +1,14 @@
 //! Periodic orbits: fixed points of the time-stepping map, found by Newton's and Krylov's methods.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::autonomous::check_autonomous;
+use super::axis::check_axis;
 use super::error::CycleError;
 use super::fourier::Circle;
 use super::grid::Grid;
 use super::march::March;
-use super::newton::{Linear, period_unknown};
+use super::newton::{Linear, angle_unknown, period_unknown};
 use super::periodic_solver::PeriodicSolver;
 use super::point::{Round, Steady};
 use super::sensitivity::look;
@@ -19,6 +18,7 @@ use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;
+use crate::state::Reading;
 
 /// Waves of a first guess.
 const WAVES: usize = 3;
@@ -37,10 +37,9 @@ impl PeriodicSolver {
         root: &Root,
         amplitude: f64,
     ) -> Result<PeriodicOrbit, CycleError> {
-        let rate = root.value.im;
-        ParameterError::positive("frequency of the mode", rate)?;
+        ParameterError::positive("frequency of the mode", root.value.im)?;
         ParameterError::positive("amplitude of the start", amplitude)?;
-        let period = TAU / rate;
+        let period = self.return_of(root);
         let mut march = self.march(shoot, period)?;
         let (what, points) = ("number of strains of the mode", root.strain.len());
         ParameterError::unless(points == march.places.len(), what, points as f64, "that of the points of the zone")?;
@@ -51,6 +50,28 @@ impl PeriodicSolver {
         self.find(march, start, period, true)
     }
 
+    /// The orbit near which a run in time is: from the shoot's present state and its history, with a first guess of the period (s). The shoot is
+    /// not changed.
+    ///
+    /// # Errors
+    /// Those of [`from_mode`](Self::from_mode), or a shoot that no integrator has moved.
+    pub fn from_run(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
+        let march = self.march(shoot, period)?;
+        let start = start_of_run(&march, period)?;
+        self.find(march, start, period, true)
+    }
+
+    /// The time after which a mode comes back, to about the angle of these settings, s.
+    pub(super) fn return_of(&self, root: &Root) -> f64 {
+        let opposite = self.angle.is_some_and(|angle| angle.cos() < 0.0);
+        if opposite { 0.5 * root.period() } else { root.period() }
+    }
+
+    /// The angle by which an orbit comes back, or the guess of these settings where it came back as it was, rad.
+    pub(super) fn angle_of(&self, orbit: &PeriodicOrbit) -> f64 {
+        if orbit.settings.angle.is_some() { orbit.angle } else { self.angle.unwrap_or(0.0) }
+    }
+
     /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
     /// longer or stiffer. Of the same shoot, with twice the intervals, it tells by its difference how accurate the first was, and its
     /// multipliers.
@@ -58,8 +79,9 @@ impl PeriodicSolver {
     /// # Errors
     /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
-        let march = self.march(shoot, orbit.period)?;
+        let mut march = self.march(shoot, orbit.period)?;
         let start = start_of_orbit(&march, orbit)?;
+        march.set_angle(self.angle_of(orbit));
         self.find(march, start, orbit.period, true)
     }
 
@@ -71,7 +93,7 @@ impl PeriodicSolver {
         mut period: f64,
         free: bool,
     ) -> Result<PeriodicOrbit, CycleError> {
-        let (mut iterations, mut equilibria) = (0, 0);
+        let (mut iterations, mut equilibria, mut angle) = (0, 0, march.angle());
         let (mut kept, mut last): (Option<(Linear, f64)>, _) = (None, f64::INFINITY);
         loop {
             let path = march.keep_enough(&mut start, period).and_then(|()| march.run(&start, period));
@@ -90,8 +112,18 @@ impl PeriodicSolver {
                 return Err(CycleError::Stationary { strain });
             }
             if residual <= self.tolerance {
+                check_axis(&march, &path.stages[0][0], period)?;
                 let (settings, driven_from) = (*self, (!free).then(|| march.shoot.time()));
-                return Ok(PeriodicOrbit { period, iterations, equilibria, residual, start, settings, driven_from });
+                return Ok(PeriodicOrbit {
+                    period,
+                    angle,
+                    iterations,
+                    equilibria,
+                    residual,
+                    start,
+                    settings,
+                    driven_from,
+                });
             }
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
@@ -101,16 +133,19 @@ impl PeriodicSolver {
             let linear = match kept.take() {
                 Some((linear, _)) if !fresh => linear,
                 _ => {
-                    equilibria += if free { 2 * path.equilibria } else { 0 };
-                    let further = if free {
-                        vec![period_unknown(&mut march, &start, period, &path, &start.weights(), 0)?]
-                    } else {
-                        vec![]
-                    };
+                    let mut further = Vec::new();
+                    if free {
+                        equilibria += 2 * path.equilibria;
+                        let weights = start.weights();
+                        let time = period_unknown(&mut march, &start, period, &path, &weights)?;
+                        let angle = angle_unknown(&march, &start, &path, &weights, &time)?;
+                        further.push(time);
+                        further.extend(angle);
+                    }
                     Linear::of(&march, period, &path, further)?
                 }
             };
-            let (change, others) = linear.step(&start, &left, if free { &[0.0] } else { &[] }, iterations)?;
+            let (change, others) = linear.step(&start, &left, &[0.0, 0.0], iterations)?;
             let stretch = others.first().copied().unwrap_or(0.0);
             let share = if free {
                 // As for circular orbits: Newton's method for the residual over the size of the strain.
@@ -123,6 +158,8 @@ impl PeriodicSolver {
             };
             start = start.with_values(&(flat + change * share));
             period *= 1.0 + stretch * share;
+            angle += others.get(1).copied().unwrap_or(0.0) * share;
+            march.set_angle(angle);
             iterations += 1;
             last = residual;
             kept = Some((linear, residual));
@@ -146,6 +183,32 @@ pub(super) fn start_of_orbit(march: &March<impl Model>, orbit: &PeriodicOrbit) -
     Ok(start)
 }
 
+/// The state in which a run in time is, with its past.
+fn start_of_run(march: &March<impl Model>, period: f64) -> Result<Start, CycleError> {
+    let (history, now, points) = (&march.shoot.state.history, march.shoot.time(), march.places.len());
+    let (what, levels) = ("levels of the history of the run", history.levels());
+    ParameterError::unless(levels >= 2, what, levels as f64, "those of a shoot that an integrator has moved")?;
+    let length = period / march.grid.intervals as f64;
+    let read = |reading: Reading| {
+        let all = (0..points).flat_map(|point| history.read(&reading, point));
+        DVector::from_iterator(march.variables * points, all)
+    };
+    let oldest = history.oldest().unwrap_or(now);
+    let slope = |n: usize, stage: &f64| {
+        // What is older than the run knows goes on as it was.
+        let time = (now + (n as f64 - march.kept as f64 + stage) * length).max(oldest);
+        read(history.slope(time)) * length
+    };
+    let interval = |n: usize| march.grid.stages.iter().map(|stage| slope(n, stage)).collect();
+    let rod = march.shoot.rod();
+    let bends = rod.points()[rod.zone()].iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]);
+    Ok(Start {
+        strain: DVector::from_iterator(2 * points, bends),
+        variables: read(history.reading(now, now)),
+        slopes: (0..march.kept).map(interval).collect(),
+    })
+}
+
 /// The state at t = 0 of a mode whose tip goes so far (m): strain and variables go to and fro, the variables as their stimuli make them.
 pub(super) fn start_of_mode<M: Model>(
     march: &mut March<M>,
@@ -167,9 +230,9 @@ pub(super) fn start_of_mode<M: Model>(
         let (rod, force) = march.settle(&at(*phase), 0.0)?;
         look(march.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
     }
-    let round = Round::new(march.shoot.model.tropism(), &circle, TAU / period);
+    let round = Round::new(march.shoot.model.tropism(), &circle, root.value.im);
     let steady = round.settle_all(&march.places, &stimuli)?;
-    Ok(start_of_waves(march, &circle, &steady, at(0.0), TAU))
+    Ok(start_of_waves(march, &circle, &steady, at(0.0), root.value.im * period))
 }
 
 /// The state at t = 0 of variables that are known round a circle, which is gone round by `turn` (rad) in a period.

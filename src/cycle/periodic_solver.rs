@@ -25,12 +25,15 @@ pub struct PeriodicSolver {
     pub tolerance: f64,
     /// Bound on the iterations.
     pub max_iterations: usize,
+    /// None if a cycle comes back as it was. Of a shoot with an axis it may come back turned by an angle about the tangent of the base, as a rosette
+    /// does: then a first guess of that angle, rad, which is an unknown like the period. With π half a swing is sought, for half the work.
+    pub angle: Option<f64>,
 }
 
 impl Default for PeriodicSolver {
-    /// 16 intervals of 6 points, 1e-10, at most 30 iterations.
+    /// 16 intervals of 6 points, 1e-10, at most 30 iterations, no angle.
     fn default() -> Self {
-        Self { intervals: 16, stages: 6, tolerance: 1e-10, max_iterations: 30 }
+        Self { intervals: 16, stages: 6, tolerance: 1e-10, max_iterations: 30, angle: None }
     }
 }
 
@@ -41,6 +44,7 @@ impl PeriodicSolver {
         let (what, number) = ("points in an interval", self.stages);
         ParameterError::unless((1..=STAGES).contains(&number), what, number as f64, "from 1 to 16")?;
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
-        March::new(shoot, Grid::new(self.intervals, self.stages), period)
+        ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
+        March::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use super::branch::{Branch, BranchPoint, Place};
 use super::error::CycleError;
-use super::exponents::{Special, growing, kind};
+use super::exponents::{Special, growing, kind, told};
 use super::follow::{Corrected, Follow};
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -31,11 +31,14 @@ where
 {
     /// Finds where between the last place and another the numbers of growing disturbances change; that waits.
     pub(super) fn special_between(&mut self, to: &Place) -> Result<(), CycleError> {
-        let counts = |place: &Place| place.exponents.each_ref().map(|set| growing(set));
+        // A swing in a plane has two sets, cycles beside it may have one.
+        let apart = [&self.last, to].iter().all(|place| !place.exponents[1].is_empty());
+        let sets = |place: &Place| told(&place.exponents, apart);
+        let counts = |place: &Place| sets(place).map(|set| growing(&set));
         if counts(&self.last) == counts(to) {
             return Ok(());
         }
-        let (first, last) = ((0.0, self.last.exponents.clone()), (1.0, to.exponents.clone()));
+        let (first, last) = ((0.0, sets(&self.last)), (1.0, sets(to)));
         let mut parts = vec![[first.clone(), last.clone()]];
         let mut found = Vec::new();
         // At a fold a real exponent passes zero.
@@ -45,7 +48,7 @@ where
             parts.clear();
             for (end, aside) in [(first, fold - ASIDE), (last, fold + ASIDE)] {
                 if (0.0..=1.0).contains(&aside) {
-                    let other = (aside, self.look_between(to, aside)?.exponents);
+                    let other = (aside, told(&self.look_between(to, aside)?.exponents, apart));
                     parts.push(if aside < fold { [end, other] } else { [other, end] });
                 }
             }
@@ -61,9 +64,9 @@ where
                 while next < low.max(high) {
                     let [a, b] = ends.each_ref().map(|end| end.1[set].get(next).map(|x| (end.0, x.re)));
                     let (Some(a), Some(b)) = (a, b) else { break };
-                    let (share, point) = self.locate(to, (set, next), [a, b])?;
+                    let (share, point) = self.locate(to, (set, next, apart), [a, b])?;
                     let pair = |x: &Complex<f64>, y: &Complex<f64>| (y - x.conj()).norm() <= PAIR * x.norm();
-                    next += match point.exponents[set].get(next..next + 2) {
+                    next += match told(&point.exponents, apart)[set].get(next..next + 2) {
                         Some([x, y]) if x.im != 0.0 && pair(x, y) => 2,
                         _ => 1,
                     };
@@ -118,11 +121,11 @@ where
         Ok(Some(share))
     }
 
-    /// Where one exponent, of a set and with a number in it, passes zero: by secants between two shares of the way at which it is known.
+    /// Where one exponent, of a set and with a number in it, the sets told apart or not, passes zero: by secants between two shares of the way at which it is known.
     fn locate(
         &mut self,
         to: &Place,
-        (set, index): (usize, usize),
+        (set, index, apart): (usize, usize, bool),
         [mut low, mut high]: [(f64, f64); 2],
     ) -> Result<(f64, BranchPoint<S::Orbit>), CycleError> {
         let mut parameter = to.unknowns.parameter;
@@ -130,7 +133,7 @@ where
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let mut point = self.look_between(to, share)?;
             parameter = point.parameter;
-            let Some(exponent) = point.exponents[set].get(index).copied() else { break };
+            let Some(exponent) = told(&point.exponents, apart)[set].get(index).copied() else { break };
             if exponent.re.abs() * point.period < ZERO || high.0 - low.0 < CLOSE {
                 point.special = Some(kind(exponent * point.period, S::MULTIPLIED));
                 return Ok((share, point));

@@ -1,20 +1,18 @@
 //! A periodic orbit, and what is read off it: shapes, the largest excursion, the multipliers of Floquet.
 
-use nalgebra::{Complex, DVector, Vector3};
+use nalgebra::{Complex, DVector, Vector2, Vector3};
 
 use super::autonomous::{check_autonomous, check_period};
 use super::error::CycleError;
 use super::gmres::Krylov;
 use super::march::{March, Path};
 use super::periodic_solver::PeriodicSolver;
+use super::plane::Plane;
 use super::state::{Start, carried};
 use super::variation::Variation;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-
-/// Of a swing in the plane of a director the strain about the other is less than this share.
-const PLANE: f64 = 1e-6;
 
 /// A periodic orbit of a shoot.
 #[derive(Debug, Clone)]
@@ -22,6 +20,9 @@ const PLANE: f64 = 1e-6;
 pub struct PeriodicOrbit {
     /// The period, s.
     pub period: f64,
+    /// By how much all has turned about the tangent of the base after a period, rad, counterclockwise as seen from above the apex: zero
+    /// if it was sought without an angle.
+    pub angle: f64,
     /// Newton iterations.
     pub iterations: usize,
     /// Equilibria that were solved.
@@ -58,6 +59,7 @@ impl PeriodicOrbit {
         let mut march = self.settings.march(shoot, self.period)?;
         self.start.check(march.places.len(), march.variables)?;
         march.kept = self.start.slopes.len();
+        march.set_angle(self.angle);
         let path = march.run(&self.start, self.period)?;
         if self.driven_from.is_none() {
             check_autonomous(shoot, &path.stages[0][0].rod)?;
@@ -147,8 +149,9 @@ impl PeriodicOrbit {
         Ok((excursion(&found), found))
     }
 
-    /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: those of disturbances that begin as a
-    /// strain about director d1 alone, and about d2 alone. An orbit in a plane along a director keeps both apart.
+    /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: of a swing in a plane those of disturbances
+    /// in it, then those of disturbances out of it; of any other orbit twice the same, from two starts. Of an orbit that comes back turned, the
+    /// disturbances are turned back; if it has no plane, the multiplier 1 of what turns all is left out.
     ///
     /// # Errors
     /// A map that is not linearised.
@@ -165,40 +168,35 @@ impl PeriodicOrbit {
         most: usize,
     ) -> Result<[Vec<Multiplier>; 2], CycleError> {
         let variation = Variation::of(march, path, self.period)?;
-        let plane = plane(&path.strains).is_some();
+        let plane = Plane::of(march, path);
+        // To turn all is a disturbance that stays. Beside a shift in time, which stays too, Krylov's spaces do not tell it: what it adds
+        // to others is left out.
+        let turned =
+            march.turn.as_ref().filter(|_| plane.is_none()).map(|turn| turn.rate(&self.start).flat().normalize());
         let mut found = [Vec::new(), Vec::new()];
-        for (c, list) in found.iter_mut().enumerate() {
+        for (out, list) in [false, true].into_iter().zip(&mut found) {
+            let axis = if out { Vector2::y() } else { Vector2::x() };
+            let bend = plane.as_ref().map_or(axis, |plane| plane.bend(out));
             let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
-            for k in (c..start.strain.len()).step_by(2) {
-                start.strain[k] = 1.0 + 0.3 * (k as f64).sin();
+            for (k, strain) in start.strain.as_mut_slice().chunks_exact_mut(2).enumerate() {
+                let size = 1.0 + 0.3 * (2.0 * k as f64).sin();
+                (strain[0], strain[1]) = (size * bend.x, size * bend.y);
             }
             let apply = |start: &Start| {
                 let mut end = variation.apply(start)?;
-                if plane {
-                    // Rounding leaves the plane, or falls back to it: a trivial multiplier would keep it.
-                    end.strain.iter_mut().skip(1 - c).step_by(2).for_each(|x| *x = 0.0);
+                if let Some(plane) = &plane {
+                    // Rounding leaves the plane, or falls back to it: what grows or stays there would come up.
+                    plane.project(&mut end, out);
                 }
-                Ok::<_, CycleError>(end.flat())
+                let mut end = end.flat();
+                if let Some(turned) = &turned {
+                    end.axpy(-turned.dot(&end), turned, 1.0);
+                }
+                Ok::<_, CycleError>(end)
             };
             let krylov = Krylov::of(&apply(&start)?, most, 1e-14, |x| apply(&self.start.with_values(x)), |_| false)?;
             *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
         }
         Ok(found)
-    }
-}
-
-/// The director about which alone a path bends, 0 or 1, if it does so.
-pub(super) fn plane(strains: &[DVector<f64>]) -> Option<usize> {
-    let largest = |c: usize| {
-        let all = strains.iter().flat_map(|strain| strain.iter().skip(c).step_by(2));
-        all.fold(0.0, |most: f64, x| most.max(x.abs()))
-    };
-    let [first, second] = [0, 1].map(largest);
-    if second < PLANE * first {
-        Some(0)
-    } else if first < PLANE * second {
-        Some(1)
-    } else {
-        None
     }
 }

@@ -6,6 +6,7 @@ use super::error::CycleError;
 use super::march::{self, March, Path, Reading};
 use super::sensitivity::stimuli_by_strain;
 use super::state::{Start, carried};
+use super::turn::{Turn, turned_back};
 use crate::model::Model;
 use crate::scene::Scene;
 
@@ -20,6 +21,7 @@ pub(super) struct Variation {
     length: f64,
     implicit: bool,
     sizes: (usize, usize),
+    turn: Option<Turn>,
 }
 
 struct Interval {
@@ -95,6 +97,7 @@ impl Variation {
             length,
             implicit,
             sizes: (march.variables, march.stimuli),
+            turn: march.turn.clone(),
         })
     }
 
@@ -130,7 +133,8 @@ impl Variation {
         }
         let k = self.intervals.len();
         let variables = begins.pop().unwrap_or_else(|| start.variables.clone());
-        Ok(Start { strain, variables, slopes: slopes[k..].to_vec() })
+        let end = Start { strain, variables, slopes: slopes[k..].to_vec() };
+        Ok(turned_back(self.turn.as_ref(), end))
     }
 
     fn strain_slopes(

@@ -267,6 +267,19 @@ impl History {
         Reading { level, weights }
     }
 
+    /// How to read the rates at `time` (s): those of the cubic that [`reading`](Self::reading) takes.
+    pub fn slope(&self, time: f64) -> Reading {
+        let level = self.levels.partition_point(|level| level.time <= time).clamp(1, self.levels.len() - 1) - 1;
+        let (a, b) = (self.levels[level].time, self.levels[level + 1].time);
+        let h = b - a;
+        if h <= 0.0 {
+            return Reading { level, weights: [0.0, 1.0, 0.0, 0.0] };
+        }
+        let x = (time - a) / h;
+        let value = 6.0 * x * (1.0 - x) / h;
+        Reading { level, weights: [-value, (1.0 - x) * (1.0 - 3.0 * x), value, x * (3.0 * x - 2.0)] }
+    }
+
     /// The variables of a point at an earlier time.
     #[inline]
     pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
