@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::error::CycleError;
-use super::march::{March, PRECISE, Stage};
+use super::march::{March, PRECISE, Path};
 use super::sensitivity::look;
 use super::state::Start;
 use super::turned::turned;
@@ -41,10 +41,12 @@ pub(super) fn least_gradient(length: f64) -> f64 {
     0.01 / length
 }
 
-/// Where a cycle may come back turned, refuses what is not the same after a turn: the shape at a stage must be at rest then, too, and
-/// what the laws make of it must have turned with it.
-pub(super) fn check_axis(march: &March<impl Model>, stage: &Stage, period: f64) -> Result<(), CycleError> {
-    let Some(turn) = &march.turn else { return Ok(()) };
+/// Where a cycle may come back turned, refuses what is not the same after a turn: the shape that is bent most must be at rest then, too,
+/// and what the laws make of it must have turned with it.
+pub(super) fn check_axis(march: &March<impl Model>, path: &Path, period: f64) -> Result<(), CycleError> {
+    let stages = path.stages.iter().flatten();
+    let most = stages.max_by(|a, b| a.strain.norm().total_cmp(&b.strain.norm()));
+    let (Some(turn), Some(stage)) = (&march.turn, most) else { return Ok(()) };
     let (shoot, law) = (march.shoot, march.shoot.model.tropism());
     check_rest(shoot, &stage.rod, SOME)?;
     let mut turn = turn.clone();

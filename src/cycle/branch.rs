@@ -38,10 +38,10 @@ pub struct BranchPoint<O> {
     pub orbit: O,
     /// The largest distance of the tip from the axis, m.
     pub excursion: f64,
-    /// The period, s.
+    /// The period, s; of what comes back turned, the time until then.
     pub period: f64,
-    /// The leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones. Of a swing in the plane
-    /// of a director first those of disturbances in the plane, then those out of it; else all are in the first list. Of a circular orbit they are those in
+    /// The leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones. Of a swing in a plane
+    /// first those of disturbances in the plane, then those out of it; else all are in the first list. Of a circular orbit they are those in
     /// the turning frame. Conjugates are told.
     pub exponents: [Vec<Complex<f64>>; 2],
     /// By how much exponents that must be zero are not, times the period: what the intervals and differences leave. Infinite if none of them

@@ -65,7 +65,7 @@ impl Follow for PeriodicSolver {
             let residual = left.norm() / flat.norm().max(f64::MIN_POSITIVE);
             if residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance) {
                 check_autonomous(&shoot, &path.stages[0][0].rod)?;
-                check_axis(&march, &path.stages[0][0], at.clock)?;
+                check_axis(&march, &path, at.clock)?;
                 let (period, angle, start) = (at.clock, at.angle, at.start.clone());
                 let (settings, driven_from) = (*self, None);
                 let orbit =
@@ -75,10 +75,9 @@ impl Follow for PeriodicSolver {
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
             }
-            let fresh = kept.as_ref().is_none_or(|(_, last)| residual > 0.2 * last);
-            let linear = match kept.take() {
-                Some((linear, _)) if !fresh => linear,
-                _ => {
+            let linear = match Linear::that_serves(kept.take(), residual) {
+                Some(linear) => linear,
+                None => {
                     let known = march.guesses.clone();
                     let mut beside = |parameter: f64| {
                         let shoot = family(parameter)?;

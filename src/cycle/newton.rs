@@ -12,6 +12,8 @@ use crate::quadrature::lagrange;
 
 /// Krylov's subspaces grow up to this: a return map contracts all but a handful of directions.
 const KRYLOV: usize = 80;
+/// A linearisation is kept that leaves less than this share of what was left.
+const SERVES: f64 = 0.2;
 /// What a step of Newton's method leaves of its linear problem.
 const LINEAR: f64 = 1e-4;
 /// Step of the central differences by the period, relative: they err by 1e-10.
@@ -39,6 +41,11 @@ pub(super) struct Linear {
 impl Linear {
     pub fn of(march: &March<impl Model>, period: f64, path: &Path, further: Vec<Further>) -> Result<Self, CycleError> {
         Ok(Self { variation: Variation::of(march, path, period)?, further })
+    }
+
+    /// One that was made when so much was left, as long as it has reduced that by much.
+    pub fn that_serves(kept: Option<(Self, f64)>, residual: f64) -> Option<Self> {
+        kept.and_then(|(linear, before)| (residual <= SERVES * before).then_some(linear))
     }
 
     /// The changes of the state and of the further unknowns, by what is left of the map and of the conditions, after so many iterations.

@@ -112,7 +112,7 @@ impl PeriodicSolver {
                 return Err(CycleError::Stationary { strain });
             }
             if residual <= self.tolerance {
-                check_axis(&march, &path.stages[0][0], period)?;
+                check_axis(&march, &path, period)?;
                 let (settings, driven_from) = (*self, (!free).then(|| march.shoot.time()));
                 return Ok(PeriodicOrbit {
                     period,
@@ -128,11 +128,9 @@ impl PeriodicSolver {
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
             }
-            // A linearisation serves as long as it reduces what is left by much.
-            let fresh = kept.as_ref().is_none_or(|(_, last)| residual > 0.2 * last);
-            let linear = match kept.take() {
-                Some((linear, _)) if !fresh => linear,
-                _ => {
+            let linear = match Linear::that_serves(kept.take(), residual) {
+                Some(linear) => linear,
+                None => {
                     let mut further = Vec::new();
                     if free {
                         equilibria += 2 * path.equilibria;
