@@ -119,7 +119,43 @@ fn files_of_a_folder_import_each_other_in_no_circle() {
         let siblings = names_after(&code, "super::").into_iter().map(sibling);
         imports.insert(path.clone(), siblings.filter(|file| file.exists() && *file != path).collect());
     }
-    // Files that import nothing that is left are taken away until none can be.
+    take_away(&mut imports);
+    assert!(imports.is_empty(), "circles among {:?}", imports.keys());
+}
+
+/// A folder inside a module counts as one with all its files.
+#[test]
+fn folders_of_a_module_import_each_other_in_no_circle() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
+    let mut imports: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
+    for (path, code) in sources() {
+        let inside: Vec<_> = path.strip_prefix(&root).unwrap().iter().collect();
+        let ([own, ..], true) = (&inside[..], inside.len() > 1) else { continue };
+        // A file or a folder beside others of the module, which it names by the crate's path, or as what stands above it.
+        let room = root.join(own).join(inside[1]);
+        let mut named = names_after(&code, &format!("crate::{}::", own.to_str().unwrap()));
+        match inside.len() {
+            2 => named.extend(names_after(&code, "super::")),
+            3 if path.ends_with("mod.rs") => named.extend(names_after(&code, "super::")),
+            _ => {}
+        }
+        let beside = |name: String| {
+            let folder = root.join(own).join(&name);
+            if folder.is_dir() { folder } else { folder.with_extension("rs") }
+        };
+        let found = named.into_iter().map(beside).filter(|to| to.exists() && *to != room);
+        // The face of a module hands on what is in it.
+        if !room.ends_with("mod.rs") {
+            imports.entry(room.clone()).or_default().extend(found);
+        }
+    }
+    assert!(imports.keys().filter(|room| room.is_dir()).count() >= 5, "folders were found");
+    take_away(&mut imports);
+    assert!(imports.is_empty(), "circles among {imports:?}");
+}
+
+/// Takes away what imports nothing that is left, until nothing can be.
+fn take_away(imports: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) {
     loop {
         let free: Vec<PathBuf> = imports.iter().filter(|(_, to)| to.is_empty()).map(|(path, _)| path.clone()).collect();
         if free.is_empty() {
@@ -130,5 +166,4 @@ fn files_of_a_folder_import_each_other_in_no_circle() {
             imports.values_mut().for_each(|to| _ = to.remove(&path));
         }
     }
-    assert!(imports.is_empty(), "circles among {:?}", imports.keys());
 }

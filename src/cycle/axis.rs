@@ -3,9 +3,9 @@
 use nalgebra::DVector;
 
 use super::error::CycleError;
-use super::march::{March, PRECISE, Path};
+use super::map::march::{March, PRECISE, Path};
+use super::map::state::Start;
 use super::sensitivity::look;
-use super::state::Start;
 use super::turned::turned;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::load::InternalForce;

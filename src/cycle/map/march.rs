@@ -6,12 +6,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::autonomous::{check_gradients, driven_points};
-use super::error::CycleError;
 use super::grid::Grid;
-use super::sensitivity::look;
 use super::state::{Start, carried};
 use super::turn::{Turn, turned_back};
+use crate::cycle::autonomous::{check_gradients, driven_points};
+use crate::cycle::error::CycleError;
+use crate::cycle::sensitivity::look;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -22,7 +22,7 @@ use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
 /// The largest error of a frame, rad: differences are taken of what equilibria make.
-pub(super) const PRECISE: f64 = 1e-13;
+pub(crate) const PRECISE: f64 = 1e-13;
 /// Periods that a delay may last at most: a state holds the past for so long.
 const PERIODS: f64 = 16.0;
 /// Passes over an interval whose laws read what lies in it.
@@ -32,7 +32,7 @@ const CONVERGED: f64 = 1e-14;
 
 /// The shoot at a stage of an interval.
 #[derive(Debug, Clone)]
-pub(super) struct Stage {
+pub(crate) struct Stage {
     pub rod: Rod,
     pub strain: DVector<f64>,
     /// Point by point.
@@ -43,7 +43,7 @@ pub(super) struct Stage {
 }
 
 /// A period.
-pub(super) struct Path {
+pub(crate) struct Path {
     pub end: Start,
     /// Interval by interval.
     pub stages: Vec<Vec<Stage>>,
@@ -63,7 +63,7 @@ impl Path {
 }
 
 /// Carries a shoot over a period.
-pub(super) struct March<'a, M: Model> {
+pub(crate) struct March<'a, M: Model> {
     pub shoot: &'a Shoot<M>,
     pub grid: Grid,
     pub places: Vec<Growing>,
@@ -83,7 +83,7 @@ pub(super) struct March<'a, M: Model> {
 }
 
 /// Where something is read: so many intervals from the present one, and the weights of its slopes.
-pub(super) type Reading = (isize, Vec<f64>);
+pub(crate) type Reading = (isize, Vec<f64>);
 
 impl<'a, M: Model> March<'a, M> {
     /// `angle` (rad), if the end of a period is turned back by one.

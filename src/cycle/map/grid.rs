@@ -7,7 +7,7 @@ use crate::quadrature::{gauss, lagrange, legendre};
 
 /// Times in units of an interval.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Grid {
+pub(crate) struct Grid {
     /// Intervals in a period.
     pub intervals: usize,
     /// Radau points of an interval, in (0, 1], the last of them 1.

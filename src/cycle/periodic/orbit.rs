@@ -2,14 +2,14 @@
 
 use nalgebra::{Complex, DVector, Vector2, Vector3};
 
-use super::autonomous::{check_autonomous, check_period};
-use super::error::CycleError;
-use super::gmres::Krylov;
-use super::march::{March, Path};
-use super::periodic_solver::PeriodicSolver;
+use super::PeriodicSolver;
 use super::plane::Plane;
-use super::state::{Start, carried};
-use super::variation::Variation;
+use crate::cycle::autonomous::{check_autonomous, check_period};
+use crate::cycle::error::CycleError;
+use crate::cycle::gmres::Krylov;
+use crate::cycle::map::march::{March, Path};
+use crate::cycle::map::state::{Start, carried};
+use crate::cycle::map::variation::Variation;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -29,10 +29,10 @@ pub struct PeriodicOrbit {
     pub equilibria: usize,
     /// By how much a state differs from that one period later, relative.
     pub residual: f64,
-    pub(super) start: Start,
-    pub(super) settings: PeriodicSolver,
+    pub(crate) start: Start,
+    pub(crate) settings: PeriodicSolver,
     /// When a cycle that something drives was begun, s; none if its period is its own.
-    pub(super) driven_from: Option<f64>,
+    pub(crate) driven_from: Option<f64>,
 }
 
 /// A multiplier of Floquet: what a disturbance has become after a period.
@@ -55,7 +55,7 @@ impl Multiplier {
 
 impl PeriodicOrbit {
     /// Goes round once.
-    pub(super) fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
+    pub(crate) fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
         let mut march = self.settings.march(shoot, self.period)?;
         self.start.check(march.places.len(), march.variables)?;
         march.kept = self.start.slopes.len();
@@ -95,7 +95,7 @@ impl PeriodicOrbit {
         self.largest_excursion_on(&mut march, &path)
     }
 
-    pub(super) fn largest_excursion_on(
+    pub(crate) fn largest_excursion_on(
         &self,
         march: &mut March<impl Model>,
         path: &Path,
@@ -161,7 +161,7 @@ impl PeriodicOrbit {
         self.multipliers_on(&march, &path, most)
     }
 
-    pub(super) fn multipliers_on(
+    pub(crate) fn multipliers_on(
         &self,
         march: &March<impl Model>,
         path: &Path,

@@ -1,12 +1,12 @@
 //! A state that is turned about the vertical as a whole.
 
-use super::error::CycleError;
 use super::state::Start;
+use crate::cycle::error::CycleError;
 use crate::tropism::{Declaration, Rotation, Source};
 
 /// A turn of all about the tangent of the base: components 1 and 2 of the strain turn as pairs, the variables as they are declared.
 #[derive(Debug, Clone)]
-pub(super) struct Turn {
+pub(crate) struct Turn {
     /// By how much, rad, counterclockwise as seen from above the apex.
     pub angle: f64,
     /// Of every variable of a point.
@@ -61,7 +61,7 @@ impl Turn {
 }
 
 /// The state turned back, if there is anything to turn it.
-pub(super) fn turned_back(turn: Option<&Turn>, start: Start) -> Start {
+pub(crate) fn turned_back(turn: Option<&Turn>, start: Start) -> Start {
     match turn {
         Some(turn) => turn.back(&start),
         None => start,

@@ -1,8 +1,18 @@
-//! How periodic orbits are sought: the grid of a period, and when one is found.
+//! Periodic orbits: how they are sought, found, read, and entered by a run in time.
+
+mod entry;
+pub(super) mod find;
+mod forced;
+pub(super) mod newton;
+mod orbit;
+pub(super) mod plane;
+
+pub use entry::OrbitHistory;
+pub use orbit::{Multiplier, PeriodicOrbit};
 
 use super::error::CycleError;
-use super::grid::Grid;
-use super::march::March;
+use super::map::grid::Grid;
+use super::map::march::March;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;

@@ -2,10 +2,10 @@
 
 use nalgebra::Complex;
 
-use super::branch::{Branch, BranchPoint, Place};
-use super::error::CycleError;
 use super::exponents::{Special, growing, kind, told};
 use super::follow::{Corrected, Follow};
+use super::{Branch, BranchPoint, Place};
+use crate::cycle::error::CycleError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 

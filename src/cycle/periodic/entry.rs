@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::error::CycleError;
-use super::grid::Grid;
-use super::swing::PeriodicOrbit;
+use super::orbit::PeriodicOrbit;
+use crate::cycle::error::CycleError;
+use crate::cycle::map::grid::Grid;
 use crate::error::ParameterError;
 use crate::integrator::HistoryFunction;
 use crate::model::Model;

@@ -8,7 +8,7 @@ use crate::quadrature::lagrange;
 
 /// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Start {
+pub(crate) struct Start {
     /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
     pub strain: DVector<f64>,
     /// The variables, point by point.
@@ -102,7 +102,7 @@ impl Start {
 }
 
 /// What begins an interval, carried on by its slopes, with their weights.
-pub(super) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[f64]) -> DVector<f64> {
+pub(crate) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[f64]) -> DVector<f64> {
     let mut out = begin.clone();
     slopes.iter().zip(weights).for_each(|(slope, w)| out.axpy(*w, slope, 1.0));
     out

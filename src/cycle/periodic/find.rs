@@ -2,18 +2,18 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::autonomous::check_autonomous;
-use super::axis::check_axis;
-use super::error::CycleError;
-use super::fourier::Circle;
-use super::grid::Grid;
-use super::march::March;
+use super::PeriodicSolver;
 use super::newton::{Linear, angle_unknown, period_unknown};
-use super::periodic_solver::PeriodicSolver;
-use super::point::{Round, Steady};
-use super::sensitivity::look;
-use super::state::Start;
-use super::swing::PeriodicOrbit;
+use super::orbit::PeriodicOrbit;
+use crate::cycle::autonomous::check_autonomous;
+use crate::cycle::axis::check_axis;
+use crate::cycle::error::CycleError;
+use crate::cycle::fourier::Circle;
+use crate::cycle::map::grid::Grid;
+use crate::cycle::map::march::March;
+use crate::cycle::map::state::Start;
+use crate::cycle::point::{Round, Steady};
+use crate::cycle::sensitivity::look;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -62,13 +62,13 @@ impl PeriodicSolver {
     }
 
     /// The time after which a mode comes back, to about the angle of these settings, s.
-    pub(super) fn return_of(&self, root: &Root) -> f64 {
+    pub(crate) fn return_of(&self, root: &Root) -> f64 {
         let opposite = self.angle.is_some_and(|angle| angle.cos() < 0.0);
         if opposite { 0.5 * root.period() } else { root.period() }
     }
 
     /// The angle by which an orbit comes back, or the guess of these settings where it came back as it was, rad.
-    pub(super) fn angle_of(&self, orbit: &PeriodicOrbit) -> f64 {
+    pub(crate) fn angle_of(&self, orbit: &PeriodicOrbit) -> f64 {
         if orbit.settings.angle.is_some() { orbit.angle } else { self.angle.unwrap_or(0.0) }
     }
 
@@ -86,7 +86,7 @@ impl PeriodicSolver {
     }
 
     /// Newton's method for the state, and for the period if that is `free`.
-    pub(super) fn find<M: Model>(
+    pub(crate) fn find<M: Model>(
         &self,
         mut march: March<M>,
         mut start: Start,
@@ -169,7 +169,7 @@ impl PeriodicSolver {
 }
 
 /// The state of an orbit, on the grid of a march.
-pub(super) fn start_of_orbit(march: &March<impl Model>, orbit: &PeriodicOrbit) -> Result<Start, CycleError> {
+pub(crate) fn start_of_orbit(march: &March<impl Model>, orbit: &PeriodicOrbit) -> Result<Start, CycleError> {
     orbit.start.check(march.places.len(), march.variables)?;
     let mut start = orbit.start.clone();
     let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
@@ -208,7 +208,7 @@ fn start_of_run(march: &March<impl Model>, period: f64) -> Result<Start, CycleEr
 }
 
 /// The state at t = 0 of a mode whose tip goes so far (m): strain and variables go to and fro, the variables as their stimuli make them.
-pub(super) fn start_of_mode<M: Model>(
+pub(crate) fn start_of_mode<M: Model>(
     march: &mut March<M>,
     root: &Root,
     amplitude: f64,
@@ -234,7 +234,7 @@ pub(super) fn start_of_mode<M: Model>(
 }
 
 /// The state at t = 0 of variables that are known round a circle, which is gone round by `turn` (rad) in a period.
-pub(super) fn start_of_waves(
+pub(crate) fn start_of_waves(
     march: &March<impl Model>,
     circle: &Circle,
     steady: &[Steady],

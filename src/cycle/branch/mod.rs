@@ -1,17 +1,25 @@
 //! Branches of cycles along a parameter, round folds, with the places at which their stability changes.
 
+mod exponents;
+mod follow;
+mod follow_circular;
+mod follow_periodic;
+mod special;
+
+pub use exponents::Special;
+
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
 
 use nalgebra::Complex;
 
 use super::error::CycleError;
-use super::exponents::{Special, growing};
-use super::follow::{Corrected, Follow, Look, Measure, Unknowns, Way};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Linearisation;
+use exponents::growing;
+use follow::{Corrected, Follow, Look, Measure, Unknowns, Way};
 
 /// A step is halved where the branch turns by more than this, or no cycle is found: cos of 26°.
 const TURN: f64 = 0.9;
@@ -61,7 +69,7 @@ impl<O> BranchPoint<O> {
 
 /// A place on a branch, with its exponents.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+struct Place {
     pub unknowns: Unknowns,
     pub exponents: [Vec<Complex<f64>>; 2],
 }
@@ -77,24 +85,24 @@ pub(super) struct Place {
 /// should therefore be of the size of what is looked at.
 #[derive(Debug, Clone)]
 pub struct Branch<S: Follow, F> {
-    pub(super) solver: S,
-    pub(super) family: F,
+    solver: S,
+    family: F,
     within: RangeInclusive<f64>,
     /// Longest step: of the root mean square of strain times length, rad, and of the parameter over its range, by Pythagoras.
     largest_step: f64,
-    pub(super) measure: Measure,
+    measure: Measure,
     first_step: f64,
     /// The step that is next.
     step: f64,
     /// Where the last place was.
-    pub(super) last: Place,
+    last: Place,
     /// The way to the next one, of unit size.
     way: Way,
     /// Whether that way is a guess.
     rough: bool,
     /// How many exponents of the two sets vanish by symmetry: of cycles whose exponents are in one set, and in two.
     trivial: [Option<[usize; 2]>; 2],
-    pub(super) waiting: VecDeque<BranchPoint<S::Orbit>>,
+    waiting: VecDeque<BranchPoint<S::Orbit>>,
     ended: bool,
 }
 
@@ -286,7 +294,7 @@ where
     }
 
     /// What there is to say of a place.
-    pub(super) fn look(&mut self, found: Corrected<S::Orbit, M>) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
+    fn look(&mut self, found: Corrected<S::Orbit, M>) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
         let Corrected { orbit, unknowns, shoot } = found;
         let Look { excursion, period, exponents: mut sets, trivial } = self.solver.look(&orbit, &shoot, VECTORS)?;
         let mut defect = trivial.unwrap_or(0.0);

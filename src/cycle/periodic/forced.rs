@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 
-use super::autonomous::check_period;
-use super::error::CycleError;
-use super::periodic_solver::PeriodicSolver;
-use super::sensitivity::look;
-use super::state::Start;
-use super::swing::PeriodicOrbit;
+use super::PeriodicSolver;
+use super::orbit::PeriodicOrbit;
+use crate::cycle::autonomous::check_period;
+use crate::cycle::error::CycleError;
+use crate::cycle::map::state::Start;
+use crate::cycle::sensitivity::look;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;

@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::autonomous::check_autonomous;
-use super::circular::{CircularOrbit, CircularSolver, Problem};
-use super::error::CycleError;
-use super::gmres::Krylov;
-use super::periodic::start_of_waves;
-use super::periodic_solver::PeriodicSolver;
-use super::variation::Variation;
+use super::{CircularOrbit, CircularSolver, Problem};
+use crate::cycle::autonomous::check_autonomous;
+use crate::cycle::error::CycleError;
+use crate::cycle::gmres::Krylov;
+use crate::cycle::map::variation::Variation;
+use crate::cycle::periodic::PeriodicSolver;
+use crate::cycle::periodic::find::start_of_waves;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;

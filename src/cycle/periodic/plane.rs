@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 
-use super::march::{March, Path};
-use super::state::Start;
+use crate::cycle::map::march::{March, Path};
+use crate::cycle::map::state::Start;
 use crate::model::Model;
 use crate::tropism::{Declaration, Rotation, Source};
 
@@ -12,7 +12,7 @@ const ACROSS: f64 = 1e-6;
 
 /// A plane to which a path keeps: the directions, along d1 and d2, in which strain and pairs of variables lie all along.
 #[derive(Debug, Clone)]
-pub(super) struct Plane {
+pub(crate) struct Plane {
     bend: Vector2<f64>,
     variables: Vec<Variable>,
 }

@@ -2,16 +2,16 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::error::CycleError;
 use super::march::{self, March, Path, Reading};
-use super::sensitivity::stimuli_by_strain;
 use super::state::{Start, carried};
 use super::turn::{Turn, turned_back};
+use crate::cycle::error::CycleError;
+use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::model::Model;
 use crate::scene::Scene;
 
 /// The derivatives of everything along a path. With a path that comes back it makes the multipliers of Floquet.
-pub(super) struct Variation {
+pub(crate) struct Variation {
     intervals: Vec<Interval>,
     readings: Vec<Vec<Option<Reading>>>,
     upto: Vec<Vec<f64>>,

@@ -2,11 +2,11 @@
 
 use nalgebra::DVector;
 
-use super::error::CycleError;
-use super::gmres::gmres;
-use super::march::{March, Path};
-use super::state::{Start, carried};
-use super::variation::Variation;
+use crate::cycle::error::CycleError;
+use crate::cycle::gmres::gmres;
+use crate::cycle::map::march::{March, Path};
+use crate::cycle::map::state::{Start, carried};
+use crate::cycle::map::variation::Variation;
 use crate::model::Model;
 use crate::quadrature::lagrange;
 
@@ -24,7 +24,7 @@ const STRETCH: f64 = 1e-5;
 const CIRCLE: f64 = 1e-7;
 
 /// An unknown besides the state, with the condition that goes with it.
-pub(super) struct Further {
+pub(crate) struct Further {
     /// How the end of a period changes with it.
     pub column: DVector<f64>,
     /// The condition: weights of the first numbers of the state, and of the first further unknowns.
@@ -33,7 +33,7 @@ pub(super) struct Further {
 }
 
 /// The return map, linearised by the state and by further unknowns.
-pub(super) struct Linear {
+pub(crate) struct Linear {
     variation: Variation,
     further: Vec<Further>,
 }
@@ -101,7 +101,7 @@ impl Linear {
 ///
 /// Strain and variables both count, with weights: of a swing in which all goes to and fro at once, a change of the strain alone may be
 /// one of the amplitude as well as one of the phase.
-pub(super) fn period_unknown(
+pub(crate) fn period_unknown(
     march: &mut March<impl Model>,
     start: &Start,
     period: f64,
@@ -122,7 +122,7 @@ pub(super) fn period_unknown(
 
 /// The angle by which all is turned back as an unknown, if there is one: what would only turn all is no change of the state. Refuses what only
 /// turns as time goes on, of which period and angle are not two unknowns; `time` is that of the period.
-pub(super) fn angle_unknown(
+pub(crate) fn angle_unknown(
     march: &March<impl Model>,
     start: &Start,
     path: &Path,

@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::circular::{CircularOrbit, CircularSolver, Problem, Turning};
-use super::error::CycleError;
 use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
-use super::state::Start;
+use crate::cycle::circular::{CircularOrbit, CircularSolver, Problem, Turning};
+use crate::cycle::error::CycleError;
+use crate::cycle::map::state::Start;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;

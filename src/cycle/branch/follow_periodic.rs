@@ -1,14 +1,14 @@
 //! Swings as places on a branch.
 
-use super::autonomous::check_autonomous;
-use super::axis::check_axis;
-use super::error::CycleError;
 use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
-use super::newton::{Further, Linear, angle_unknown, period_unknown};
-use super::periodic::{start_of_mode, start_of_orbit};
-use super::periodic_solver::PeriodicSolver;
-use super::plane::Plane;
-use super::swing::PeriodicOrbit;
+use crate::cycle::autonomous::check_autonomous;
+use crate::cycle::axis::check_axis;
+use crate::cycle::error::CycleError;
+use crate::cycle::periodic::PeriodicOrbit;
+use crate::cycle::periodic::PeriodicSolver;
+use crate::cycle::periodic::find::{start_of_mode, start_of_orbit};
+use crate::cycle::periodic::newton::{Further, Linear, angle_unknown, period_unknown};
+use crate::cycle::periodic::plane::Plane;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;

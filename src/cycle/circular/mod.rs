@@ -1,5 +1,9 @@
 //! Circular orbits: a shape that turns rigidly about the vertical while its base stays clamped.
 
+mod roots;
+
+pub use roots::{TurningRoot, TurningRoots};
+
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
@@ -8,7 +12,7 @@ use super::autonomous::{check_autonomous, check_gradients, driven_points};
 use super::axis::{broken, check_rest, least_gradient};
 use super::error::CycleError;
 use super::fourier::Circle;
-use super::march::PRECISE;
+use super::map::march::PRECISE;
 use super::point::{Round, Steady};
 use super::sensitivity::{look, stimuli_by_strain};
 use super::turned::turned;

@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{Complex, DVector};
 
-use super::error::CycleError;
-use super::state::Start;
+use crate::cycle::error::CycleError;
+use crate::cycle::map::state::Start;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;
