@@ -6,7 +6,7 @@ use std::cell::Cell;
 use std::f64::consts::PI;
 
 use morphorod::constitutive::LinearElastic;
-use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::load::{ApicalForce, Load, Weight};
 use morphorod::stability::{
     BoundaryPoint, BoundarySettings, Linearisation, StabilityError, StationarySolver, Unstable, boundary, crossings,
@@ -224,6 +224,38 @@ fn what_depends_on_time_is_forced() {
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
     let pull = ApicalForce(|t: f64| Vector3::new(1e-7 * (2.0 * PI * t / 1440.0).sin(), 0.0, 0.0));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
+    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    // A pull along the shoot, which does not bend it as it stands.
+    let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-7 * (2.0 * PI * t / 1440.0).sin()));
+    let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
+    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    let steady = ApicalForce(|_| Vector3::new(0.0, 0.0, 1e-7));
+    assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
+}
+
+/// Days and nights of growth: nothing shows on a shoot that stands, but its answers are not those of a mean.
+#[test]
+fn growth_by_the_clock_is_forced() {
+    #[derive(Debug, Clone)]
+    struct Days;
+    impl GrowthLaw for Days {
+        fn regr(&self, _sigma: f64, time: f64) -> f64 {
+            (1.0 + 0.5 * (2.0 * PI * time / (24.0 * HOUR)).sin()) / (20.0 * HOUR)
+        }
+        fn zone_length(&self) -> f64 {
+            0.1
+        }
+    }
+    let gravitropism = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    let shoot = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(5e-4)
+        .growth(Ongoing(Days))
+        .tropism((gravitropism, BENDING))
+        .load(WEIGHT)
+        .build()
+        .unwrap();
+    let answer = Linearisation::about(&shoot).map(|_| ());
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
 }
 

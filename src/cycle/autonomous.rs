@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::stability::{StabilityError, SteadyState, check_unforced};
+use crate::stability::{StabilityError, SteadyState, change_of_causes, check_unforced, relative};
 use crate::tropism::Growing;
 
 /// Twist that is less than this share of the bend that the laws ask for is rounding: shapes are known to 1e-11.
@@ -32,14 +32,7 @@ pub(super) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, 
 pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(), CycleError> {
     let now = shoot.environment();
     let load = shoot.model.load();
-    check_unforced(shoot, rod, load, &SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &now)))?;
-    // A force shows in no stimulus of a shape that stays, and REGR in no gradient. Times as there: from seconds to days.
-    let change = [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9]
-        .map(|after| change_of_causes(shoot, rod, now.time, now.time + after))
-        .into_iter()
-        .fold(0.0, f64::max);
-    // What does not depend on time is the same to the last bit; some rounding is allowed to what computes with it in vain.
-    if change > 1e-12 { Err(StabilityError::Forced { change: change / rod.length() }.into()) } else { Ok(()) }
+    Ok(check_unforced(shoot, rod, load, &SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &now)))?)
 }
 
 /// Refuses laws, loads, growth or a scene that are not the same a period (s) later, at some times that no period divides.
@@ -48,7 +41,7 @@ pub(super) fn check_period(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) ->
     let mut change = 0.0_f64;
     for part in [0.0, 0.171, 0.377, 0.593, 0.811] {
         let [now, then] = [part, part + 1.0].map(|periods| shoot.environment().time + periods * period);
-        change = change.max(change_of_causes(shoot, rod, now, then));
+        change = change.max(change_of_causes(shoot, rod, load, now, then));
         change = change.max(scene.base(now).angle_to(&scene.base(then)));
         let [a, b] = [now, then].map(|time| {
             let force = InternalForce::of(rod, load, &scene.environment(time));
@@ -61,24 +54,6 @@ pub(super) fn check_period(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) ->
     }
     // A phase of many turns is known to so many roundings.
     if change < 1e-9 { Ok(()) } else { Err(CycleError::NoCommonPeriod { period, change }) }
-}
-
-/// The largest change of force and REGR on a rod from one time to another (s), relative.
-fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: f64, then: f64) -> f64 {
-    let (load, growth, scene) = (shoot.model.load(), shoot.model.growth(), shoot.model.scene());
-    let [a, b] = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
-    let pairs = a.at_points().iter().zip(b.at_points());
-    let force = pairs.map(|(one, other)| relative((one - other).norm(), a.largest(), b.largest())).fold(0.0, f64::max);
-    let regr = rod.points()[rod.zone()].iter().map(|point| {
-        let [a, b] = [now, then].map(|time| growth.regr(point.apex_distance, time));
-        relative((a - b).abs(), a.abs(), b.abs())
-    });
-    regr.fold(force, f64::max)
-}
-
-/// A difference of two numbers of these sizes, relative to the larger.
-fn relative(difference: f64, a: f64, b: f64) -> f64 {
-    difference / a.max(b).max(f64::MIN_POSITIVE)
 }
 
 /// Refuses growth gradients that are not numbers or that twist: strain is sought that bends.

@@ -21,10 +21,10 @@ pub enum StabilityError {
         /// Number of negative eigenvalues of the energy.
         negative: usize,
     },
-    /// A law, a load, gravity or the base depends on time (an oscillator, say): nothing is stationary.
-    #[error("the shoot is forced: its laws or its base change in time, by {change:.3e} 1/m; leave the forcing out")]
+    /// A law, a load, growth, gravity or the base depends on time (an oscillator, say): nothing is stationary.
+    #[error("the shoot is forced: its laws, loads or base change in time, by {change:.3e} 1/m; leave the forcing out")]
     Forced {
-        /// By how much the gradient changes, or the turn of the base over the length, 1/m.
+        /// By how much the gradient changes, or over the length the turn of the base, or force and REGR as shares of themselves, 1/m.
         change: f64,
     },
     /// The shoot is not stationary.

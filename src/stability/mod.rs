@@ -88,5 +88,5 @@ pub use refine::Refinement;
 pub use refine_boundary::{RefinedBoundary, RefinedPoint};
 pub use response::Response;
 pub use stationary::{Stationary, StationarySolver};
-pub(crate) use steady::{SteadyState, check_unforced};
+pub(crate) use steady::{SteadyState, change_of_causes, check_unforced, relative};
 pub use transient::TransientGrowth;

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 use super::error::StabilityError;
+use crate::growth::GrowthLaw;
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::Rod;
@@ -92,7 +93,7 @@ pub(super) fn stimulus_derivatives(
     (strain, turn)
 }
 
-/// Refuses what depends on time: laws, loads, gravity, the base.
+/// Refuses what depends on time: laws, loads, growth, gravity, the base.
 pub(crate) fn check_unforced(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -110,7 +111,31 @@ pub(crate) fn check_unforced(
         for (then, now) in then.gradients.iter().zip(&steady.gradients) {
             change = change.max((then - now).norm());
         }
+        // A force shows in no stimulus of a shape that stays, and REGR in no gradient. What does not depend on time is the same to the last
+        // bit; some rounding is allowed to what computes with it in vain.
+        let causes = change_of_causes(shoot, rod, load, time, later);
+        if causes > 1e-12 {
+            change = change.max(causes / rod.length());
+        }
     }
     // Rounding of a gradient of the size of 1/radius.
     if change > 1e-12 / steady.radius() { Err(StabilityError::Forced { change }) } else { Ok(()) }
+}
+
+/// The largest change of force and REGR on a rod from one time to another (s), relative.
+pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, load: &impl Load, now: f64, then: f64) -> f64 {
+    let (growth, scene) = (shoot.model.growth(), shoot.model.scene());
+    let [a, b] = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
+    let pairs = a.at_points().iter().zip(b.at_points());
+    let force = pairs.map(|(one, other)| relative((one - other).norm(), a.largest(), b.largest())).fold(0.0, f64::max);
+    let regr = rod.points()[rod.zone()].iter().map(|point| {
+        let [a, b] = [now, then].map(|time| growth.regr(point.apex_distance, time));
+        relative((a - b).abs(), a.abs(), b.abs())
+    });
+    regr.fold(force, f64::max)
+}
+
+/// A difference of two numbers of these sizes, relative to the larger.
+pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
+    difference / a.max(b).max(f64::MIN_POSITIVE)
 }
