@@ -27,7 +27,7 @@ impl Environment {
 ///
 /// ```
 /// use morphorod::Scene;
-/// use nalgebra::{UnitQuaternion, Vector3};
+/// use morphorod::nalgebra::{UnitQuaternion, Vector3};
 ///
 /// /// A horizontal axis, e1, about which the base turns at a rate in rad/s.
 /// struct Clinostat(f64);

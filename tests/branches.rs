@@ -98,7 +98,8 @@ fn swings_from_the_onset_on_lead_to_the_known_ones() {
     assert!((outside - Complex::from(0.105_275_641_8)).norm() < 1e-7, "{outside}");
     for point in &points {
         assert_eq!((point.unstable(), point.special), (1, None), "left out of its plane");
-        assert!(point.orbit.iterations <= 8, "{}: {}", point.parameter, point.orbit.iterations);
+        // The first steps change the amplitude by a half.
+        assert!(point.orbit.iterations <= 12, "{}: {}", point.parameter, point.orbit.iterations);
     }
 }
 

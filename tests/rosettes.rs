@@ -11,10 +11,11 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, Root};
 use morphorod::tropism::{
-    Declaration, DirectionalTropism, Oscillator, Perception, Proprioception, Remembered, Response, Site, Source,
+    Declaration, DirectionalTropism, Growing, Oscillator, Perception, Proprioception, Remembered, Response, Rotation,
+    SettledStatoliths, Site, Source, Statoliths, TropismLaw, Variable,
 };
 use morphorod::{Model, Section, Shoot, ShootBuilder};
-use nalgebra::{Rotation2, Vector3};
+use nalgebra::{Complex, Rotation2, Vector3};
 use shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, Reduced, STATOLITHS, reduced, steering};
 
 /// A shoot that steers all along, with equal elements.
@@ -98,6 +99,11 @@ fn half_a_swing_is_a_swing() {
         let whole = PeriodicSolver::default().from_mode(&shoot, &root, 1e-3 * largest).unwrap();
         assert_eq!(whole.angle, 0.0);
         assert!(half.equilibria < 2 * whole.equilibria / 3, "{length}: {} {}", half.equilibria, whole.equilibria);
+        // From one to the other and back.
+        let back = PeriodicSolver::default().from_orbit(&shoot, &half).unwrap();
+        let again = turning(8, PI).from_orbit(&shoot, &whole).unwrap();
+        assert!((back.period / whole.period - 1.0).abs() < 1e-9 && back.iterations <= 3, "{}", back.iterations);
+        assert!((again.period / half.period - 1.0).abs() < 1e-9 && again.iterations <= 3, "{}", again.iterations);
     }
 }
 
@@ -191,10 +197,9 @@ fn rosettes_end_at_the_torus_of_circles() {
 
     let swing = turning(12, 0.0).from_mode(&straight, &root, 0.009).unwrap();
     let branch = Branch::from_orbit(turning(12, 0.0), family, &swing, 0.0, 5e-4, within).unwrap();
-    let mut rosettes: Vec<_> = branch.largest_step(0.1).unwrap().collect();
-    // The last step finds no more of them: next to the circle there are two, an ellipse and the same a quarter of a turn later.
-    assert!(rosettes.pop().unwrap().is_err());
-    let rosettes: Vec<_> = rosettes.into_iter().map(Result::unwrap).collect();
+    // Beyond the circle there are the same rosettes, a quarter of a turn later: they are not told again.
+    let rosettes: Vec<_> = branch.largest_step(0.1).unwrap().map(Result::unwrap).collect();
+    assert!(rosettes.windows(2).all(|pair| pair[0].parameter < pair[1].parameter));
     // The disturbance that takes a swing out of its plane grows here, too, and nothing is special on the way.
     assert!(rosettes.iter().all(|point| point.special.is_none() && point.unstable() == 1));
     assert!(rosettes.iter().all(|point| point.trivial < 1e-8));
@@ -226,6 +231,18 @@ fn a_run_in_time_is_a_start() {
         }
         assert!(defect < 1e-8, "{defect:e}");
     }
+    // At rest, with a past that has left nothing behind, it is on no orbit yet; but near enough.
+    let mut rest = plain.clone();
+    rest.set_intrinsic(|_| Vector3::new(3.0, 8.0, 0.0));
+    MethodOfSteps::new(120.0).advance(&mut rest, 0.0).unwrap();
+    let found = PeriodicSolver::default().from_run(&rest, 87.0 * MINUTE).unwrap();
+    assert!((found.period / swing.period - 1.0).abs() < 1e-9, "{}", found.period);
+    // A shoot that stands still and that nothing drives goes on standing, whatever rounding its shape has.
+    let mut still = shoot(0.0670, 4).build().unwrap();
+    still.set_intrinsic(|_| Vector3::new(0.0, 3.0, 0.0));
+    MethodOfSteps::new(120.0).advance(&mut still, HOUR).unwrap();
+    let standing = PeriodicSolver::default().forced(&still, 90.0 * MINUTE).unwrap();
+    assert!(excursion(&standing, &still) < 1e-9, "{}", excursion(&standing, &still));
     // Its shape alone is a start for a circle.
     let start = Turning::of_rod(run.rod(), root.value.im);
     let found = CircularSolver::default().solve(&run, &start).unwrap();
@@ -265,4 +282,141 @@ fn what_makes_no_sense_is_refused() {
     assert!(parameter(error, "angle of a periodic orbit"));
     let error = PeriodicSolver::default().from_run(&plain, 5000.0).unwrap_err();
     assert!(parameter(error, "levels of the history of the run"));
+}
+
+/// Tissue that remembers how far it bends about the direction in which it leans: zero on a swing, and another sign in its mirror image.
+struct Sidelong {
+    declared: bool,
+}
+
+impl TropismLaw for Sidelong {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(3);
+        let variable = Variable::read_after(MEMORY.delay).relaxing_in(MEMORY.time);
+        let turning = |rotation| if self.declared { variable.turning(rotation) } else { variable };
+        for rotation in [Rotation::First, Rotation::Second, Rotation::Invariant] {
+            to.variable(turning(rotation));
+        }
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let up = site.along_directors(&Vector3::z());
+        let (bend, lean) = (site.strain.xy() * RADIUS, up.xy());
+        stimuli.copy_from_slice(&[bend.x, bend.y, bend.dot(&lean)]);
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        (0..3).for_each(|k| rates[k] = (stimuli[k] - variables[k]) / MEMORY.time);
+    }
+
+    fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::new(-past[1], past[0], 0.0) * (3e4 * past[2] / at.section.radius())
+    }
+}
+
+#[test]
+fn what_changes_its_sign_in_a_mirror_leads_out_of_the_plane() {
+    // By a law that says how its variables turn and by one that does not: the multipliers in the plane and out of it.
+    let [known, unknown] = [true, false].map(|declared| {
+        let shoot = shoot(0.067, 4).tropism((steering(SettledStatoliths), Sidelong { declared })).build().unwrap();
+        let swing = PeriodicSolver::default().from_mode(&shoot, &mode(&shoot), 0.034).unwrap();
+        rates(&swing, &shoot).0
+    });
+    let plain = [-0.286710238, 0.105275642];
+    assert!((known[0] - plain[0]).abs() < 1e-6, "nothing changes in the plane: {known:?}");
+    assert!((known[1] - plain[1]).abs() > 1e-3, "but out of it: {known:?}");
+    assert!((known[1] - unknown[1]).abs() < 1e-7, "{known:?} {unknown:?}");
+}
+
+/// A wall beside the shoot, on one side: tissue that remembers it gives way.
+struct Wall;
+
+impl TropismLaw for Wall {
+    fn declare(&self, to: &mut Declaration) {
+        to.with_position().stimuli(1);
+        to.variable(Variable::read_after(30.0).relaxing_in(60.0).turning(Rotation::Invariant));
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        stimuli[0] = (site.position.x - 0.01).max(0.0).powi(4);
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        rates[0] = (stimuli[0] - variables[0]) / 60.0;
+    }
+
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::new(0.0, -1e10 * past[0], 0.0)
+    }
+}
+
+#[test]
+fn a_wall_on_one_side_breaks_the_axis() {
+    let walled = shoot(0.067, 4).tropism((steering(SettledStatoliths), Wall)).build().unwrap();
+    let mut root = mode(&walled);
+    // A first half on the free side, whatever the phase.
+    let turn = Complex::from_polar(1.0, 1.2);
+    root.strain.iter_mut().for_each(|strain| *strain = strain.map(|s| s * turn));
+    for angle in [PI, 0.0] {
+        let found = turning(12, angle).from_mode(&walled, &root, 0.034);
+        assert!(matches!(found, Err(CycleError::NoAxis { .. })), "{angle}: {found:?}");
+    }
+    assert!(PeriodicSolver::default().from_mode(&walled, &root, 0.034).is_ok());
+}
+
+/// Something that rests and steers nothing, in a unit in which its number is large.
+struct Pressure;
+
+impl TropismLaw for Pressure {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(1);
+        to.variable(Variable::read_after(1.0).relaxing_in(600.0).turning(Rotation::Invariant));
+    }
+
+    fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+        stimuli[0] = 1e6;
+    }
+
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        rates[0] = (stimuli[0] - variables[0]) / 600.0;
+    }
+
+    fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
+#[test]
+fn orbits_do_not_depend_on_units_angles_or_fast_laws() {
+    let plain = shoot(0.067, 4).build().unwrap();
+    let root = mode(&plain);
+    let swing = PeriodicSolver::default().from_mode(&plain, &root, 0.034).unwrap();
+    // A variable of a megapascal, in pascals.
+    let pressed = shoot(0.067, 4).tropism((steering(SettledStatoliths), Pressure)).build().unwrap();
+    let found = PeriodicSolver::default().from_mode(&pressed, &root, 0.034).unwrap();
+    assert!((found.period / swing.period - 1.0).abs() < 1e-9, "{} {}", found.period, swing.period);
+    // Statoliths that settle in a microsecond: their rates are differences of large numbers.
+    let fast = Statoliths { avalanche_time: 1e-6 };
+    let fast = shoot(0.067, 4).tropism(steering(fast)).build().unwrap();
+    let found = turning(8, PI).from_mode(&fast, &root, 0.034).unwrap();
+    assert!((2.0 * found.period / swing.period - 1.0).abs() < 1e-8, "{} {}", 2.0 * found.period, swing.period);
+    // A mode that is straight at its start.
+    let mut straight = root.clone();
+    straight.strain.iter_mut().for_each(|strain| *strain = strain.map(|s| s * Complex::i()));
+    let found = PeriodicSolver::default().from_mode(&plain, &straight, 0.034).unwrap();
+    assert!((found.period / swing.period - 1.0).abs() < 1e-9);
+    // Guesses of the angle, with periods on the way that need more of the past than the first.
+    for guess in [0.6, 1.6, 2.8, 3.4, -PI] {
+        let Ok(found) = turning(8, guess).from_mode(&plain, &root, 0.034) else { continue };
+        let swings = found.period / swing.period;
+        assert!((2.0 * swings - (2.0 * swings).round()).abs() < 1e-8, "{guess}: {swings}");
+        assert!((found.angle.sin()).abs() < 1e-8, "{guess}: {}", found.angle);
+    }
+    // A circle that is found as an orbit comes back turned after any time.
+    let circle = CircularSolver::default().solve(&plain, &Turning::of_mode(&root, 0.03)).unwrap();
+    let round = mode(&shoot(0.067, 4).tropism(winding(1e-3)).build().unwrap());
+    let orbit = PeriodicSolver::default().from_mode(&plain, &round, 0.03).unwrap();
+    assert!((orbit.period / circle.period() - 1.0).abs() < 1e-8, "{}", orbit.period);
+    let error = turning(16, 0.0).from_orbit(&plain, &orbit).unwrap_err();
+    assert!(matches!(error, CycleError::Circle), "{error}");
 }

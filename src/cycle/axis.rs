@@ -3,8 +3,9 @@
 use nalgebra::DVector;
 
 use super::error::CycleError;
-use super::map::march::{March, PRECISE, Path};
+use super::map::march::{March, PRECISE, Path, Stage};
 use super::map::state::Start;
+use super::map::turn::Turn;
 use super::sensitivity::look;
 use super::turned::turned;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -12,12 +13,10 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Declaration, Rotation, TropismLaw};
 
 /// What breaks the axis by more than this of itself is no rounding: forces and couples are known to 1e-11.
 const AXIAL: f64 = 1e-8;
-/// An angle that is no part of a turn, rad: what is the same after it has an axis.
-const SOME: f64 = 1.0;
 
 /// Refuses elasticity, loads or a scene that leave a rod at rest no longer at rest when it has been turned by an angle (rad).
 pub(super) fn check_rest(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64) -> Result<(), CycleError> {
@@ -41,16 +40,24 @@ pub(super) fn least_gradient(length: f64) -> f64 {
     0.01 / length
 }
 
-/// Where a cycle may come back turned, refuses what is not the same after a turn: the shape that is bent most must be at rest then, too,
-/// and what the laws make of it must have turned with it.
+/// Where a cycle may come back turned, refuses what is not the same after a turn: shapes all along the cycle must be at rest then, too,
+/// and what the laws make of them must have turned with them.
 pub(super) fn check_axis(march: &March<impl Model>, path: &Path, period: f64) -> Result<(), CycleError> {
-    let stages = path.stages.iter().flatten();
-    let most = stages.max_by(|a, b| a.strain.norm().total_cmp(&b.strain.norm()));
-    let (Some(turn), Some(stage)) = (&march.turn, most) else { return Ok(()) };
+    let Some(turn) = &march.turn else { return Ok(()) };
+    for (n, stages) in path.stages.iter().enumerate() {
+        // By the angle after which the cycle goes on, and by others all around.
+        for angle in [turn.angle, 1.0 + n as f64] {
+            let Some(stage) = stages.first() else { continue };
+            check_rest(march.shoot, &stage.rod, angle)?;
+            check_laws(march, &turn.by(-angle), stage, period)?;
+        }
+    }
+    Ok(())
+}
+
+/// Refuses laws that make something else of a stage that is turned, by the inverse of `turn`.
+fn check_laws(march: &March<impl Model>, turn: &Turn, stage: &Stage, period: f64) -> Result<(), CycleError> {
     let (shoot, law) = (march.shoot, march.shoot.model.tropism());
-    check_rest(shoot, &stage.rod, SOME)?;
-    let mut turn = turn.clone();
-    turn.angle = -SOME;
     let (v, m, p) = (march.variables, march.stimuli, march.places.len());
     let state = |strain: &DVector<f64>, variables: &DVector<f64>| Start {
         strain: strain.clone(),
@@ -69,7 +76,7 @@ pub(super) fn check_axis(march: &March<impl Model>, path: &Path, period: f64) ->
         }
         state(&gradients, &rates)
     };
-    let rod = turned(&stage.rod, SOME);
+    let rod = turned(&stage.rod, -turn.angle);
     let force = InternalForce::of(&rod, shoot.model.load(), &shoot.environment());
     let mut stimuli = stage.stimuli.clone();
     look(shoot, &rod, &force, |i, x| stimuli.as_mut_slice()[i * m..(i + 1) * m].copy_from_slice(x));
@@ -77,12 +84,21 @@ pub(super) fn check_axis(march: &March<impl Model>, path: &Path, period: f64) ->
         [&stage.variables, &stage.past].map(|values| turn.back(&state(&stage.strain, values)).variables);
     let expected = turn.back(&answer(&stage.stimuli, &stage.variables, &stage.past));
     let found = answer(&stimuli, &variables, &past);
-    let slow = stage.variables.amax() / period;
-    for (found, expected, least) in
-        [(found.strain, expected.strain, least_gradient(rod.length())), (found.variables, expected.variables, slow)]
-    {
-        let size = expected.amax().max(least).max(f64::MIN_POSITIVE);
-        broken("tropism", (found - expected).amax() / size)?;
+    let least = least_gradient(rod.length());
+    broken("tropism", (found.strain - &expected.strain).amax() / expected.strain.amax().max(least))?;
+    // The rate of a variable that relaxes fast is a difference of large numbers. Of a pair the larger counts.
+    let laws = Declaration::of(law);
+    for (a, variable) in laws.variables().iter().enumerate() {
+        let one =
+            |all: &DVector<f64>, a: usize| all.iter().skip(a).step_by(v).fold(0.0_f64, |most, x| most.max(x.abs()));
+        let largest = |all: &DVector<f64>| match variable.rotation {
+            Rotation::First => one(all, a).max(one(all, a + 1)),
+            Rotation::Second => one(all, a - 1).max(one(all, a)),
+            _ => one(all, a),
+        };
+        let usual = largest(&stage.variables) / variable.time_constant.min(period);
+        let size = largest(&expected.variables).max(usual).max(f64::MIN_POSITIVE);
+        broken("tropism", largest(&(&found.variables - &expected.variables)) / size)?;
     }
     Ok(())
 }

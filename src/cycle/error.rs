@@ -102,7 +102,10 @@ pub enum CycleError {
         width: f64,
     },
     /// Newton's method did not converge.
-    #[error("no convergence in {iterations} iterations: {residual:.1e} of the growth gradient is left")]
+    #[error(
+        "Newton's method goes no further after {iterations} iterations, with {residual:.1e} left, relative: the start may be too far from \
+         a cycle, or there may be none"
+    )]
     NotConverged {
         /// Iterations done.
         iterations: usize,

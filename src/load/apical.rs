@@ -12,7 +12,7 @@ use crate::scene::Environment;
 ///
 /// ```
 /// use morphorod::load::ApicalForce;
-/// use nalgebra::Vector3;
+/// use morphorod::nalgebra::Vector3;
 /// let pull = ApicalForce(|_t: f64| Vector3::new(0.0, 0.0, 1e-5));
 /// # let _ = pull;
 /// ```

@@ -54,7 +54,7 @@ impl Cut {
 /// ```
 /// use morphorod::load::{Cut, Load};
 /// use morphorod::Environment;
-/// use nalgebra::Vector3;
+/// use morphorod::nalgebra::Vector3;
 ///
 /// /// Force per length and height, N/m², along e1, on a shoot that stands nearly upright.
 /// struct Wind(f64);
@@ -74,7 +74,7 @@ impl Cut {
 /// use morphorod::constitutive::Tissue;
 /// use morphorod::load::{Cut, Load};
 /// use morphorod::Environment;
-/// use nalgebra::Vector3;
+/// use morphorod::nalgebra::Vector3;
 ///
 /// /// Pressure of the wind, Pa, along e1.
 /// struct Pressure(f64);

@@ -19,7 +19,7 @@ use crate::scene::Environment;
 /// use morphorod::Shoot;
 /// use morphorod::constitutive::LinearElastic;
 /// use morphorod::load::{PointForce, Weight};
-/// use nalgebra::Vector3;
+/// use morphorod::nalgebra::Vector3;
 ///
 /// // A fruit of half a gram, 2 cm below the tip of a shoot of 10 cm.
 /// let fruit = PointForce { initial_apex_distance: 0.02, force: Vector3::new(0.0, 0.0, -0.5e-3 * 9.81) };

@@ -13,7 +13,7 @@
 //!
 //! ```
 //! use morphorod::orbit::{Path, Pattern, Search};
-//! use nalgebra::Vector3;
+//! use morphorod::nalgebra::Vector3;
 //!
 //! // A tip that circles once in 90 min, and 24 min, counterclockwise, while it grows.
 //! let times: Vec<f64> = (0..600).map(|k| 120.0 * f64::from(k)).collect();

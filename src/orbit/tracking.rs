@@ -111,7 +111,7 @@ impl PlanePath {
     ///
     /// ```
     /// use morphorod::orbit::{Band, PlanePath};
-    /// use nalgebra::Vector2;
+    /// use morphorod::nalgebra::Vector2;
     ///
     /// // 2 mm round in 90 min, clockwise, while the plant drifts by 40 mm in a day.
     /// let times: Vec<f64> = (0..720).map(|k| 120.0 * f64::from(k)).collect();

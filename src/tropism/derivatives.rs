@@ -17,7 +17,7 @@ const STEP: f64 = 1e-4;
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, Growing, LawDerivatives, TropismLaw, Variable};
-/// use nalgebra::{DMatrix, Vector3};
+/// use morphorod::nalgebra::{DMatrix, Vector3};
 ///
 /// /// Two variables relax to two stimuli; the gradient is a multiple of them.
 /// struct Own;

@@ -122,7 +122,7 @@ impl Growing {
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
-/// use nalgebra::Vector3;
+/// use morphorod::nalgebra::Vector3;
 ///
 /// struct Thermotwist {
 ///     /// Of the tissue, s.

@@ -28,7 +28,7 @@ impl<const N: usize> Signal for [f64; N] {
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Perception, Response, Site, Source};
-/// use nalgebra::Vector3;
+/// use morphorod::nalgebra::Vector3;
 ///
 /// struct Sunlight(Vector3<f64>);
 ///

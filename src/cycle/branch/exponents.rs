@@ -15,7 +15,7 @@ pub enum Special {
     Pitchfork,
     /// A multiplier passes −1: a branch of cycles begins that come back after two periods.
     PeriodDoubling,
-    /// A pair of exponents passes the axis: a motion with a second period begins, on a torus.
+    /// A pair of exponents passes the axis: a motion with a second period begins, on a torus. The tip draws a rosette, or swings more and less.
     Torus,
 }
 

@@ -60,7 +60,14 @@ pub struct Look {
 pub struct Corrected<O, M: Model> {
     pub orbit: O,
     pub unknowns: Unknowns,
+    pub(super) same: Same,
     pub shoot: Shoot<M>,
+}
+
+/// States that are the same cycle: directions, of strain and variables, in which a state goes as time passes, and as all is turned.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Same {
+    pub directions: Vec<DVector<f64>>,
 }
 
 /// Where a branch is: a state, the period (s) or the rate (1/s), an angle, and the parameter.
@@ -172,8 +179,8 @@ impl Measure {
     pub fn condition(&self, way: &Way, guess: &Unknowns) -> Condition {
         let state = self.weights.component_mul(&way.present());
         let parameter = way.parameter / self.range.powi(2);
-        let weights = self.weights.clone();
-        let mut out = Condition { weights, state, parameter, value: 0.0, fixed: None, within: self.within };
+        let mut out = Condition { state, parameter, ..self.at(0.0) };
+        (out.value, out.fixed) = (0.0, None);
         out.value = -out.left(guess);
         out
     }
@@ -182,7 +189,19 @@ impl Measure {
     pub fn at(&self, parameter: f64) -> Condition {
         let (weight, within) = (self.range.recip(), self.within);
         let (weights, state) = (self.weights.clone(), DVector::zeros(self.weights.len()));
-        Condition { weights, state, parameter: weight, value: weight * parameter, fixed: Some(parameter), within }
+        let (value, fixed) = (weight * parameter, Some(parameter));
+        Condition { weights, state, parameter: weight, value, fixed, within, phases: Vec::new() }
+    }
+
+    /// Whether two rosettes are on either side of a circle. There a shift in time is a turn; beyond it the two differ by the opposite.
+    pub fn circle_between(&self, a: &Same, b: &Same) -> bool {
+        let differ = |same: &Same| {
+            let [time, turn] = &same.directions[..] else { return None };
+            let along = |x: &DVector<f64>| self.weights.component_mul(x).dot(turn);
+            Some(time - turn * (along(time) / along(turn)))
+        };
+        let products = differ(a).zip(differ(b)).map(|(a, b)| self.weights.component_mul(&a).dot(&b));
+        products.is_some_and(|product| product < 0.0)
     }
 }
 
@@ -201,9 +220,34 @@ pub struct Condition {
     pub(super) fixed: Option<f64>,
     /// The range of the parameter.
     within: [f64; 2],
+    /// Weights of strain and variables, and values, by which a state is told from others of the same cycle; none if they are those of the
+    /// guess.
+    phases: Vec<(DVector<f64>, f64)>,
 }
 
 impl Condition {
+    /// The same, with a state that is neither later than that of a place nor turned against it: else a branch would spend its steps on
+    /// going round a cycle.
+    pub(super) fn beside_place(mut self, place: &Unknowns, same: &Same) -> Self {
+        let phase = |direction: &DVector<f64>| {
+            let weights = self.weights.component_mul(direction);
+            let value = weights.dot(&place.start.present());
+            (weights, value)
+        };
+        self.phases = same.directions.iter().map(phase).collect();
+        self
+    }
+
+    /// Weights of strain and variables by which one such phase is told, if it is not that of the guess.
+    pub(super) fn phase(&self, k: usize) -> Option<&DVector<f64>> {
+        self.phases.get(k).map(|(weights, _)| weights)
+    }
+
+    /// What is left of it.
+    pub(super) fn phase_left(&self, k: usize, at: &Unknowns) -> f64 {
+        self.phases.get(k).map_or(0.0, |(weights, value)| value - weights.dot(&at.start.present()))
+    }
+
     /// Two parameters beside one, for differences: within the range, outside which there may be no shoot.
     pub(super) fn beside(&self, parameter: f64) -> [f64; 2] {
         let [from, to] = self.within;

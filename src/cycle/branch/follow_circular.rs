@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
-use crate::cycle::circular::{CircularOrbit, CircularSolver, Problem, Turning};
+use super::follow::{Condition, Corrected, Follow, Look, Same, Unknowns};
+use crate::cycle::circular::{CircularOrbit, CircularSolver, Problem, Turning, quarter};
 use crate::cycle::error::CycleError;
 use crate::cycle::map::state::Start;
 use crate::model::Model;
@@ -52,7 +52,7 @@ impl Follow for CircularSolver {
         mut at: Unknowns,
         condition: &Condition,
     ) -> Result<Corrected<CircularOrbit, M>, CycleError> {
-        let (n, reference) = (at.start.strain.len(), at.start.strain.clone());
+        let n = at.start.strain.len();
         let (mut iterations, mut last) = (0, f64::INFINITY);
         loop {
             let astray = |error: CycleError| error.after(iterations, last);
@@ -64,7 +64,8 @@ impl Follow for CircularSolver {
                 problem.check_axis()?;
                 let (rate, rod) = (problem.rate, problem.rod);
                 let orbit = CircularOrbit { rate, rod, iterations, residual };
-                return Ok(Corrected { orbit, unknowns: at, shoot });
+                let same = Same { directions: vec![quarter(&at.start.strain)] };
+                return Ok(Corrected { orbit, unknowns: at, same, shoot });
             }
             let failed = || CycleError::NotConverged { iterations, residual };
             if iterations == self.max_iterations || !residual.is_finite() {
@@ -83,13 +84,13 @@ impl Follow for CircularSolver {
             matrix.view_mut((0, 0), (n, n)).copy_from(&by_strain);
             matrix.view_mut((0, n), (n, 1)).copy_from(&by_rate);
             matrix.view_mut((0, n + 1), (n, 1)).copy_from(&by_parameter);
-            let phase = problem.phase();
+            let phase = condition.phase(0).cloned().unwrap_or_else(|| problem.phase());
             matrix.view_mut((n, 0), (1, n)).copy_from(&phase.transpose());
             matrix.view_mut((n + 1, 0), (1, n)).copy_from(&condition.state.transpose());
             matrix[(n + 1, n + 1)] = condition.parameter;
             let mut right = DVector::zeros(n + 2);
             right.rows_mut(0, n).copy_from(&-problem.residual());
-            right[n] = phase.dot(&(&reference - &at.start.strain));
+            right[n] = condition.phase_left(0, &at);
             right[n + 1] = condition.left(&at);
             let change = matrix.lu().solve(&right).filter(|x| x.iter().all(|x| x.is_finite())).ok_or_else(failed)?;
             at.start.strain += change.rows(0, n);

@@ -1,14 +1,13 @@
 //! Swings as places on a branch.
 
-use super::follow::{Condition, Corrected, Follow, Look, Unknowns};
+use super::follow::{Condition, Corrected, Follow, Look, Same, Unknowns};
 use crate::cycle::autonomous::check_autonomous;
 use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
 use crate::cycle::periodic::PeriodicOrbit;
 use crate::cycle::periodic::PeriodicSolver;
 use crate::cycle::periodic::find::{start_of_mode, start_of_orbit};
-use crate::cycle::periodic::newton::{Further, Linear, angle_unknown, period_unknown};
-use crate::cycle::periodic::plane::Plane;
+use crate::cycle::periodic::newton::{Further, Linear, angle_unknown, check_no_circle, flow, period_unknown};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -32,9 +31,10 @@ impl Follow for PeriodicSolver {
     }
 
     fn known<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit, parameter: f64) -> Result<Unknowns, CycleError> {
-        let march = self.march(shoot, orbit.period)?;
-        let (start, angle) = (start_of_orbit(&march, orbit)?, self.angle_of(orbit));
-        Ok(Unknowns { start, clock: orbit.period, angle, parameter })
+        let period = self.return_after(orbit);
+        let march = self.march(shoot, period)?;
+        let (start, angle) = (start_of_orbit(&march, orbit, period)?, self.angle_of(orbit));
+        Ok(Unknowns { start, clock: period, angle, parameter })
     }
 
     fn correct<M: Model>(
@@ -62,15 +62,18 @@ impl Follow for PeriodicSolver {
             equilibria += path.equilibria;
             let flat = at.start.flat();
             let left = path.end.flat() - &flat;
-            let residual = left.norm() / flat.norm().max(f64::MIN_POSITIVE);
+            let residual = at.start.residual(&path.end, f64::MIN_POSITIVE);
             if residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance) {
                 check_autonomous(&shoot, &path.stages[0][0].rod)?;
+                check_no_circle(&march, &at.start, &path)?;
                 check_axis(&march, &path, at.clock)?;
                 let (period, angle, start) = (at.clock, at.angle, at.start.clone());
                 let (settings, driven_from) = (*self, None);
                 let orbit =
                     PeriodicOrbit { period, angle, iterations, equilibria, residual, start, settings, driven_from };
-                return Ok(Corrected { orbit, unknowns: at, shoot });
+                let turned = march.turn.as_ref().map(|turn| turn.rate(&at.start).present());
+                let directions = std::iter::once(flow(&march, &at.start, &path)).chain(turned).collect();
+                return Ok(Corrected { orbit, unknowns: at, same: Same { directions }, shoot });
             }
             if iterations == self.max_iterations || !residual.is_finite() {
                 return Err(CycleError::NotConverged { iterations, residual });
@@ -92,14 +95,20 @@ impl Follow for PeriodicSolver {
                     let others = vec![0.0, condition.parameter];
                     let parameter = Further { column, state: condition.state.clone(), others };
                     let weights = &condition.weights;
-                    let time = period_unknown(&mut march, &at.start, at.clock, &path, weights)?;
-                    let angle = angle_unknown(&march, &at.start, &path, weights, &time)?;
+                    let mut time = period_unknown(&mut march, &at.start, at.clock, &path, weights)?;
+                    let mut angle = angle_unknown(&march, &at.start, &path, weights)?;
+                    for (k, unknown) in [Some(&mut time), angle.as_mut()].into_iter().flatten().enumerate() {
+                        if let Some(phase) = condition.phase(k) {
+                            unknown.state.clone_from(phase);
+                        }
+                    }
                     let further = [time, parameter].into_iter().chain(angle).collect();
                     equilibria += 4 * path.equilibria;
                     Linear::of(&march, at.clock, &path, further)?
                 }
             };
-            let (change, others) = linear.step(&at.start, &left, &[0.0, condition.left(&at), 0.0], iterations)?;
+            let conditions = [condition.phase_left(0, &at), condition.left(&at), condition.phase_left(1, &at)];
+            let (change, others) = linear.step(&at.start, &left, &conditions, iterations)?;
             at.start = at.start.with_values(&(flat + change));
             at.clock *= 1.0 + others[0];
             at.angle += others.get(2).copied().unwrap_or(0.0);
@@ -112,10 +121,10 @@ impl Follow for PeriodicSolver {
 
     fn look<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError> {
         let (mut march, path) = orbit.go_round(shoot)?;
-        let both = orbit.multipliers_on(&march, &path, vectors)?;
+        let found = orbit.multipliers_on(&march, &path, vectors)?;
         let (excursion, _) = orbit.largest_excursion_on(&mut march, &path)?;
-        let mut exponents = both.map(|set| set.iter().map(|one| one.root(orbit.period)).collect::<Vec<_>>());
-        if Plane::of(&march, &path).is_none() {
+        let mut exponents = found.sets.map(|set| set.iter().map(|one| one.root(orbit.period)).collect::<Vec<_>>());
+        if !found.plane {
             // Either set has all of them.
             exponents[1].clear();
         }

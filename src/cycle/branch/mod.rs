@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Linearisation;
 use exponents::growing;
-use follow::{Corrected, Follow, Look, Measure, Unknowns, Way};
+use follow::{Condition, Corrected, Follow, Look, Measure, Same, Unknowns, Way};
 
 /// A step is halved where the branch turns by more than this, or no cycle is found: cos of 26°.
 const TURN: f64 = 0.9;
@@ -50,7 +50,7 @@ pub struct BranchPoint<O> {
     pub period: f64,
     /// The leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones. Of a swing in a plane
     /// first those of disturbances in the plane, then those out of it; else all are in the first list. Of a circular orbit they are those in
-    /// the turning frame. Conjugates are told.
+    /// the turning frame. Of a pair of conjugates both are in the list.
     pub exponents: [Vec<Complex<f64>>; 2],
     /// By how much exponents that must be zero are not, times the period: what the intervals and differences leave. Infinite if none of them
     /// was found, as of a circular orbit next to an onset.
@@ -71,11 +71,12 @@ impl<O> BranchPoint<O> {
 #[derive(Debug, Clone)]
 struct Place {
     pub unknowns: Unknowns,
+    pub same: Same,
     pub exponents: [Vec<Complex<f64>>; 2],
 }
 
-/// A branch of cycles: an iterator over its places, from the first until the parameter is at an end of its range or the excursion falls below a
-/// hundredth of the length, where it comes back to an onset.
+/// A branch of cycles: an iterator over its places, from the first until the parameter is at an end of its range, or the excursion falls below a
+/// hundredth of the length, where it comes back to an onset, or rosettes become a circle: beyond it are the same rosettes, a quarter of a turn later.
 ///
 /// Unknown are the cycle and the parameter together, with a condition on the way that is gone, so that the branch is followed round
 /// folds. Between two places at which different numbers of disturbances grow it finds where that changes, and says what is there. An error ends the branch.
@@ -110,8 +111,8 @@ impl<S: Follow, F, M: Model> Branch<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
-    /// The branch that begins at an onset of oscillations, from a cycle of a small `amplitude` (m) on, from a hundredth of the length: the parameter that goes with it is found.
-    /// The range holds the onset.
+    /// The branch that begins at an onset of oscillations: from a cycle of a small `amplitude` (m) on, at least a hundredth of the length, whose parameter
+    /// is found. The range holds the onset.
     ///
     /// # Errors
     /// A range or an amplitude that makes no sense, a shoot at the onset whose leading root does not oscillate.
@@ -122,7 +123,7 @@ where
         amplitude: f64,
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
-        check_range(&within, onset)?;
+        check_range(&within, ("onset", onset))?;
         let shoot = family(onset)?;
         let share = amplitude / shoot.rod().length();
         let what = "amplitude of the first cycle, in lengths of the shoot";
@@ -155,7 +156,7 @@ where
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
         ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
-        check_range(&within, parameter)?;
+        check_range(&within, ("parameter of the start", parameter))?;
         let shoot = family(parameter)?;
         let known = solver.known(&shoot, orbit, parameter)?;
         let measure = Measure::new(&known, shoot.rod().length(), &within);
@@ -174,7 +175,7 @@ where
         found: Corrected<S::Orbit, M>,
     ) -> Result<Self, CycleError> {
         let step = measure.size(&way);
-        let last = Place { unknowns: found.unknowns.clone(), exponents: Default::default() };
+        let last = Place { unknowns: found.unknowns.clone(), same: found.same.clone(), exponents: Default::default() };
         let mut out = Self {
             solver,
             family,
@@ -212,8 +213,8 @@ where
     fn advance(&mut self) -> Result<(), CycleError> {
         loop {
             let error = match self.try_step() {
-                // It comes back to where nothing moves.
-                Err(CycleError::Stationary { .. }) => {
+                // It comes back to where nothing moves, or to a circle.
+                Err(CycleError::Stationary { .. } | CycleError::Circle) => {
                     self.ended = true;
                     return Ok(());
                 }
@@ -232,11 +233,11 @@ where
         let step = self.step.min(self.largest_step);
         let from = self.last.unknowns.clone();
         let mut guess = from.along(&self.way, step);
-        let mut condition = self.measure.condition(&self.way, &guess);
+        let mut condition = self.beside_last(self.measure.condition(&self.way, &guess));
         let mut bound = self.bound_before(guess.parameter);
         if let Some(bound) = bound {
             let share = (bound - from.parameter) / (guess.parameter - from.parameter);
-            (guess, condition) = (from.along(&self.way, share * step), self.measure.at(bound));
+            (guess, condition) = (from.along(&self.way, share * step), self.beside_last(self.measure.at(bound)));
             guess.parameter = bound;
         }
         let mut found = self.solver.correct(&mut self.family, guess, &condition)?;
@@ -247,11 +248,16 @@ where
                 let gone = from.to(&found.unknowns);
                 let mut guess = from.along(&gone, (bound - from.parameter) / gone.parameter);
                 guess.parameter = bound;
-                found = self.solver.correct(&mut self.family, guess, &self.measure.at(bound))?;
+                let condition = self.beside_last(self.measure.at(bound));
+                found = self.solver.correct(&mut self.family, guess, &condition)?;
             }
         }
         // Through where nothing moves, to what is the same cycle half a period later.
         if self.measure.agreement(&from, &found.unknowns) < 0.0 {
+            self.ended = true;
+            return Ok(());
+        }
+        if self.measure.circle_between(&self.last.same, &found.same) {
             self.ended = true;
             return Ok(());
         }
@@ -281,6 +287,11 @@ where
         Ok(())
     }
 
+    /// The condition, with the phases of the last place.
+    pub(super) fn beside_last(&self, condition: Condition) -> Condition {
+        condition.beside_place(&self.last.unknowns, &self.last.same)
+    }
+
     /// The end of the range that lies before a parameter outside it.
     fn bound_before(&self, parameter: f64) -> Option<f64> {
         let (from, to) = (*self.within.start(), *self.within.end());
@@ -295,7 +306,7 @@ where
 
     /// What there is to say of a place.
     fn look(&mut self, found: Corrected<S::Orbit, M>) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
-        let Corrected { orbit, unknowns, shoot } = found;
+        let Corrected { orbit, unknowns, same, shoot } = found;
         let Look { excursion, period, exponents: mut sets, trivial } = self.solver.look(&orbit, &shoot, VECTORS)?;
         let mut defect = trivial.unwrap_or(0.0);
         if trivial.is_none() {
@@ -314,7 +325,7 @@ where
             }
         }
         sets.iter_mut().for_each(|set| set.sort_by(|a, b| b.re.total_cmp(&a.re)));
-        let place = Place { unknowns, exponents: sets.clone() };
+        let place = Place { unknowns, same, exponents: sets.clone() };
         let (parameter, trivial) = (place.unknowns.parameter, defect * period);
         Ok((BranchPoint { parameter, orbit, excursion, period, exponents: sets, trivial, special: None }, place))
     }
@@ -339,8 +350,8 @@ where
 }
 
 /// Refuses a range without a length, or one that does not hold a value.
-fn check_range(within: &RangeInclusive<f64>, start: f64) -> Result<(), ParameterError> {
+fn check_range(within: &RangeInclusive<f64>, (name, start): (&'static str, f64)) -> Result<(), ParameterError> {
     let (what, range) = ("range of the parameter", within.end() - within.start());
     ParameterError::unless(range > 0.0 && range.is_finite(), what, range, "positive")?;
-    ParameterError::unless(within.contains(&start), "parameter of the start", start, "within the range")
+    ParameterError::unless(within.contains(&start), name, start, "within the range")
 }

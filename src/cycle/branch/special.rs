@@ -84,7 +84,7 @@ where
         let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
         let way = from.to(&to.unknowns);
         let guess = from.along(&way, share);
-        let condition = self.measure.condition(&way, &guess);
+        let condition = self.beside_last(self.measure.condition(&way, &guess));
         self.solver.correct(&mut self.family, guess, &condition)
     }
 

@@ -105,9 +105,9 @@ impl CircularOrbit {
 /// material point, with the laws' variables what they are when their stimuli go round once in 2π/ν.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CircularSolver {
-    /// Largest growth gradient that may be left, relative to the largest there is.
+    /// Largest growth gradient that may be left, relative to the largest there is, 1e-11 unless said otherwise.
     pub tolerance: f64,
-    /// Bound on the iterations.
+    /// Bound on the iterations, 40 unless said otherwise.
     pub max_iterations: usize,
 }
 
@@ -379,6 +379,6 @@ impl<'a, M: Model> Problem<'a, M> {
 }
 
 /// The pairs, each a quarter of a turn further.
-fn quarter(pairs: &DVector<f64>) -> DVector<f64> {
+pub(crate) fn quarter(pairs: &DVector<f64>) -> DVector<f64> {
     DVector::from_fn(pairs.len(), |k, _| if k % 2 == 0 { -pairs[k + 1] } else { pairs[k - 1] })
 }

@@ -126,15 +126,16 @@ impl<'a, M: Model> March<'a, M> {
         self.turn.iter_mut().for_each(|turn| turn.angle = angle);
     }
 
-    /// Keeps more of the past if delays have become longer against the period.
-    pub fn keep_enough(&mut self, start: &mut Start, period: f64) -> Result<(), CycleError> {
+    /// Keeps more of the past if delays have become longer against the period; says whether it did.
+    pub fn keep_enough(&mut self, start: &mut Start, period: f64) -> Result<bool, CycleError> {
         let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
         // A step of differences by the period is far below a tenth of an interval.
-        if longest * self.grid.intervals as f64 / period + 0.1 > self.kept as f64 {
+        let short = longest * self.grid.intervals as f64 / period + 0.1 > self.kept as f64;
+        if short {
             self.kept = self.kept.max(kept(longest, &self.grid, period)?);
             start.keep(self.kept);
         }
-        Ok(())
+        Ok(short)
     }
 
     /// Where every variable is read from every stage, and whether anything is read that lies in the present interval.

@@ -45,22 +45,30 @@ impl Start {
         ParameterError::unless(same, what, own as f64, "those of the shoot, with its variables")
     }
 
+    /// By how much another state differs, relative to the larger of the two: in all, or in the strain alone if that is more, beside which variables may
+    /// be large. Strain below `least` (1/m) is none.
+    pub fn residual(&self, end: &Self, least: f64) -> f64 {
+        let relative = |a: &DVector<f64>, b: &DVector<f64>| (a - b).norm() / a.norm().max(b.norm()).max(least);
+        relative(&self.flat(), &end.flat()).max(relative(&self.strain, &end.strain))
+    }
+
     /// Strain and variables.
     pub fn present(&self) -> DVector<f64> {
         let all = self.strain.iter().chain(self.variables.iter()).copied();
         DVector::from_vec(all.collect())
     }
 
-    /// Weights of the squares of strain and variables: the latter count as much as the strain in this state.
+    /// Weights of the squares of strain and variables: the latter count as much as the strain in this state. Of the size of variables that are
+    /// zero nothing is known.
     pub fn weights(&self) -> DVector<f64> {
-        let ratio = self.strain.norm_squared() / self.variables.norm_squared().max(f64::MIN_POSITIVE);
+        let ratio = self.strain.norm_squared() / self.variables.norm_squared();
+        let ratio = if ratio.is_finite() { ratio } else { 1.0 };
         let (bends, all) = (self.strain.len(), self.strain.len() + self.variables.len());
         DVector::from_fn(all, |k, _| if k < bends { 1.0 } else { ratio })
     }
 
-    /// The same state with its past on another grid.
-    pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize) -> Self {
-        let ratio = old.intervals as f64 / new.intervals as f64;
+    /// The same state with its past on another grid, an interval of which lasts `ratio` old ones.
+    pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize, ratio: f64) -> Self {
         let at = |time: f64| {
             // In the intervals of the old grid, backwards from the present; further back the oldest goes on.
             let time = time * ratio;

@@ -30,6 +30,11 @@ impl Turn {
         }
     }
 
+    /// Another turn of the same kind of states.
+    pub fn by(&self, angle: f64) -> Self {
+        Self { angle, ..self.clone() }
+    }
+
     /// The state turned back by the angle.
     pub fn back(&self, start: &Start) -> Start {
         let (sine, cosine) = self.angle.sin_cos();

@@ -21,8 +21,8 @@ pub struct OrbitHistory {
 }
 
 impl PeriodicOrbit {
-    /// Puts a shoot on the orbit at its present time, the state from which the orbit was found, and returns what came before:
-    /// give it to [`Integrator::start`](crate::integrator::Integrator::start), and the shoot goes round.
+    /// Gives a shoot the intrinsic strain of the orbit, of the state from which it was found, at its present time. Returns what came before: with
+    /// [`start(&mut shoot, &history)`](crate::integrator::Integrator::start) of an integrator the shoot takes its shape, and from then on it goes round.
     ///
     /// # Errors
     /// A shoot with another number of points or variables than that whose orbit this is, or of a driven one at another phase of what

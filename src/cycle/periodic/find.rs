@@ -3,14 +3,14 @@
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::PeriodicSolver;
-use super::newton::{Linear, angle_unknown, period_unknown};
+use super::newton::{Linear, angle_unknown, check_no_circle, period_unknown};
 use super::orbit::PeriodicOrbit;
 use crate::cycle::autonomous::check_autonomous;
 use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
 use crate::cycle::fourier::Circle;
 use crate::cycle::map::grid::Grid;
-use crate::cycle::map::march::March;
+use crate::cycle::map::march::{March, PRECISE};
 use crate::cycle::map::state::Start;
 use crate::cycle::point::{Round, Steady};
 use crate::cycle::sensitivity::look;
@@ -50,8 +50,11 @@ impl PeriodicSolver {
         self.find(march, start, period, true)
     }
 
-    /// The orbit near which a run in time is: from the shoot's present state and its history, with a first guess of the period (s). The shoot is
-    /// not changed.
+    /// The orbit near which a run in time is: from the shoot's present state and its history, with a first guess of the period (s), good
+    /// to a tenth. The shoot is not changed.
+    ///
+    /// A guess that is far off may lead to a multiple of the period. A run that is on its way from a swing to a circle may lead to
+    /// either: excursion and multipliers tell.
     ///
     /// # Errors
     /// Those of [`from_mode`](Self::from_mode), or a shoot that no integrator has moved.
@@ -61,10 +64,23 @@ impl PeriodicSolver {
         self.find(march, start, period, true)
     }
 
+    /// Whether half a swing is sought.
+    fn half(&self) -> bool {
+        self.angle.is_some_and(|angle| angle.cos() < 0.0)
+    }
+
     /// The time after which a mode comes back, to about the angle of these settings, s.
     pub(crate) fn return_of(&self, root: &Root) -> f64 {
-        let opposite = self.angle.is_some_and(|angle| angle.cos() < 0.0);
-        if opposite { 0.5 * root.period() } else { root.period() }
+        if self.half() { 0.5 * root.period() } else { root.period() }
+    }
+
+    /// The time after which an orbit comes back in the way that these settings ask for, s.
+    pub(crate) fn return_after(&self, orbit: &PeriodicOrbit) -> f64 {
+        match orbit.settings.angle {
+            None if self.half() => 0.5 * orbit.period,
+            Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => 2.0 * orbit.period,
+            _ => orbit.period,
+        }
     }
 
     /// The angle by which an orbit comes back, or the guess of these settings where it came back as it was, rad.
@@ -73,16 +89,20 @@ impl PeriodicSolver {
     }
 
     /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
-    /// longer or stiffer. Of the same shoot, with twice the intervals, it tells by its difference how accurate the first was, and its
-    /// multipliers.
+    /// longer or stiffer. For the same shoot, on twice the intervals, the difference of the two orbits and of their multipliers says
+    /// how accurate the first was.
+    ///
+    /// From a whole swing it leads to half a swing with an [`angle`](Self::angle) of π, and back without one. A rosette needs
+    /// an angle; without one the nearest orbit may be a circle.
     ///
     /// # Errors
     /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
-        let mut march = self.march(shoot, orbit.period)?;
-        let start = start_of_orbit(&march, orbit)?;
+        let period = self.return_after(orbit);
+        let mut march = self.march(shoot, period)?;
+        let start = start_of_orbit(&march, orbit, period)?;
         march.set_angle(self.angle_of(orbit));
-        self.find(march, start, orbit.period, true)
+        self.find(march, start, period, true)
     }
 
     /// Newton's method for the state, and for the period if that is `free`.
@@ -96,22 +116,27 @@ impl PeriodicSolver {
         let (mut iterations, mut equilibria, mut angle) = (0, 0, march.angle());
         let (mut kept, mut last): (Option<(Linear, f64)>, _) = (None, f64::INFINITY);
         loop {
-            let path = march.keep_enough(&mut start, period).and_then(|()| march.run(&start, period));
-            let path = path.map_err(|error| error.after(iterations, last))?;
+            let astray = |error: CycleError| error.after(iterations, last);
+            if march.keep_enough(&mut start, period).map_err(astray)? {
+                // Of states of another size.
+                kept = None;
+            }
+            let path = march.run(&start, period).map_err(astray)?;
             if iterations == 0 && free {
                 check_autonomous(march.shoot, &path.stages[0][0].rod)?;
             }
             equilibria += path.equilibria;
             let flat = start.flat();
             let left = path.end.flat() - &flat;
-            // A driven shoot may start from nothing.
-            let residual = left.norm() / flat.norm().max(path.end.flat().norm()).max(f64::MIN_POSITIVE);
+            // A driven shoot may start from nothing, and end there if nothing drives it: below this, angles are rounding.
+            let residual = start.residual(&path.end, PRECISE / (self.tolerance * march.shoot.rod().length()));
             // A state that stays comes back after any time.
             let strain = path.largest_move();
             if free && strain * march.shoot.rod().length() < STANDS {
                 return Err(CycleError::Stationary { strain });
             }
             if residual <= self.tolerance {
+                check_no_circle(&march, &start, &path)?;
                 check_axis(&march, &path, period)?;
                 let (settings, driven_from) = (*self, (!free).then(|| march.shoot.time()));
                 return Ok(PeriodicOrbit {
@@ -136,7 +161,7 @@ impl PeriodicSolver {
                         equilibria += 2 * path.equilibria;
                         let weights = start.weights();
                         let time = period_unknown(&mut march, &start, period, &path, &weights)?;
-                        let angle = angle_unknown(&march, &start, &path, &weights, &time)?;
+                        let angle = angle_unknown(&march, &start, &path, &weights)?;
                         further.push(time);
                         further.extend(angle);
                     }
@@ -168,13 +193,18 @@ impl PeriodicSolver {
     }
 }
 
-/// The state of an orbit, on the grid of a march.
-pub(crate) fn start_of_orbit(march: &March<impl Model>, orbit: &PeriodicOrbit) -> Result<Start, CycleError> {
+/// The state of an orbit, on the grid of a march over a period (s).
+pub(crate) fn start_of_orbit(
+    march: &March<impl Model>,
+    orbit: &PeriodicOrbit,
+    period: f64,
+) -> Result<Start, CycleError> {
     orbit.start.check(march.places.len(), march.variables)?;
     let mut start = orbit.start.clone();
     let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
-    if old != march.grid {
-        start = start.on_grid(&old, &march.grid, march.kept);
+    let ratio = (old.intervals as f64 / orbit.period) / (march.grid.intervals as f64 / period);
+    if ratio != 1.0 || old.stages != march.grid.stages {
+        start = start.on_grid(&old, &march.grid, march.kept, ratio);
     }
     // The past that is kept depends on the period.
     start.keep(march.kept);
@@ -219,8 +249,12 @@ pub(crate) fn start_of_mode<M: Model>(
     // The state about which it is a mode; straight if upright.
     let rod = march.shoot.rod();
     let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
+    // From where it is bent, not from where it passes through the mean.
+    let parts = root.strain.iter().map(|s| (s.map(|x| x.re).norm_squared(), s.map(|x| x.im).norm_squared()));
+    let (bent, passing) = parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+    let first = if bent < passing { Complex::new(0.0, -amplitude) } else { Complex::from(amplitude) };
     let at = |phase: f64| {
-        let turn = Complex::from_polar(amplitude, phase);
+        let turn = first * Complex::from_polar(1.0, phase);
         DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (root.strain[k / 2][k % 2] * turn).re)
     };
     let mut stimuli = vec![DMatrix::zeros(m, circle.len()); p];

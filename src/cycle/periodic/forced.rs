@@ -15,7 +15,8 @@ use crate::tropism::TropismLaw;
 
 impl PeriodicSolver {
     /// The cycle of a shoot that something drives with a period (s), from a straight shoot at rest: what it settles to, if its
-    /// multipliers are below one. The cycle is that from the shoot's present time on. The shoot is not changed.
+    /// multipliers are below one. The cycle is that from the shoot's present time on. Of a shoot that nothing drives it is the
+    /// stationary state. The shoot is not changed.
     ///
     /// # Errors
     /// A shoot that elongates or of which some tissue does not steer, a period that is not positive or that what

@@ -5,7 +5,7 @@ pub(super) mod find;
 mod forced;
 pub(super) mod newton;
 mod orbit;
-pub(super) mod plane;
+mod plane;
 
 pub use entry::OrbitHistory;
 pub use orbit::{Multiplier, PeriodicOrbit};
@@ -27,16 +27,17 @@ const STAGES: usize = 16;
 /// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
-    /// Intervals in a period.
+    /// Intervals in a period, 16 unless said otherwise: 8 do for half a swing, more are needed where the shoot comes close to buckling on its way.
     pub intervals: usize,
-    /// Radau points in each, at most 16: the order of accuracy inside an interval.
+    /// Radau points in each, 6 unless said otherwise, at most 16: the order of accuracy inside an interval.
     pub stages: usize,
-    /// Largest relative difference between a state and that one period later.
+    /// Largest relative difference between a state and that one period later, 1e-10 unless said otherwise.
     pub tolerance: f64,
-    /// Bound on the iterations.
+    /// Bound on the iterations, 30 unless said otherwise.
     pub max_iterations: usize,
-    /// None if a cycle comes back as it was. Of a shoot with an axis it may come back turned by an angle about the tangent of the base, as a rosette
-    /// does: then a first guess of that angle, rad, which is an unknown like the period. With π half a swing is sought, for half the work.
+    /// None, unless said otherwise, if a cycle comes back as it was. A shoot that is the same in all directions about the tangent of its base may come back turned about that,
+    /// as on a rosette: then a first guess of the angle, rad, which is an unknown like the period. After half its period a swing in a
+    /// plane is turned by π: it is found with half the intervals, for half the work.
     pub angle: Option<f64>,
 }
 

@@ -110,29 +110,41 @@ pub(crate) fn period_unknown(
 ) -> Result<Further, CycleError> {
     let ahead = march.run(start, period * (1.0 + STRETCH))?.end.flat();
     let behind = march.run(start, period * (1.0 - STRETCH))?.end.flat();
-    // The rates at the start: of the strain by extrapolation, of the variables at the last point of the last interval.
-    let mut at_start = vec![0.0; march.grid.order()];
-    lagrange(&march.grid.stages, 0.0, &mut at_start);
-    let strain = carried(&DVector::zeros(start.strain.len()), &path.strain_slopes[0], &at_start);
-    let variables = start.slopes.last().and_then(|slopes| slopes.last());
-    let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
-    let state = DVector::from_vec(all.collect()).component_mul(weights);
+    let state = flow(march, start, path).component_mul(weights);
     Ok(Further { column: (ahead - behind) / (2.0 * STRETCH), state, others: Vec::new() })
 }
 
-/// The angle by which all is turned back as an unknown, if there is one: what would only turn all is no change of the state. Refuses what only
-/// turns as time goes on, of which period and angle are not two unknowns; `time` is that of the period.
+/// The angle by which all is turned back as an unknown, if there is one: what would only turn all is no change of the state.
 pub(crate) fn angle_unknown(
     march: &March<impl Model>,
     start: &Start,
     path: &Path,
     weights: &DVector<f64>,
-    time: &Further,
 ) -> Result<Option<Further>, CycleError> {
-    let Some(turn) = &march.turn else { return Ok(None) };
-    let state = turn.rate(start).present().component_mul(weights);
-    if state.dot(&time.state).abs() > (1.0 - CIRCLE) * state.norm() * time.state.norm() {
-        return Err(CycleError::Circle);
-    }
-    Ok(Some(Further { column: -turn.rate(&path.end).flat(), state, others: Vec::new() }))
+    check_no_circle(march, start, path)?;
+    Ok(march.turn.as_ref().map(|turn| {
+        let state = turn.rate(start).present().component_mul(weights);
+        Further { column: -turn.rate(&path.end).flat(), state, others: Vec::new() }
+    }))
+}
+
+/// Refuses what only turns as time goes on, if an angle is sought: it comes back turned after any time.
+pub(crate) fn check_no_circle(march: &March<impl Model>, start: &Start, path: &Path) -> Result<(), CycleError> {
+    let Some(turn) = &march.turn else { return Ok(()) };
+    let weights = start.weights().map(f64::sqrt);
+    let [time, turned] =
+        [flow(march, start, path), turn.rate(start).present()].map(|direction| direction.component_mul(&weights));
+    let parallel = time.dot(&turned).abs() > (1.0 - CIRCLE) * time.norm() * turned.norm();
+    if parallel { Err(CycleError::Circle) } else { Ok(()) }
+}
+
+/// How strain and variables change in time at the start, per interval.
+pub(crate) fn flow(march: &March<impl Model>, start: &Start, path: &Path) -> DVector<f64> {
+    // Of the strain by extrapolation, of the variables at the last point of the last interval.
+    let mut at_start = vec![0.0; march.grid.order()];
+    lagrange(&march.grid.stages, 0.0, &mut at_start);
+    let strain = carried(&DVector::zeros(start.strain.len()), &path.strain_slopes[0], &at_start);
+    let variables = start.slopes.last().and_then(|slopes| slopes.last());
+    let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
+    DVector::from_vec(all.collect())
 }

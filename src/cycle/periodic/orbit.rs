@@ -1,13 +1,13 @@
 //! A periodic orbit, and what is read off it: shapes, the largest excursion, the multipliers of Floquet.
 
-use nalgebra::{Complex, DVector, Vector2, Vector3};
+use nalgebra::{Complex, Vector2, Vector3};
 
 use super::PeriodicSolver;
-use super::plane::Plane;
+use super::plane::{Plane, disturbance};
 use crate::cycle::autonomous::{check_autonomous, check_period};
 use crate::cycle::error::CycleError;
 use crate::cycle::gmres::Krylov;
-use crate::cycle::map::march::{March, Path};
+use crate::cycle::map::march::{March, PRECISE, Path};
 use crate::cycle::map::state::{Start, carried};
 use crate::cycle::map::variation::Variation;
 use crate::model::Model;
@@ -18,7 +18,7 @@ use crate::shoot::Shoot;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct PeriodicOrbit {
-    /// The period, s.
+    /// The period, s: the time after which the shoot comes back, turned by the angle. For half a swing it is half the period of the swing.
     pub period: f64,
     /// By how much all has turned about the tangent of the base after a period, rad, counterclockwise as seen from above the apex: zero
     /// if it was sought without an angle.
@@ -53,6 +53,12 @@ impl Multiplier {
     }
 }
 
+/// Leading multipliers, of disturbances in a plane and out of it, or twice all if there is no `plane`.
+pub(crate) struct Multipliers {
+    pub sets: [Vec<Multiplier>; 2],
+    pub plane: bool,
+}
+
 impl PeriodicOrbit {
     /// Goes round once.
     pub(crate) fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
@@ -66,7 +72,8 @@ impl PeriodicOrbit {
         } else {
             check_period(shoot, &path.stages[0][0].rod, self.period)?;
         }
-        let residual = (path.end.flat() - self.start.flat()).norm() / self.start.flat().norm();
+        let least = PRECISE / (self.settings.tolerance * shoot.rod().length());
+        let residual = self.start.residual(&path.end, least);
         // What is found with other first guesses differs by rounding.
         if !(residual <= 100.0 * self.settings.tolerance) {
             return Err(CycleError::NotConverged { iterations: 0, residual });
@@ -153,12 +160,14 @@ impl PeriodicOrbit {
     /// in it, then those of disturbances out of it; of any other orbit twice the same, from two starts. Of an orbit that comes back turned, the
     /// disturbances are turned back; if it has no plane, the multiplier 1 of what turns all is left out.
     ///
+    /// `most` is the number of vectors. A dozen are enough for a whole swing, and 20 for half of one, in which less dies out: the residuals tell.
+    ///
     /// # Errors
     /// A map that is not linearised.
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
         Krylov::check(most)?;
         let (march, path) = self.go_round(shoot)?;
-        self.multipliers_on(&march, &path, most)
+        Ok(self.multipliers_on(&march, &path, most)?.sets)
     }
 
     pub(crate) fn multipliers_on(
@@ -166,22 +175,18 @@ impl PeriodicOrbit {
         march: &March<impl Model>,
         path: &Path,
         most: usize,
-    ) -> Result<[Vec<Multiplier>; 2], CycleError> {
+    ) -> Result<Multipliers, CycleError> {
         let variation = Variation::of(march, path, self.period)?;
-        let plane = Plane::of(march, path);
+        let plane = Plane::of(march, path, &self.start, &variation)?;
         // To turn all is a disturbance that stays. Beside a shift in time, which stays too, Krylov's spaces do not tell it: what it adds
         // to others is left out.
         let turned =
             march.turn.as_ref().filter(|_| plane.is_none()).map(|turn| turn.rate(&self.start).flat().normalize());
         let mut found = [Vec::new(), Vec::new()];
         for (out, list) in [false, true].into_iter().zip(&mut found) {
-            let axis = if out { Vector2::y() } else { Vector2::x() };
-            let bend = plane.as_ref().map_or(axis, |plane| plane.bend(out));
-            let mut start = self.start.with_values(&DVector::zeros(self.start.flat().len()));
-            for (k, strain) in start.strain.as_mut_slice().chunks_exact_mut(2).enumerate() {
-                let size = 1.0 + 0.3 * (2.0 * k as f64).sin();
-                (strain[0], strain[1]) = (size * bend.x, size * bend.y);
-            }
+            // Without a plane along no director, in which some disturbance may be missed.
+            let any = if out { Vector2::new(-0.6, 0.8) } else { Vector2::new(0.8, 0.6) };
+            let start = disturbance(&self.start, plane.as_ref().map_or(any, |plane| plane.bend(out)));
             let apply = |start: &Start| {
                 let mut end = variation.apply(start)?;
                 if let Some(plane) = &plane {
@@ -197,6 +202,6 @@ impl PeriodicOrbit {
             let krylov = Krylov::of(&apply(&start)?, most, 1e-14, |x| apply(&self.start.with_values(x)), |_| false)?;
             *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
         }
-        Ok(found)
+        Ok(Multipliers { sets: found, plane: plane.is_some() })
     }
 }
