@@ -30,7 +30,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{Branch, BranchPoint, CircularSolver, PeriodicSolver, Special, Turning};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::Linearisation;
+use morphorod::stability::{Linearisation, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, ParameterError, Shoot};
 
@@ -40,6 +40,8 @@ const MM: f64 = 1e-3;
 /// The tip of the first guess is so far from the axis, m.
 const FIRST: f64 = 4.0 * MM;
 
+/// The onset is looked for within the range over this before the first value.
+const BEFORE: f64 = 10.0;
 /// The first step of the parameter is its range over this.
 const FIRST_STEP: f64 = 100.0;
 
@@ -145,7 +147,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("over", "NAME", "length", "parameter that is varied: length (cm), eta, beta or tau-g (h)"),
             Opt::value("from", "X", "6.57", "its first value, beyond the onset"),
             Opt::value("to", "X", "7.6", "its last value"),
-            Opt::value("step", "X", "0.05", "longest step along a branch, in rad of bend and in shares of the range"),
+            Opt::value("step", "X", "0.044", "longest step along a branch, in rad of bend and in shares of the range"),
             Opt::value("length", "CM", "6.8", "length of the shoot where something else is varied, cm"),
             Opt::value("elements", "N", "4", "elements"),
             Opt::value("intervals", "N", "8", "intervals of half a swing, six points in each"),
@@ -165,17 +167,21 @@ fn run() -> Result<(), Box<dyn Error>> {
     let family = |value: f64| Ok(scene.at(value)?);
     let shoot = scene.at(from)?;
     let root = Linearisation::about(&shoot)?.rightmost()?;
+    // Where both branches begin, if that is just before the first value.
+    let before = from - (to - from) / BEFORE;
+    let begin = onset(|value| Linearisation::about(&scene.at(value)?), before, from).ok();
     let done = |value: f64| progress.set(((value - from) / (to - from)).clamp(0.0, 1.0));
 
     let circular = CircularSolver::default();
-    let start = circular.solve(&shoot, &Turning::of_mode(&root, FIRST))?;
+    let circle = circular.solve(&shoot, &Turning::of_mode(&root, FIRST))?;
     let mut circles = Vec::new();
-    for point in Branch::from_orbit(circular, family, &start, from, first, within.clone())?.largest_step(step)? {
+    for point in Branch::from_orbit(circular, family, &circle, from, first, within.clone())?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
         circles.push(Found::of(&point, 1.0, point.orbit.iterations));
     }
-    let start = solver.from_mode(&shoot, &root, FIRST)?;
+    // Near the onset it swings √(4/3) times as far as it goes round.
+    let start = solver.from_mode(&shoot, &root, (4.0_f64 / 3.0).sqrt() * circle.radius())?;
     let mut planes = Vec::new();
     for point in Branch::from_orbit(solver, family, &start, from, first, within)?.largest_step(step)? {
         let point = point?;
@@ -256,6 +262,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         Some((found.parameter, radius / MM))
     });
     amplitudes.push(Series::new("circular, exact", exact.collect(), Style::Points, 0));
+    if let Some(begin) = begin {
+        amplitudes.push(Series::new("onset of oscillations", vec![(begin.parameter, 0.0)], Style::Points, 7));
+        println!("oscillations begin at {:.6}", begin.parameter);
+    }
     let strips = [
         Strip { label: "excursion (mm)", series: &amplitudes },
         Strip { label: "period (min)", series: &lines(&|found| found.period / MINUTE) },

@@ -10,7 +10,7 @@ use super::{ACROSS, HOUR, MINUTE, PULL, Record, WINDOW};
 
 /// Prints what the orbit is before the second pull, after it and at the end.
 pub fn tell(record: &Record, path: &PlanePath, end: f64, exact: Option<[f64; 3]>) {
-    for (name, to) in [("in a plane", ACROSS), ("pulled across", ACROSS + PULL + WINDOW), ("at the end", end)] {
+    for (name, to) in [("in a plane", ACROSS), ("kicked across", ACROSS + PULL + WINDOW), ("at the end", end)] {
         let Some(found) = record.read(path, to - WINDOW, to) else {
             println!("{name}: left out, the run does not have {} h without a pull for it", WINDOW / HOUR);
             continue;
@@ -62,8 +62,8 @@ pub fn draw(
 ) -> Result<(), Box<dyn Error>> {
     let (opens, rounds) = (ACROSS + 8.0 * HOUR, end - 4.0 * HOUR);
     let parts = [
-        ("pulled: in a plane", 0.0, ACROSS),
-        ("pulled across: it opens", ACROSS, opens),
+        ("kicked: in a plane", 0.0, ACROSS),
+        ("kicked across: it opens", ACROSS, opens),
         ("it gets rounder", opens, rounds),
         ("the last four hours", rounds.max(opens), end),
     ];
@@ -112,7 +112,12 @@ pub fn draw(
         axes.push(level(1e3 * radius));
         time.push(level(period / MINUTE));
     }
-    let strips = [Strip { label: "amplitude (mm)", series: &axes }, Strip { label: "period (min)", series: &time }];
-    strips_figure(out.join("cycle.svg"), "The orbit, read over eight hours at a time", "time (h)", &strips)?;
+    let strips = [Strip { label: "semi-axes (mm)", series: &axes }, Strip { label: "period (min)", series: &time }];
+    strips_figure(
+        out.join("cycle.svg"),
+        "The orbit, read over eight hours at a time: none where a kick lies between",
+        "time (h)",
+        &strips,
+    )?;
     Ok(())
 }

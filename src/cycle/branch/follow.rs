@@ -193,6 +193,29 @@ impl Measure {
         Condition { weights, state, parameter: weight, value, fixed, within, phases: Vec::new() }
     }
 
+    /// How far a way leads along a direction, in units of it.
+    fn part(&self, way: &Way, direction: &DVector<f64>) -> f64 {
+        let weighted = self.weights.component_mul(direction);
+        let size = weighted.dot(direction);
+        if size > 0.0 { weighted.dot(&way.present()) / size } else { 0.0 }
+    }
+
+    /// A way without what leads to other states of the same cycle.
+    pub fn without(&self, way: &Way, same: &Same) -> Way {
+        let mut out = way.clone();
+        for direction in &same.directions {
+            let part = self.part(&out, direction);
+            out.state.rows_mut(0, out.present).axpy(-part, direction, 1.0);
+        }
+        out
+    }
+
+    /// The same, of unit size.
+    pub fn unit(&self, way: &Way, same: &Same) -> Way {
+        let out = self.without(way, same);
+        out.scaled(self.size(&out).recip())
+    }
+
     /// Whether two rosettes are on either side of a circle. There a shift in time is a turn; beyond it the two differ by the opposite.
     pub fn circle_between(&self, a: &Same, b: &Same) -> bool {
         let differ = |same: &Same| {

@@ -25,6 +25,8 @@ use follow::{Condition, Corrected, Follow, Look, Measure, Same, Unknowns, Way};
 const TURN: f64 = 0.9;
 /// It is halved down to this share of the first and the longest step.
 const SHORTEST: f64 = 2.5e-4;
+/// Without what goes round the cycle a first step is not shorter than by this share.
+const ROUND: f64 = 0.02;
 /// Where it turns by less than this, cos of 11°, the next step is longer.
 const EASY: f64 = 0.98;
 /// By this.
@@ -174,7 +176,7 @@ where
         way: Way,
         found: Corrected<S::Orbit, M>,
     ) -> Result<Self, CycleError> {
-        let step = measure.size(&way);
+        let (step, way) = (measure.size(&way), measure.unit(&way, &found.same));
         let last = Place { unknowns: found.unknowns.clone(), same: found.same.clone(), exponents: Default::default() };
         let mut out = Self {
             solver,
@@ -185,7 +187,7 @@ where
             first_step: step,
             step,
             last,
-            way: way.scaled(step.recip()),
+            way,
             // A change of the parameter alone, or a chord from the onset.
             rough: true,
             trivial: [None; 2],
@@ -257,7 +259,7 @@ where
             self.ended = true;
             return Ok(());
         }
-        if self.measure.circle_between(&self.last.same, &found.same) {
+        if !self.rough && self.measure.circle_between(&self.last.same, &found.same) {
             self.ended = true;
             return Ok(());
         }
@@ -269,8 +271,9 @@ where
             return Ok(());
         }
         let turn = self.measure.product(&gone, &self.way) / size;
-        // Of a way that is a guess only the sense counts.
-        if !(turn > if self.rough { 0.0 } else { TURN }) {
+        // Of a way that is a guess only the sense counts, and that it does not go round the cycle instead.
+        let round = size - self.measure.size(&self.measure.without(&gone, &self.last.same));
+        if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
             return Err(CycleError::Lost { parameter: self.last.unknowns.parameter, step, turn });
         }
         let (point, place) = self.look(found)?;
@@ -279,7 +282,7 @@ where
             return Ok(());
         }
         self.special_between(&place)?;
-        self.way = gone.scaled(size.recip());
+        self.way = self.measure.unit(&gone, &place.same);
         self.step = size * if turn > EASY { LONGER } else { 1.0 };
         (self.rough, self.ended) = (false, bound.is_some());
         self.last = place;
@@ -287,9 +290,9 @@ where
         Ok(())
     }
 
-    /// The condition, with the phases of the last place.
-    pub(super) fn beside_last(&self, condition: Condition) -> Condition {
-        condition.beside_place(&self.last.unknowns, &self.last.same)
+    /// The condition, with the phases of the last place: if the guess is good, since other states of the cycle have that phase, too.
+    fn beside_last(&self, condition: Condition) -> Condition {
+        if self.rough { condition } else { condition.beside_place(&self.last.unknowns, &self.last.same) }
     }
 
     /// The end of the range that lies before a parameter outside it.
