@@ -216,7 +216,7 @@ fn a_run_in_time_is_a_start() {
     let circle = CircularSolver::default().solve(&plain, &Turning::of_mode(&root, 0.03)).unwrap();
     let swing = PeriodicSolver::default().from_mode(&plain, &root, 0.034).unwrap();
     let (expected, _) = rates(&swing, &plain);
-    // Bent about some axis and let go; after five hours it swings about that axis, half as wide again as it will.
+    // Bent about some axis and let go; after five hours it is near the swing about that axis.
     let mut run = plain.clone();
     run.set_intrinsic(|_| Vector3::new(3.0, 8.0, 0.0));
     MethodOfSteps::new(120.0).advance(&mut run, 5.0 * HOUR).unwrap();

@@ -157,7 +157,7 @@ impl PeriodicOrbit {
     }
 
     /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: of a swing in a plane those of disturbances
-    /// in it, then those of disturbances out of it; of any other orbit twice the same, from two starts. Of an orbit that comes back turned, the
+    /// in it, then those of disturbances out of it; of any other orbit, or where laws mix the two, twice the same, from two starts. Of an orbit that comes back turned, the
     /// disturbances are turned back; if it has no plane, the multiplier 1 of what turns all is left out.
     ///
     /// `most` is the number of vectors. A dozen are enough for a whole swing, and 20 for half of one, in which less dies out: the residuals tell.
