@@ -170,7 +170,7 @@ impl PeriodicSolver {
             };
             let (change, others) = linear.step(&start, &left, &[0.0, 0.0], iterations)?;
             let stretch = others.first().copied().unwrap_or(0.0);
-            let share = if free {
+            let share = if free && start.strain.norm() > 0.0 {
                 // As for circular orbits: Newton's method for the residual over the size of the strain.
                 let next = start.with_values(&change).strain;
                 let towards_zero = -next.dot(&start.strain) / start.strain.norm_squared();
