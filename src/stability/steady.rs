@@ -101,7 +101,8 @@ pub(crate) fn check_unforced(
     steady: &SteadyState,
 ) -> Result<(), StabilityError> {
     let scene = shoot.model.scene();
-    let time = shoot.state.time;
+    // At a discontinuity all is as it is after it.
+    let time = shoot.environment().time;
     let mut change = 0.0_f64;
     // Incommensurate times, from seconds to days: no period divides them all.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
