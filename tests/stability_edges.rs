@@ -229,6 +229,10 @@ fn what_depends_on_time_is_forced() {
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-7 * (2.0 * PI * t / 1440.0).sin()));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    // However little it changes: by 1e-11 of itself.
+    let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-3 * (1.0 + 1e-11 * (2.0 * PI * t / 1440.0).sin())));
+    let answer = analyse(laws(), ((), pull), Still::upright(), 20.0, 0.05, 3);
+    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
     let steady = ApicalForce(|_| Vector3::new(0.0, 0.0, 1e-7));
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }

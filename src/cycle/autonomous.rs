@@ -41,12 +41,10 @@ pub(super) fn check_period(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) ->
     let mut change = 0.0_f64;
     for part in [0.0, 0.171, 0.377, 0.593, 0.811] {
         let [now, then] = [part, part + 1.0].map(|periods| shoot.environment().time + periods * period);
-        change = change.max(change_of_causes(shoot, rod, load, now, then));
         change = change.max(scene.base(now).angle_to(&scene.base(then)));
-        let [a, b] = [now, then].map(|time| {
-            let force = InternalForce::of(rod, load, &scene.environment(time));
-            SteadyState::of(shoot, rod, &force).gradients
-        });
+        let forces = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
+        change = change.max(change_of_causes(shoot, rod, &forces[0], &forces[1]));
+        let [a, b] = forces.map(|force| SteadyState::of(shoot, rod, &force).gradients);
         let [first, second] = [&a, &b].map(|all| all.iter().map(Vector3::norm).fold(0.0, f64::max));
         for (one, other) in a.iter().zip(&b) {
             change = change.max(relative((one - other).norm(), first, second));

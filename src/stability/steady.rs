@@ -103,34 +103,35 @@ pub(crate) fn check_unforced(
     let scene = shoot.model.scene();
     // At a discontinuity all is as it is after it.
     let time = shoot.environment().time;
-    let mut change = 0.0_f64;
+    let at_present = InternalForce::of(rod, load, &scene.environment(time));
+    let (mut change, mut causes) = (0.0_f64, 0.0_f64);
     // Incommensurate times, from seconds to days: no period divides them all.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
         // A base that has turned shows in nothing that is sensed on the rod as it is.
         change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
-        let then = SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &scene.environment(later)));
+        let force = InternalForce::of(rod, load, &scene.environment(later));
+        let then = SteadyState::of(shoot, rod, &force);
         for (then, now) in then.gradients.iter().zip(&steady.gradients) {
             change = change.max((then - now).norm());
         }
-        // A force shows in no stimulus of a shape that stays, and REGR in no gradient. What does not depend on time is the same to the last
-        // bit; some rounding is allowed to what computes with it in vain.
-        let causes = change_of_causes(shoot, rod, load, time, later);
-        if causes > 1e-12 {
-            change = change.max(causes / rod.length());
-        }
+        // A force shows in no stimulus of a shape that stays, and REGR in no gradient.
+        causes = causes.max(change_of_causes(shoot, rod, &at_present, &force));
     }
-    // Rounding of a gradient of the size of 1/radius.
-    if change > 1e-12 / steady.radius() { Err(StabilityError::Forced { change }) } else { Ok(()) }
+    // Rounding of a gradient of the size of 1/radius. Causes that do not depend on time are the same to the last bit; some rounding is
+    // allowed to what computes with it in vain.
+    if change > 1e-12 / steady.radius() || causes > 1e-12 {
+        return Err(StabilityError::Forced { change: change.max(causes / rod.length()) });
+    }
+    Ok(())
 }
 
-/// The largest change of force and REGR on a rod from one time to another (s), relative.
-pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, load: &impl Load, now: f64, then: f64) -> f64 {
-    let (growth, scene) = (shoot.model.growth(), shoot.model.scene());
-    let [a, b] = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
-    let pairs = a.at_points().iter().zip(b.at_points());
-    let force = pairs.map(|(one, other)| relative((one - other).norm(), a.largest(), b.largest())).fold(0.0, f64::max);
+/// The largest change of force and REGR on a rod, relative, between the times of two forces in it.
+pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: &InternalForce, then: &InternalForce) -> f64 {
+    let pairs = now.at_points().iter().zip(then.at_points());
+    let force =
+        pairs.map(|(one, other)| relative((one - other).norm(), now.largest(), then.largest())).fold(0.0, f64::max);
     let regr = rod.points()[rod.zone()].iter().map(|point| {
-        let [a, b] = [now, then].map(|time| growth.regr(point.apex_distance, time));
+        let [a, b] = [now, then].map(|force| shoot.model.growth().regr(point.apex_distance, force.environment().time));
         relative((a - b).abs(), a.abs(), b.abs())
     });
     regr.fold(force, f64::max)

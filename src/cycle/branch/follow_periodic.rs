@@ -62,7 +62,7 @@ impl Follow for PeriodicSolver {
             equilibria += path.equilibria;
             let flat = at.start.flat();
             let left = path.end.flat() - &flat;
-            let residual = at.start.residual(&path.end, f64::MIN_POSITIVE);
+            let residual = at.start.residual(&path.end, self.least(&shoot, false));
             if residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance) {
                 check_autonomous(&shoot, &path.stages[0][0].rod)?;
                 check_no_circle(&march, &at.start, &path)?;

@@ -10,7 +10,7 @@ use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
 use crate::cycle::fourier::Circle;
 use crate::cycle::map::grid::Grid;
-use crate::cycle::map::march::{March, PRECISE};
+use crate::cycle::map::march::{March, Path};
 use crate::cycle::map::state::Start;
 use crate::cycle::point::{Round, Steady};
 use crate::cycle::sensitivity::look;
@@ -128,8 +128,7 @@ impl PeriodicSolver {
             equilibria += path.equilibria;
             let flat = start.flat();
             let left = path.end.flat() - &flat;
-            // A driven shoot may start from nothing, and end there if nothing drives it: below this, angles are rounding.
-            let residual = start.residual(&path.end, PRECISE / (self.tolerance * march.shoot.rod().length()));
+            let residual = start.residual(&path.end, self.least(march.shoot, !free));
             // A state that stays comes back after any time.
             let strain = path.largest_move();
             if free && strain * march.shoot.rod().length() < STANDS {
@@ -156,29 +155,13 @@ impl PeriodicSolver {
             let linear = match Linear::that_serves(kept.take(), residual) {
                 Some(linear) => linear,
                 None => {
-                    let mut further = Vec::new();
-                    if free {
-                        equilibria += 2 * path.equilibria;
-                        let weights = start.weights();
-                        let time = period_unknown(&mut march, &start, period, &path, &weights)?;
-                        let angle = angle_unknown(&march, &start, &path, &weights)?;
-                        further.push(time);
-                        further.extend(angle);
-                    }
-                    Linear::of(&march, period, &path, further)?
+                    equilibria += if free { 2 * path.equilibria } else { 0 };
+                    linearised(&mut march, &start, period, &path, free)?
                 }
             };
             let (change, others) = linear.step(&start, &left, &[0.0, 0.0], iterations)?;
             let stretch = others.first().copied().unwrap_or(0.0);
-            let share = if free && start.strain.norm() > 0.0 {
-                // As for circular orbits: Newton's method for the residual over the size of the strain.
-                let next = start.with_values(&change).strain;
-                let towards_zero = -next.dot(&start.strain) / start.strain.norm_squared();
-                let most = (start.strain.norm() / next.norm()).min(0.2 / stretch.abs());
-                (1.0 - towards_zero).recip().clamp(-most, most)
-            } else {
-                1.0
-            };
+            let share = if free { share_of_step(&start, &change, stretch) } else { 1.0 };
             start = start.with_values(&(flat + change * share));
             period *= 1.0 + stretch * share;
             angle += others.get(1).copied().unwrap_or(0.0) * share;
@@ -191,6 +174,37 @@ impl PeriodicSolver {
             }
         }
     }
+}
+
+/// The map about a path, with the period and the angle as unknowns if it is `free`.
+fn linearised(
+    march: &mut March<impl Model>,
+    start: &Start,
+    period: f64,
+    path: &Path,
+    free: bool,
+) -> Result<Linear, CycleError> {
+    let mut further = Vec::new();
+    if free {
+        let weights = start.weights();
+        let time = period_unknown(march, start, period, path, &weights)?;
+        let angle = angle_unknown(march, start, path, &weights)?;
+        further.push(time);
+        further.extend(angle);
+    }
+    Linear::of(march, period, path, further)
+}
+
+/// How much of a step is taken that changes the logarithm of the period by `stretch`. As for circular orbits: Newton's method for the
+/// residual over the size of the strain.
+fn share_of_step(start: &Start, change: &DVector<f64>, stretch: f64) -> f64 {
+    let (size, next) = (start.strain.norm(), start.with_values(change).strain);
+    if !(size > 0.0) {
+        return 1.0;
+    }
+    let towards_zero = -next.dot(&start.strain) / start.strain.norm_squared();
+    let most = (size / next.norm()).min(0.2 / stretch.abs());
+    (1.0 - towards_zero).recip().clamp(-most, most)
 }
 
 /// The state of an orbit, on the grid of a march over a period (s).

@@ -12,7 +12,7 @@ pub use orbit::{Multiplier, PeriodicOrbit};
 
 use super::error::CycleError;
 use super::map::grid::Grid;
-use super::map::march::March;
+use super::map::march::{March, PRECISE};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -57,5 +57,11 @@ impl PeriodicSolver {
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
         ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
         March::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
+    }
+
+    /// The strain that counts as none in a residual, 1/m. What is driven may start from nothing, and end there if nothing drives it: there
+    /// angles are rounding.
+    pub(crate) fn least(&self, shoot: &Shoot<impl Model>, driven: bool) -> f64 {
+        if driven { PRECISE / (self.tolerance * shoot.rod().length()) } else { f64::MIN_POSITIVE }
     }
 }

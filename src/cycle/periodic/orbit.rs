@@ -7,7 +7,7 @@ use super::plane::{Plane, disturbance};
 use crate::cycle::autonomous::{check_autonomous, check_period};
 use crate::cycle::error::CycleError;
 use crate::cycle::gmres::Krylov;
-use crate::cycle::map::march::{March, PRECISE, Path};
+use crate::cycle::map::march::{March, Path};
 use crate::cycle::map::state::{Start, carried};
 use crate::cycle::map::variation::Variation;
 use crate::model::Model;
@@ -72,8 +72,7 @@ impl PeriodicOrbit {
         } else {
             check_period(shoot, &path.stages[0][0].rod, self.period)?;
         }
-        let least = PRECISE / (self.settings.tolerance * shoot.rod().length());
-        let residual = self.start.residual(&path.end, least);
+        let residual = self.start.residual(&path.end, self.settings.least(shoot, self.driven_from.is_some()));
         // What is found with other first guesses differs by rounding.
         if !(residual <= 100.0 * self.settings.tolerance) {
             return Err(CycleError::NotConverged { iterations: 0, residual });
