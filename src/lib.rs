@@ -121,7 +121,7 @@ mod state;
 pub mod tropism;
 
 pub use error::ParameterError;
-pub use model::{BoxedLaws, Laws, Model};
+pub use model::{DynLaws, Laws, Model};
 pub use nalgebra;
 pub use profile::{Place, Profile};
 pub use reference_element::Order;

@@ -8,7 +8,7 @@ use crate::equilibrium::check_stiffness;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
-use crate::model::{Laws, Model};
+use crate::model::{DynLaws, Laws, Model};
 use crate::reference_element::Order;
 use crate::rod::{Rod, Tissue};
 use crate::scene::{Scene, Still};
@@ -89,6 +89,20 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
     /// Gravity and the base.
     pub fn scene<N: Scene>(self, scene: N) -> ShootBuilder<Laws<C, G, T, L, N>> {
         self.with(|laws| laws.with_scene(scene))
+    }
+}
+
+impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>>
+where
+    C: Constitutive + Send + Sync + 'static,
+    G: GrowthLaw + Send + Sync + 'static,
+    T: TropismLaw + Send + Sync + 'static,
+    L: Load + Send + Sync + 'static,
+    S: Scene + Send + Sync + 'static,
+{
+    /// Converts the laws into laws of one common type: see [`DynLaws`].
+    pub fn into_dyn(self) -> ShootBuilder<DynLaws> {
+        self.with(Laws::into_dyn)
     }
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 
 use crate::error::ParameterError;
 use crate::load::Load;
-use crate::model::{BoxedLaws, Model};
+use crate::model::{DynLaws, Model};
 use crate::profile::Profile;
 use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Environment, Scene, after};
@@ -158,7 +158,7 @@ fn jumps(load: &impl Load, length: f64) -> Result<Vec<f64>, ParameterError> {
 /// A shoot whose laws can cross threads can do so itself.
 const _: () = {
     const fn crosses_threads<T: Send + Sync>() {}
-    crosses_threads::<Shoot<BoxedLaws>>();
+    crosses_threads::<Shoot<DynLaws>>();
 };
 
 #[cfg(test)]

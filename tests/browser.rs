@@ -1,0 +1,207 @@
+//! Opens films and the live page in headless Chromium, and looks at what they show.
+//!
+//! ```sh
+//! cargo run --release --example growing_shoot -- --film
+//! cargo run --release --example live_page
+//! cargo run --release -p morphorod-tests --bin browser -- --pages target/out \
+//!     --tip "$(cargo run --release --example live_page -- --tip 2)"
+//! ```
+//!
+//! A film is opened at three times: something is drawn, it differs from time to time, and the console is empty. The live page
+//! runs two hours: its tip is that of this machine, a slider that is moved changes it, and it is fast enough. Where no Chromium
+//! is installed the program says so, and that is no failure.
+
+#[path = "../examples/common/mod.rs"]
+mod common;
+
+use std::error::Error;
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Output};
+
+use common::{Opt, Options, finish};
+
+type Outcome<T = ()> = Result<T, Box<dyn Error>>;
+
+/// Largest pages, bytes.
+const FILM: u64 = 3_000_000;
+const LIVE: u64 = 2_000_000;
+/// Hours that the live page runs, the largest distance of its tip from that of this machine (m; only the mathematical functions
+/// differ), and hours that it has to simulate in a second.
+const HOURS: f64 = 2.0;
+const SAME_TIP: f64 = 1e-9;
+const SPEED: f64 = 10.0;
+/// The colour of the growth zone. The shoot has so many pixels of it at least, of the 800 000, and as many change between two times;
+/// the legend has a third of that.
+const ZONE: [u8; 3] = [0, 158, 115];
+const DRAWN: usize = 300;
+const MOVED: usize = 100;
+
+fn run() -> Outcome {
+    let about = "opens films and the live page in headless Chromium, and looks at what they show";
+    let command = "cargo run --release -p morphorod-tests --bin browser";
+    let options = Options::parse_for(
+        command,
+        "browser",
+        about,
+        &[
+            Opt::value("pages", "DIR", "target/out", "folder in which films, film*.html, and live.html are looked for"),
+            Opt::value(
+                "tip",
+                "'X Y Z'",
+                "",
+                "the tip that the live page must reach in 2 h, m: what `live_page --tip 2` prints",
+            ),
+        ],
+    );
+    let Some(browser) = Browser::installed(options.out_dir()) else {
+        println!("skipped: Chromium is not installed");
+        return Ok(());
+    };
+    let (mut films, mut lives) = (Vec::new(), Vec::new());
+    find(Path::new(options.text("pages")), &mut |file| match file.file_name().and_then(|name| name.to_str()) {
+        Some(name) if name.starts_with("film") && name.ends_with(".html") => films.push(file.to_path_buf()),
+        Some("live.html") => lives.push(file.to_path_buf()),
+        _ => {}
+    })?;
+    if films.is_empty() && lives.is_empty() {
+        return Err(format!("no film or live.html in {}", options.text("pages")).into());
+    }
+    for film in &films {
+        let last = check_film(&browser, film).map_err(|error| format!("{}: {error}", film.display()))?;
+        println!("{}: plays, {last} h", film.display());
+    }
+    for live in &lives {
+        let said = check_live(&browser, live, options.text("tip"));
+        println!("{}: {}", live.display(), said.map_err(|error| format!("{}: {error}", live.display()))?);
+    }
+    Ok(())
+}
+
+/// Calls `visit` for all files of a folder and those in it.
+fn find(folder: &Path, visit: &mut impl FnMut(&Path)) -> Outcome {
+    let mut entries: Vec<_> = fs::read_dir(folder)?.collect::<Result<_, _>>()?;
+    entries.sort_by_key(fs::DirEntry::path);
+    for entry in entries {
+        if entry.file_type()?.is_dir() { find(&entry.path(), visit)? } else { visit(&entry.path()) }
+    }
+    Ok(())
+}
+
+/// Refuses a page that is too large, or asks for something from elsewhere. Returns its text.
+fn check_page(file: &Path, most: u64) -> Outcome<String> {
+    let (size, page) = (fs::metadata(file)?.len(), fs::read_to_string(file)?);
+    if size >= most {
+        return Err(format!("{size} bytes are more than {most}").into());
+    }
+    match ["http:", "https:", "src=", "@import"].iter().find(|word| page.contains(*word)) {
+        Some(word) => Err(format!("it may ask for something from elsewhere: '{word}'").into()),
+        None => Ok(page),
+    }
+}
+
+fn check_film(browser: &Browser, file: &Path) -> Outcome<f64> {
+    let page = check_page(file, FILM)?;
+    let times = page.split("\"times\":[").nth(1).and_then(|rest| rest.split(']').next()).ok_or("no times")?;
+    let last: f64 = times.rsplit(',').next().ok_or("no times")?.parse()?;
+    let mut before: Option<Vec<bool>> = None;
+    for part in [0.1, 0.5, 1.0] {
+        let seen = browser.screenshot(file, &format!("t={}", part * last))?;
+        let zone: Vec<bool> = seen.chunks(3).map(|pixel| pixel == ZONE).collect();
+        let drawn = zone.iter().filter(|is| **is).count();
+        if drawn < DRAWN {
+            return Err(format!("{drawn} pixels of a growth zone at {} h", part * last).into());
+        }
+        if let Some(before) = before.replace(zone.clone()) {
+            let moved = before.iter().zip(&zone).filter(|(a, b)| a != b).count();
+            if moved < MOVED {
+                return Err(format!("only {moved} pixels of the growth zone move up to {} h", part * last).into());
+            }
+        }
+    }
+    Ok(last)
+}
+
+fn check_live(browser: &Browser, file: &Path, tip: &str) -> Outcome<String> {
+    check_page(file, LIVE)?;
+    let native: Vec<f64> = tip.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+    if native.len() != 3 {
+        return Err("--tip is needed: what `live_page --tip 2` prints".into());
+    }
+    let dom = browser.dom(file, &format!("check={HOURS}"))?;
+    let found = dom.split("id=\"found\">").nth(1).and_then(|rest| rest.split('<').next()).ok_or("no answer")?;
+    let list = |name: &str| -> Outcome<Vec<f64>> {
+        let rest = found.split(&format!("\"{name}\":")).nth(1).ok_or_else(|| format!("no '{name}' in {found}"))?;
+        let text = rest.trim_start_matches('[').split([']', '}']).next().unwrap_or_default();
+        let numbers = text.split(',').take_while(|word| !word.starts_with('"'));
+        Ok(numbers.map(str::parse).collect::<Result<_, _>>()?)
+    };
+    let distance = |a: &[f64]| a.iter().zip(&native).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    let (off, moved, speed) = (distance(&list("tip")?), distance(&list("moved")?), list("perSecond")?[0]);
+    if !(off < SAME_TIP) {
+        return Err(format!("its tip is {off:e} m from that of this machine").into());
+    }
+    if !(moved > SAME_TIP.sqrt()) {
+        return Err(format!("a slider that is moved changes the tip by {moved:e} m only").into());
+    }
+    if !(speed > SPEED) {
+        return Err(format!("it simulates {speed:.1} h in a second").into());
+    }
+    Ok(format!("tip {off:.0e} m from that of this machine, {speed:.0} h simulated in a second"))
+}
+
+/// Headless Chromium.
+struct Browser {
+    program: &'static str,
+    out: PathBuf,
+}
+
+impl Browser {
+    /// The first that answers.
+    fn installed(out: PathBuf) -> Option<Self> {
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        let answers = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|out| out.status.success());
+        Some(Self { program: names.into_iter().find(answers)?, out })
+    }
+
+    /// Opens a page; what is written to the console is an error.
+    fn open(&self, page: &Path, place: &str, what: &str) -> Outcome<Output> {
+        let profile = fs::canonicalize(&self.out)?.join("profile");
+        let url = format!("file://{}#{place}", fs::canonicalize(page)?.display());
+        let output = Command::new(self.program)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"])
+            .args(["--hide-scrollbars", "--window-size=1000,800", "--enable-logging=stderr", what])
+            .arg(format!("--user-data-dir={}", profile.display()))
+            .arg(url)
+            .output()?;
+        let log = String::from_utf8_lossy(&output.stderr);
+        match log.lines().find(|line| line.contains("CONSOLE")) {
+            Some(line) => Err(format!("the console says: {line}").into()),
+            None => Ok(output),
+        }
+    }
+
+    fn dom(&self, page: &Path, place: &str) -> Outcome<String> {
+        Ok(String::from_utf8(self.open(page, place, "--dump-dom")?.stdout)?)
+    }
+
+    /// Red, green and blue of all pixels.
+    fn screenshot(&self, page: &Path, place: &str) -> Outcome<Vec<u8>> {
+        let file = fs::canonicalize(&self.out)?.join("seen.png");
+        // Not that of before.
+        let _ = fs::remove_file(&file);
+        self.open(page, place, &format!("--screenshot={}", file.display()))?;
+        let mut decoder = png::Decoder::new(BufReader::new(File::open(&file)?));
+        decoder.set_transformations(png::Transformations::EXPAND | png::Transformations::STRIP_16);
+        let mut reader = decoder.read_info()?;
+        let mut bytes = vec![0; reader.output_buffer_size().ok_or("a picture that is too large")?];
+        let info = reader.next_frame(&mut bytes)?;
+        let samples = info.color_type.samples();
+        Ok(bytes[..info.buffer_size()].chunks(samples).flat_map(|pixel| pixel[..3.min(samples)].to_vec()).collect())
+    }
+}
+
+fn main() -> ExitCode {
+    finish(run())
+}

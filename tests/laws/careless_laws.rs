@@ -1,0 +1,183 @@
+//! Laws that say less than they do, or do less than they say, are refused.
+
+
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::tropism::{
+    Declaration, DirectionalTropism, Growing, Perception, Response, Site, Source, TropismLaw, Variable,
+};
+use nalgebra::Vector3;
+use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, righting, steering};
+
+/// Declares as it is told to, and writes the rates of its first variables only.
+#[derive(Debug)]
+struct Careless {
+    variable: Variable,
+    declared: usize,
+    written: usize,
+    with_position: bool,
+}
+
+impl TropismLaw for Careless {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(1);
+        for _ in 0..self.declared {
+            to.variable(self.variable);
+        }
+        if self.with_position {
+            to.with_position();
+        }
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        stimuli[0] = site.position.x;
+    }
+    fn rates(&self, _y: &[f64], _x: &[f64], rates: &mut [f64]) {
+        rates[..self.written].fill(0.0);
+    }
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::x() * past[0]
+    }
+}
+
+#[test]
+fn laws_that_say_less_than_they_do_are_refused() {
+    let sound = Careless { variable: Variable::read_after(720.0), declared: 2, written: 2, with_position: true };
+    let start = |law: Careless| {
+        let mut shoot = righting().tropism(law).build().unwrap();
+        let before = shoot.state().clone();
+        let answer = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0);
+        assert!(answer.is_ok() || shoot.state() == &before);
+        answer.map_err(|error| error.to_string())
+    };
+    assert!(start(Careless { ..sound }).is_ok());
+    assert!(start(Careless { written: 1, ..sound }).unwrap_err().contains("history of the variables is not finite"));
+    // Positions are not there for laws that do not ask for them.
+    assert!(start(Careless { with_position: false, ..sound }).unwrap_err().contains("not finite"));
+    // The rates as provided.
+    struct Forgetful;
+    impl TropismLaw for Forgetful {
+        fn declare(&self, to: &mut Declaration) {
+            let x = to.stimuli(1);
+            to.memories(1, x, 720.0, Some(720.0));
+        }
+        fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::x() * past[0]
+        }
+    }
+    let mut shoot = righting().tropism(Forgetful).build().unwrap();
+    assert!(MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
+    // A perception with fewer stimuli than its signal has numbers.
+    struct Narrow;
+    impl Perception for Narrow {
+        type Signal = [f64; 2];
+        fn declare(&self, to: &mut Declaration) -> Source {
+            to.stimuli(1)
+        }
+        fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+            stimuli.fill(0.0);
+        }
+    }
+    let law = DirectionalTropism { sensitivity: 1.0, perception: Narrow }.remembered(MEMORY);
+    let error = righting().tropism(law).build().map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("index of what a variable remembers"), "{error}");
+    // Rates that are not those of the memory that is declared.
+    struct Leaky;
+    impl TropismLaw for Leaky {
+        fn declare(&self, to: &mut Declaration) {
+            let x = to.stimuli(1);
+            to.memories(1, x, 720.0, Some(720.0));
+        }
+        fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+            stimuli[0] = 1.0;
+        }
+        fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+            rates[0] = (x[0] - 1.1 * y[0]) / 700.0;
+        }
+        fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::x() * past[0]
+        }
+    }
+    let mut shoot = righting().tropism(Leaky).build().unwrap();
+    let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
+    assert!(error.contains("declared a memory"), "{error}");
+    // A perception that forgets the rates of a variable of its own: whatever another shoot has left, it is refused.
+    struct Lazy;
+    impl Perception for Lazy {
+        type Signal = [f64; 2];
+        fn declare(&self, to: &mut Declaration) -> Source {
+            to.variable(Variable::unread());
+            to.stimulus_pair()
+        }
+        fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+            let light = site.along_directors(&Vector3::new(0.8, 0.0, 0.6));
+            stimuli.copy_from_slice(&[light.x, light.y]);
+        }
+    }
+    let mut run = MethodOfSteps::new(90.0);
+    run.advance(&mut righting().build().unwrap(), HOUR).unwrap();
+    let law = DirectionalTropism { sensitivity: 1.0, perception: Lazy }.remembered(MEMORY);
+    let mut shoot = righting().tropism(law).build().unwrap();
+    assert!(run.advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
+    // Declarations are checked where the shoot is built.
+    for delay in [-5.0, f64::NAN, f64::INFINITY] {
+        let law = Careless { variable: Variable::read_after(delay), ..sound };
+        assert!(righting().tropism(law).build().unwrap_err().to_string().contains("delay of a tropism law"));
+    }
+    for time in [0.0, -600.0, f64::NAN] {
+        let law = Careless { variable: sound.variable.relaxing_in(time), ..sound };
+        assert!(righting().tropism(law).build().unwrap_err().to_string().contains("time constant of a variable"));
+    }
+}
+
+/// Declares one more variable and stimulus from its `n`-th answer on.
+struct Widening {
+    answers: std::sync::atomic::AtomicUsize,
+    n: usize,
+}
+
+impl TropismLaw for Widening {
+    fn declare(&self, to: &mut Declaration) {
+        let answers = self.answers.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        for _ in 0..1 + usize::from(answers >= self.n) {
+            let x = to.stimuli(1);
+            to.memories(1, x, 720.0, Some(720.0));
+        }
+    }
+    fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+        stimuli.fill(1.0);
+    }
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        for (k, rate) in rates.iter_mut().enumerate() {
+            *rate = (stimuli[k] - variables[k]) / 720.0;
+        }
+    }
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::x() * past[0]
+    }
+}
+
+#[test]
+fn a_law_that_changes_what_it_declares_ends_in_an_error_whenever_it_does() {
+    let (mut refused, mut unharmed) = (0, 0);
+    for n in (0..200).chain((200..9000).step_by(97)) {
+        let law = Widening { answers: 0.into(), n };
+        // Between laws of the crate, which would read each other's numbers.
+        let Ok(mut shoot) = righting().elements(2).tropism((steering(STATOLITHS), law, steering(STATOLITHS))).build()
+        else {
+            refused += 1;
+            continue;
+        };
+        let mut integrator = MethodOfSteps::new(180.0);
+        for hour in 1..=2 {
+            let before = shoot.state().clone();
+            match integrator.advance(&mut shoot, 0.5 * HOUR * f64::from(hour)) {
+                Ok(_) => unharmed += 1,
+                Err(error) => {
+                    refused += 1;
+                    assert!(!error.is_recoverable(), "{error}");
+                    assert_eq!(shoot.state(), &before);
+                }
+            }
+        }
+    }
+    assert!(refused > 100 && unharmed > 0, "{refused} {unharmed}");
+}

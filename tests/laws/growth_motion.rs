@@ -1,0 +1,157 @@
+//! The motion of material points under uniform growth, against its closed form: without a simulation, and of the
+//! elements of a simulated shoot, which are cut many times on the way.
+
+
+use morphorod::Shoot;
+use morphorod::equilibrium::Unloaded;
+use morphorod::growth::{UniformGrowth, length, trace};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::quadrature::{gauss, lagrange};
+use morphorod::rod::Rod;
+use crate::fixtures::shoots::{HOUR, YOUNG};
+
+/// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005: with T0 = τg ln(ℓg/ℓ0) the length is
+/// ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg otherwise.
+#[derive(Debug, Clone, Copy)]
+struct Closed {
+    initial: f64,
+    zone: f64,
+    time: f64,
+}
+
+impl Closed {
+    fn law(&self) -> UniformGrowth {
+        UniformGrowth { zone_length: self.zone, time: self.time }
+    }
+
+    fn length(&self, t: f64) -> f64 {
+        let full = self.time * (self.zone / self.initial).ln();
+        if self.initial >= self.zone {
+            self.initial + self.zone * t / self.time
+        } else if t <= full {
+            self.initial * (t / self.time).exp()
+        } else {
+            self.zone * (1.0 + (t - full) / self.time)
+        }
+    }
+
+    /// Arc length, stretch and exit time of the point that is at distance `sigma` from the apex at t = 0.
+    fn point(&self, sigma: f64, t: f64) -> (f64, f64, f64) {
+        let exit = self.time * (self.zone / sigma).ln();
+        if sigma >= self.zone {
+            let early = -self.time * (sigma - self.zone) / self.zone;
+            (self.initial - sigma, 1.0, early)
+        } else if t <= exit {
+            (self.length(t) - sigma * (t / self.time).exp(), (t / self.time).exp(), exit)
+        } else {
+            (self.length(exit) - self.zone, self.zone / sigma, exit)
+        }
+    }
+}
+
+/// ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h), ℓ0 = ℓg, ℓ0 > ℓg.
+const CASES: [Closed; 4] = [
+    Closed { initial: 0.01, zone: 0.03, time: 20.0 * HOUR },
+    Closed { initial: 0.068, zone: 0.07, time: 40.0 * HOUR },
+    Closed { initial: 0.03, zone: 0.03, time: 20.0 * HOUR },
+    Closed { initial: 0.05, zone: 0.03, time: 20.0 * HOUR },
+];
+
+#[test]
+fn uniform_growth_traced_without_a_simulation_is_the_closed_form() {
+    for case in CASES {
+        let law = case.law();
+        for t in (0..=32).map(|i| f64::from(i) * 0.125 * case.time) {
+            let now = case.length(t);
+            // A handful of operations on numbers of the size of the length: far below 1e-12 of it.
+            assert!((length(&law, case.initial, t) / now - 1.0).abs() < 1e-12);
+            for start in (0..17).map(|i| case.initial * f64::from(i) / 16.0) {
+                let traced = trace(&law, case.initial, start, t);
+                let (place, stretch, exit) = case.point(case.initial - start, t);
+                assert!((traced.arc_length - place).abs() < 1e-12 * now, "{case:?} {start} {t}: {traced:?}");
+                assert!((traced.stretch / stretch - 1.0).abs() < 1e-12, "{case:?} {start} {t}: {traced:?}");
+                assert_eq!(traced.exit_time.is_some(), exit <= t, "{case:?} {start} {t}: {traced:?}");
+                if let Some(found) = traced.exit_time {
+                    assert!((found - exit).abs() < 1e-12 * case.time, "{case:?} {start} {t}: {found} {exit}");
+                }
+            }
+        }
+    }
+}
+
+/// Arc lengths (m) of the material points of a rod: the ends of the elements plus the integral of the jacobian.
+fn places(rod: &Rod) -> Vec<f64> {
+    let p = rod.order().points();
+    let ((x, w), line) = (gauss(p), rod.centre_line());
+    let place = |i: usize| {
+        let points = &rod.points()[i / p * p..(i / p + 1) * p];
+        let mut at = vec![0.0; p];
+        let inner = x.iter().zip(&w).map(|(y, w)| {
+            lagrange(&x, x[i % p] * y, &mut at);
+            w * x[i % p] * at.iter().zip(points).map(|(l, point)| l * point.jacobian).sum::<f64>()
+        });
+        line[i / p].0 + inner.sum::<f64>()
+    };
+    (0..rod.points().len()).map(place).collect()
+}
+
+#[test]
+fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
+    for (case, growth_times) in CASES.into_iter().zip([4.0, 0.5, 4.0, 3.0]) {
+        // The radius names the point: it is proportional to the distance from the apex at t = 0, a linear function of
+        // the coordinate of every element that uniform growth leaves linear, through every cut.
+        let initial = case.initial;
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(initial)
+            .taper(move |s| 0.01 * (initial - s))
+            .elements(4)
+            .merge_tolerance(0.0)
+            .growth(case.law())
+            .build()
+            .unwrap();
+        let first_nodes: Vec<f64> = shoot.rod().centre_line().iter().map(|(s, _)| initial - s).collect();
+        let mut run = MethodOfSteps::with_solver(0.1 * HOUR, Unloaded);
+        let (mut splits, mut worst) = (0, [0.0_f64; 4]);
+        for t in (1..=4).map(|i| 0.25 * f64::from(i) * growth_times * case.time) {
+            splits += run.advance(&mut shoot, t).unwrap().splits;
+            let (rod, now) = (shoot.rod(), case.length(t));
+            worst[0] = worst[0].max((rod.length() / now - 1.0).abs());
+            assert!((shoot.tip().z / now - 1.0).abs() < 1e-12 && shoot.tip().xy().norm() == 0.0);
+            for (point, place) in rod.points().iter().zip(places(rod)) {
+                let (exact, _, exit) = case.point(100.0 * point.section.radius(), t);
+                worst[1] = worst[1].max((place - exact).abs() / now);
+                // On the boundary itself rounding may put a point on either side.
+                let near = 1e-12 * case.time;
+                assert!(point.exit_time.is_infinite() || point.exit_time <= t, "{point:?} at {t}");
+                if exit < t - near {
+                    worst[2] = worst[2].max((point.exit_time - exit).abs() / case.time);
+                } else if exit > t + near {
+                    assert!(point.exit_time.is_infinite(), "{point:?} at {t} has not left before {exit}");
+                    worst[3] = worst[3].max((point.apex_distance / (now - exact) - 1.0).abs() * (now - exact) / now);
+                }
+            }
+            // Elements are cut and never moved over the tissue: the ends of the first ones are still ends.
+            let line = rod.centre_line();
+            for sigma in &first_nodes[..first_nodes.len() - 1] {
+                let (exact, ..) = case.point(*sigma, t);
+                let nearest = line.iter().map(|(s, _)| (s - exact).abs()).fold(f64::INFINITY, f64::min);
+                worst[1] = worst[1].max(nearest / now);
+            }
+        }
+        // Hundreds of steps and cuts, each of which costs an ulp or two of the length.
+        assert!(worst.iter().all(|e| *e < 1e-12), "{case:?}: {worst:?}");
+        assert!(splits > 20, "nothing was cut in {case:?}");
+    }
+}
+
+#[test]
+fn a_zone_without_end_takes_no_more_steps_than_others() {
+    // “The whole shoot grows”, said with a large number: no tissue leaves, so nothing shortens the steps.
+    for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
+        let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
+        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).build().unwrap();
+        let statistics = MethodOfSteps::with_solver(600.0, Unloaded).advance(&mut shoot, HOUR).unwrap();
+        assert_eq!(statistics.steps, 12, "{zone}");
+        assert!((shoot.rod().length() - 0.05 * f64::exp(0.05)).abs() < 1e-15);
+    }
+}

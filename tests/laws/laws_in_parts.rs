@@ -1,0 +1,350 @@
+//! Laws that are put together: what they declare, memories in a row, tuples, boxes, and models of one's own.
+
+
+use morphorod::constitutive::LinearElastic;
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, Iterated, MethodOfSteps, Simulation};
+use morphorod::load::Weight;
+use morphorod::stability::StationarySolver;
+use morphorod::tropism::{
+    Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
+    Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
+};
+use morphorod::{Laws, Model, Shoot, State, Still};
+use std::sync::Arc;
+
+use nalgebra::{Rotation3, Vector3};
+use proptest::prelude::*;
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering};
+
+/// The laws of the growing shoot.
+fn all_laws() -> impl TropismLaw {
+    let (gravitropism, proprioception) = steering(STATOLITHS);
+    (Oscillator::new(0.2, 1440.0), gravitropism, proprioception)
+}
+
+#[test]
+fn laws_declare_what_they_keep_and_read() {
+    let declared = Declaration::of(&all_laws());
+    assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
+    assert_eq!(declared.size(), all_laws().size());
+    assert!(!declared.reads_position());
+    let component = |rotation| Variable::unread().relaxing_in(120.0).turning(rotation);
+    let memory =
+        |remembers, rotation| Variable { remembers, rotation, ..Variable::read_after(720.0).relaxing_in(720.0) };
+    let expected = [
+        component(Rotation::First),
+        component(Rotation::Second),
+        component(Rotation::Invariant),
+        // Of the pile's normal, and of the bend, which stands behind the three components of the vertical.
+        memory(Source::Variable(0), Rotation::First),
+        memory(Source::Variable(1), Rotation::Second),
+        memory(Source::Stimulus(3), Rotation::First),
+        memory(Source::Stimulus(4), Rotation::Second),
+    ];
+    assert_eq!(declared.variables(), expected);
+    assert_eq!((declared.shortest_delay(), declared.longest_delay()), (720.0, 720.0));
+    // What reads nothing has no delay to keep a step short.
+    assert_eq!(Declaration::of(&Oscillator::new(0.2, 1440.0)).shortest_delay(), f64::INFINITY);
+}
+
+/// Numbers that turn as they are declared to, when the directors turn by `angle` about d3.
+fn turned(values: &[f64], rotation: impl Fn(usize) -> Rotation, angle: f64) -> Vec<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let turn = |i: usize| match rotation(i) {
+        Rotation::First => cos * values[i] + sin * values[i + 1],
+        Rotation::Second => cos * values[i] - sin * values[i - 1],
+        Rotation::Invariant => values[i],
+        Rotation::Undeclared => panic!("{i} says nothing"),
+    };
+    (0..values.len()).map(turn).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn declared_memories_are_linear_and_declared_turns_are_true(
+        y in prop::collection::vec(-2.0_f64..2.0, 7), x in prop::collection::vec(-2.0_f64..2.0, 5), angle in -3.0_f64..3.0,
+    ) {
+        // The oscillator turns with the clock and not with the directors.
+        let laws = steering(STATOLITHS);
+        let declared = Declaration::of(&laws);
+        let rates = |y: &[f64], x: &[f64]| {
+            let mut rates = vec![0.0; y.len()];
+            laws.rates(y, x, &mut rates);
+            rates
+        };
+        let found = rates(&y, &x);
+        for (i, variable) in declared.variables().iter().enumerate() {
+            let remembered = match variable.remembers {
+                Source::Stimulus(k) => x[k],
+                Source::Variable(k) => y[k],
+                Source::Computed => continue,
+            };
+            // One subtraction and one division.
+            prop_assert!((found[i] * variable.time_constant - (remembered - y[i])).abs() < 1e-15);
+        }
+        let variable = |i| declared.rotation(Source::Variable(i));
+        let stimulus = |i| declared.rotation(Source::Stimulus(i));
+        let (yt, xt) = (turned(&y, variable, angle), turned(&x, stimulus, angle));
+        for (rate, expected) in rates(&yt, &xt).iter().zip(turned(&found, variable, angle)) {
+            // Rates are below 1/s: 2 · 2³/120 s.
+            prop_assert!((rate - expected).abs() < 1e-15);
+        }
+        let at = Growing::new(0.0, RADIUS, 0.01);
+        let gradient = Rotation3::from_axis_angle(&Vector3::z_axis(), -angle) * laws.gradient(&at, &y, &[]);
+        // A gradient of 0.8 · 2/r + 20 · 2.
+        prop_assert!((laws.gradient(&at, &yt, &[]) - gradient).norm() < 1e-11);
+    }
+}
+
+/// Light from the side of e1 and a little above, and the same law written out: two memories in a row.
+struct Sunlight;
+
+impl Perception for Sunlight {
+    type Signal = [f64; 2];
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let light = site.along_directors(&Vector3::new(0.8, 0.0, 0.6));
+        stimuli.copy_from_slice(&[light.x, light.y]);
+    }
+}
+
+struct WrittenOut {
+    stages: [f64; 2],
+    delay: f64,
+}
+
+impl TropismLaw for WrittenOut {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(2);
+        for variable in [Variable::unread(), Variable::read_after(self.delay)] {
+            let stage = self.stages[usize::from(variable.delay.is_some())];
+            to.variable(variable.relaxing_in(stage));
+            to.variable(variable.relaxing_in(stage));
+        }
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        Sunlight.sense(site, stimuli);
+    }
+    fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+        for j in 0..2 {
+            rates[j] = (x[j] - y[j]) / self.stages[0];
+            rates[2 + j] = (y[j] - y[2 + j]) / self.stages[1];
+        }
+    }
+    fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::new(-past[3], past[2], 0.0) * (0.8 / at.section.radius())
+    }
+}
+
+#[test]
+fn memories_in_a_row_filter_twice_and_their_delays_add_up() {
+    let light = DirectionalTropism { sensitivity: 0.8, perception: Sunlight };
+    let twice = light.remembered(Memory { time: 600.0, delay: 100.0 }).remembered(Memory { time: 300.0, delay: 200.0 });
+    let declared = Declaration::of(&twice);
+    assert_eq!(declared.delays().collect::<Vec<_>>(), [300.0; 2]);
+    assert_eq!(declared.variables()[2].remembers, Source::Variable(0));
+    fn tip(law: impl TropismLaw) -> Vector3<f64> {
+        let mut shoot = righting().tropism(law).build().unwrap();
+        MethodOfSteps::new(150.0).advance(&mut shoot, 5.0 * HOUR).unwrap();
+        shoot.tip()
+    }
+    let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
+    // The same operations but for their order: rounding of 5 cm, which a stable shoot does not magnify.
+    assert!((found - expected).norm() < 1e-14, "{found} against {expected}");
+    let once =
+        DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
+    assert!((tip(once) - expected).norm() > 1e-4, "the second stage does nothing");
+}
+
+/// Answers to what it senses, at once or after a memory; a present that it did not ask for makes it fail.
+struct Straightens {
+    at_once: bool,
+}
+
+impl TropismLaw for Straightens {
+    fn declare(&self, to: &mut Declaration) {
+        let bend = to.stimulus_pair();
+        if self.at_once {
+            to.with_present();
+        } else {
+            to.memories(2, bend, 720.0, Some(720.0));
+        }
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
+    }
+    fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {
+        for (rate, (y, x)) in rates.iter_mut().zip(y.iter().zip(x)) {
+            *rate = MEMORY.rate(*y, *x);
+        }
+    }
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        variables.copy_from_slice(&stimuli[..variables.len()]);
+    }
+    fn gradient(&self, _at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
+        if now.is_empty() == self.at_once || past.is_empty() != self.at_once {
+            return Vector3::repeat(f64::NAN);
+        }
+        let bend = if self.at_once { now } else { past };
+        Vector3::new(bend[0], bend[1], 0.0) * -ETA
+    }
+}
+
+#[test]
+fn the_present_is_empty_for_laws_that_do_not_read_it() {
+    let gravitropism = || steering(SettledStatoliths).0;
+    for at_once in [false, true] {
+        let mut shoot = righting().tropism((gravitropism(), Straightens { at_once })).build().unwrap();
+        Iterated::new(300.0).advance(&mut shoot, 1800.0).unwrap();
+        let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+        let both = (Straightens { at_once: true }, Straightens { at_once });
+        let mut shoot = righting().tropism((gravitropism(), both)).build().unwrap();
+        Iterated::new(300.0).advance(&mut shoot, 1800.0).unwrap();
+        let _ = morphorod::stability::Linearisation::about(&{
+            let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+            shoot
+        })
+        .unwrap();
+    }
+}
+
+#[test]
+fn six_laws_are_the_sum_of_six() {
+    let bend = |share: f64| Proprioception { sensitivity: share * ETA }.remembered(MEMORY);
+    let up =
+        |share: f64| DirectionalTropism { sensitivity: share * BETA, perception: SettledStatoliths }.remembered(MEMORY);
+    let mut six = righting().tropism((up(0.5), bend(0.25), up(0.25), bend(0.5), up(0.25), bend(0.25))).build().unwrap();
+    let mut nested = righting().tropism(((up(0.5), up(0.5)), Some(bend(1.0)), None::<Oscillator>)).build().unwrap();
+    for shoot in [&mut six as &mut dyn Advance, &mut nested] {
+        shoot.advance(4.0 * HOUR);
+    }
+    let mut two = righting().build().unwrap();
+    two.advance(4.0 * HOUR);
+    // Only the order of sums differs: rounding of 5 cm.
+    assert!((six.tip() - two.tip()).norm() < 1e-13 && (nested.tip() - two.tip()).norm() < 1e-13);
+}
+
+/// A shoot of any model, behind a pointer.
+trait Advance {
+    fn advance(&mut self, until: f64);
+}
+
+impl<M: Model> Advance for Shoot<M> {
+    fn advance(&mut self, until: f64) {
+        MethodOfSteps::new(180.0).advance(self, until).unwrap();
+    }
+}
+
+#[test]
+fn boxed_laws_give_the_same_bits() {
+    let mut shoot = growing().build().unwrap();
+    shoot.advance(2.0 * HOUR);
+    let mut boxed = growing().into_dyn().build().unwrap();
+    boxed.advance(2.0 * HOUR);
+    assert!(boxed.state() == shoot.state());
+}
+
+/// A model of one's own: it carries more than its laws.
+struct Specimen {
+    name: &'static str,
+    growth: Ongoing<UniformGrowth>,
+    steering: (Remembered<DirectionalTropism<SettledStatoliths>>, Remembered<Proprioception>),
+    pot: Still,
+}
+
+impl Model for Specimen {
+    type Growth = Ongoing<UniformGrowth>;
+    type Tropism = (Remembered<DirectionalTropism<SettledStatoliths>>, Remembered<Proprioception>);
+    type Constitutive = LinearElastic;
+    type Load = Weight;
+    type Scene = Still;
+
+    fn growth(&self) -> &Ongoing<UniformGrowth> {
+        &self.growth
+    }
+    fn tropism(&self) -> &Self::Tropism {
+        &self.steering
+    }
+    fn constitutive(&self) -> &LinearElastic {
+        &YOUNG
+    }
+    fn load(&self) -> &Weight {
+        &WEIGHT
+    }
+    fn scene(&self) -> &Still {
+        &self.pot
+    }
+}
+
+#[test]
+fn a_model_of_ones_own() {
+    let expected = {
+        let mut shoot = righting().build().unwrap();
+        shoot.advance(HOUR);
+        shoot
+    };
+    let Laws { growth, tropism, scene, .. } = *expected.model();
+    let specimen = Specimen { name: "Helianthus 7", growth, steering: tropism, pot: scene };
+    let mut shoot = Shoot::of(specimen).length(0.05).radius(RADIUS).build().unwrap();
+    shoot.advance(HOUR);
+    assert!(shoot.state() == expected.state());
+    assert_eq!(shoot.model().name, "Helianthus 7");
+}
+
+#[test]
+fn a_part_behind_a_pointer_is_a_part() {
+    let mut expected = righting().tropism(steering(STATOLITHS)).build().unwrap();
+    expected.advance(HOUR);
+    let (gravitropism, proprioception) = steering(STATOLITHS);
+    // Perceptions, responses, laws, models: boxed, shared, borrowed.
+    let shared = Arc::new(STATOLITHS);
+    let sensed = Gravitropism { sensitivity: BETA, perception: shared.clone() }.remembered(MEMORY);
+    let boxed: Box<dyn Perception<Signal = [f64; 2]>> = Box::new(&STATOLITHS);
+    let dynamic = Gravitropism { sensitivity: BETA, perception: boxed }.remembered(MEMORY);
+    let answered = Arc::new(gravitropism.response).remembered(MEMORY);
+    let same = |mut shoot: Shoot<_>| {
+        Advance::advance(&mut shoot, HOUR);
+        assert!(shoot.state() == expected.state());
+    };
+    same(righting().tropism((Box::new(sensed) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
+    same(righting().tropism((Box::new(dynamic) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
+    same(righting().tropism((Box::new(answered) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
+    let model = Arc::new(*expected.model());
+    for _ in 0..2 {
+        let mut shoot = Shoot::of(model.clone()).length(0.05).radius(RADIUS).build().unwrap();
+        shoot.advance(HOUR);
+        assert!(shoot.state() == expected.state());
+    }
+}
+
+#[test]
+fn shoots_of_unlike_laws_stand_in_one_list() {
+    let mut alone = (righting().build().unwrap(), growing().build().unwrap());
+    alone.0.advance(HOUR);
+    alone.1.advance(HOUR);
+    let mut list: Vec<Box<dyn Simulation + Send>> = vec![
+        Box::new((righting().build().unwrap(), MethodOfSteps::new(180.0))),
+        Box::new((growing().build().unwrap(), MethodOfSteps::new(180.0))),
+    ];
+    let starts: Vec<State> = list.iter().map(|simulation| simulation.state().clone()).collect();
+    for _ in 0..2 {
+        std::thread::scope(|scope| {
+            for simulation in &mut list {
+                scope.spawn(move || {
+                    while simulation.time() < HOUR {
+                        assert_eq!(simulation.step(HOUR).unwrap().steps, 1);
+                    }
+                });
+            }
+        });
+        assert!(list[0].state() == alone.0.state() && list[1].state() == alone.1.state());
+        assert_eq!(list[1].rod().tip(), alone.1.tip());
+        for (simulation, start) in list.iter_mut().zip(&starts) {
+            simulation.restore(start).unwrap();
+        }
+    }
+    assert_eq!(list[0].advance(HOUR).unwrap().splits, 0);
+}

@@ -1,0 +1,4 @@
+//! The project itself: its layers and its list of tests.
+
+mod layers;
+mod manifest;

@@ -1,0 +1,221 @@
+//! Laws written downstream in the linear problem: as they are, and with derivatives of their own.
+
+
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::load::Weight;
+use morphorod::stability::{BoundaryPoint, BoundarySettings, Linearisation, StabilityError, boundary, onset};
+use morphorod::tropism::{
+    Declaration, Gravitropism, Growing, LawDerivatives, Memory, Proprioception, Response, SettledStatoliths, Site,
+    TropismLaw, Variable,
+};
+use morphorod::{ParameterError, Shoot};
+use nalgebra::Vector3;
+
+use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
+
+/// Gravitropism that saturates: the signal that it keeps is a tiny concentration c, and u̇* = (β/r) tanh(c/C).
+#[derive(Clone, Copy)]
+struct Saturating {
+    sensitivity: f64,
+    scale: f64,
+    memory: Memory,
+    own: bool,
+}
+
+impl TropismLaw for Saturating {
+    fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        let answer = |c: f64| self.sensitivity / at.section.radius() * (c / self.scale).tanh();
+        Vector3::new(-answer(past[1]), answer(past[0]), 0.0)
+    }
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(2);
+        for _ in 0..2 {
+            to.variable(Variable::read_after(self.memory.delay));
+        }
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let up = site.along_directors(&site.environment.up());
+        stimuli.copy_from_slice(&[up.x * self.scale, up.y * self.scale]);
+    }
+    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+        variables.copy_from_slice(stimuli);
+    }
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        for j in 0..2 {
+            rates[j] = self.memory.rate(variables[j], stimuli[j]);
+        }
+    }
+    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
+        if !self.own {
+            return out.by_differences(self, at, variables, stimuli);
+        }
+        let answer =
+            |c: f64| self.sensitivity / at.section.radius() / self.scale * (1.0 - (c / self.scale).tanh().powi(2));
+        for j in 0..2 {
+            out.rates_by_variables[(j, j)] = -1.0 / self.memory.time;
+            out.rates_by_stimuli[(j, j)] = 1.0 / self.memory.time;
+        }
+        out.gradient_by_variables[(0, 1)] = -answer(variables[1]);
+        out.gradient_by_variables[(1, 0)] = answer(variables[0]);
+    }
+    fn check(&self) -> Result<(), ParameterError> {
+        self.memory.check()
+    }
+}
+
+fn problem(gravity: impl TropismLaw, length: f64) -> Result<Linearisation, StabilityError> {
+    let shoot = Shoot::builder(YOUNG)
+        .length(length)
+        .radius(5e-4)
+        .elements(4)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
+        .tropism((gravity, Proprioception { sensitivity: 20.0 }.remembered(MEMORY)))
+        .load(Weight { density: 1000.0 })
+        .build()?;
+    Linearisation::about(&shoot)
+}
+
+#[test]
+fn a_law_is_as_good_with_its_own_derivative_and_better_where_its_scale_is_tiny() {
+    let expected = 0.065_614_866_491;
+    let at = |scale: f64, own: bool| {
+        let law = Saturating { sensitivity: 0.8, scale, memory: MEMORY, own };
+        onset(|length| problem(law, length), 0.055, 0.075).map(|found| found.parameter / expected - 1.0)
+    };
+    // Upright, tanh is linear. Differences at 1e-4 of the scale err by 1e-8/3 of its slope, which moves the length by less.
+    assert!(at(1.0, false).unwrap().abs() < 1e-8);
+    assert!(at(1.0, true).unwrap().abs() < 1e-8);
+    assert!(at(1e-9, true).unwrap().abs() < 1e-8);
+    // A step of 1e-4 is far beyond the saturation then: hardly any gravitropism is left.
+    assert!(!at(1e-9, false).is_ok_and(|error| error.abs() < 1e-2));
+}
+
+#[test]
+fn a_derivative_that_is_not_finite_is_told() {
+    struct Broken;
+    impl TropismLaw for Broken {
+        fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+            Vector3::new(past[0].abs().sqrt().min(f64::NAN), past[0], 0.0)
+        }
+        fn declare(&self, to: &mut Declaration) {
+            to.stimuli(1);
+            to.variable(Variable::read_after(0.0));
+        }
+        fn derivatives(&self, _at: &Growing, _y: &[f64], _x: &[f64], out: &mut LawDerivatives) {
+            out.gradient_by_variables[(0, 0)] = f64::INFINITY;
+        }
+    }
+    assert!(matches!(problem(Broken, 0.05), Err(StabilityError::NotFinite { .. })));
+}
+
+#[test]
+fn the_boundary_of_stability_goes_through_the_known_onsets_and_ends_on_the_side() {
+    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4);
+    let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
+    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    let mut linearisations = 0;
+    let mut follow = |step: f64| {
+        boundary(
+            |hours, length| {
+                linearisations += 1;
+                family(hours, length)
+            },
+            &BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 },
+        )
+        .unwrap()
+    };
+    let curve = follow(0.01);
+    for point in &curve {
+        // x tan x = 1, the same period everywhere. A point is 1e-9 of the rectangle's sides from the curve, where the
+        // frequency changes by as much of itself; differences that make the matrix err by 1e-9.
+        let period = std::f64::consts::TAU / point.frequency / MINUTE;
+        assert!((period / 87.638_358_711_642_3 - 1.0).abs() < 1e-8, "{point:?}: {period} min");
+    }
+    // The first point is the one next to the start, the last one on the side.
+    assert!((curve[0].parameters[0] - 20.0).abs() < 0.1);
+    let last = curve[curve.len() - 1].parameters;
+    assert_eq!(last[0], high[0]);
+    // Where it ends is where a search in the length alone finds the onset, and 40 h lies between two of its points.
+    let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameter;
+    assert!((last[1] / found - 1.0).abs() < 1e-8, "{} against {found}", last[1]);
+    let around = curve.windows(2).find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0).unwrap();
+    assert!(around[0].parameters[1] < 0.072_407_759_341 && around[1].parameters[1] > 0.072_407_759_341);
+    // Two linearisations a point, and a few to set out and to end.
+    let points = curve.len();
+    assert!(linearisations <= 3 * points + 10, "{linearisations} linearisations for {points} points");
+}
+
+#[test]
+fn a_boundary_goes_around_a_fold() {
+    // At a fixed length the growth time at onset is one number, 20 h. With τg = 15 h (1 + (q − 1)² + 0.1 p) the boundary in
+    // (p, q) is a parabola that folds at q = 1.
+    let family = |p: f64, q: f64| {
+        let hours = 15.0 * (1.0 + (q - 1.0).powi(2) + 0.1 * p);
+        linear_problem(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
+    };
+    let q = 0.5_f64;
+    let start = BoundaryPoint {
+        parameters: [10.0 * (1.0 / 3.0 - (q - 1.0).powi(2)), q],
+        frequency: 0.860_333_589 / MEMORY.delay,
+    };
+    let settings =
+        BoundarySettings { start, direction: [0.0, 1.0], low: [0.0, 0.0], high: [4.0, 2.0], step: 0.02, points: 1000 };
+    let curve = boundary(family, &settings).unwrap();
+    for point in &curve {
+        let [p, q] = point.parameters;
+        // Three elements leave 1e-9 of the length, times the slope of growth time by length (10) and the factor 10.
+        assert!((p - 10.0 * (1.0 / 3.0 - (q - 1.0).powi(2))).abs() < 1e-5, "{point:?}");
+    }
+    let last = curve[curve.len() - 1].parameters;
+    assert!(last[0] == 0.0 && last[1] > 1.5, "past the fold at q = 1: {last:?}");
+}
+
+#[test]
+fn a_boundary_says_what_is_wrong() {
+    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    let settings = BoundarySettings {
+        start,
+        direction: [1.0, 0.0],
+        low: [9.0, 0.045],
+        high: [45.0, 0.078],
+        step: 0.01,
+        points: 50,
+    };
+    let follow = |settings: BoundarySettings| boundary(family, &settings);
+    let off = BoundaryPoint { frequency: 3.0 / MEMORY.delay, ..start };
+    assert!(matches!(follow(BoundarySettings { start: off, ..settings }), Err(StabilityError::NoConvergence { .. })));
+    for wrong in [
+        BoundarySettings { direction: [0.0, 0.0], ..settings },
+        BoundarySettings { low: settings.high, high: settings.low, ..settings },
+        BoundarySettings { step: -1.0, ..settings },
+    ] {
+        assert!(matches!(follow(wrong), Err(StabilityError::Parameter(_))), "{wrong:?}");
+    }
+    let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    // Too long: it buckles, and the family says so.
+    assert!(matches!(
+        boundary(|_, _| problem(gravity, 0.081), &settings),
+        Err(StabilityError::MechanicallyUnstable { .. })
+    ));
+}
+
+#[test]
+fn points_of_a_boundary_are_near_to_it_even_if_steps_are_long() {
+    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
+    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    // Long steps need several corrections each, which end when the next one is expected to be small.
+    for step in [0.03, 0.1] {
+        let settings = BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 };
+        let curve = boundary(family, &settings).unwrap();
+        for point in &curve {
+            let [hours, length] = point.parameters;
+            // Another method on the same mesh, good to 1e-11.
+            let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameter;
+            // 1e-9 of the sides across the curve, which climbs by less than a side a side from 20 h on: √2 times that along the length.
+            let off = (length - found).abs() / (high[1] - low[1]);
+            assert!(off < 1.5e-9, "{step}, {point:?}: {off:e}");
+        }
+    }
+}

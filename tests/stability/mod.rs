@@ -1,0 +1,9 @@
+//! Characteristic roots, critical parameters and their error estimates.
+
+mod edges;
+mod extreme;
+mod laws;
+mod onset;
+mod refinement;
+mod roots;
+mod transient;

@@ -1,0 +1,291 @@
+//! What the mesh puts answers of the module `stability` off: estimates against the continuous problem, and tolerances.
+
+
+use std::f64::consts::TAU;
+
+use morphorod::constitutive::{Graded, Tissue};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::load::{PointForce, Weight};
+use morphorod::stability::{
+    BoundaryPoint, BoundarySettings, Linearisation, Onset, Refinement, StabilityError, StationarySolver, boundary,
+    crossings, onset,
+};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::{Shoot, Still};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+
+use crate::fixtures::upright::continuous::Upright;
+use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
+
+/// Short waves: four elements put the length at onset off by 2e-4 of it.
+const SHORT_WAVES: Upright = Upright {
+    beta: 1.911,
+    eta: 3.1276,
+    gravity: Memory { time: 1031.17, delay: 1773.0 },
+    bending: Memory { time: 384.79, delay: 1340.06 },
+    growth_time: 24_089.0,
+};
+
+/// The errors of a crossing against the continuous problem, relative: length and frequency.
+fn errors(shoot: &Upright, found: &Onset) -> [f64; 2] {
+    let (length, frequency) = shoot.crossing(found.parameter, found.frequency);
+    [(found.parameter / length - 1.0).abs(), (found.frequency / frequency - 1.0).abs()]
+}
+
+/// Whether an estimate is that of an error but for a factor of 0.3 to 30. Below 3e-10 differences tell more than the mesh.
+fn is_near(estimate: f64, error: f64) -> bool {
+    estimate > 0.3 * error.min(3e-10) && (error < 3e-10 || (0.3..30.0).contains(&(estimate / error)))
+}
+
+#[test]
+fn the_estimate_on_a_mesh_is_its_error() {
+    for elements in [4, 6, 8, 12, 16] {
+        let found = onset(|length| SHORT_WAVES.linear(length, elements), 0.02, 0.03).unwrap();
+        assert_eq!((found.parameter_error, found.frequency_error, found.elements), (None, None, elements));
+        let checked = found.with_error(|length| SHORT_WAVES.linear(length, 2 * elements)).unwrap();
+        assert_eq!((checked.parameter, checked.frequency), (found.parameter, found.frequency));
+        let [length, frequency] = errors(&SHORT_WAVES, &found);
+        let estimate = checked.parameter_error.unwrap() / found.parameter;
+        // Errors from 2e-4 down to 4e-9; the finer mesh has less than a hundredth of them.
+        assert!((estimate / length - 1.0).abs() < 0.1, "{elements} elements: {estimate:e} for {length:e}");
+        let estimate = checked.frequency_error.unwrap() / found.frequency;
+        assert!(is_near(estimate, frequency), "{elements} elements: {estimate:e} for {frequency:e}");
+    }
+    let found = onset(|length| SHORT_WAVES.linear(length, 6), 0.02, 0.03).unwrap();
+    for elements in [4, 6] {
+        let answer = found.with_error(|length| SHORT_WAVES.linear(length, elements));
+        assert!(matches!(answer, Err(StabilityError::Parameter(_))), "{answer:?}");
+    }
+}
+
+#[test]
+fn a_tolerance_chooses_the_mesh() {
+    let mut last = 0;
+    for tolerance in [1e-3, 1e-5, 1e-7, 1e-9] {
+        let found = Refinement::to(tolerance).onset(|l, n| SHORT_WAVES.linear(l, n), 0.02, 0.03).unwrap();
+        let [length, frequency] = errors(&SHORT_WAVES, &found);
+        assert!(length < tolerance && frequency < tolerance, "{tolerance:e}: {length:e}, {frequency:e}, {found:?}");
+        assert!(is_near(found.parameter_error.unwrap() / found.parameter, length), "{length:e}: {found:?}");
+        assert!(found.elements > last, "{found:?}");
+        last = found.elements;
+        // The search on four elements takes some fifteen, each finer mesh three at most.
+        assert!(found.linearisations < 40, "{found:?}");
+    }
+}
+
+#[test]
+fn tolerances_that_nobody_can_meet_are_told() {
+    let family = |length: f64, elements: usize| SHORT_WAVES.linear(length, elements);
+    for tolerance in [0.0, -1e-6, f64::NAN, f64::INFINITY, 9.9e-10] {
+        let error = Refinement::to(tolerance).onset(family, 0.02, 0.03).unwrap_err();
+        assert!(error.to_string().contains("at least 1e-9"), "{error}");
+    }
+    let bounded = Refinement { last: 8, ..Refinement::to(1e-8) };
+    let error = bounded.onset(family, 0.02, 0.03).unwrap_err();
+    // 9e-7 is the error on eight elements.
+    let told =
+        matches!(error, StabilityError::ToleranceNotMet { error, elements: 8, .. } if error > 3e-7 && error < 3e-5);
+    assert!(told, "{error}");
+    // Nothing, less than the first mesh, and one mesh alone: the next would have 126 elements.
+    let alone = Refinement { first: 63, last: 64, ..bounded };
+    for meshes in [Refinement { first: 0, ..bounded }, Refinement { last: 4, ..bounded }, alone] {
+        assert!(matches!(meshes.onset(family, 0.02, 0.03), Err(StabilityError::Parameter(_))));
+    }
+    // A family that does not refine.
+    let answer = bounded.onset(|length, _| SHORT_WAVES.linear(length, 4), 0.02, 0.03);
+    assert!(matches!(answer, Err(StabilityError::Parameter(_))), "{answer:?}");
+    let none = Refinement::to(1e-6).onset(family, 0.015, 0.02).unwrap_err();
+    assert!(matches!(none, StabilityError::NoCrossing { .. }), "{none}");
+}
+
+/// Cases of the property test; MORPHOROD_CASES asks for more.
+fn cases() -> u32 {
+    std::env::var("MORPHOROD_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(20)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, max_global_rejects: 100_000, ..ProptestConfig::default() })]
+    #[test]
+    fn tolerances_are_met_and_estimates_are_near(
+        (beta, eta, hours) in (0.3..2.0_f64, 2.0..30.0_f64, 3.0..48.0_f64),
+        gravity in (300.0..1500.0_f64, 300.0..1800.0_f64),
+        bending in (300.0..1500.0_f64, 300.0..1800.0_f64),
+        digits in 3.0..9.0_f64,
+    ) {
+        let memory = |(time, delay)| Memory { time, delay };
+        let shoot = Upright {
+            beta, eta, gravity: memory(gravity), bending: memory(bending), growth_time: hours * HOUR,
+        };
+        // Next to the essential spectrum and with none in the range there is no answer.
+        let meshes = Refinement { last: 32, ..Refinement::to(10_f64.powf(-digits)) };
+        let answer = meshes.onset(|length, n| shoot.linear(length, n), 0.015, 0.078);
+        prop_assume!(answer.is_ok());
+        let found = answer.unwrap();
+        prop_assume!(!found.essential);
+        let [length, frequency] = errors(&shoot, &found);
+        prop_assert!(length <= meshes.tolerance && frequency <= meshes.tolerance, "{length:e}, {frequency:e}: {found:?}");
+        prop_assert!(is_near(found.parameter_error.unwrap() / found.parameter, length), "{length:e}: {found:?}");
+    }
+}
+
+#[test]
+fn roots_have_errors_and_tolerances() {
+    // What 24 elements say is good to 1e-10 of the root.
+    let exact = SHORT_WAVES.linear(0.0275, 24).unwrap().rightmost().unwrap().value;
+    let rough = SHORT_WAVES.linear(0.0275, 4).unwrap().rightmost().unwrap();
+    assert!(rough.error.is_none());
+    let rough = rough.with_error(&SHORT_WAVES.linear(0.0275, 8).unwrap()).unwrap();
+    let (estimate, error) = (rough.error.unwrap(), (rough.value - exact).norm());
+    assert!((estimate / error - 1.0).abs() < 0.1, "{estimate:e} for {error:e}");
+    let no_finer = rough.with_error(&SHORT_WAVES.linear(0.0275, 4).unwrap());
+    assert!(matches!(no_finer, Err(StabilityError::Parameter(_))));
+    for tolerance in [1e-4, 1e-7] {
+        let meshes = Refinement::to(tolerance);
+        let found = meshes.rightmost(|n| SHORT_WAVES.linear(0.0275, n)).unwrap();
+        let error = (found.value - exact).norm();
+        assert!(error < tolerance * exact.norm() && is_near(found.error.unwrap() / exact.norm(), error / exact.norm()));
+        let all = meshes.roots(|n| SHORT_WAVES.linear(0.0275, n), 0.0).unwrap();
+        // All of them may need another mesh than the first.
+        assert!((all[0].value - exact).norm() < tolerance * exact.norm());
+        assert!(all.iter().all(|root| root.error.unwrap() < tolerance * root.value.norm()));
+    }
+}
+
+#[test]
+fn crossings_at_zero_and_of_the_essential_spectrum_have_no_error_but_rounding() {
+    // A shoot that bends further when it is bent.
+    let weightless = |eta: f64, growth_time: f64, elements: usize| {
+        let shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(5e-4)
+            .elements(elements)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
+            .tropism(Proprioception { sensitivity: eta }.remembered(MEMORY))
+            .scene(Still::weightless())
+            .build()?;
+        Linearisation::about(&shoot)
+    };
+    let meshes = Refinement::to(1e-7);
+    let found = meshes.onset(|eta, n| weightless(eta, 20.0 * HOUR, n), 5.0, -5.0).unwrap();
+    assert!(found.essential && found.parameter.abs() < 1e-8, "{found:?}");
+    assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
+    // 1e-10 of the larger end of a range that holds zero.
+    assert_eq!(found.parameter_error, Some(5e-10));
+    let found = meshes.onset(|hours, n| weightless(20.0, hours * HOUR, n), 2.0, 6.0).unwrap();
+    assert!(found.essential && (found.parameter / 3.524_494_109_609_37 - 1.0).abs() < 1e-9, "{found:?}");
+    let error = found.parameter_error.unwrap() / found.parameter;
+    // The rounding of differences, on the first mesh that has an estimate.
+    assert!((error / 1e-10 - 1.0).abs() < 1e-6 && found.elements == 6, "{found:?}");
+}
+
+#[test]
+fn next_to_buckling_a_crossing_is_that_of_the_continuous_problem() {
+    // Gravity alone. The characteristic function has no singularity where the shoot buckles; the response X has.
+    let found = |ratio: f64, from: f64, to: f64| {
+        let length = ratio * 0.079_334_124;
+        let shoot =
+            |hours: f64| Upright { beta: 0.8, eta: 0.0, gravity: MEMORY, bending: MEMORY, growth_time: hours * HOUR };
+        let found = crossings(|hours| shoot(hours).linear(length, 12), from, to).unwrap();
+        assert_eq!(found.len(), 1, "{found:?}");
+        shoot(found[0].parameter).crossing(length, found[0].frequency).0 / length - 1.0
+    };
+    for ratio in [0.97, 0.99, 0.999] {
+        let error = found(ratio, 8.0, 9.0);
+        // Twelve elements leave 3e-8. With bends of 3e-5 rad whatever they lead to it was 3e-3 at 0.999.
+        assert!(error.abs() < 1e-7, "{ratio}: {error:e}");
+    }
+}
+
+#[test]
+fn a_boundary_meets_its_tolerance_at_every_point() {
+    let shoot = |hours: f64| Upright { growth_time: hours * HOUR, ..SHORT_WAVES };
+    let start = onset(|length| SHORT_WAVES.linear(length, 4), 0.02, 0.03).unwrap();
+    let hours = SHORT_WAVES.growth_time / HOUR;
+    let settings = BoundarySettings {
+        start: BoundaryPoint { parameters: [hours, start.parameter], frequency: start.frequency },
+        direction: [1.0, 0.0],
+        low: [5.0, 0.015],
+        high: [15.0, 0.05],
+        step: 0.02,
+        points: 40,
+    };
+    let error = |point: &BoundaryPoint| {
+        let [hours, length] = point.parameters;
+        let exact = shoot(hours).crossing(length, point.frequency);
+        [(length / exact.0 - 1.0).abs(), (point.frequency / exact.1 - 1.0).abs()]
+    };
+    let family = |hours: f64, length: f64, elements: usize| shoot(hours).linear(length, elements);
+    let coarse = boundary(|hours, length| family(hours, length, 4), &settings).unwrap();
+    assert!(error(&coarse[0])[0] > 1e-4);
+    let checked = coarse[0].with_error(|h, l| family(h, l, 4), |h, l| family(h, l, 8)).unwrap();
+    assert_eq!(checked.point, coarse[0]);
+    // The shortest way is a little shorter than that along the length.
+    let estimate = checked.parameter_errors[1] / coarse[0].parameters[1];
+    assert!((0.3..1.1).contains(&(estimate / error(&coarse[0])[0])), "{estimate:e} {:?}", error(&coarse[0]));
+    let found = Refinement::to(1e-6).boundary(family, &settings).unwrap();
+    assert_eq!(found.points.len(), coarse.len());
+    for refined in &found.points {
+        let [length, frequency] = error(&refined.point);
+        // Growth time and length meet the tolerance; on a curve of slope one the length at a growth time is twice as far off.
+        assert!(length < 2e-6 && frequency < 2e-6, "{length:e} {frequency:e} {refined:?}");
+        assert!(refined.elements > 4 && TAU / refined.point.frequency > 0.0);
+    }
+    // Two on the coarse mesh and one on the fine one, a climb of four meshes at every sixteenth.
+    assert!(found.linearisations < 6 * found.points.len(), "{}", found.linearisations);
+}
+
+/// A shoot that leans, with a node where a force pulls and tissue that stiffens along it.
+fn leaning(elements: usize) -> Result<Shoot<impl morphorod::Model>, StabilityError> {
+    let graded = Graded { law: YOUNG, factor: |tissue: &Tissue| 1.0 + 10.0 * tissue.initial_apex_distance };
+    let mut shoot = Shoot::builder(graded)
+        .length(0.06)
+        .radius(5e-4)
+        .elements(elements)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
+        .tropism((
+            Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY),
+            Proprioception { sensitivity: 20.0 }.remembered(MEMORY),
+        ))
+        .load((
+            Weight { density: 1000.0 },
+            PointForce { initial_apex_distance: 0.017, force: Vector3::new(0.0, 0.0, -1e-6) },
+        ))
+        .scene(Still::tilted(0.3))
+        .build()?;
+    let _ = StationarySolver::default().solve(&mut shoot)?;
+    Ok(shoot)
+}
+
+#[test]
+fn a_mesh_that_is_cut_answers_as_one_that_is_built() {
+    let shoot = leaning(2).unwrap();
+    let before = shoot.state().clone();
+    let root = |linear: &Linearisation| linear.rightmost().unwrap().value;
+    let exact = root(&Linearisation::about(&leaning(8).unwrap()).unwrap());
+    let coarse = (root(&Linearisation::about(&shoot).unwrap()) - exact).norm() / exact.norm();
+    let elements = Linearisation::about(&shoot).unwrap().elements();
+    for parts in [1, 2, 3] {
+        let linear = Linearisation::refined(&shoot, parts).unwrap();
+        assert_eq!(linear.elements(), parts * elements);
+        let error = (root(&linear) - exact).norm() / exact.norm();
+        if parts == 1 {
+            assert_eq!(error, coarse);
+        } else {
+            // Order eight: a hundredth at least, down to the rounding of differences.
+            assert!(error < (0.01 * coarse).max(1e-8), "{parts}: {error:e} after {coarse:e}");
+        }
+    }
+    assert_eq!(shoot.state(), &before);
+    assert!(matches!(Linearisation::refined(&shoot, 0), Err(StabilityError::Parameter(_))));
+    assert!(matches!(Linearisation::refined(&shoot, usize::MAX), Err(StabilityError::Parameter(_))));
+    // One that is not stationary is not made so.
+    let mut moving = leaning(2).unwrap();
+    moving.set_intrinsic(|point| point.intrinsic * 0.9);
+    let answer = Linearisation::refined(&moving, 2);
+    assert!(matches!(answer, Err(StabilityError::NotStationary { .. })), "{answer:?}");
+    // It serves a family, too.
+    let found =
+        Refinement { first: 1, ..Refinement::to(1e-6) }.rightmost(|parts| Linearisation::refined(&shoot, parts));
+    assert!((found.unwrap().value - exact).norm() < 1e-6 * exact.norm());
+}

@@ -1,0 +1,237 @@
+//! Safe calls with wrong sizes, indices, times and numbers: an answer or an error, never a panic, and the shoot as it was.
+
+
+use std::sync::LazyLock;
+
+use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Tissue};
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth, length, trace};
+use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
+use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, PointForce, Pulse, Weight, Whirl};
+use morphorod::rod::Rod;
+use morphorod::stability::{Linearisation, StationarySolver};
+use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
+use morphorod::{Order, Profile, Scene, Section, Shoot, Still, Turned};
+use nalgebra::{UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use crate::fixtures::shoots::{Growing, HOUR, Reduced, YOUNG, growing, reduced};
+
+/// Before its run, at its start, and on the way.
+static GROWING: LazyLock<[Shoot<Growing>; 3]> = LazyLock::new(|| {
+    [None, Some(0.0), Some(0.7 * HOUR)].map(|until| {
+        let mut shoot = growing().elements(2).build().unwrap();
+        if let Some(until) = until {
+            let _ = MethodOfSteps::new(360.0).advance(&mut shoot, until).unwrap();
+        }
+        shoot
+    })
+});
+static REDUCED: LazyLock<Shoot<Reduced>> = LazyLock::new(|| {
+    let mut shoot = reduced(0.05, 20.0 * HOUR).elements(3).order(Order::Four).build().unwrap();
+    let _ = MethodOfSteps::new(360.0).advance(&mut shoot, 0.4 * HOUR).unwrap();
+    shoot
+});
+
+/// Numbers as they come and as they never should.
+fn number() -> impl Strategy<Value = f64> {
+    let odd = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.05,
+        0.068,
+        5e-4,
+        1e7,
+        1000.0,
+        720.0,
+        2519.9,
+        2520.0,
+        1e-9,
+        1e-300,
+        5e-324,
+        1e300,
+        f64::MAX,
+        f64::MIN,
+        f64::EPSILON,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    prop_oneof![3 => prop::sample::select(odd.to_vec()), 1 => -0.1..0.1_f64, 1 => 0.0..5000.0_f64, 1 => any::<f64>()]
+}
+
+fn index() -> impl Strategy<Value = usize> {
+    prop_oneof![4 => 0..12_usize, 1 => Just(usize::MAX), 1 => any::<u16>().prop_map(usize::from)]
+}
+
+/// Whether every number in what a shoot shows is finite.
+fn sound(rod: &Rod) -> bool {
+    let frames = rod.frames().iter().all(|frame| frame.norm().is_finite());
+    frames && rod.tip().iter().all(|x| x.is_finite()) && rod.length().is_finite()
+}
+
+/// Reads a rod in every way.
+fn read_rod(rod: &Rod, [a, _, _, _]: [f64; 4], [i, j, ..]: [usize; 3]) {
+    let _ = (rod.frame(i, a), rod.strain(i, j), rod.at(a), rod.locate(a), rod.arc_length_of(a));
+    let _ = (rod.centre_line(), rod.centre_line_at(i % 5000), rod.growth_zone(), rod.volume(), rod.apex_frame());
+}
+
+/// Makes a rod, changes it, and lets it come to rest.
+fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
+    let order = Order::ALL[k % 4];
+    let base = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), a);
+    let _ = Rod::straight(&[0.0, a, b], |_| c, base, order);
+    let _ = Rod::straight(&vec![a; j % 5], |s| Section::ellipse(b, s + c), base, order);
+    let Ok(mut rod) = Rod::uniform(a, b, base, 1 + i % 6, order) else { return };
+    match j % 4 {
+        0 => rod.set_intrinsic(|point| Vector3::new(c, d, point.apex_distance)),
+        1 => rod.set_mature(c),
+        2 => _ = rod.set_base(UnitQuaternion::from_axis_angle(&Vector3::x_axis(), c)),
+        _ => {}
+    }
+    read_rod(&rod, [c, d, a, b], [i, j, k]);
+    let environment = Still::tilted(0.3).environment(d);
+    let law = LinearElastic { youngs_modulus: c, poissons_ratio: d };
+    let mut solver = NewtonSolver::with_tolerance(if k == 0 { a } else { 1e-10 });
+    solver.max_iterations = 30;
+    for n in 0..3 {
+        let before = format!("{rod:?}");
+        let answer = match n {
+            0 => solver.solve(&mut rod, &law, &Weight { density: d }, &environment),
+            1 => Unloaded.solve(&mut rod, &law, &(), &environment),
+            _ => {
+                let law = Graded { law: YOUNG, factor: |_: &Tissue| c };
+                solver.solve(&mut rod, &law, &Distributed(Vector3::x() * d), &environment)
+            }
+        };
+        match answer {
+            // Sums over a rod of the largest number overflow.
+            Ok(_) => assert!(sound(&rod) || a > 1e300, "{rod:?}"),
+            // As it was, numbers that are none included.
+            Err(_) => assert_eq!(format!("{rod:?}"), before),
+        }
+        // The force of another rod.
+        let foreign = InternalForce::of(GROWING[0].rod(), &(), &environment);
+        assert!(foreign.check(&rod).is_ok() == (rod.points().len() == GROWING[0].rod().points().len()));
+        let _ = solver.equilibrate(&mut rod, &law, &foreign);
+    }
+    let load = GradedWeight(|_: &Tissue| d);
+    let profile = Profile::of(&rod, &law, &load, &environment);
+    let _ = (profile.at(a), profile.at(c), profile.sample(i % 30));
+}
+
+/// Builds a shoot from anything.
+fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
+    let law =
+        Lignifying { young: LinearElastic { youngs_modulus: 1e7, poissons_ratio: b }, mature_modulus: c, time: d };
+    let _ = law.check();
+    let bend = Proprioception { sensitivity: b }.remembered(Memory { time: c, delay: d });
+    let builder = Shoot::builder(law).length(a).taper(move |s| b + c * s).elements(i).order(Order::ALL[j % 4]);
+    let builder = builder.merge_tolerance(c).scene(Turned::tilted(a, b, c));
+    let load = (
+        PointForce { initial_apex_distance: a, force: Vector3::z() * b },
+        Pulse { peak: Vector3::x() * c, start: d, duration: a },
+        Whirl { force: a, period: b, turns: c },
+        ApicalForce(move |t| Vector3::y() * (d * t)),
+    );
+    let built = match k % 5 {
+        0 => builder.growth(UniformGrowth { zone_length: c, time: d }).tropism(bend).build().map(|shoot| shoot.time()),
+        1 => builder.growth(LinearProfile { zone_length: c, time: d }).load(load).build().map(|shoot| shoot.time()),
+        2 => builder.growth(Ongoing(CosineProfile { zone_length: c, time: d })).build().map(|shoot| shoot.time()),
+        3 => builder.growth(NoGrowth).nodes(&[0.0, b, a]).build().map(|shoot| shoot.time()),
+        _ => builder.tropism((bend, Oscillator::new(c, d))).nodes(&vec![a; i % 4]).build().map(|shoot| shoot.time()),
+    };
+    assert!(built.is_err() || a > 0.0 && a.is_finite());
+    // Laws that are asked directly.
+    for law in [
+        &UniformGrowth { zone_length: 0.07, time: 72e3 } as &dyn GrowthLaw,
+        &LinearProfile { zone_length: 0.07, time: 72e3 },
+    ] {
+        let _ = (law.regr(a, b), law.apical_speed(a, b), law.check(c));
+        if a.abs() < 1.0 && b.abs() < 1e6 && c.abs() < 1e6 {
+            let _ = (law.flow(a, b, c), law.exit_time(a, b, c), length(&law, a, b.abs()), trace(&law, a, d, c.abs()));
+        }
+    }
+}
+
+/// Moves a shoot to anywhere.
+fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
+    let mut moved = shoot.clone();
+    let (now, before) = (shoot.time(), shoot.state().clone());
+    // Not so far that a case takes seconds.
+    let near = |t: f64| if (t - now).abs() < 3000.0 || !t.is_finite() { t } else { now + 1.0 };
+    let step = if a > 0.0 && a < 60.0 { 60.0 + a } else { a };
+    let (mut steps, mut iterated) = (MethodOfSteps::new(step), Iterated::new(step));
+    let answer = match k % 7 {
+        0 => steps.advance(&mut moved, near(b)),
+        1 => iterated.advance(&mut moved, near(b)),
+        2 => steps.step(&mut moved, near(b)),
+        3 => steps.advance_until(&mut moved, near(b), |shoot| shoot.tip().x * c + d),
+        4 => steps.advance_showing(&mut moved, near(b), [c, d].map(near), |shoot| assert!(sound(shoot.rod()))),
+        5 => steps.advance_showing(&mut moved, now + 200.0, [now, c, d], |_| {}),
+        _ => steps.advance_until(&mut moved, now + 400.0, |_| c),
+    };
+    match answer {
+        Ok(_) => assert!(sound(moved.rod())),
+        Err(error) => assert!(moved.state() == &before, "{error}"),
+    }
+    let _ = (moved.steering_rate(), moved.state().variables(i), moved.profile().at(a), moved.profile().sample(j % 20));
+    read_rod(moved.rod(), [a, b, c, d], [i, j, k]);
+}
+
+/// States of shoots that have nothing to do with each other, other laws, and their stability.
+fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
+    let mut shoot = REDUCED.clone();
+    let before = shoot.state().clone();
+    let foreign = &GROWING[i % 3];
+    let restored = shoot.restore(foreign.state());
+    assert!(restored.is_ok() == (i % 3 == 0), "a history of other laws is foreign");
+    if restored.is_err() {
+        assert!(shoot.state() == &before);
+    }
+    let mut shoot = REDUCED.clone();
+    let mut laws = *shoot.model();
+    match j % 6 {
+        0 => laws.load.density = a,
+        1 => laws.growth.0.zone_length = b,
+        2 => laws.tropism.0.memory = Memory { time: c, delay: d },
+        3 => laws.tropism.1.response.sensitivity = d,
+        4 => laws.scene.gravity = Vector3::new(a, b, c),
+        _ => laws.constitutive.youngs_modulus = c,
+    }
+    if shoot.set_model(laws).is_err() {
+        assert!(shoot.state() == &before);
+    } else {
+        let kept = shoot.clone();
+        let advanced = MethodOfSteps::new(360.0).advance(&mut shoot, kept.time() + 400.0);
+        assert!(if advanced.is_ok() { sound(shoot.rod()) } else { shoot == kept });
+        if i == 0 {
+            let _ = StationarySolver::default().solve(&mut shoot).map(|_| Linearisation::about(&shoot).map(|_| ()));
+        }
+    }
+    let jump = PointForce { initial_apex_distance: a, force: Vector3::x() * b };
+    let grown = GROWING[2].with_model(GROWING[2].model().with_load(jump));
+    assert!(grown.is_err() || (0.0..=0.068).contains(&a));
+    let wide = GROWING[2].with_model(GROWING[2].model().with_growth(UniformGrowth { zone_length: c, time: 72e3 }));
+    if let Ok(mut wide) = wide {
+        let _ = MethodOfSteps::new(360.0).advance(&mut wide, GROWING[2].time() + 400.0);
+        assert!(sound(wide.rod()));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, max_shrink_iters: 200, ..ProptestConfig::default() })]
+    #[test]
+    fn any_call_ends_in_an_answer_or_an_error(
+        which in 0..5_u8, numbers in prop::array::uniform4(number()), indices in prop::array::uniform3(index()),
+    ) {
+        match which {
+            0 => call_rod(numbers, indices),
+            1 => call_builder(numbers, indices),
+            2 => call_integrator(&GROWING[indices[2] % 3], numbers, indices),
+            3 => call_integrator(&REDUCED, numbers, indices),
+            _ => call_shoot(numbers, indices),
+        }
+    }
+}

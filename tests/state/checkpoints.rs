@@ -1,0 +1,107 @@
+//! Checkpoints: what is sound comes back bit by bit, what is not is refused for the right reason.
+
+
+use morphorod::checkpoint::{CheckpointError, from_bytes, to_bytes};
+use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
+use morphorod::{Model, Shoot, State};
+use crate::fixtures::shoots::{HOUR, growing, righting};
+
+/// A state with a history, small enough to be damaged in every bit.
+fn small() -> State {
+    let mut shoot = righting().elements(1).order(morphorod::Order::Two).build().unwrap();
+    MethodOfSteps::new(720.0).advance(&mut shoot, HOUR).unwrap();
+    shoot.state().clone()
+}
+
+fn refused(bytes: &[u8]) -> CheckpointError {
+    from_bytes::<State>(bytes).unwrap_err()
+}
+
+#[test]
+fn infinities_and_all_bits_are_kept() {
+    let odd = (f64::INFINITY, f64::NEG_INFINITY, -0.0, f64::MIN_POSITIVE / 3.0, 0.1 + 0.2);
+    let back: (f64, f64, f64, f64, f64) = from_bytes(&to_bytes(&odd).unwrap()).unwrap();
+    let bits = |x: (f64, f64, f64, f64, f64)| [x.0, x.1, x.2, x.3, x.4].map(f64::to_bits);
+    assert_eq!(bits(back), bits(odd));
+    // The growth of this shoot never ends, so that no point ever leaves the zone.
+    let state = small();
+    assert!(state.rod().points().iter().any(|point| point.exit_time == f64::INFINITY));
+    assert!(from_bytes::<State>(&to_bytes(&state).unwrap()).unwrap() == state);
+}
+
+#[test]
+fn damage_in_any_bit_is_seen() {
+    let sound = to_bytes(&small()).unwrap();
+    for bit in 0..8 * sound.len() {
+        let mut bytes = sound.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        let error = refused(&bytes);
+        let expected = match bit / 8 {
+            0..9 => matches!(error, CheckpointError::Foreign),
+            9..13 => matches!(error, CheckpointError::Format { .. }),
+            13..21 => matches!(error, CheckpointError::Length { .. }),
+            _ => matches!(error, CheckpointError::Damaged { .. }),
+        };
+        assert!(expected, "bit {bit}: {error}");
+    }
+}
+
+#[test]
+fn what_is_cut_short_or_something_else_is_named() {
+    let sound = to_bytes(&small()).unwrap();
+    for length in 0..sound.len() {
+        match refused(&sound[..length]) {
+            CheckpointError::Foreign => assert!(length < 9),
+            CheckpointError::Length { found, .. } => assert!(length >= 9 && found == length as u64),
+            error => panic!("{length}: {error}"),
+        }
+    }
+    let longer = [&sound[..], &[0]].concat();
+    assert!(matches!(refused(&longer), CheckpointError::Length { .. }));
+    assert_eq!(refused(b"PK\x03\x04 something else"), CheckpointError::Foreign);
+    // Of a version to come.
+    let mut newer = sound.clone();
+    newer[9] += 1;
+    let error = refused(&newer);
+    assert!(matches!(error, CheckpointError::Format { found, known } if found == known + 1), "{error}");
+    // Sound, but of another type; or of a state that cannot be.
+    assert!(matches!(refused(&to_bytes(&"a state").unwrap()), CheckpointError::Content(_)));
+    assert!(matches!(refused(&to_bytes(&(small(), 1.0)).unwrap()), CheckpointError::Content(_)));
+}
+
+/// Runs to the end in steps, is stopped after `stop` of them and goes on from the bytes of its state in a new shoot.
+fn resumed<M: Model>(make: impl Fn() -> Shoot<M>, run: &(impl Integrator + Clone), end: f64, stop: usize) -> State {
+    let mut shoot = make();
+    let mut first = run.clone();
+    for _ in 0..stop {
+        if shoot.time() < end {
+            first.step(&mut shoot, end).unwrap();
+        }
+    }
+    let bytes = to_bytes(shoot.state()).unwrap();
+    let mut shoot = make();
+    shoot.restore(&from_bytes(&bytes).unwrap()).unwrap();
+    let mut second = run.clone();
+    while shoot.time() < end {
+        second.step(&mut shoot, end).unwrap();
+    }
+    shoot.state().clone()
+}
+
+#[test]
+fn a_run_that_is_killed_goes_on_as_if_nothing_had_been() {
+    let make = || growing().elements(4).build().unwrap();
+    let end = 2.0 * HOUR;
+    let steps = MethodOfSteps::new(90.0);
+    let whole = resumed(make, &steps, end, 0);
+    // Fifty moments that look random: multiples of the golden ratio.
+    for k in 1..=50_u32 {
+        let stop = (f64::from(k) * 0.618_034).fract() * 90.0;
+        assert!(resumed(make, &steps, end, stop as usize) == whole, "after {stop} steps");
+    }
+    let adaptive = Adaptive::new(1e-4);
+    let whole = resumed(make, &adaptive, end, 0);
+    for stop in [1, 7, 30] {
+        assert!(resumed(make, &adaptive, end, stop) == whole, "after {stop} steps, with a tolerance");
+    }
+}

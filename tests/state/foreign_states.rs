@@ -1,0 +1,257 @@
+//! States that are damaged, or of another shoot: an error that says what is wrong, and the shoot is as it was.
+
+
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::rod::{Rod, RodError};
+use morphorod::tropism::SettledStatoliths;
+use morphorod::{Order, Shoot, StateError};
+use nalgebra::{UnitQuaternion, Vector3};
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
+
+#[test]
+fn a_state_of_other_laws_is_refused() {
+    let mut foreign = growing().elements(4).build().unwrap();
+    let mut shoot = righting().elements(4).build().unwrap();
+    // Before a run there is no history, and only the rod counts.
+    shoot.restore(foreign.state()).unwrap();
+    let mut shoot = righting().elements(4).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    run.advance(&mut foreign, 0.2 * HOUR).unwrap();
+    run.advance(&mut shoot, 0.1 * HOUR).unwrap();
+    let kept = shoot.state().clone();
+    let error = shoot.restore(foreign.state()).unwrap_err();
+    assert!(matches!(error, StateError::Laws { .. }), "{error}");
+    assert!(&kept == shoot.state());
+    run.advance(&mut shoot, 0.2 * HOUR).unwrap();
+}
+
+#[test]
+fn a_state_of_another_mesh_is_taken() {
+    let mut run = MethodOfSteps::new(90.0);
+    let mut coarse = growing().elements(2).order(Order::Four).build().unwrap();
+    run.advance(&mut coarse, 1.5 * HOUR).unwrap();
+    let mut shoot = growing().elements(8).build().unwrap();
+    run.advance(&mut shoot, 0.5 * HOUR).unwrap();
+    shoot.restore(coarse.state()).unwrap();
+    assert!(coarse.state() == shoot.state());
+    run.advance(&mut shoot, 2.5 * HOUR).unwrap();
+    run.advance(&mut coarse, 2.5 * HOUR).unwrap();
+    assert!(shoot.rod().elements() > coarse.rod().elements());
+    assert!((shoot.tip() - coarse.tip()).norm() < 1e-3, "{} {}", shoot.tip(), coarse.tip());
+}
+
+#[test]
+fn a_state_with_a_strain_that_is_no_number_is_refused() {
+    let mut shoot = righting().elements(4).build().unwrap();
+    let kept = shoot.state().clone();
+    shoot.set_intrinsic(|_| Vector3::repeat(f64::NAN));
+    let broken = shoot.state().clone();
+    let error = shoot.restore(&broken).unwrap_err();
+    let expected = "square of intrinsic strain";
+    assert!(matches!(error, StateError::Rod(RodError::Value { what, index: 0, .. }) if what == expected), "{error}");
+    shoot.restore(&kept).unwrap();
+    assert!(&kept == shoot.state());
+}
+
+/// Runs for days on coarse meshes; whatever state that leads to is one.
+fn assert_own_states_are_taken<G: GrowthLaw>(growth: impl Fn() -> G) {
+    for (order, elements) in [(Order::Two, 16), (Order::Eight, 2)] {
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.05)
+            .radius(RADIUS)
+            .growth(growth())
+            .tropism(steering(SettledStatoliths))
+            .load(WEIGHT)
+            .elements(elements)
+            .order(order)
+            .build()
+            .unwrap();
+        let mut run = MethodOfSteps::new(600.0);
+        for hours in (0..72).step_by(3) {
+            run.advance(&mut shoot, HOUR * f64::from(hours)).unwrap();
+            let kept = shoot.state().clone();
+            shoot.restore(&kept).unwrap_or_else(|error| panic!("{order:?}, {elements}, {hours} h: {error}"));
+        }
+    }
+}
+
+#[test]
+fn states_of_coarse_meshes_are_taken() {
+    let (zone_length, time) = (0.03, 20.0 * HOUR);
+    assert_own_states_are_taken(|| LinearProfile { zone_length, time });
+    assert_own_states_are_taken(|| CosineProfile { zone_length, time });
+}
+
+#[test]
+fn places_that_are_not_on_the_rod_have_no_answer() {
+    let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 3, Order::Four).unwrap();
+    rod.set_intrinsic(|_| Vector3::x());
+    assert!(rod.frame(2, 1.0).is_some() && rod.strain(2, 1).is_some());
+    for (element, x) in [(3, 0.5), (usize::MAX, 0.5), (0, -1e-9), (0, 1.1), (0, f64::NAN)] {
+        assert_eq!(rod.frame(element, x), None);
+    }
+    for (element, g) in [(3, 0), (0, 2), (usize::MAX, usize::MAX)] {
+        assert_eq!(rod.strain(element, g), None);
+    }
+    assert_eq!((rod.at(f64::NAN), rod.locate(f64::NAN)), (None, None));
+    assert_eq!(rod.locate(f64::NEG_INFINITY), rod.locate(0.0));
+    for s in [f64::INFINITY, 7.0] {
+        assert!(matches!(rod.locate(s), Some((2, x)) if (x - 1.0).abs() < 1e-14), "{s}");
+    }
+    assert_eq!(rod.at(-1.0).unwrap().0, Vector3::zeros());
+    assert!(rod.centre_line_at(0).is_empty());
+    assert_eq!(rod.centre_line_at(1), [Vector3::zeros()]);
+    let ends = rod.centre_line_at(2);
+    assert!(ends.len() == 2 && ends[0] == Vector3::zeros() && (ends[1] - rod.tip()).norm() < 1e-15);
+}
+
+mod written {
+    use std::sync::LazyLock;
+
+    use morphorod::State;
+    use proptest::prelude::*;
+    use serde_json::Value;
+
+    use super::*;
+
+    /// States before a run, at its start, and on the way, as they are written.
+    static STATES: LazyLock<Vec<Value>> = LazyLock::new(|| {
+        let mut shoot = growing().elements(4).build().unwrap();
+        let mut states = vec![serde_json::to_value(shoot.state()).unwrap()];
+        for t in [0.0, 0.5 * HOUR, 1.7 * HOUR] {
+            MethodOfSteps::new(90.0).advance(&mut shoot, t).unwrap();
+            states.push(serde_json::to_value(shoot.state()).unwrap());
+        }
+        states
+    });
+
+    fn read(value: &Value) -> Result<State, String> {
+        // By way of text, as from a file.
+        serde_json::from_str(&value.to_string()).map_err(|error| error.to_string())
+    }
+
+    /// The message with which a state of 1.7 h is refused after `damage`.
+    fn refusal(damage: impl Fn(&mut Value)) -> String {
+        let mut value = STATES[3].clone();
+        read(&value).unwrap();
+        damage(&mut value);
+        read(&value).unwrap_err()
+    }
+
+    #[test]
+    fn messages_say_what_is_wrong() {
+        let message = refusal(|state| state["format"] = 7.into());
+        assert!(message.contains("format 7; this version reads format 6"), "{message}");
+        let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
+        assert!(message.contains("missing field `format`"), "{message}");
+        let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
+        assert!(message.contains("material points were given for"), "{message}");
+        let message = refusal(|state| state["rod"]["points"][2]["section"]["along_d2"] = (-1.0).into());
+        assert!(message.contains("semi-axis along d2 of point number 2 is -1 but must be positive"), "{message}");
+        let message = refusal(|state| state["rod"]["frames"][0][0] = 2.0.into());
+        assert!(message.contains("unit quaternion"), "{message}");
+        let message = refusal(|state| state["rod"]["first_growing"] = 99.into());
+        assert!(message.contains("begins at element 99"), "{message}");
+        let message = refusal(|state| state["history"]["levels"][1]["time"] = 0.0.into());
+        assert!(message.contains("later than the one before"), "{message}");
+        let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());
+        assert!(message.contains("numbers at a time of the history"), "{message}");
+        let message = refusal(|state| state["predictor"]["known"] = 6.into());
+        assert!(message.contains("earlier equilibria"), "{message}");
+        let message = refusal(|state| state["merge_next"] = u64::MAX.into());
+        assert!(message.contains("last tried to be merged"), "{message}");
+        let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
+        assert!(message.contains("numbers at a time"), "{message}");
+        let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
+            "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
+        let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
+        assert!(message.contains("0 frames"), "{message}");
+    }
+
+    #[derive(Debug, Clone, Copy)]
+    enum Damage {
+        Drop,
+        Duplicate,
+        Negate,
+        Null,
+        Swap,
+    }
+
+    /// Damages a list or a number that is found by walking down at random, so that short parts of a state are hit as often
+    /// as long ones. A list on the way is damaged itself every third time.
+    fn damage(node: &mut Value, kind: Damage, walk: &[usize]) {
+        let Some((at, rest)) = walk.split_first() else { return };
+        let lists = matches!(kind, Damage::Drop | Damage::Duplicate | Damage::Swap);
+        match node {
+            Value::Array(items) if !items.is_empty() => {
+                let (count, place) = (items.len(), at % items.len());
+                let deeper = items[place].is_array() || items[place].is_object();
+                if !lists || deeper && at % 3 > 0 {
+                    return damage(&mut items[place], kind, rest);
+                }
+                let other = rest.first().map_or(0, |at| at % count);
+                match kind {
+                    Damage::Drop => _ = items.remove(place),
+                    Damage::Duplicate => items.insert(other, items[place].clone()),
+                    _ => items.swap(place, other),
+                }
+            }
+            Value::Object(fields) if !fields.is_empty() => {
+                let place = at % fields.len();
+                if let Some(field) = fields.values_mut().nth(place) {
+                    damage(field, kind, rest);
+                }
+            }
+            Value::Number(number) if matches!(kind, Damage::Negate) => {
+                let whole = number.as_i64().map(|n| Value::from(-n));
+                *node = whole.unwrap_or_else(|| Value::from(-number.as_f64().unwrap()));
+            }
+            node if matches!(kind, Damage::Null) => *node = Value::Null,
+            _ => {}
+        }
+    }
+
+    fn kinds() -> impl Strategy<Value = Damage> {
+        prop_oneof![
+            Just(Damage::Drop),
+            Just(Damage::Duplicate),
+            Just(Damage::Negate),
+            Just(Damage::Null),
+            Just(Damage::Swap)
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
+
+        #[test]
+        fn a_damaged_state_is_an_error_or_a_state(
+            which in 0..4_usize,
+            damages in prop::collection::vec((kinds(), prop::collection::vec(any::<usize>(), 12)), 1..3),
+        ) {
+            let mut value = STATES[which].clone();
+            for (kind, walk) in &damages {
+                damage(&mut value, *kind, walk);
+            }
+            match read(&value) {
+                Err(message) => prop_assert!(!message.is_empty()),
+                Ok(state) => {
+                    let mut shoot = growing().elements(4).build().unwrap();
+                    let before = shoot.state().clone();
+                    if let Err(error) = shoot.restore(&state) {
+                        prop_assert!(!error.to_string().is_empty());
+                        prop_assert!(&before == shoot.state());
+                    } else if MethodOfSteps::new(90.0).advance(&mut shoot, state.time() + 200.0).is_ok() {
+                        let after = shoot.state().clone();
+                        // Finite throughout, and a state itself.
+                        prop_assert!(shoot.restore(&after).is_ok(), "{:?}", shoot.restore(&after));
+                        prop_assert!(shoot.tip().iter().all(|x| x.is_finite()));
+                    } else {
+                        prop_assert!(&state == shoot.state());
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! The state of a shoot is a plain value: kept, given back, compared, written and read, it has the same future bit by bit;
+//! an error leaves it as it was.
+
+
+use morphorod::equilibrium::{EquilibriumError, Unloaded};
+use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
+use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
+use morphorod::load::{ApicalForce, Whirl};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+use morphorod::{Model, Scene, Shoot, State, Still};
+use nalgebra::{UnitQuaternion, Vector3};
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
+};
+
+/// Runs on from a kept state in several ways, to `t2`; all must end in the same bits.
+fn assert_repeats<M: Model, I: Integrator>(mut shoot: Shoot<M>, integrator: impl Fn() -> I, t1: f64, t2: f64)
+where
+    Shoot<M>: Clone,
+{
+    let mut run = integrator();
+    run.advance(&mut shoot, t1).unwrap();
+    let kept: State = shoot.state().clone();
+    assert!(&kept == shoot.state());
+    let copy = shoot.clone();
+    run.advance(&mut shoot, t2).unwrap();
+    let end = shoot.state().clone();
+    assert!(kept != end, "two times have one state");
+    // The same integrator, which has been further on meanwhile.
+    shoot.restore(&kept).unwrap();
+    assert!(&kept == shoot.state());
+    run.advance(&mut shoot, t2).unwrap();
+    assert!(&end == shoot.state(), "restored");
+    // An integrator that has never seen the shoot.
+    shoot.restore(&kept).unwrap();
+    let _ = integrator().advance(&mut shoot, t2).unwrap();
+    assert!(&end == shoot.state(), "with a fresh integrator");
+    // A copy of the whole shoot.
+    let mut copy = copy;
+    let _ = integrator().advance(&mut copy, t2).unwrap();
+    assert!(&end == copy.state(), "copied");
+    // A shoot of the same laws that has been somewhere else.
+    let _ = integrator().advance(&mut copy, t2 + 0.5 * HOUR).unwrap();
+    copy.restore(&kept).unwrap();
+    let _ = integrator().advance(&mut copy, t2).unwrap();
+    assert!(&end == copy.state(), "restored into another shoot");
+}
+
+#[test]
+fn a_growing_shoot_goes_on_from_a_kept_state_bit_by_bit() {
+    let shoot = || growing().elements(4).build().unwrap();
+    // Before and after the first point has left the zone (1.16 h), in the middle of the doubling steps of the start, at
+    // no multiple of the step.
+    for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
+        assert_repeats(shoot(), || MethodOfSteps::new(90.0), t1, t2);
+    }
+}
+
+#[test]
+fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
+    let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 0.5 };
+    let shoot = || reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).build();
+    // At 43.8 min the load drops: before the jump, just on it, and a little after it.
+    for t1 in [43.0 * MINUTE, 43.8 * MINUTE, 44.0 * MINUTE] {
+        assert_repeats(shoot().unwrap(), || MethodOfSteps::new(100.0), t1, 2.0 * HOUR);
+    }
+    let present = Memory { time: 12.0 * MINUTE, delay: 0.0 };
+    let laws = || {
+        let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(present);
+        (gravitropism, Proprioception { sensitivity: ETA }.remembered(MEMORY))
+    };
+    let shoot = righting().elements(4).tropism(laws()).build().unwrap();
+    assert_repeats(shoot, || Iterated::new(100.0), 0.5 * HOUR, HOUR);
+}
+
+#[test]
+fn an_integrator_remembers_nothing_of_another_shoot() {
+    let with_memory = |minutes: f64| {
+        let memory = Memory { time: minutes * MINUTE, delay: 12.0 * MINUTE };
+        righting()
+            .elements(4)
+            .tropism((
+                Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
+                Proprioception { sensitivity: ETA }.remembered(memory),
+            ))
+            .build()
+            .unwrap()
+    };
+    let mut alone = with_memory(30.0);
+    let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
+    let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
+    // The same integrator carries two shoots in turn, in equal steps, and in between one with other elements.
+    let mut run = MethodOfSteps::new(90.0);
+    let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
+    for t in [0.5 * HOUR, HOUR] {
+        run.advance(&mut growing().build().unwrap(), t).unwrap();
+        run.advance(&mut first, t).unwrap();
+        run.advance(&mut second, t).unwrap();
+    }
+    assert!(first.state() != second.state());
+    assert!(alone.state() == second.state());
+}
+
+#[test]
+fn states_that_differ_anywhere_are_not_equal() {
+    let mut shoot = righting().elements(4).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    run.advance(&mut shoot, HOUR).unwrap();
+    let kept = shoot.state().clone();
+    shoot.set_intrinsic(|point| point.intrinsic + Vector3::x() * 1e-9);
+    assert!(&kept != shoot.state());
+    shoot.restore(&kept).unwrap();
+    assert!(&kept == shoot.state());
+    // Only the past differs.
+    let start = |settled: bool| {
+        let mut shoot = righting().elements(4).build().unwrap();
+        let mut run = MethodOfSteps::new(90.0);
+        let _ = if settled { run.start(&mut shoot, &SteadyHistory) } else { run.advance(&mut shoot, 0.0) }.unwrap();
+        shoot
+    };
+    assert_eq!(start(false).rod(), start(true).rod());
+    assert_ne!(start(false).state(), start(true).state());
+}
+
+#[test]
+fn advancing_to_the_present_changes_nothing() {
+    let mut shoot = growing().elements(4).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    run.advance(&mut shoot, 1.3 * HOUR).unwrap();
+    let kept = shoot.state().clone();
+    let statistics = run.advance(&mut shoot, 1.3 * HOUR).unwrap();
+    assert_eq!(statistics.steps, 0);
+    assert!(&kept == shoot.state());
+}
+
+/// A base that ceases to be a rotation after half an hour.
+#[derive(Debug, Clone, Copy)]
+struct BrokenPot;
+
+impl Scene for BrokenPot {
+    fn gravity(&self, _t: f64) -> Vector3<f64> {
+        Vector3::new(0.0, 0.0, -9.81)
+    }
+    fn base(&self, t: f64) -> UnitQuaternion<f64> {
+        let w = if t <= 1800.0 { 1.0 } else { f64::NAN };
+        UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, 0.0, 0.0, 0.0))
+    }
+}
+
+#[test]
+fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
+    // A load that becomes senseless half an hour after the start, on a shoot whose elements are cut before.
+    let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
+    let mut shoot = growing().load(load).build().unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    for until in [0.0, 1000.0] {
+        run.advance(&mut shoot, until).unwrap();
+        let kept = shoot.state().clone();
+        let error = run.advance(&mut shoot, HOUR).unwrap_err();
+        let expected = EquilibriumError::NotFinite { what: "force in the rod" };
+        assert!(
+            matches!(&error, IntegrationError::Equilibrium { time, source } if *source == expected && *time >= 1800.0)
+        );
+        assert!(!error.is_recoverable());
+        assert!(&kept == shoot.state());
+    }
+
+    // A solver that is not given the iterations that it needs; given them, the run goes on as if nothing had been.
+    let shoot = || righting().build().unwrap();
+    let mut steady = shoot();
+    let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
+    let mut retried = shoot();
+    let mut run = MethodOfSteps::new(90.0);
+    run.solver.max_iterations = 1;
+    let before = retried.state().clone();
+    let error = run.advance(&mut retried, HOUR).unwrap_err();
+    assert!(error.is_recoverable(), "{error}");
+    assert!(&before == retried.state());
+    run.solver.max_iterations = 200;
+    run.advance(&mut retried, HOUR).unwrap();
+    assert!(steady.state() == retried.state());
+
+    // A base that is no rotation, with and without a solver that would notice.
+    let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).build().unwrap();
+    let before = pot.state().clone();
+    assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
+    assert!(&before == pot.state());
+    let mut pot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).scene(BrokenPot).build().unwrap();
+    let before = pot.state().clone();
+    assert!(MethodOfSteps::with_solver(90.0, Unloaded).advance(&mut pot, HOUR).is_err(), "{:?}", pot.tip());
+    assert!(&before == pot.state());
+}
+
+#[test]
+fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
+    let push = ApicalForce(|t: f64| Vector3::new(if t < 1800.0 { 0.0 } else { 1e-9 }, 0.0, 0.0));
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(RADIUS)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
+        .tropism(steering(SettledStatoliths))
+        .load(push)
+        .scene(Still::tilted(1.0))
+        .build()
+        .unwrap();
+    let mut run = MethodOfSteps::with_solver(90.0, Unloaded);
+    run.advance(&mut shoot, 1200.0).unwrap();
+    let kept = shoot.state().clone();
+    let error = run.advance(&mut shoot, HOUR).unwrap_err();
+    assert!(matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Loaded { .. }, .. }), "{error}");
+    assert!(&kept == shoot.state());
+}
+
+/// The name of a format, and what is read of a state that was written in it.
+type Format = (&'static str, fn(&State) -> State);
+
+/// Binary ones do not say what a field is called or how long it is, and
+/// read only what is written in full and in order. Text keeps all digits by the feature `float_roundtrip` of `serde_json`.
+const FORMATS: [Format; 3] = [
+    ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
+    ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
+    ("bincode", |state| {
+        let config = bincode::config::standard();
+        let written = bincode::serde::encode_to_vec(state, config).unwrap();
+        let (read, length) = bincode::serde::decode_from_slice(&written, config).unwrap();
+        assert_eq!(length, written.len(), "something is left unread");
+        read
+    }),
+];
+
+/// All bits of a state: equal states may differ in the sign of a zero.
+fn bytes(state: &State) -> Vec<u8> {
+    postcard::to_allocvec(state).unwrap()
+}
+
+/// Writes and reads the state of a shoot in all formats, and runs on from each, for `further` seconds.
+fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, further: f64) {
+    let (kept, t) = (shoot.state(), shoot.state().time());
+    let on = |kept: &State| {
+        let mut shoot = build();
+        shoot.restore(kept).unwrap();
+        let _ = MethodOfSteps::new(90.0).advance(&mut shoot, t + further).unwrap();
+        bytes(shoot.state())
+    };
+    let end = on(kept);
+    for (format, write_and_read) in FORMATS {
+        let read = write_and_read(kept);
+        assert!(&read == kept && bytes(&read) == bytes(kept), "{format} at {t} s");
+        assert!(on(&read) == end, "{format} from {t} s on");
+    }
+}
+
+#[test]
+fn a_state_written_and_read_again_is_the_same_in_every_format() {
+    let build = || growing().elements(4).build().unwrap();
+    let mut shoot = build();
+    // Before an integrator has seen it.
+    assert_reads(&shoot, build, HOUR);
+    let mut run = MethodOfSteps::new(90.0);
+    // Infinity, which text does not have, is the exit time of what is in the zone. After 1.16 h some tissue has left it.
+    for (t, some_has_left) in [(0.0, false), (0.5 * HOUR, false), (1.7 * HOUR, true)] {
+        run.advance(&mut shoot, t).unwrap();
+        let (inside, outside): (Vec<f64>, _) =
+            shoot.rod().points().iter().map(|point| point.exit_time).partition(|exit| *exit == f64::INFINITY);
+        assert!(!inside.is_empty() && outside.is_empty() != some_has_left);
+        assert_reads(&shoot, build, HOUR);
+    }
+}
+
+/// Growth that has not begun: what is behind the zone left it ever so long ago.
+#[derive(Debug, Clone, Copy)]
+struct Dormant;
+
+impl GrowthLaw for Dormant {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        0.0
+    }
+    fn zone_length(&self) -> f64 {
+        0.07
+    }
+}
+
+#[test]
+fn exit_times_ever_so_long_ago_are_written_and_read() {
+    let shoot = || Shoot::builder(YOUNG).length(0.1).radius(RADIUS).growth(Dormant).tropism(steering(STATOLITHS));
+    let build = || shoot().scene(Still::tilted(0.1)).build().unwrap();
+    let mut shoot = build();
+    assert_eq!(shoot.rod().points()[0].exit_time, f64::NEG_INFINITY);
+    assert_reads(&shoot, build, 600.0);
+    let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 600.0).unwrap();
+    assert_reads(&shoot, build, 600.0);
+}

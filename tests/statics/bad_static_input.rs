@@ -1,0 +1,233 @@
+//! Input that makes no sense: a named parameter or an error with numbers, no panic, and the rod as it was.
+
+
+use crate::fixtures::rods;
+use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
+use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
+use morphorod::equilibrium::{Branch, EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
+use morphorod::load::{ApicalForce, Distributed, Load, Pulse, Weight, Whirl};
+use morphorod::rod::Rod;
+use morphorod::{Environment, Order, ParameterError, Scene, Still};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+const NAN: f64 = f64::NAN;
+const INF: f64 = f64::INFINITY;
+
+fn upright(elements: usize) -> Rod {
+    Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), elements, Order::default()).expect("a rod")
+}
+
+/// That the answer refuses the parameter of this name, with its value and a requirement, and says so in words.
+fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, value: f64) {
+    let error = answer.expect_err(name);
+    assert_eq!(error.name, name);
+    assert!(error.value == value || (error.value.is_nan() && value.is_nan()), "{name}: {} for {value}", error.value);
+    let said = error.to_string();
+    assert!(said.contains(name) && said.contains(error.requirement) && !error.requirement.is_empty(), "{said}");
+    assert!(said.contains(&format!("{value}")) || said.contains(&format!("{value:e}")), "{said} does not name {value}");
+}
+
+#[test]
+fn a_rod_needs_a_positive_length_and_radius_elements_and_a_frame() {
+    let base = UnitQuaternion::identity();
+    for bad in [0.0, -0.0, -1.0, NAN, INF, -INF] {
+        refused(Rod::uniform(bad, RADIUS, base, 4, Order::Two), "length", bad);
+        refused(Rod::uniform(LENGTH, bad, base, 4, Order::Eight), "radius", bad);
+        refused(Rod::straight(&[0.0, LENGTH], |s| if s > 0.0 { bad } else { 1.0 }, base, Order::Four), "radius", bad);
+    }
+    refused(Rod::uniform(LENGTH, RADIUS, base, 0, Order::Eight), "number of elements", 0.0);
+    for nodes in [&[][..], &[0.0]] {
+        refused(Rod::straight(nodes, |_| RADIUS, base, Order::Six), "number of elements", 0.0);
+    }
+    refused(Rod::straight(&[0.1, 0.2], |_| RADIUS, base, Order::Six), "arc length of the first node", 0.1);
+    refused(Rod::straight(&[NAN, 0.2], |_| RADIUS, base, Order::Six), "arc length of the first node", NAN);
+    refused(Rod::straight(&[0.0, 0.2, 0.2], |_| RADIUS, base, Order::Six), "length of an element", 0.0);
+    refused(Rod::straight(&[0.0, 0.5, 0.25], |_| RADIUS, base, Order::Six), "length of an element", -0.25);
+    refused(Rod::straight(&[0.0, NAN, 0.2], |_| RADIUS, base, Order::Six), "length of an element", NAN);
+    refused(Rod::straight(&[0.0, 0.2, INF], |_| RADIUS, base, Order::Six), "length of an element", INF);
+    let broken = UnitQuaternion::new_unchecked(Quaternion::new(1.0, NAN, 0.0, 0.0));
+    refused(Rod::uniform(LENGTH, RADIUS, broken, 4, Order::Eight), "norm of the base frame's quaternion", NAN);
+}
+
+#[test]
+fn tissues_refuse_parameters_that_make_no_sense() {
+    let tissue = |youngs_modulus, poissons_ratio| LinearElastic { youngs_modulus, poissons_ratio };
+    for bad in [0.0, -1e7, NAN, INF] {
+        refused(tissue(bad, 0.5).check(), "Young's modulus", bad);
+        let law = |mature_modulus, time| Lignifying { young: young_tissue(), mature_modulus, time };
+        refused(law(bad, 1.0).check(), "Young's modulus of mature tissue", bad);
+        refused(law(2e9, bad).check(), "lignification time", bad);
+        refused(Lignifying { young: tissue(bad, 0.5), mature_modulus: 2e9, time: 1.0 }.check(), "Young's modulus", bad);
+    }
+    for bad in [-1.0, -1.5, 0.500_001, 1.0, NAN, INF, -INF] {
+        refused(tissue(1e7, bad).check(), "Poisson's ratio", bad);
+    }
+    for fine in [-0.999, 0.0, 0.3, 0.5] {
+        assert_eq!(tissue(1e7, fine).check(), Ok(()));
+    }
+}
+
+#[test]
+fn loads_and_scenes_refuse_parameters_that_make_no_sense() {
+    for bad in [0.0, -1000.0, NAN, INF] {
+        refused(Weight { density: bad }.check(), "density", bad);
+        // Inside a tuple, an option, a box.
+        refused((Distributed(Vector3::x()), Some(Weight { density: bad })).check(), "density", bad);
+        refused((Box::new(Weight { density: bad }) as Box<dyn Load>).check(), "density", bad);
+        let pulse = Pulse { peak: Vector3::x(), start: 0.0, duration: bad };
+        refused(pulse.check(), "duration of the apical pulse", bad);
+        refused(Whirl { force: 1.0, period: bad, turns: 1.0 }.check(), "period of the turning force", bad);
+        refused(Whirl { force: 1.0, period: 1.0, turns: bad }.check(), "number of turns of the turning force", bad);
+    }
+    for bad in [NAN, INF] {
+        let force = Vector3::new(0.0, bad, 0.0);
+        refused(Distributed(force).check(), "distributed load", bad);
+        refused(ApicalForce(move |_: f64| force).check(), "apical force at t = 0", bad);
+        refused(Pulse { peak: force, start: 0.0, duration: 1.0 }.check(), "peak of the apical pulse", bad);
+        refused(Pulse { peak: Vector3::x(), start: bad, duration: 1.0 }.check(), "start of the apical pulse", bad);
+        refused(Whirl { force: bad, period: 1.0, turns: 1.0 }.check(), "size of the turning force", bad);
+        refused(Still { gravity: force, ..Still::upright() }.check(), "gravity", bad);
+    }
+    // Opposite infinities must not cancel.
+    let torn = Vector3::new(INF, -INF, 0.0);
+    assert!(Distributed(torn).check().is_err() && Still { gravity: torn, ..Still::upright() }.check().is_err());
+    assert_eq!(().check(), Ok(()));
+}
+
+/// Solves and checks that an error leaves every bit of the rod.
+fn fails(
+    solver: &mut impl EquilibriumSolver,
+    rod: &mut Rod,
+    material: &impl Constitutive,
+    load: &impl Load,
+    environment: &Environment,
+) -> EquilibriumError {
+    let before = rod.clone();
+    let error = solver.solve(rod, material, load, environment).expect_err("an error");
+    // Not-a-number strains differ from themselves, so the frames and the tip are what is compared.
+    assert_eq!((rod.frames(), rod.tip()), (before.frames(), before.tip()), "{error}");
+    error
+}
+
+#[test]
+fn an_iteration_that_is_cut_short_says_how_far_it_came_and_leaves_the_rod() {
+    let scene = Still::tilted(1.0);
+    let weight = Weight { density: density_for(100.0, LENGTH) };
+    let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
+    for bound in [1, 2, 5] {
+        for branch in [Branch::Stable, Branch::Nearest] {
+            let mut solver = NewtonSolver::default();
+            (solver.max_iterations, solver.branch) = (bound, branch);
+            let error = fails(&mut solver, &mut rod, &young_tissue(), &weight, &scene.environment(0.0));
+            assert!(error.is_recoverable());
+            let EquilibriumError::NoConvergence { iterations, step, residual, force } = error else {
+                panic!("{error}")
+            };
+            assert_eq!(iterations, bound);
+            assert!(step > 0.0 && step.is_finite() && residual > 0.0 && residual.is_finite(), "{step} {residual}");
+            // The largest force is the weight beyond the first Gauss point, 0.07 of an element from the base.
+            let total = 100.0 * rods::bending_stiffness() / LENGTH.powi(2);
+            assert!(force < total && force > 0.99 * total, "{force} against {total}");
+        }
+    }
+    // Given its head the same solver and rod succeed, as if nothing had been tried.
+    let mut fresh = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
+    let mut solver = NewtonSolver::default();
+    let again = solver.solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0));
+    let first = NewtonSolver::default().solve(&mut fresh, &young_tissue(), &weight, &scene.environment(0.0));
+    assert_eq!((again, rod), (first, fresh));
+}
+
+#[test]
+fn settings_of_the_solver_are_checked() {
+    for bad in [0.0, -1e-9, NAN, INF] {
+        let error = fails(&mut NewtonSolver::with_tolerance(bad), &mut upright(4), &young_tissue(), &(), &weightless());
+        let EquilibriumError::Parameter(parameter) = error else { panic!("{error}") };
+        refused::<()>(Err(parameter), "tolerance of the equilibrium", bad);
+    }
+    let mut idle = NewtonSolver::default();
+    idle.max_iterations = 0;
+    let error = fails(&mut idle, &mut upright(4), &young_tissue(), &(), &weightless());
+    assert!(matches!(error, EquilibriumError::NoConvergence { iterations: 0, .. }), "{error}");
+}
+
+#[test]
+fn numbers_that_are_none_are_found_out() {
+    let weight = Weight { density: DENSITY };
+    for bad in [NAN, INF, -INF] {
+        for gravity in [Vector3::new(bad, 0.0, 0.0), Vector3::new(0.0, 0.0, bad)] {
+            let environment = Environment { time: 0.0, gravity };
+            let error = fails(&mut NewtonSolver::default(), &mut upright(4), &young_tissue(), &weight, &environment);
+            assert!(matches!(error, EquilibriumError::NotFinite { .. }) && !error.is_recoverable(), "{error}");
+            let inertia = NewtonSolver::default().inertia(&upright(4), &young_tissue(), &weight, &environment);
+            assert!(matches!(inertia, Err(EquilibriumError::NotFinite { .. })), "{inertia:?}");
+        }
+        for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
+            let mut rod = upright(4);
+            let mut points = 0..;
+            rod.set_intrinsic(|_| if points.next() == Some(5) { axis * bad } else { Vector3::zeros() });
+            let environment = Still::upright().environment(0.0);
+            let error = fails(&mut NewtonSolver::default(), &mut rod, &young_tissue(), &weight, &environment);
+            assert!(matches!(error, EquilibriumError::NotFinite { .. }), "{error}");
+            let error = fails(&mut Unloaded, &mut rod, &young_tissue(), &(), &weightless());
+            assert!(matches!(error, EquilibriumError::NotFinite { .. }), "{error}");
+        }
+    }
+}
+
+#[test]
+fn the_solver_without_loads_refuses_every_load() {
+    let environment = Still::upright().environment(0.0);
+    let weight = DENSITY * rods::GRAVITY * std::f64::consts::PI * RADIUS * RADIUS * LENGTH;
+    let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &environment);
+    let EquilibriumError::Loaded { force } = error else { panic!("{error}") };
+    // The whole weight, at the base; four roundings.
+    assert!((force / weight - 1.0).abs() < 8.0 * f64::EPSILON, "{force} against {weight}");
+    let pull = ApicalForce(|_: f64| Vector3::new(0.0, 0.0, 1e-150));
+    let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &pull, &environment);
+    assert!(matches!(error, EquilibriumError::Loaded { .. }), "{error}");
+    // Weight without gravity is no load.
+    assert!(Unloaded.solve(&mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &weightless()).is_ok());
+}
+
+#[test]
+fn no_size_of_anything_makes_the_solvers_panic() {
+    const SIZES: [f64; 7] = [1e-300, 1e-150, 1e-20, 1.0, 1e20, 1e150, 1e300];
+    for length in SIZES {
+        for radius in SIZES {
+            for modulus in SIZES {
+                for gravity in [0.0, 1e-300, 9.81, 1e300] {
+                    for strain in [0.0, 1e-300, 1.0, 1e300] {
+                        let base = Still::tilted(1.0).base;
+                        let mut rod = Rod::uniform(length, radius, base, 3, Order::default()).expect("a rod");
+                        rod.set_intrinsic(|_| Vector3::new(strain, 0.0, strain));
+                        let before = rod.clone();
+                        let tissue = LinearElastic { youngs_modulus: modulus, poissons_ratio: 0.3 };
+                        let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -gravity) };
+                        let mut solver = NewtonSolver::default();
+                        solver.max_iterations = 20;
+                        let answer = solver.solve(&mut rod, &tissue, &Weight { density: 1.0 }, &environment);
+                        // An answer is made of numbers; no answer, no change.
+                        assert!(rod.frames().iter().all(|f| (f.norm() - 1.0).abs() < 1e-12), "{answer:?}");
+                        assert!(answer.is_ok() || rod == before, "{answer:?}");
+                        let answer = Unloaded.solve(&mut rod, &tissue, &(), &environment);
+                        assert!(rod.frames().iter().all(|f| (f.norm() - 1.0).abs() < 1e-12), "{answer:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_element_and_one_point_are_enough_for_a_rod() {
+    for order in Order::ALL {
+        let scene = Still::tilted(1.0);
+        let mut rod = Rod::uniform(0.01, RADIUS, scene.base, 1, order).expect("a rod");
+        let found = rods::sag(&mut rod, DENSITY, &scene);
+        assert_eq!(found.inertia.positive, 3 * order.points());
+        // A short shoot hardly sags: q ℓ³/(E I) = 0.0157, and the tip by less than an eighth of that.
+        let straight = scene.base * Vector3::z() * 0.01;
+        assert!((rod.tip() - straight).norm() < 0.0157 / 8.0 * 0.01);
+    }
+}

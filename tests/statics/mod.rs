@@ -1,0 +1,18 @@
+//! Shapes in equilibrium.
+
+mod any_load_any_tilt;
+mod bad_static_input;
+mod classic_rods;
+mod elastica;
+mod extreme_shapes;
+mod general_rods;
+mod greenhill;
+mod horizontal_base;
+mod point_force;
+mod quadrature;
+mod reported_errors;
+mod shear_and_stretch;
+mod snaps;
+mod so3;
+mod static_symmetries;
+mod varying_material;

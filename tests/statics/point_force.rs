@@ -1,0 +1,117 @@
+//! Forces at places along the shoot, and nodes of one's own.
+
+
+use morphorod::growth::{UniformGrowth, trace};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::load::{ApicalForce, PointForce, Weight};
+use morphorod::{Order, Shoot, Still};
+use nalgebra::Vector3;
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
+
+const LENGTH: f64 = 0.06;
+
+#[test]
+fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
+    // A force that bends the shoot by about a radian, at places that are on no node of eight equal elements.
+    let force = Vector3::new(0.0, 3e-4, -2e-4);
+    for apex_distance in [0.0213, 0.011, 0.0497] {
+        let place = LENGTH - apex_distance;
+        let mut loaded = Shoot::builder(YOUNG)
+            .length(LENGTH)
+            .radius(RADIUS)
+            .load(PointForce { initial_apex_distance: apex_distance, force })
+            .scene(Still::tilted(1.0))
+            .build()
+            .unwrap();
+        assert_eq!(loaded.rod().elements(), 9);
+        let mut run = MethodOfSteps::new(1.0);
+        run.solver.tolerance = 1e-13;
+        run.advance(&mut loaded, 0.0).unwrap();
+        // The lower part alone, under a force on its end; the upper part goes on along its last tangent.
+        let mut lower = Shoot::builder(YOUNG)
+            .length(place)
+            .radius(RADIUS)
+            .elements(24)
+            .load(ApicalForce(move |_| force))
+            .scene(Still::tilted(1.0))
+            .build()
+            .unwrap();
+        run.advance(&mut lower, 0.0).unwrap();
+        let expected = lower.tip() + lower.rod().apex_frame() * Vector3::z() * apex_distance;
+        assert!((loaded.tip() - expected).norm() < 1e-9 * LENGTH, "{apex_distance}: {}", loaded.tip() - expected);
+    }
+}
+
+#[test]
+fn the_node_of_a_point_force_is_kept_while_the_shoot_grows() {
+    // In the growth zone at first, and mature long before the end; elements are cut and merged around it.
+    let (apex_distance, zone_length, time) = (0.0441, 0.07, 40.0 * HOUR);
+    let fruit = PointForce { initial_apex_distance: apex_distance, force: Vector3::new(1e-6, 0.0, -2e-6) };
+    let run = |step: f64, elements: usize| {
+        let weight = Weight { density: 1000.0 };
+        let mut shoot = growing().elements(elements).load((weight, fruit)).build().unwrap();
+        let statistics = MethodOfSteps::new(step).advance(&mut shoot, 30.0 * HOUR).unwrap();
+        assert!(statistics.merges > 100 && statistics.splits > 100);
+        shoot
+    };
+    let shoot = run(90.0, 8);
+    let place = trace(&UniformGrowth { zone_length, time }, 0.068, 0.068 - apex_distance, 30.0 * HOUR).arc_length;
+    let nodes = shoot.rod().centre_line();
+    let nearest = nodes.iter().map(|(s, _)| (s - place).abs()).fold(f64::INFINITY, f64::min);
+    // Exit times are exact; the arc length is a sum over a few dozen elements.
+    assert!(nearest < 1e-12, "no node at {place}: off by {nearest}");
+    // Half the step and twice the elements: the tip's error in time, as without the force.
+    let off = (run(45.0, 16).tip() - shoot.tip()).norm();
+    assert!(off < 1e-5, "{off}");
+}
+
+#[test]
+fn nodes_of_ones_own_resolve_a_heavy_rod() {
+    // q ℓ³/(E I) = 3000: the base layer is ℓ/55 long.
+    let bending = 1e7 * std::f64::consts::PI * RADIUS.powi(4) / 4.0;
+    let area = std::f64::consts::PI * RADIUS * RADIUS;
+    let weight = Weight { density: 3000.0 * bending / LENGTH.powi(3) / (9.81 * area) };
+    let tip = |nodes: Option<Vec<f64>>, elements: usize| {
+        let mut builder = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).elements(elements).load(weight);
+        if let Some(nodes) = nodes {
+            builder = builder.nodes(&nodes);
+        }
+        let mut shoot = builder.scene(Still::tilted(1.5)).build().unwrap();
+        let mut run = MethodOfSteps::new(1.0);
+        run.solver.tolerance = 1e-12;
+        run.advance(&mut shoot, 0.0).unwrap();
+        shoot.tip()
+    };
+    let graded = |n: usize| Some((0..=n).map(|i| LENGTH * (i as f64 / n as f64).powi(3)).collect::<Vec<_>>());
+    let best = tip(graded(96), 1);
+    let (equal, own) = ((tip(None, 16) - best).norm(), (tip(graded(16), 1) - best).norm());
+    assert!(own < 1e-3 * equal && own < 1e-8 * LENGTH, "{own} against {equal}");
+}
+
+#[test]
+fn nodes_and_places_that_make_no_sense() {
+    let with = |nodes: &[f64]| {
+        Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).nodes(nodes).build().map(|_| ()).map_err(|e| e.to_string())
+    };
+    assert!(with(&[0.0, 0.01, LENGTH]).is_ok());
+    let wrong: [&[f64]; 7] = [
+        &[],
+        &[LENGTH],
+        &[0.0, 0.02],
+        &[0.01, LENGTH],
+        &[0.0, 0.03, 0.02, LENGTH],
+        &[0.0, f64::NAN, LENGTH],
+        &[0.0, 0.02, 0.02, LENGTH],
+    ];
+    for nodes in wrong {
+        let error = with(nodes).unwrap_err();
+        assert!(error.contains("node") || error.contains("element"), "{nodes:?}: {error}");
+    }
+    for apex_distance in [-0.01, 0.07, f64::NAN, f64::INFINITY] {
+        let load = PointForce { initial_apex_distance: apex_distance, force: Vector3::x() };
+        let error = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).build().unwrap_err();
+        assert!(error.to_string().contains("distance"), "{error}");
+    }
+    let load = PointForce { initial_apex_distance: 0.01, force: Vector3::x() * f64::NAN };
+    assert!(Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).order(Order::Two).load(load).build().is_err());
+}

@@ -1,0 +1,99 @@
+//! A time step after the first ones asks for no memory while elements and sparsity pattern stay as they are.
+
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
+use morphorod::load::ApicalForce;
+use morphorod::tropism::Oscillator;
+use morphorod::{Model, Shoot};
+use nalgebra::Vector3;
+use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
+
+/// The system's allocator, which counts what a thread asks it for while the thread wants to know.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<Option<usize>> = const { Cell::new(None) };
+}
+
+fn count_one() {
+    COUNT.with(|count| count.set(count.get().map(|n| n + 1)));
+}
+
+// SAFETY: every call goes to the system's allocator with the arguments that it was given; counting allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count_one();
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        count_one();
+        unsafe { System.alloc_zeroed(layout) }
+    }
+    unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count_one();
+        unsafe { System.realloc(at, layout, size) }
+    }
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(at, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How often `work` asks for memory.
+fn allocations(work: impl FnOnce()) -> usize {
+    COUNT.with(|count| count.set(Some(0)));
+    work();
+    COUNT.with(|count| count.take()).unwrap_or(0)
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| ()), 0);
+    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1.0)))), 1);
+    assert_eq!(allocations(|| drop(std::hint::black_box(vec![1.0; 100]))), 1);
+}
+
+/// Allocations in calls that carry a shoot by the given numbers of steps, after its history has reached its full length.
+fn in_calls(mut shoot: Shoot<impl Model>, mut run: impl Integrator, step: f64, calls: &[u32]) -> Vec<usize> {
+    // The first steps double from a sixty-fourth on; then the history fills for one delay.
+    let mut until = 2.0 * MEMORY.delay + 4.0 * step;
+    run.advance(&mut shoot, until).unwrap();
+    for _ in 0..4 {
+        until += step;
+        run.advance(&mut shoot, until).unwrap();
+    }
+    let call = |steps: &u32| {
+        until += f64::from(*steps) * step;
+        allocations(|| assert_eq!(run.advance(&mut shoot, until).unwrap().steps, *steps as usize))
+    };
+    calls.iter().map(call).collect()
+}
+
+#[test]
+fn a_step_of_a_shoot_of_constant_length_asks_for_no_memory() {
+    let (gravitropism, proprioception) = steering(STATOLITHS);
+    let push = ApicalForce(|t: f64| Vector3::new(1e-6 * (t / 500.0).sin(), 0.0, 0.0));
+    let shoot = || {
+        let laws = (Oscillator::new(0.2, 1440.0), gravitropism, proprioception);
+        reduced(0.0659, 20.0 * HOUR).tropism(laws).load((WEIGHT, push)).build().unwrap()
+    };
+    let calls = [1, 1, 2, 5, 20, 100, 1];
+    for step in [90.0, 100.0, 720.0] {
+        let found = in_calls(shoot(), MethodOfSteps::new(step), step, &calls);
+        assert_eq!(found, [0; 7], "MethodOfSteps at {step} s: allocations in calls of {calls:?} steps");
+        let found = in_calls(shoot(), Iterated::new(step), step, &calls);
+        assert_eq!(found, [0; 7], "Iterated at {step} s: allocations in calls of {calls:?} steps");
+    }
+}
+
+#[test]
+fn a_growing_shoot_asks_for_memory_less_than_once_in_a_step() {
+    // Every step cuts an element and most merge two; rows of the history and the sparsity pattern follow.
+    let found = in_calls(growing().build().unwrap(), MethodOfSteps::new(90.0), 90.0, &[100, 100]);
+    assert!(found.iter().all(|n| *n < 100), "allocations in calls of 100 steps: {found:?}");
+}

@@ -1,0 +1,195 @@
+//! Parameters that make no sense are refused, naming the parameter, its value and what it must be; nothing panics and no
+//! state holds a number that is none.
+
+
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::{ParameterError, Shoot, Still};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
+
+const NOT_POSITIVE: [f64; 6] = [0.0, -0.0, -1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+const NEGATIVE: [f64; 4] = [-1e-9, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+const NOT_FINITE: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+
+/// Fails unless the error names a parameter in the given words, its value and a requirement.
+fn assert_names(error: &ParameterError, words: &str, value: f64) {
+    assert!(error.name.contains(words), "“{error}” does not name the {words}");
+    assert!(
+        error.value.to_bits() == value.to_bits() || error.value.is_nan() && value.is_nan(),
+        "“{error}”, not {value}"
+    );
+    assert!(!error.requirement.is_empty());
+    let text = error.to_string();
+    assert!(text.contains(error.name) && text.contains(error.requirement), "{text}");
+    let value = error.value;
+    assert!(text.contains(&value.to_string()) || text.contains(&format!("{value:e}")), "{text}");
+}
+
+/// Builds with every one of the values and fails unless each is refused by name.
+fn refused<T>(words: &str, values: &[f64], build: impl Fn(f64) -> Result<T, ParameterError>) {
+    for value in values {
+        match build(*value) {
+            Ok(_) => panic!("a {words} of {value} was taken"),
+            Err(error) => assert_names(&error, words, *value),
+        }
+    }
+}
+
+#[test]
+fn geometry_and_material() {
+    refused("length", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(x).radius(RADIUS).build());
+    refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).build());
+    // A radius that makes no sense in one place only.
+    refused("radius", &NOT_POSITIVE, |x| {
+        Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).build()
+    });
+    // A value that was never given is not called a number.
+    for (error, setter) in [
+        (Shoot::builder(YOUNG).radius(RADIUS).build().unwrap_err(), "given by `length`"),
+        (Shoot::builder(YOUNG).length(0.05).build().unwrap_err(), "given by `radius`"),
+    ] {
+        let said = error.to_string();
+        assert!(error.missing && said.contains("missing") && said.contains(setter) && !said.contains("NaN"), "{said}");
+    }
+    refused("number of elements", &[0.0], |_| Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(0).build());
+    refused("merge tolerance", &NEGATIVE, |x| growing().merge_tolerance(x).build());
+
+    let elastic = |e: f64, nu: f64| LinearElastic { youngs_modulus: e, poissons_ratio: nu };
+    let with = |law: LinearElastic| Shoot::builder(law).length(0.05).radius(RADIUS).build();
+    refused("Young's modulus", &NOT_POSITIVE, |x| with(elastic(x, 0.5)));
+    let not_poisson = [-1.0, -1.5, 0.5000001, 1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+    refused("Poisson's ratio", &not_poisson, |x| with(elastic(1e7, x)));
+    assert!(with(elastic(1e7, 0.5)).is_ok() && with(elastic(1e7, -0.999)).is_ok());
+    let lignifying = |law: Lignifying| Shoot::builder(law).length(0.05).radius(RADIUS).build();
+    let sound = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 1e5 };
+    refused("Young's modulus of mature", &NOT_POSITIVE, |x| lignifying(Lignifying { mature_modulus: x, ..sound }));
+    refused("lignification time", &NOT_POSITIVE, |x| lignifying(Lignifying { time: x, ..sound }));
+    refused("Young's modulus", &NOT_POSITIVE, |x| lignifying(Lignifying { young: elastic(x, 0.5), ..sound }));
+    refused("Poisson's ratio", &not_poisson, |x| lignifying(Lignifying { young: elastic(1e7, x), ..sound }));
+}
+
+fn grown<G: GrowthLaw>(law: G) -> Result<(), ParameterError> {
+    Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(law).build().map(|_| ())
+}
+
+#[test]
+fn growth() {
+    let (zone_length, time) = (0.07, 72e3);
+    refused("length of the growth zone", &NOT_POSITIVE, |x| grown(UniformGrowth { zone_length: x, time }));
+    refused("length of the growth zone", &NOT_POSITIVE, |x| grown(LinearProfile { zone_length: x, time }));
+    refused("length of the growth zone", &NOT_POSITIVE, |x| grown(CosineProfile { zone_length: x, time }));
+    refused("length of the growth zone", &NOT_POSITIVE, |x| grown(Ongoing(UniformGrowth { zone_length: x, time })));
+    refused("growth time", &NOT_POSITIVE, |x| grown(UniformGrowth { zone_length, time: x }));
+    refused("growth time", &NOT_POSITIVE, |x| grown(LinearProfile { zone_length, time: x }));
+    refused("growth time", &NOT_POSITIVE, |x| grown(CosineProfile { zone_length, time: x }));
+    refused("growth time", &NOT_POSITIVE, |x| grown(Ongoing(UniformGrowth { zone_length, time: x })));
+    // The reduced model may not be longer than its zone; as long it may be.
+    refused("length of a shoot of constant length", &[0.0701, 1.0], |x| reduced(x, 72e3).build());
+    assert!(reduced(0.07, 72e3).build().is_ok());
+}
+
+/// A growth law of somebody else that checks nothing.
+struct Careless {
+    zone: f64,
+    rate: f64,
+}
+
+impl GrowthLaw for Careless {
+    fn regr(&self, _sigma: f64, _t: f64) -> f64 {
+        self.rate
+    }
+    fn zone_length(&self) -> f64 {
+        self.zone
+    }
+}
+
+#[test]
+fn growth_laws_that_check_nothing() {
+    refused("length of the growth zone", &[0.0, -1.0, f64::NAN], |x| grown(Careless { zone: x, rate: 1e-5 }));
+    for rate in NOT_FINITE {
+        for length in [0.05, 0.09] {
+            let law = Careless { zone: 0.07, rate };
+            let mut shoot =
+                Shoot::builder(YOUNG).length(length).radius(RADIUS).load(WEIGHT).growth(law).build().unwrap();
+            assert!(MethodOfSteps::new(100.0).advance(&mut shoot, 1000.0).is_err(), "grown at {rate}");
+            assert!(shoot.time() == 0.0 && (shoot.rod().length() / length - 1.0).abs() < 1e-14);
+        }
+    }
+}
+
+#[test]
+fn tropisms() {
+    let gravitropism = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths };
+    let bend = Proprioception { sensitivity: 20.0 };
+    refused("tropic sensitivity", &NOT_FINITE, |x| {
+        righting().tropism(Gravitropism { sensitivity: x, ..gravitropism }.remembered(MEMORY)).build()
+    });
+    refused("proprioceptive sensitivity", &NOT_FINITE, |x| {
+        righting().tropism(Proprioception { sensitivity: x }.remembered(MEMORY)).build()
+    });
+    let memory = |time: f64, delay: f64| Memory { time, delay };
+    for delay in [0.0, 720.0] {
+        refused("memory time", &NOT_POSITIVE, |x| {
+            righting().tropism(gravitropism.remembered(memory(x, delay))).build()
+        });
+        refused("memory time", &NOT_POSITIVE, |x| {
+            righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(x, delay)))).build()
+        });
+    }
+    refused("reaction time", &NEGATIVE, |x| righting().tropism(gravitropism.remembered(memory(720.0, x))).build());
+    refused("reaction time", &NEGATIVE, |x| {
+        righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(720.0, x)))).build()
+    });
+    refused("avalanche time", &NOT_POSITIVE, |x| {
+        let statoliths = Statoliths { avalanche_time: x };
+        righting().tropism(Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY)).build()
+    });
+    let oscillator = Oscillator::new(0.2, 1440.0);
+    refused("oscillator", &NOT_POSITIVE, |x| righting().tropism(Oscillator { period: x, ..oscillator }).build());
+    refused("oscillator", &NOT_FINITE, |x| righting().tropism(Oscillator { amplitude: x, ..oscillator }).build());
+    refused("oscillator", &NOT_FINITE, |x| righting().tropism(Oscillator { phase: x, ..oscillator }).build());
+    // Inside an option, a box, a tuple.
+    refused("oscillator", &NOT_POSITIVE, |x| righting().tropism(Some(Oscillator { period: x, ..oscillator })).build());
+    refused("oscillator", &NOT_POSITIVE, |x| {
+        righting().tropism((bend.remembered(MEMORY), Box::new(Oscillator { period: x, ..oscillator }))).build()
+    });
+}
+
+#[test]
+fn loads_and_scene() {
+    refused("density", &NOT_POSITIVE, |x| righting().load(Weight { density: x }).build());
+    refused("distributed load", &NOT_FINITE, |x| righting().load(Distributed(Vector3::new(0.0, x, 0.0))).build());
+    refused("apical force", &NOT_FINITE, |x| righting().load(ApicalForce(move |_| Vector3::new(x, 0.0, 0.0))).build());
+    let pulse = Pulse { peak: Vector3::x(), start: 0.0, duration: 720.0 };
+    refused("apical pulse", &NOT_FINITE, |x| {
+        righting().load(Pulse { peak: Vector3::new(0.0, x, 0.0), ..pulse }).build()
+    });
+    refused("apical pulse", &NOT_FINITE, |x| righting().load(Pulse { start: x, ..pulse }).build());
+    refused("apical pulse", &NOT_POSITIVE, |x| righting().load((WEIGHT, Pulse { duration: x, ..pulse })).build());
+    let whirl = Whirl { force: 1e-5, period: 5000.0, turns: 2.0 };
+    refused("turning force", &NOT_FINITE, |x| righting().load(Whirl { force: x, ..whirl }).build());
+    refused("turning force", &NOT_POSITIVE, |x| righting().load(Whirl { period: x, ..whirl }).build());
+    refused("turning force", &NOT_POSITIVE, |x| righting().load((WEIGHT, Whirl { turns: x, ..whirl })).build());
+    refused("gravity", &NOT_FINITE, |x| {
+        righting().scene(Still { gravity: Vector3::new(0.0, 0.0, x), ..Still::upright() }).build()
+    });
+    let base = |w: f64| UnitQuaternion::new_unchecked(Quaternion::new(w, 0.0, 0.0, 0.0));
+    refused("base", &NOT_FINITE, |x| righting().scene(Still { base: base(x), ..Still::upright() }).build());
+    for w in [0.0, 2.0, 0.5] {
+        let built = righting().scene(Still { base: base(w), ..Still::upright() }).build();
+        assert!(built.is_err(), "a quaternion of norm {w} is no rotation");
+    }
+}
+
+#[test]
+fn steering_without_growth_is_asked_for_or_refused() {
+    let shoot = || Shoot::builder(YOUNG).length(0.05).radius(RADIUS).tropism(Oscillator::new(0.2, 1440.0));
+    let error = shoot().build().map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("growth of a shoot that steers"), "{error}");
+    assert!(shoot().growth(NoGrowth).build().is_ok());
+    assert!(Shoot::builder(YOUNG).length(0.05).radius(RADIUS).build().is_ok());
+}

@@ -1,0 +1,169 @@
+//! Failure on demand, in the middle of a call: the shoot is as it was, bit for bit, and a shorter step may succeed.
+
+
+use crate::fixtures::shoots;
+use std::cell::Cell;
+
+use morphorod::constitutive::Constitutive;
+use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
+use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
+use morphorod::load::InternalForce;
+use morphorod::rod::Rod;
+use morphorod::tropism::{Declaration, Growing, Site, Size, TropismLaw};
+use nalgebra::Vector3;
+use crate::fixtures::shoots::{HOUR, growing, righting};
+
+/// A solver that fails at some of the equilibria that it is asked for, counted from one, as if it had run out of iterations.
+#[derive(Clone)]
+struct Flaky {
+    solver: NewtonSolver,
+    asked: usize,
+    fails: std::ops::Range<usize>,
+}
+
+impl Flaky {
+    fn new(fails: std::ops::Range<usize>) -> Self {
+        Self { solver: NewtonSolver::with_tolerance(1e-8), asked: 0, fails }
+    }
+}
+
+impl EquilibriumSolver for Flaky {
+    fn equilibrate(
+        &mut self,
+        rod: &mut Rod,
+        material: &impl Constitutive,
+        force: &InternalForce,
+    ) -> Result<Equilibrium, EquilibriumError> {
+        self.asked += 1;
+        if self.fails.contains(&self.asked) {
+            return Err(EquilibriumError::NoConvergence { iterations: 0, step: 1.0, residual: 1.0, force: 0.0 });
+        }
+        self.solver.equilibrate(rod, material, force)
+    }
+}
+
+#[test]
+fn a_call_that_fails_changes_nothing_wherever_it_fails() {
+    let start = {
+        let mut shoot = growing().elements(4).build().unwrap();
+        MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
+        shoot
+    };
+    // Twice: from the extrapolated guess, and from the last shape.
+    for at in 1..30 {
+        let mut shoot = start.clone();
+        let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(at..at + 2));
+        let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
+        assert!(matches!(error, IntegrationError::Equilibrium { .. }) && error.is_recoverable(), "{error}");
+        assert!(shoot.state() == start.state(), "failure {at}");
+        // Nothing of it is left in the integrator: the same call succeeds now, as if nothing had been.
+        run.advance(&mut shoot, 2.0 * HOUR).unwrap();
+        let mut calm = start.clone();
+        MethodOfSteps::new(120.0).advance(&mut calm, 2.0 * HOUR).unwrap();
+        assert!(shoot.state() == calm.state(), "failure {at}");
+    }
+}
+
+#[test]
+fn a_step_that_fails_is_tried_again_with_half_its_length() {
+    // Errors of steps of 120 s are 1e-7 m here; one step that is halved moves the tip by less.
+    let tip = |fails: std::ops::Range<usize>, retries: usize| {
+        let mut shoot = righting().build().unwrap();
+        let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
+        run.retries = retries;
+        run.advance(&mut shoot, 2.0 * HOUR).map(|cost| (shoot.tip(), cost))
+    };
+    let (calm, cost) = tip(0..0, 5).unwrap();
+    assert_eq!(cost.retries, 0);
+    for at in [2, 5, 20, 40] {
+        let (found, with_retries) = tip(at..at + 4, 5).unwrap();
+        assert_eq!(with_retries.retries, 2, "failure {at}");
+        assert!(with_retries.steps > cost.steps);
+        assert!((found - calm).norm() < 1e-7, "failure {at}: {:e}", (found - calm).norm());
+        // One is not enough.
+        assert!(matches!(tip(at..at + 4, 1).unwrap_err(), IntegrationError::Equilibrium { .. }));
+    }
+    // Where it never succeeds the budget bounds the work.
+    let mut shoot = righting().build().unwrap();
+    let mut run = Iterated::with_solver(120.0, Flaky::new(10..usize::MAX));
+    run.retries = 8;
+    let before = shoot.clone();
+    assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());
+    // Two guesses for every try.
+    assert!(shoot.state() == before.state() && run.solver.asked <= 9 + 2 * (1 + 8), "{}", run.solver.asked);
+}
+
+#[test]
+fn what_a_failed_try_made_is_not_counted() {
+    // Tissue leaves the zone after 1.2 hours, and every step cuts an element: the one that fails, which is taken back, and those that stay.
+    let run = |fails: std::ops::Range<usize>| {
+        let mut shoot = growing().elements(4).build().unwrap();
+        let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
+        run.retries = 1;
+        run.advance(&mut shoot, 2.0 * HOUR).unwrap()
+    };
+    let (calm, cost) = (run(0..0), run(60..62));
+    assert_eq!((calm.retries, cost.retries), (0, 1));
+    assert_eq!(cost.splits - calm.splits, cost.steps - calm.steps, "{calm:?}, {cost:?}");
+}
+
+/// A law that answers with something else than a number once it was asked so often.
+struct Failing<'a, L> {
+    law: L,
+    left: &'a Cell<usize>,
+    answer: f64,
+}
+
+impl<L: TropismLaw> TropismLaw for Failing<'_, L> {
+    fn declare(&self, to: &mut Declaration) {
+        self.law.declare(to);
+    }
+    fn size(&self) -> Size {
+        self.law.size()
+    }
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        self.law.sense(site, stimuli);
+    }
+    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        self.law.rates(variables, stimuli, rates);
+    }
+    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.law.at_rest(stimuli, variables);
+    }
+    fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
+        let gradient = self.law.gradient(at, past, now);
+        match self.left.get() {
+            0 => gradient * self.answer,
+            left => {
+                self.left.set(left - 1);
+                gradient
+            }
+        }
+    }
+}
+
+#[test]
+fn a_law_that_answers_no_number_is_named_and_changes_nothing() {
+    for answer in [f64::NAN, f64::INFINITY] {
+        let left = Cell::new(5000);
+        let law = Failing { law: shoots::steering(shoots::STATOLITHS), left: &left, answer };
+        let mut shoot = righting().tropism(law).build().unwrap();
+        let mut run = MethodOfSteps::new(120.0);
+        run.retries = 3;
+        // Seven hours are 50,000 questions and more.
+        let mut before = None;
+        let error = loop {
+            before.replace(shoot.state().clone());
+            let until = shoot.time() + HOUR;
+            if let Err(error) = run.advance(&mut shoot, until) {
+                break error;
+            }
+            assert!(shoot.time() < 7.0 * HOUR, "{}", left.get());
+        };
+        assert!(matches!(error, IntegrationError::NotFinite { .. }), "{error}");
+        assert!(before.is_some_and(|before| before == *shoot.state()));
+        left.set(usize::MAX);
+        let until = shoot.time() + HOUR;
+        assert!(run.advance(&mut shoot, until).is_ok_and(|cost| cost.retries == 0));
+    }
+}

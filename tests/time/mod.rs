@@ -1,0 +1,19 @@
+//! Shoots that are advanced in time.
+
+mod allocations;
+mod bad_dynamic_input;
+mod bad_runs;
+mod discontinuities;
+mod dynamic_symmetries;
+mod extreme;
+mod extreme_scales;
+mod failures;
+mod growing_shoot;
+mod ladder;
+mod long_growth;
+mod order_in_time;
+mod random_scenes;
+mod righting;
+mod shoots_that_stretch;
+mod stops;
+mod tolerance;

@@ -1,0 +1,238 @@
+//! Fourth order in time over whole runs, start, jumps and exits from the growth zone included: the slope through three
+//! halvings of the step, against a run with a much shorter step on elements of the same size.
+
+
+use std::f64::consts::FRAC_PI_2;
+
+use morphorod::equilibrium::Unloaded;
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{GivenHistory, Integrator, Iterated, MethodOfSteps};
+use morphorod::load::{Pulse, Whirl};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
+use morphorod::{Model, Shoot, Still};
+use nalgebra::Vector3;
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering};
+
+/// The scheme is of fourth order. Three halvings at steps that a user would take do not reach the limit to all digits.
+const LEAST: f64 = 3.5;
+
+/// The largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for every step.
+fn errors<M: Model, I: Integrator>(
+    shoot: impl Fn() -> Shoot<M>,
+    integrator: impl Fn(f64) -> I,
+    times: &[f64],
+    steps: [f64; 4],
+    fine: f64,
+) -> [f64; 4] {
+    let run = |step: f64| -> Vec<Vector3<f64>> {
+        let (mut shoot, mut run) = (shoot(), integrator(step));
+        let tip = |t: &f64| {
+            run.advance(&mut shoot, *t).unwrap();
+            shoot.tip()
+        };
+        times.iter().map(tip).collect()
+    };
+    let best = run(fine);
+    steps.map(|step| run(step).iter().zip(&best).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max))
+}
+
+fn assert_fourth_order(name: &str, errors: [f64; 4]) {
+    let slope = order(&errors);
+    println!("{name}: {slope:.2} {errors:?}");
+    assert!(slope >= LEAST, "{name}: order {slope:.2}, errors {errors:?}");
+    // Far from rounding, or the slope would say nothing.
+    assert!(errors[3] > 1e-11, "{name}: {errors:?}");
+}
+
+const HOURS: [f64; 5] = [HOUR, 2.0 * HOUR, 4.0 * HOUR, 6.0 * HOUR, 8.0 * HOUR];
+/// Halves, quarters, … of the delay of 12 min.
+const STEPS: [f64; 4] = [360.0, 180.0, 90.0, 45.0];
+
+#[test]
+fn the_righting_shoot() {
+    let shoot = || righting().elements(4).build().unwrap();
+    assert_fourth_order("righting", errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0));
+}
+
+#[test]
+fn statoliths_that_take_their_time() {
+    let shoot = || righting().elements(4).tropism(steering(STATOLITHS)).build().unwrap();
+    assert_fourth_order("statoliths", errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0));
+}
+
+#[test]
+fn the_growing_shoot() {
+    let shoot = || growing().merge_tolerance(1e-6).build().unwrap();
+    // The oscillator of 24 min asks for shorter steps. Merging to 1e-6 changes the tip by 1e-12 m.
+    let steps = [180.0, 90.0, 45.0, 22.5];
+    let times = [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].map(|h| h * HOUR);
+    assert_fourth_order("growing", errors(shoot, MethodOfSteps::new, &times, steps, 7.5));
+}
+
+/// Memory and reaction times in minutes.
+fn minutes(time: f64, delay: f64) -> Memory {
+    Memory { time: time * MINUTE, delay: delay * MINUTE }
+}
+
+fn laws(gravity: Memory, bend: Memory) -> (Remembered<Gravitropism>, Remembered<Proprioception>) {
+    (
+        Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
+        Proprioception { sensitivity: ETA }.remembered(bend),
+    )
+}
+
+#[test]
+fn iterated_steps_without_delay_and_with_some() {
+    for (gravity, bend) in [
+        (minutes(12.0, 0.0), minutes(12.0, 0.0)),
+        (minutes(12.0, 0.0), minutes(12.0, 12.0)),
+        (minutes(12.0, 12.0), minutes(12.0, 0.0)),
+        (minutes(9.0, 1.7), minutes(12.0, 12.0)),
+    ] {
+        let shoot = || righting().elements(4).tropism(laws(gravity, bend)).build().unwrap();
+        let found = errors(shoot, Iterated::new, &HOURS, STEPS, 6.0);
+        assert_fourth_order(&format!("{gravity:?} {bend:?}"), found);
+    }
+}
+
+#[test]
+fn both_integrators_give_one_answer_where_both_apply() {
+    let shoot = || righting().elements(4).tropism(laws(minutes(9.0, 7.0), minutes(12.0, 12.0))).build().unwrap();
+    let run = |step: f64| {
+        let (mut a, mut b) = (shoot(), shoot());
+        let t = 4.0 * HOUR;
+        let one = MethodOfSteps::new(step).advance(&mut a, t).unwrap();
+        let other = Iterated::new(step).advance(&mut b, t).unwrap();
+        assert_eq!(one.steps, other.steps);
+        (a.tip() - b.tip()).norm()
+    };
+    // Up to the shortest delay both do the same: the first correction finds nothing to correct.
+    assert_eq!(run(420.0), 0.0);
+    // Beyond it only one can, and its error is of the size of the step's.
+    let mut far = shoot();
+    let _ = Iterated::new(600.0).advance(&mut far, 4.0 * HOUR).unwrap();
+    let mut near = shoot();
+    let _ = MethodOfSteps::new(60.0).advance(&mut near, 4.0 * HOUR).unwrap();
+    assert!((far.tip() - near.tip()).norm() < 1e-4, "{:e}", (far.tip() - near.tip()).norm());
+}
+
+#[test]
+fn jumps_of_a_load_or_of_its_slope_do_not_cost_the_order() {
+    let pulse = Pulse { peak: Vector3::new(2e-5, 1e-5, 0.0), start: 20.0 * MINUTE, duration: 12.0 * MINUTE };
+    // Two turns of 87.6 min end at 10512 s, no multiple of any step, and the force drops from 1e-5 N to nothing.
+    let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
+    // The pulse is a half sine of 12 min: the longest step is a fourth of it.
+    let steps = [180.0, 90.0, 45.0, 22.5];
+    let upright = || reduced(0.0659, 20.0 * HOUR).elements(4);
+    let found = errors(|| upright().load((WEIGHT, pulse)).build().unwrap(), MethodOfSteps::new, &HOURS, steps, 3.0);
+    assert_fourth_order("pulse", found);
+    let found = errors(|| upright().load((WEIGHT, whirl)).build().unwrap(), MethodOfSteps::new, &HOURS, STEPS, 6.0);
+    assert_fourth_order("whirl", found);
+    let sluggish = || upright().tropism(steering(STATOLITHS)).load((WEIGHT, pulse)).build().unwrap();
+    assert_fourth_order("pulse, statoliths", errors(sluggish, MethodOfSteps::new, &HOURS, steps, 3.0));
+    let iterated = || upright().tropism(laws(minutes(12.0, 0.0), minutes(12.0, 0.0))).load((WEIGHT, pulse));
+    let found = errors(|| iterated().build().unwrap(), Iterated::new, &HOURS, steps, 3.0);
+    assert_fourth_order("pulse, no delay", found);
+}
+
+/// A weightless shoot that feels only its own bend obeys, point by point, u̇ = −(η/τg) y(t − τr), τm ẏ = u − y, with
+/// u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 + λτm), if −λ (1 + λτm) exp(λτr) is η/τg.
+struct Circling {
+    memory: Memory,
+    /// −Re λ and Im λ, 1/s.
+    decay: f64,
+    rate: f64,
+    growth_time: f64,
+}
+
+impl Circling {
+    /// For ever: λ = iω with ω τr + atan(ω τm) = π/2 and τg = η/(ω √(1 + ω² τm²)).
+    fn for_ever(memory: Memory) -> Self {
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..200 {
+            let rate = 0.5 * (low + high);
+            let lag = rate * memory.delay + (rate * memory.time).atan();
+            if lag < FRAC_PI_2 { low = rate } else { high = rate }
+        }
+        let growth_time = ETA / (low * (1.0 + (low * memory.time).powi(2)).sqrt());
+        Self { memory, decay: 0.0, rate: low, growth_time }
+    }
+
+    /// Without delay it dies out: λ = (−1 + iκ)/(2τm) and τg = 4 η τm/(1 + κ²).
+    fn dying_out(time: f64, turns: f64) -> Self {
+        let memory = Memory { time, delay: 0.0 };
+        let growth_time = 4.0 * ETA * time / (1.0 + turns * turns);
+        Self { memory, decay: 0.5 / time, rate: 0.5 * turns / time, growth_time }
+    }
+
+    /// The largest error of the strain after `t` s, relative to its size at t = 0.
+    fn error(&self, mut run: impl Integrator, t: f64) -> f64 {
+        const STRAIN: f64 = 10.0;
+        let mut shoot = Shoot::builder(YOUNG)
+            .length(0.03)
+            .radius(RADIUS)
+            .elements(2)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: self.growth_time }))
+            .tropism(Proprioception { sensitivity: ETA }.remembered(self.memory))
+            .scene(Still::weightless())
+            .build()
+            .unwrap();
+        shoot.set_intrinsic(|_| Vector3::x() * STRAIN);
+        let strain = |t: f64| {
+            let (sin, cos) = (self.rate * t).sin_cos();
+            (STRAIN * (-self.decay * t).exp() * cos, STRAIN * (-self.decay * t).exp() * sin)
+        };
+        let (a, b) = (1.0 - self.decay * self.memory.time, self.rate * self.memory.time);
+        let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| {
+            let (u1, u2) = strain(t);
+            y.copy_from_slice(&[(a * u1 + b * u2) / (a * a + b * b), (a * u2 - b * u1) / (a * a + b * b)]);
+        });
+        let _ = run.start(&mut shoot, &past).unwrap();
+        run.advance(&mut shoot, t).unwrap();
+        let exact = Vector3::new(strain(t).0, strain(t).1, 0.0);
+        shoot.rod().points().iter().map(|p| (p.intrinsic - exact).norm() / STRAIN).fold(0.0, f64::max)
+    }
+}
+
+#[test]
+fn a_weightless_shoot_circles_as_in_the_closed_form() {
+    // Equal kernels of 12 min: x tan x = 1 with x = ωτr = 0.860333589019380, a period of 87.6383587116423 min and a
+    // critical growth time of 3.52449410960937 h.
+    let equal = Circling::for_ever(minutes(12.0, 12.0));
+    assert!((equal.rate * 720.0 - 0.860333589019380).abs() < 1e-14);
+    assert!((equal.growth_time / HOUR - 3.52449410960937).abs() < 1e-13);
+    for circling in [equal, Circling::for_ever(minutes(5.0, 17.0)), Circling::for_ever(minutes(30.0, 8.0))] {
+        let found = STEPS.map(|step| circling.error(MethodOfSteps::with_solver(step, Unloaded), 5.3 * HOUR));
+        assert_fourth_order(&format!("circling {:?}", circling.memory), found);
+    }
+    let present = Circling::dying_out(30.0 * MINUTE, 9.0);
+    let found = STEPS.map(|step| present.error(Iterated::with_solver(step, Unloaded), 1.3 * HOUR));
+    assert_fourth_order("circling without delay", found);
+}
+
+#[test]
+fn delays_that_no_step_divides() {
+    // The kinks that they carry on, at 550 s and at 71 s after the start, are met by steps that are equal around them.
+    let memory = |delay: f64| Memory { time: 726.0, delay };
+    for (gravity, bend) in [(550.0, 550.0), (550.0, 71.0)] {
+        let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).build().unwrap();
+        let found = errors(shoot, Iterated::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
+        // Rounding is 1e-16 m.
+        assert!(order(&found) >= LEAST, "delays {gravity} s and {bend} s: {found:?}");
+        // Where steps went across the kinks the errors with both delays at 550 s were 1.3e-7, 2.5e-8, 3.4e-9, 3.5e-11 m.
+        assert!(found[2] < 1e-9, "{found:?}");
+    }
+}
+
+#[test]
+fn memories_far_shorter_than_a_step() {
+    // y rises to its stimulus all but at once, so that the growth it asks for jumps a delay later.
+    for time in [1e-6, 1e-4] {
+        let memory = Memory { time, delay: 720.0 };
+        let shoot = || righting().tropism(laws(memory, memory)).build().unwrap();
+        let found = errors(shoot, MethodOfSteps::new, &[HOUR, 2.0 * HOUR], [240.0, 120.0, 60.0, 30.0], 5.0);
+        assert_fourth_order("a short memory", found);
+        // What is left of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this.
+        assert!(found[3] < 1e-9 * 0.05, "{time} s: {found:?}");
+    }
+}

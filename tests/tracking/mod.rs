@@ -1,0 +1,7 @@
+//! Analysis of measured and simulated tip tracks.
+
+mod orbit;
+mod orbit_swelling;
+mod tracked_files;
+mod tracked_noise;
+mod tracked_paths;
