@@ -20,9 +20,9 @@ use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
-use morphorod::Order;
 use common::file::write_whole;
 use common::{Axes, Opt, Options, Series, Style, finish, lines_figure};
+use morphorod::Order;
 use problem::{Run, exact_tip, load_of, race};
 
 /// The error, relative to the length, for which the fastest settings are compared.

@@ -1,11 +1,11 @@
 //! Limit cycles of shoots that have none, and input that makes no sense: an error of a type that says so, in bounded time; and nothing
 //! that is found is not a number or is no orbit.
 
-
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, steering};
 use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{CircularOrbit, CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
 use morphorod::growth::GrowthLaw;
@@ -17,7 +17,6 @@ use morphorod::tropism::{
 };
 use morphorod::{Laws, Scene, Section, Shoot};
 use nalgebra::{Complex, UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, steering};
 
 /// Beyond the onset at 6.56 cm.
 const LENGTH: f64 = 0.067;

@@ -1,7 +1,7 @@
 //! Branches of limit cycles along a parameter: from the onset on, round folds, with the places at which their stability changes.
 
-
 use crate::fixtures::exact_orbit::{GROWTH_TIME, exact_orbit, shape};
+use crate::fixtures::shoots::{HOUR, MINUTE, Steering, reduced, steering};
 use morphorod::constitutive::LinearElastic;
 use morphorod::cycle::{Branch, BranchPoint, CircularSolver, CycleError, PeriodicSolver, Special};
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -9,7 +9,6 @@ use morphorod::load::Weight;
 use morphorod::tropism::{Declaration, Perception, SettledStatoliths, Site, Source};
 use morphorod::{Laws, Shoot};
 use nalgebra::Complex;
-use crate::fixtures::shoots::{HOUR, MINUTE, Steering, reduced, steering};
 
 /// Of the reduced model, m.
 const ONSET: f64 = 0.065_614_866;

@@ -1,14 +1,13 @@
 //! The circular limit cycle of the reduced model: past the onset of oscillations a shoot that is kicked round ends in a
 //! planar shape that turns rigidly about the vertical, at a rate and with a radius that are known exactly.
 
-
 use std::f64::consts::TAU;
 
 use crate::fixtures::exact_orbit::{GROWTH_TIME, exact_orbit, rate};
+use crate::fixtures::shoots::{HOUR, MINUTE, WEIGHT, assert_sound, reduced};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::load::Whirl;
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, MINUTE, WEIGHT, assert_sound, reduced};
 
 #[test]
 fn the_closed_form_has_its_known_numbers() {
@@ -25,7 +24,7 @@ fn the_closed_form_has_its_known_numbers() {
 fn assert_on_orbit(length: f64, hours: f64, steps_per_turn: u32) {
     let period = TAU / rate();
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
-    let mut shoot = reduced(length, GROWTH_TIME).elements(4).load((WEIGHT, whirl)).build().unwrap();
+    let mut shoot = reduced(length, GROWTH_TIME).elements(4).load((WEIGHT, whirl)).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(period / f64::from(steps_per_turn));
     let mut statistics: Statistics = run.advance(&mut shoot, hours * HOUR - 10.0 * period).unwrap();
     let (radius, height) = exact_orbit(length);
@@ -72,7 +71,7 @@ fn nearer_to_the_onset_the_orbit_is_smaller() {
 #[test]
 fn a_kick_in_one_direction_stays_in_its_plane() {
     let pull = morphorod::load::Pulse { peak: Vector3::new(1e-5, 0.0, 0.0), start: 0.0, duration: 12.0 * MINUTE };
-    let mut shoot = reduced(0.0659, GROWTH_TIME).elements(4).load((WEIGHT, pull)).build().unwrap();
+    let mut shoot = reduced(0.0659, GROWTH_TIME).elements(4).load((WEIGHT, pull)).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     let mut reach = 0.0_f64;
     for hour in 1..=40 {

@@ -1,9 +1,9 @@
 //! Cycles that come back turned by an angle: half swings, rosettes, and starts from runs in time.
 
-
 use std::f64::consts::PI;
 
 use crate::fixtures::exact_orbit::GROWTH_TIME;
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, Reduced, STATOLITHS, reduced, steering};
 use morphorod::cycle::{Branch, CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Special, Turning};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -14,7 +14,6 @@ use morphorod::tropism::{
 };
 use morphorod::{Model, Section, Shoot, ShootBuilder};
 use nalgebra::{Complex, Rotation2, Vector3};
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, Reduced, STATOLITHS, reduced, steering};
 
 /// A shoot that steers all along, with equal elements.
 fn shoot(length: f64, elements: u32) -> ShootBuilder<Reduced> {
@@ -82,7 +81,7 @@ fn half_a_swing_is_a_swing() {
         (0.0670, 34.194086156, 87.661715125, -0.2867102380, 0.1052756418),
     ];
     for (length, largest, period, inside, outside) in known {
-        let shoot = shoot(length, 8).build().unwrap();
+        let shoot = shoot(length, 8).into_dyn().build().unwrap();
         let root = mode(&shoot);
         let half = turning(8, PI).from_mode(&shoot, &root, 1e-3 * largest).unwrap();
         // The promises for whole swings: 1e-8 of excursion and period, 1e-6 of the rates.
@@ -108,7 +107,7 @@ fn half_a_swing_is_a_swing() {
 /// Variables that turn as a vector, normals of statoliths, are turned back as well.
 #[test]
 fn half_a_swing_with_statoliths_is_a_swing() {
-    let shoot = shoot(0.0670, 4).tropism(steering(STATOLITHS)).build().unwrap();
+    let shoot = shoot(0.0670, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     let root = mode(&shoot);
     let half = turning(8, PI).from_mode(&shoot, &root, 0.04).unwrap();
     let whole = PeriodicSolver::default().from_mode(&shoot, &root, 0.04).unwrap();
@@ -126,12 +125,12 @@ fn half_a_swing_with_statoliths_is_a_swing() {
 fn a_winding_shoot_turns_its_plane_of_swing() {
     let length = 0.0657;
     let plane = {
-        let shoot = shoot(length, 4).tropism(winding(0.0)).build().unwrap();
+        let shoot = shoot(length, 4).tropism(winding(0.0)).into_dyn().build().unwrap();
         turning(12, 0.0).from_mode(&shoot, &mode(&shoot), 0.009).unwrap()
     };
     assert!(plane.angle.abs() < 1e-9, "{}", plane.angle);
     let rosette = |askew: f64| {
-        let shoot = shoot(length, 4).tropism(winding(askew)).build().unwrap();
+        let shoot = shoot(length, 4).tropism(winding(askew)).into_dyn().build().unwrap();
         let orbit = turning(12, 0.0).from_orbit(&shoot, &plane).unwrap();
         (shoot, orbit)
     };
@@ -172,7 +171,7 @@ fn a_winding_shoot_turns_its_plane_of_swing() {
 #[test]
 fn rosettes_end_at_the_torus_of_circles() {
     let length = 0.0657;
-    let family = |askew: f64| Ok(shoot(length, 4).tropism(winding(askew)).build()?);
+    let family = |askew: f64| Ok(shoot(length, 4).tropism(winding(askew)).into_dyn().build()?);
     let straight = family(0.0).unwrap();
     let root = mode(&straight);
     let within = 0.0..=0.005;
@@ -209,7 +208,7 @@ fn rosettes_end_at_the_torus_of_circles() {
 
 #[test]
 fn a_run_in_time_is_a_start() {
-    let plain = shoot(0.0670, 4).build().unwrap();
+    let plain = shoot(0.0670, 4).into_dyn().build().unwrap();
     let root = mode(&plain);
     let circle = CircularSolver::default().solve(&plain, &Turning::of_mode(&root, 0.03)).unwrap();
     let swing = PeriodicSolver::default().from_mode(&plain, &root, 0.034).unwrap();
@@ -236,7 +235,7 @@ fn a_run_in_time_is_a_start() {
     let found = PeriodicSolver::default().from_run(&rest, 87.0 * MINUTE).unwrap();
     assert!((found.period / swing.period - 1.0).abs() < 1e-9, "{}", found.period);
     // A shoot that stands still and that nothing drives goes on standing, whatever rounding its shape has.
-    let mut still = shoot(0.0670, 4).build().unwrap();
+    let mut still = shoot(0.0670, 4).into_dyn().build().unwrap();
     still.set_intrinsic(|_| Vector3::new(0.0, 3.0, 0.0));
     MethodOfSteps::new(120.0).advance(&mut still, HOUR).unwrap();
     let standing = PeriodicSolver::default().forced(&still, 90.0 * MINUTE).unwrap();
@@ -249,14 +248,14 @@ fn a_run_in_time_is_a_start() {
 
 #[test]
 fn what_makes_no_sense_is_refused() {
-    let plain = shoot(0.0670, 4).build().unwrap();
+    let plain = shoot(0.0670, 4).into_dyn().build().unwrap();
     let root = mode(&plain);
     let from = |shoot: &Shoot<_>| turning(8, PI).from_mode(shoot, &root, 0.034);
     // A section with two principal axes.
-    let flat = shoot(0.0670, 4).section(|_| Section::ellipse(1.01 * RADIUS, RADIUS)).build().unwrap();
+    let flat = shoot(0.0670, 4).section(|_| Section::ellipse(1.01 * RADIUS, RADIUS)).into_dyn().build().unwrap();
     assert!(matches!(from(&flat), Err(CycleError::NoAxis { .. })), "{:?}", from(&flat));
     // A circle comes back turned after any time.
-    let circular = mode(&shoot(0.0670, 4).tropism(winding(1e-3)).build().unwrap());
+    let circular = mode(&shoot(0.0670, 4).tropism(winding(1e-3)).into_dyn().build().unwrap());
     let error = turning(16, 0.0).from_mode(&plain, &circular, 0.03).unwrap_err();
     assert!(matches!(error, CycleError::Circle), "{error}");
     // How its variables turn is not declared.
@@ -268,12 +267,13 @@ fn what_makes_no_sense_is_refused() {
         }
     }
     let law = DirectionalTropism { sensitivity: BETA, perception: Silent }.remembered(MEMORY);
-    let silent = shoot(0.0670, 4).tropism((winding(0.0).1, law)).build().unwrap();
+    let silent = shoot(0.0670, 4).tropism((winding(0.0).1, law)).into_dyn().build().unwrap();
     let error = turning(8, PI).from_mode(&silent, &root, 0.034).unwrap_err();
     assert!(matches!(error, CycleError::Undeclared { variable: 2 }), "{error}");
     assert!(PeriodicSolver::default().from_mode(&silent, &root, 0.034).is_ok());
     // What is driven has no axis; an angle is a number; a shoot that has not moved is no run.
-    let driven = shoot(0.05, 4).tropism((Oscillator::new(1e-3, 1440.0), steering(STATOLITHS))).build().unwrap();
+    let driven =
+        shoot(0.05, 4).tropism((Oscillator::new(1e-3, 1440.0), steering(STATOLITHS))).into_dyn().build().unwrap();
     let parameter = |error: CycleError, name: &str| matches!(&error, CycleError::Parameter(e) if e.name == name);
     assert!(parameter(turning(8, PI).forced(&driven, 1440.0).unwrap_err(), "angle of a cycle that is driven"));
     let error = turning(8, f64::NAN).from_mode(&plain, &root, 0.034).unwrap_err();
@@ -316,7 +316,8 @@ impl TropismLaw for Sidelong {
 fn what_changes_its_sign_in_a_mirror_leads_out_of_the_plane() {
     // By a law that says how its variables turn and by one that does not: the multipliers in the plane and out of it.
     let [known, unknown] = [true, false].map(|declared| {
-        let shoot = shoot(0.067, 4).tropism((steering(SettledStatoliths), Sidelong { declared })).build().unwrap();
+        let shoot =
+            shoot(0.067, 4).tropism((steering(SettledStatoliths), Sidelong { declared })).into_dyn().build().unwrap();
         let swing = PeriodicSolver::default().from_mode(&shoot, &mode(&shoot), 0.034).unwrap();
         rates(&swing, &shoot).0
     });
@@ -350,7 +351,7 @@ impl TropismLaw for Wall {
 
 #[test]
 fn a_wall_on_one_side_breaks_the_axis() {
-    let walled = shoot(0.067, 4).tropism((steering(SettledStatoliths), Wall)).build().unwrap();
+    let walled = shoot(0.067, 4).tropism((steering(SettledStatoliths), Wall)).into_dyn().build().unwrap();
     let mut root = mode(&walled);
     // A first half on the free side, whatever the phase.
     let turn = Complex::from_polar(1.0, 1.2);
@@ -386,16 +387,16 @@ impl TropismLaw for Pressure {
 
 #[test]
 fn orbits_do_not_depend_on_units_angles_or_fast_laws() {
-    let plain = shoot(0.067, 4).build().unwrap();
+    let plain = shoot(0.067, 4).into_dyn().build().unwrap();
     let root = mode(&plain);
     let swing = PeriodicSolver::default().from_mode(&plain, &root, 0.034).unwrap();
     // A variable of a megapascal, in pascals.
-    let pressed = shoot(0.067, 4).tropism((steering(SettledStatoliths), Pressure)).build().unwrap();
+    let pressed = shoot(0.067, 4).tropism((steering(SettledStatoliths), Pressure)).into_dyn().build().unwrap();
     let found = PeriodicSolver::default().from_mode(&pressed, &root, 0.034).unwrap();
     assert!((found.period / swing.period - 1.0).abs() < 1e-9, "{} {}", found.period, swing.period);
     // Statoliths that settle in a microsecond: their rates are differences of large numbers.
     let fast = Statoliths { avalanche_time: 1e-6 };
-    let fast = shoot(0.067, 4).tropism(steering(fast)).build().unwrap();
+    let fast = shoot(0.067, 4).tropism(steering(fast)).into_dyn().build().unwrap();
     let found = turning(8, PI).from_mode(&fast, &root, 0.034).unwrap();
     assert!((2.0 * found.period / swing.period - 1.0).abs() < 1e-8, "{} {}", 2.0 * found.period, swing.period);
     // A mode that is straight at its start.
@@ -415,7 +416,7 @@ fn orbits_do_not_depend_on_units_angles_or_fast_laws() {
     assert!(halves >= 3, "only {halves} of the guesses near π lead to half a swing");
     // A circle that is found as an orbit comes back turned after any time.
     let circle = CircularSolver::default().solve(&plain, &Turning::of_mode(&root, 0.03)).unwrap();
-    let round = mode(&shoot(0.067, 4).tropism(winding(1e-3)).build().unwrap());
+    let round = mode(&shoot(0.067, 4).tropism(winding(1e-3)).into_dyn().build().unwrap());
     let orbit = PeriodicSolver::default().from_mode(&plain, &round, 0.03).unwrap();
     assert!((orbit.period / circle.period() - 1.0).abs() < 1e-8, "{}", orbit.period);
     let error = turning(16, 0.0).from_orbit(&plain, &orbit).unwrap_err();

@@ -1,12 +1,11 @@
 //! Laws that say less than they do, or do less than they say, are refused.
 
-
+use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, righting, steering};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{
     Declaration, DirectionalTropism, Growing, Perception, Response, Site, Source, TropismLaw, Variable,
 };
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, righting, steering};
 
 /// Declares as it is told to, and writes the rates of its first variables only.
 #[derive(Debug)]
@@ -42,7 +41,7 @@ impl TropismLaw for Careless {
 fn laws_that_say_less_than_they_do_are_refused() {
     let sound = Careless { variable: Variable::read_after(720.0), declared: 2, written: 2, with_position: true };
     let start = |law: Careless| {
-        let mut shoot = righting().tropism(law).build().unwrap();
+        let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
         let before = shoot.state().clone();
         let answer = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0);
         assert!(answer.is_ok() || shoot.state() == &before);
@@ -63,7 +62,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
             Vector3::x() * past[0]
         }
     }
-    let mut shoot = righting().tropism(Forgetful).build().unwrap();
+    let mut shoot = righting().tropism(Forgetful).into_dyn().build().unwrap();
     assert!(MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
     // A perception with fewer stimuli than its signal has numbers.
     struct Narrow;
@@ -77,7 +76,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
         }
     }
     let law = DirectionalTropism { sensitivity: 1.0, perception: Narrow }.remembered(MEMORY);
-    let error = righting().tropism(law).build().map(|_| ()).unwrap_err();
+    let error = righting().tropism(law).into_dyn().build().map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("index of what a variable remembers"), "{error}");
     // Rates that are not those of the memory that is declared.
     struct Leaky;
@@ -96,7 +95,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
             Vector3::x() * past[0]
         }
     }
-    let mut shoot = righting().tropism(Leaky).build().unwrap();
+    let mut shoot = righting().tropism(Leaky).into_dyn().build().unwrap();
     let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
     assert!(error.contains("declared a memory"), "{error}");
     // A perception that forgets the rates of a variable of its own: whatever another shoot has left, it is refused.
@@ -113,18 +112,20 @@ fn laws_that_say_less_than_they_do_are_refused() {
         }
     }
     let mut run = MethodOfSteps::new(90.0);
-    run.advance(&mut righting().build().unwrap(), HOUR).unwrap();
+    run.advance(&mut righting().into_dyn().build().unwrap(), HOUR).unwrap();
     let law = DirectionalTropism { sensitivity: 1.0, perception: Lazy }.remembered(MEMORY);
-    let mut shoot = righting().tropism(law).build().unwrap();
+    let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
     assert!(run.advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
     // Declarations are checked where the shoot is built.
     for delay in [-5.0, f64::NAN, f64::INFINITY] {
         let law = Careless { variable: Variable::read_after(delay), ..sound };
-        assert!(righting().tropism(law).build().unwrap_err().to_string().contains("delay of a tropism law"));
+        assert!(righting().tropism(law).into_dyn().build().unwrap_err().to_string().contains("delay of a tropism law"));
     }
     for time in [0.0, -600.0, f64::NAN] {
         let law = Careless { variable: sound.variable.relaxing_in(time), ..sound };
-        assert!(righting().tropism(law).build().unwrap_err().to_string().contains("time constant of a variable"));
+        assert!(
+            righting().tropism(law).into_dyn().build().unwrap_err().to_string().contains("time constant of a variable")
+        );
     }
 }
 
@@ -161,7 +162,8 @@ fn a_law_that_changes_what_it_declares_ends_in_an_error_whenever_it_does() {
     for n in (0..200).chain((200..9000).step_by(97)) {
         let law = Widening { answers: 0.into(), n };
         // Between laws of the crate, which would read each other's numbers.
-        let Ok(mut shoot) = righting().elements(2).tropism((steering(STATOLITHS), law, steering(STATOLITHS))).build()
+        let Ok(mut shoot) =
+            righting().elements(2).tropism((steering(STATOLITHS), law, steering(STATOLITHS))).into_dyn().build()
         else {
             refused += 1;
             continue;

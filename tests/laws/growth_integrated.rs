@@ -1,15 +1,14 @@
 //! The motion of material points under growth that varies in space or time, integrated by the crate, against closed forms
 //! and a reference of its own.
 
-
 use std::f64::consts::TAU;
 
+use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, order};
 use morphorod::Shoot;
 use morphorod::constitutive::Lignifying;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, integrate, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, order};
 
 /// The linear profile from a distance `sigma` from the apex, in closed form: with c = 2ℓg/σ0 − 1,
 /// σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 = (σ/σ0)² exp(−2t/τg); the zone is left at (τg/2) ln c.
@@ -63,8 +62,14 @@ fn integrated_motion_and_exits_are_those_of_the_linear_profile() {
 #[test]
 fn a_shoot_simulated_with_the_linear_profile_follows_its_closed_form() {
     let initial = 0.05;
-    let mut shoot =
-        Shoot::builder(YOUNG).length(initial).radius(5e-4).merge_tolerance(0.0).growth(LINEAR).build().unwrap();
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(initial)
+        .radius(5e-4)
+        .merge_tolerance(0.0)
+        .growth(LINEAR)
+        .into_dyn()
+        .build()
+        .unwrap();
     let first_nodes: Vec<f64> = shoot.rod().centre_line().iter().map(|(s, _)| initial - s).collect();
     let mut run = MethodOfSteps::with_solver(0.05 * HOUR, Unloaded);
     let mut worst = [0.0_f64; 2];
@@ -122,7 +127,7 @@ fn growth_that_follows_the_time_of_day_is_integrated() {
     for swing in [0.5, -0.9, 1.0] {
         let law = Daily { zone: 0.03, time: 20.0 * HOUR, period: 24.0 * HOUR, swing };
         let initial = 0.05;
-        let mut shoot = Shoot::builder(YOUNG).length(initial).radius(5e-4).growth(law).build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG).length(initial).radius(5e-4).growth(law).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(0.1 * HOUR, Unloaded);
         for t in [6.0, 24.0, 72.0].map(|h| h * HOUR) {
             let exact = initial + law.zone * law.exponent(t);
@@ -184,8 +189,15 @@ impl GrowthLaw for Late {
 #[test]
 fn tissue_that_left_the_zone_ever_so_long_ago_stays_old() {
     let tissue = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * 86400.0 };
-    let mut shoot =
-        Shoot::builder(tissue).length(0.1).radius(5e-4).elements(16).growth(Late).load(WEIGHT).build().unwrap();
+    let mut shoot = Shoot::builder(tissue)
+        .length(0.1)
+        .radius(5e-4)
+        .elements(16)
+        .growth(Late)
+        .load(WEIGHT)
+        .into_dyn()
+        .build()
+        .unwrap();
     let mut steps = MethodOfSteps::new(90.0);
     let mut merges = 0;
     for hours in [0.4, 1.0, 3.0, 8.0] {

@@ -1,14 +1,13 @@
 //! The motion of material points under uniform growth, against its closed form: without a simulation, and of the
 //! elements of a simulated shoot, which are cut many times on the way.
 
-
+use crate::fixtures::shoots::{HOUR, YOUNG};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{UniformGrowth, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::quadrature::{gauss, lagrange};
 use morphorod::rod::Rod;
-use crate::fixtures::shoots::{HOUR, YOUNG};
 
 /// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005: with T0 = τg ln(ℓg/ℓ0) the length is
 /// ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg otherwise.
@@ -107,6 +106,7 @@ fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
             .elements(4)
             .merge_tolerance(0.0)
             .growth(case.law())
+            .into_dyn()
             .build()
             .unwrap();
         let first_nodes: Vec<f64> = shoot.rod().centre_line().iter().map(|(s, _)| initial - s).collect();
@@ -149,7 +149,7 @@ fn a_zone_without_end_takes_no_more_steps_than_others() {
     // “The whole shoot grows”, said with a large number: no tissue leaves, so nothing shortens the steps.
     for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
         let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
-        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).into_dyn().build().unwrap();
         let statistics = MethodOfSteps::with_solver(600.0, Unloaded).advance(&mut shoot, HOUR).unwrap();
         assert_eq!(statistics.steps, 12, "{zone}");
         assert!((shoot.rod().length() - 0.05 * f64::exp(0.05)).abs() < 1e-15);

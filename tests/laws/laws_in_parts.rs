@@ -1,6 +1,5 @@
 //! Laws that are put together: what they declare, memories in a row, tuples, boxes, and models of one's own.
 
-
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps, Simulation};
@@ -13,9 +12,11 @@ use morphorod::tropism::{
 use morphorod::{Laws, Model, Shoot, State, Still};
 use std::sync::Arc;
 
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering,
+};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering};
 
 /// The laws of the growing shoot.
 fn all_laws() -> impl TropismLaw {

@@ -3,7 +3,6 @@
 //!
 //! `MORPHOROD_SCENES=5000 MORPHOROD_SEED=7 cargo test --workspace --test laws_of_nature` draws more rods and others.
 
-
 use std::f64::consts::PI;
 
 use crate::fixtures::random::{Draw, number};

@@ -1,13 +1,12 @@
 //! Linear memories that are declared are integrated by fixed weights, without asking the law; others by collocation. Both
 //! are the exact response to the stimuli that were sensed.
 
-
 use std::cell::Cell;
 
+use crate::fixtures::shoots::{HOUR, STATOLITHS, righting, steering};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, Size, Source, TropismLaw, Variable};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, STATOLITHS, righting, steering};
 
 /// A law that keeps to itself which of its variables are memories. Counts how often it is asked for rates.
 struct Silent<'a, L> {
@@ -103,7 +102,7 @@ impl TropismLaw for Saturating {
 
 #[test]
 fn a_memory_that_ceases_to_be_one_is_refused_when_it_does() {
-    let mut shoot = righting().tropism(Saturating).build().unwrap();
+    let mut shoot = righting().tropism(Saturating).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(180.0);
     run.advance(&mut shoot, HOUR).unwrap();
     let before = shoot.state().clone();

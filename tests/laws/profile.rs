@@ -1,6 +1,6 @@
 //! What a rod at rest is like at any place along it.
 
-
+use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
 use morphorod::constitutive::{Constitutive, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::growth::{LinearProfile, Ongoing, UniformGrowth, length, trace};
@@ -9,7 +9,6 @@ use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce, Weight};
 use morphorod::rod::Rod;
 use morphorod::{Order, Place, Profile, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
 
 const LENGTH: f64 = 0.06;
 
@@ -113,7 +112,7 @@ fn a_point_force_shows_below_its_place_alone() {
     let force = Vector3::new(1e-4, 0.0, 0.0);
     let load = PointForce { initial_apex_distance: 0.4 * LENGTH, force };
     let shoot = |steps: f64| {
-        let mut shoot = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).into_dyn().build().unwrap();
         let _ = MethodOfSteps::new(60.0).advance(&mut shoot, steps).unwrap();
         shoot
     };
@@ -128,7 +127,8 @@ fn a_point_force_shows_below_its_place_alone() {
 fn growth_is_read_along_the_shoot() {
     let (initial, zone, time) = (0.05, 0.03, 20.0 * HOUR);
     let law = LinearProfile { zone_length: zone, time };
-    let mut shoot = Shoot::builder(YOUNG).length(initial).radius(RADIUS).growth(law).load(WEIGHT).build().unwrap();
+    let mut shoot =
+        Shoot::builder(YOUNG).length(initial).radius(RADIUS).growth(law).load(WEIGHT).into_dyn().build().unwrap();
     let now = 9.0 * HOUR;
     let _ = MethodOfSteps::new(300.0).advance(&mut shoot, now).unwrap();
     let (rod, profile) = (shoot.rod(), shoot.profile());
@@ -169,6 +169,7 @@ fn a_shoot_that_steers_is_read_with_its_intrinsic_strain() {
         .tropism(steering(morphorod::tropism::SettledStatoliths))
         .load(WEIGHT)
         .scene(Still::tilted(1.2))
+        .into_dyn()
         .build()
         .unwrap();
     let _ = MethodOfSteps::new(0.25 * MEMORY.delay).advance(&mut shoot, 6.0 * HOUR).unwrap();

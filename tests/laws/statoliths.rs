@@ -1,9 +1,9 @@
 //! Statoliths in cells that are tilted, turned and left without weight: the pile's normal against closed forms.
 
-
 use crate::fixtures::shoots;
 use std::f64::consts::TAU;
 
+use crate::fixtures::shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -11,7 +11,6 @@ use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::tropism::{Gravitropism, Remembered, Response, Statoliths};
 use morphorod::{Laws, Scene, Shoot};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{Clinostat, HOUR, MEMORY, RADIUS, YOUNG};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 

@@ -1,6 +1,5 @@
 //! Where an analysis of stability could go wrong without a word: what grows by itself, what is forced, what hides.
 
-
 use std::cell::Cell;
 use std::f64::consts::PI;
 
@@ -256,6 +255,7 @@ fn growth_by_the_clock_is_forced() {
         .growth(Ongoing(Days))
         .tropism((gravitropism, BENDING))
         .load(WEIGHT)
+        .into_dyn()
         .build()
         .unwrap();
     let answer = Linearisation::about(&shoot).map(|_| ());
@@ -329,6 +329,7 @@ fn a_righted_shoot_with_slow_statoliths_has_its_roots() {
             .tropism(laws)
             .load(WEIGHT)
             .scene(Still::tilted(0.5))
+            .into_dyn()
             .build()?;
         let _ = StationarySolver::default().solve(&mut shoot)?;
         Linearisation::about(&shoot)

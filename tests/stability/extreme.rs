@@ -1,7 +1,6 @@
 //! Stability at extremes: delays that are long against memories, points that all differ, ranges with many roots at one end. None
 //! may take more than the bound on the work, and the answers are those of other methods.
 
-
 use crate::fixtures::upright;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
@@ -151,6 +150,7 @@ fn without_proprioception_nothing_is_sought_left_of_zero() {
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
         .tropism(gravity)
         .load(Weight { density: 1000.0 })
+        .into_dyn()
         .build()
         .unwrap();
     let linear = Linearisation::about(&shoot).unwrap();

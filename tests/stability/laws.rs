@@ -1,6 +1,5 @@
 //! Laws written downstream in the linear problem: as they are, and with derivatives of their own.
 
-
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundaryPoint, BoundarySettings, Linearisation, StabilityError, boundary, onset};

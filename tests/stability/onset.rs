@@ -1,7 +1,6 @@
 //! Where the upright shoot begins to oscillate, against the linear theory of Agostinelli, DeSimone and Noselli (2021),
 //! section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, solved to ten digits by other codes.
 
-
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
@@ -76,6 +75,7 @@ fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisatio
         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
         .tropism(Proprioception { sensitivity: eta }.remembered(memory))
         .scene(Still::weightless())
+        .into_dyn()
         .build()?;
     Linearisation::about(&shoot)
 }
@@ -121,6 +121,7 @@ fn a_rigid_shoot_with_gravitropism_alone_is_always_stable() {
                 .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: hours * HOUR }))
                 .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY))
                 .load(Weight { density: 1000.0 })
+                .into_dyn()
                 .build()
                 .unwrap();
             let linear = Linearisation::about(&shoot).unwrap();
@@ -151,6 +152,7 @@ fn ranges_and_laws_without_an_onset_are_told() {
             .tropism((oscillator, gravity))
             .load(Weight { density: 1000.0 })
             .scene(Still::tilted(tilt))
+            .into_dyn()
             .build()
             .unwrap()
     };
@@ -164,6 +166,6 @@ fn ranges_and_laws_without_an_onset_are_told() {
     assert_eq!(&before, tilted.state());
     let moving = Linearisation::about(&tilted).unwrap_err();
     assert!(matches!(moving, StabilityError::NotStationary { .. }), "{moving}");
-    let nothing = Shoot::builder(YOUNG).length(0.05).radius(5e-4).build().unwrap();
+    let nothing = Shoot::builder(YOUNG).length(0.05).radius(5e-4).into_dyn().build().unwrap();
     assert!(matches!(Linearisation::about(&nothing), Err(StabilityError::NothingDriven)));
 }

@@ -1,6 +1,5 @@
 //! What the mesh puts answers of the module `stability` off: estimates against the continuous problem, and tolerances.
 
-
 use std::f64::consts::TAU;
 
 use morphorod::constitutive::{Graded, Tissue};
@@ -163,6 +162,7 @@ fn crossings_at_zero_and_of_the_essential_spectrum_have_no_error_but_rounding() 
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
             .tropism(Proprioception { sensitivity: eta }.remembered(MEMORY))
             .scene(Still::weightless())
+            .into_dyn()
             .build()?;
         Linearisation::about(&shoot)
     };
@@ -252,6 +252,7 @@ fn leaning(elements: usize) -> Result<Shoot<impl morphorod::Model>, StabilityErr
             PointForce { initial_apex_distance: 0.017, force: Vector3::new(0.0, 0.0, -1e-6) },
         ))
         .scene(Still::tilted(0.3))
+        .into_dyn()
         .build()?;
     let _ = StationarySolver::default().solve(&mut shoot)?;
     Ok(shoot)

@@ -1,7 +1,6 @@
 //! Characteristic roots against time integration, and their number against a search of the half plane, cell by cell, for
 //! the roots of the continuous problem.
 
-
 use std::f64::consts::FRAC_PI_2;
 
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -167,6 +166,7 @@ fn a_stationary_shoot_has_its_closed_form_at_any_weight_and_stiffness() {
                 ))
                 .load(Weight { density })
                 .scene(Still::tilted(FRAC_PI_2))
+                .into_dyn()
                 .build()
                 .unwrap();
             let found = StationarySolver::default().solve(&mut shoot).unwrap();
@@ -282,6 +282,7 @@ fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
             .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: problem.growth_time }))
             .tropism(laws)
             .load(Weight { density: 1000.0 })
+            .into_dyn()
             .build()
             .unwrap();
         let linear = Linearisation::about(&shoot).unwrap();
@@ -356,6 +357,7 @@ fn every_root_that_is_counted_is_found_and_a_coarse_mesh_is_told() {
             .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: hours * HOUR }))
             .tropism(gravity())
             .load(Weight { density: 1000.0 })
+            .into_dyn()
             .build()
             .unwrap();
         Linearisation::about(&shoot).unwrap()

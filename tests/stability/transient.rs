@@ -23,6 +23,7 @@ fn upright(stiffness: f64, growth_time: f64, eta: f64, elements: usize) -> Shoot
             Proprioception { sensitivity: eta }.remembered(memory),
         ))
         .load(Weight { density: 1000.0 })
+        .into_dyn()
         .build()
         .unwrap();
     let _ = StationarySolver::default().solve(&mut shoot).unwrap();
@@ -39,6 +40,7 @@ fn of_a_shoot_without_weight_all_disturbances_swing_alike() {
         .elements(2)
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: growth_time }))
         .tropism(Proprioception { sensitivity: eta }.remembered(Memory { time: tau, delay: 0.0 }))
+        .into_dyn()
         .build()
         .unwrap();
     let _ = StationarySolver::default().solve(&mut shoot).unwrap();

@@ -1,8 +1,8 @@
 //! Safe calls with wrong sizes, indices, times and numbers: an answer or an error, never a panic, and the shoot as it was.
 
-
 use std::sync::LazyLock;
 
+use crate::fixtures::shoots::{HOUR, Reduced, YOUNG, growing, reduced};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth, length, trace};
@@ -11,15 +11,14 @@ use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Poi
 use morphorod::rod::Rod;
 use morphorod::stability::{Linearisation, StationarySolver};
 use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
-use morphorod::{Order, Profile, Scene, Section, Shoot, Still, Turned};
+use morphorod::{DynLaws, Order, Profile, Scene, Section, Shoot, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use crate::fixtures::shoots::{Growing, HOUR, Reduced, YOUNG, growing, reduced};
 
 /// Before its run, at its start, and on the way.
-static GROWING: LazyLock<[Shoot<Growing>; 3]> = LazyLock::new(|| {
+static GROWING: LazyLock<[Shoot<DynLaws>; 3]> = LazyLock::new(|| {
     [None, Some(0.0), Some(0.7 * HOUR)].map(|until| {
-        let mut shoot = growing().elements(2).build().unwrap();
+        let mut shoot = growing().elements(2).into_dyn().build().unwrap();
         if let Some(until) = until {
             let _ = MethodOfSteps::new(360.0).advance(&mut shoot, until).unwrap();
         }
@@ -136,11 +135,30 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
         ApicalForce(move |t| Vector3::y() * (d * t)),
     );
     let built = match k % 5 {
-        0 => builder.growth(UniformGrowth { zone_length: c, time: d }).tropism(bend).build().map(|shoot| shoot.time()),
-        1 => builder.growth(LinearProfile { zone_length: c, time: d }).load(load).build().map(|shoot| shoot.time()),
-        2 => builder.growth(Ongoing(CosineProfile { zone_length: c, time: d })).build().map(|shoot| shoot.time()),
-        3 => builder.growth(NoGrowth).nodes(&[0.0, b, a]).build().map(|shoot| shoot.time()),
-        _ => builder.tropism((bend, Oscillator::new(c, d))).nodes(&vec![a; i % 4]).build().map(|shoot| shoot.time()),
+        0 => builder
+            .growth(UniformGrowth { zone_length: c, time: d })
+            .tropism(bend)
+            .into_dyn()
+            .build()
+            .map(|shoot| shoot.time()),
+        1 => builder
+            .growth(LinearProfile { zone_length: c, time: d })
+            .load(load)
+            .into_dyn()
+            .build()
+            .map(|shoot| shoot.time()),
+        2 => builder
+            .growth(Ongoing(CosineProfile { zone_length: c, time: d }))
+            .into_dyn()
+            .build()
+            .map(|shoot| shoot.time()),
+        3 => builder.growth(NoGrowth).nodes(&[0.0, b, a]).into_dyn().build().map(|shoot| shoot.time()),
+        _ => builder
+            .tropism((bend, Oscillator::new(c, d)))
+            .nodes(&vec![a; i % 4])
+            .into_dyn()
+            .build()
+            .map(|shoot| shoot.time()),
     };
     assert!(built.is_err() || a > 0.0 && a.is_finite());
     // Laws that are asked directly.

@@ -1,7 +1,7 @@
 //! Laws that are exchanged while a shoot lives.
 
-
 use crate::fixtures::shoots;
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering};
 use morphorod::constitutive::{Graded, Tissue};
 use morphorod::growth::{CosineProfile, NoGrowth, UniformGrowth, length};
 use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
@@ -13,7 +13,6 @@ use morphorod::tropism::{
 };
 use morphorod::{Laws, Model, Order, Scene, Shoot, State, StateError, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering};
 
 const STEP: f64 = 120.0;
 const CHANGE: f64 = 2.3 * HOUR;

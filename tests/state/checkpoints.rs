@@ -1,14 +1,13 @@
 //! Checkpoints: what is sound comes back bit by bit, what is not is refused for the right reason.
 
-
+use crate::fixtures::shoots::{HOUR, growing, righting};
 use morphorod::checkpoint::{CheckpointError, from_bytes, to_bytes};
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
 use morphorod::{Model, Shoot, State};
-use crate::fixtures::shoots::{HOUR, growing, righting};
 
 /// A state with a history, small enough to be damaged in every bit.
 fn small() -> State {
-    let mut shoot = righting().elements(1).order(morphorod::Order::Two).build().unwrap();
+    let mut shoot = righting().elements(1).order(morphorod::Order::Two).into_dyn().build().unwrap();
     MethodOfSteps::new(720.0).advance(&mut shoot, HOUR).unwrap();
     shoot.state().clone()
 }
@@ -90,7 +89,7 @@ fn resumed<M: Model>(make: impl Fn() -> Shoot<M>, run: &(impl Integrator + Clone
 
 #[test]
 fn a_run_that_is_killed_goes_on_as_if_nothing_had_been() {
-    let make = || growing().elements(4).build().unwrap();
+    let make = || growing().elements(4).into_dyn().build().unwrap();
     let end = 2.0 * HOUR;
     let steps = MethodOfSteps::new(90.0);
     let whole = resumed(make, &steps, end, 0);

@@ -1,21 +1,20 @@
 //! States that are damaged, or of another shoot: an error that says what is wrong, and the shoot is as it was.
 
-
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::{Rod, RodError};
 use morphorod::tropism::SettledStatoliths;
 use morphorod::{Order, Shoot, StateError};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 
 #[test]
 fn a_state_of_other_laws_is_refused() {
-    let mut foreign = growing().elements(4).build().unwrap();
-    let mut shoot = righting().elements(4).build().unwrap();
+    let mut foreign = growing().elements(4).into_dyn().build().unwrap();
+    let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     // Before a run there is no history, and only the rod counts.
     shoot.restore(foreign.state()).unwrap();
-    let mut shoot = righting().elements(4).build().unwrap();
+    let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut foreign, 0.2 * HOUR).unwrap();
     run.advance(&mut shoot, 0.1 * HOUR).unwrap();
@@ -29,9 +28,9 @@ fn a_state_of_other_laws_is_refused() {
 #[test]
 fn a_state_of_another_mesh_is_taken() {
     let mut run = MethodOfSteps::new(90.0);
-    let mut coarse = growing().elements(2).order(Order::Four).build().unwrap();
+    let mut coarse = growing().elements(2).order(Order::Four).into_dyn().build().unwrap();
     run.advance(&mut coarse, 1.5 * HOUR).unwrap();
-    let mut shoot = growing().elements(8).build().unwrap();
+    let mut shoot = growing().elements(8).into_dyn().build().unwrap();
     run.advance(&mut shoot, 0.5 * HOUR).unwrap();
     shoot.restore(coarse.state()).unwrap();
     assert!(coarse.state() == shoot.state());
@@ -43,7 +42,7 @@ fn a_state_of_another_mesh_is_taken() {
 
 #[test]
 fn a_state_with_a_strain_that_is_no_number_is_refused() {
-    let mut shoot = righting().elements(4).build().unwrap();
+    let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     let kept = shoot.state().clone();
     shoot.set_intrinsic(|_| Vector3::repeat(f64::NAN));
     let broken = shoot.state().clone();
@@ -117,7 +116,7 @@ mod written {
 
     /// States before a run, at its start, and on the way, as they are written.
     static STATES: LazyLock<Vec<Value>> = LazyLock::new(|| {
-        let mut shoot = growing().elements(4).build().unwrap();
+        let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         let mut states = vec![serde_json::to_value(shoot.state()).unwrap()];
         for t in [0.0, 0.5 * HOUR, 1.7 * HOUR] {
             MethodOfSteps::new(90.0).advance(&mut shoot, t).unwrap();
@@ -237,7 +236,7 @@ mod written {
             match read(&value) {
                 Err(message) => prop_assert!(!message.is_empty()),
                 Ok(state) => {
-                    let mut shoot = growing().elements(4).build().unwrap();
+                    let mut shoot = growing().elements(4).into_dyn().build().unwrap();
                     let before = shoot.state().clone();
                     if let Err(error) = shoot.restore(&state) {
                         prop_assert!(!error.to_string().is_empty());

@@ -1,7 +1,9 @@
 //! The state of a shoot is a plain value: kept, given back, compared, written and read, it has the same future bit by bit;
 //! an error leaves it as it was.
 
-
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
+};
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
@@ -9,9 +11,6 @@ use morphorod::load::{ApicalForce, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, Scene, Shoot, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
-};
 
 /// Runs on from a kept state in several ways, to `t2`; all must end in the same bits.
 fn assert_repeats<M: Model, I: Integrator>(mut shoot: Shoot<M>, integrator: impl Fn() -> I, t1: f64, t2: f64)
@@ -48,7 +47,7 @@ where
 
 #[test]
 fn a_growing_shoot_goes_on_from_a_kept_state_bit_by_bit() {
-    let shoot = || growing().elements(4).build().unwrap();
+    let shoot = || growing().elements(4).into_dyn().build().unwrap();
     // Before and after the first point has left the zone (1.16 h), in the middle of the doubling steps of the start, at
     // no multiple of the step.
     for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
@@ -59,7 +58,9 @@ fn a_growing_shoot_goes_on_from_a_kept_state_bit_by_bit() {
 #[test]
 fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 0.5 };
-    let shoot = || reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).build();
+    let shoot = || {
+        reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).into_dyn().build()
+    };
     // At 43.8 min the load drops: before the jump, just on it, and a little after it.
     for t1 in [43.0 * MINUTE, 43.8 * MINUTE, 44.0 * MINUTE] {
         assert_repeats(shoot().unwrap(), || MethodOfSteps::new(100.0), t1, 2.0 * HOUR);
@@ -69,7 +70,7 @@ fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
         let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(present);
         (gravitropism, Proprioception { sensitivity: ETA }.remembered(MEMORY))
     };
-    let shoot = righting().elements(4).tropism(laws()).build().unwrap();
+    let shoot = righting().elements(4).tropism(laws()).into_dyn().build().unwrap();
     assert_repeats(shoot, || Iterated::new(100.0), 0.5 * HOUR, HOUR);
 }
 
@@ -83,6 +84,7 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
                 Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory),
                 Proprioception { sensitivity: ETA }.remembered(memory),
             ))
+            .into_dyn()
             .build()
             .unwrap()
     };
@@ -93,7 +95,7 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
     for t in [0.5 * HOUR, HOUR] {
-        run.advance(&mut growing().build().unwrap(), t).unwrap();
+        run.advance(&mut growing().into_dyn().build().unwrap(), t).unwrap();
         run.advance(&mut first, t).unwrap();
         run.advance(&mut second, t).unwrap();
     }
@@ -103,7 +105,7 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
 
 #[test]
 fn states_that_differ_anywhere_are_not_equal() {
-    let mut shoot = righting().elements(4).build().unwrap();
+    let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, HOUR).unwrap();
     let kept = shoot.state().clone();
@@ -113,7 +115,7 @@ fn states_that_differ_anywhere_are_not_equal() {
     assert!(&kept == shoot.state());
     // Only the past differs.
     let start = |settled: bool| {
-        let mut shoot = righting().elements(4).build().unwrap();
+        let mut shoot = righting().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
         let _ = if settled { run.start(&mut shoot, &SteadyHistory) } else { run.advance(&mut shoot, 0.0) }.unwrap();
         shoot
@@ -124,7 +126,7 @@ fn states_that_differ_anywhere_are_not_equal() {
 
 #[test]
 fn advancing_to_the_present_changes_nothing() {
-    let mut shoot = growing().elements(4).build().unwrap();
+    let mut shoot = growing().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, 1.3 * HOUR).unwrap();
     let kept = shoot.state().clone();
@@ -151,7 +153,7 @@ impl Scene for BrokenPot {
 fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     // A load that becomes senseless half an hour after the start, on a shoot whose elements are cut before.
     let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
-    let mut shoot = growing().load(load).build().unwrap();
+    let mut shoot = growing().load(load).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     for until in [0.0, 1000.0] {
         run.advance(&mut shoot, until).unwrap();
@@ -166,7 +168,7 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     }
 
     // A solver that is not given the iterations that it needs; given them, the run goes on as if nothing had been.
-    let shoot = || righting().build().unwrap();
+    let shoot = || righting().into_dyn().build().unwrap();
     let mut steady = shoot();
     let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
     let mut retried = shoot();
@@ -181,11 +183,11 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     assert!(steady.state() == retried.state());
 
     // A base that is no rotation, with and without a solver that would notice.
-    let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).build().unwrap();
+    let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).into_dyn().build().unwrap();
     let before = pot.state().clone();
     assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
     assert!(&before == pot.state());
-    let mut pot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).scene(BrokenPot).build().unwrap();
+    let mut pot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).scene(BrokenPot).into_dyn().build().unwrap();
     let before = pot.state().clone();
     assert!(MethodOfSteps::with_solver(90.0, Unloaded).advance(&mut pot, HOUR).is_err(), "{:?}", pot.tip());
     assert!(&before == pot.state());
@@ -201,6 +203,7 @@ fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
         .tropism(steering(SettledStatoliths))
         .load(push)
         .scene(Still::tilted(1.0))
+        .into_dyn()
         .build()
         .unwrap();
     let mut run = MethodOfSteps::with_solver(90.0, Unloaded);
@@ -252,7 +255,7 @@ fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, furthe
 
 #[test]
 fn a_state_written_and_read_again_is_the_same_in_every_format() {
-    let build = || growing().elements(4).build().unwrap();
+    let build = || growing().elements(4).into_dyn().build().unwrap();
     let mut shoot = build();
     // Before an integrator has seen it.
     assert_reads(&shoot, build, HOUR);
@@ -283,7 +286,7 @@ impl GrowthLaw for Dormant {
 #[test]
 fn exit_times_ever_so_long_ago_are_written_and_read() {
     let shoot = || Shoot::builder(YOUNG).length(0.1).radius(RADIUS).growth(Dormant).tropism(steering(STATOLITHS));
-    let build = || shoot().scene(Still::tilted(0.1)).build().unwrap();
+    let build = || shoot().scene(Still::tilted(0.1)).into_dyn().build().unwrap();
     let mut shoot = build();
     assert_eq!(shoot.rod().points()[0].exit_time, f64::NEG_INFINITY);
     assert_reads(&shoot, build, 600.0);

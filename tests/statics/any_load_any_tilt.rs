@@ -1,6 +1,5 @@
 //! A uniform shoot at any tilt under any weight, from a straight first guess.
 
-
 use crate::fixtures::rods::{Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue};
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;

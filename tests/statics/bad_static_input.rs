@@ -1,6 +1,5 @@
 //! Input that makes no sense: a named parameter or an error with numbers, no panic, and the rod as it was.
 
-
 use crate::fixtures::rods;
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
 use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};

@@ -1,6 +1,5 @@
 //! Rods in space with closed forms or printed tables: arcs, helices, and the 45° bend of Bathe and Bolourchi.
 
-
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use crate::fixtures::rods::{back_to_base, cases, tight, weightless, young_tissue};

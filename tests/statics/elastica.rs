@@ -1,6 +1,5 @@
 //! Euler's elastica: the cantilever under a transverse end load and the column, against elliptic integrals.
 
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::rods::{RADIUS, bending_stiffness, cases, tight, weightless, young_tissue};

@@ -21,6 +21,7 @@ fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<impl Model
         .elements(elements)
         .load(Weight { density })
         .scene(Still::tilted(FRAC_PI_2))
+        .into_dyn()
         .build()
         .unwrap();
     shoot.set_intrinsic(|_| strain);
@@ -91,8 +92,8 @@ fn a_jump_of_stiffness_inside_an_element() {
             let builder = Shoot::builder(Graded { law, factor }).radius(5e-4).load(Weight { density: 1000.0 });
             let builder = builder.scene(Still::tilted(FRAC_PI_2));
             match nodes {
-                Some(nodes) => builder.length(length).nodes(&nodes).build().unwrap(),
-                None => builder.length(length).elements(8).build().unwrap(),
+                Some(nodes) => builder.length(length).nodes(&nodes).into_dyn().build().unwrap(),
+                None => builder.length(length).elements(8).into_dyn().build().unwrap(),
             }
         };
         let ends = |a: f64, b: f64| (0..32).map(move |k| 0.06 * (a + (b - a) * f64::from(k) / 32.0));

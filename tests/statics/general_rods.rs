@@ -1,7 +1,6 @@
 //! Rods without a closed form: tapered ones, ones in space under several loads, ones of a nonlinear tissue. The balance of
 //! couples is checked by integrations that know nothing of elements.
 
-
 use crate::fixtures::rods;
 use std::f64::consts::{FRAC_PI_2, PI};
 

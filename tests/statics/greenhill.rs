@@ -1,9 +1,10 @@
 //! Self-buckling of an upright shoot: Greenhill's length, and what the solver does on either side of it.
 
-
 use std::f64::consts::PI;
 
-use crate::fixtures::rods::{DENSITY, GRAVITY, Hanging, Known, RADIUS, bending_stiffness, cases, density_for, sag, young_tissue};
+use crate::fixtures::rods::{
+    DENSITY, GRAVITY, Hanging, Known, RADIUS, bending_stiffness, cases, density_for, sag, young_tissue,
+};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{Branch, EquilibriumSolver, GREENHILL, Inertia, NewtonSolver};
 use morphorod::integrator::{Adaptive, Integrator};
@@ -198,6 +199,7 @@ fn by_tolerance(order: Order, ratio: f64, tolerance: f64) -> (f64, f64, usize) {
         .radius(RADIUS)
         .order(order)
         .load(Weight { density: DENSITY })
+        .into_dyn()
         .build()
         .expect("a shoot");
     let found = Adaptive::new(tolerance).advance(&mut shoot, 0.0).expect("it is at rest");

@@ -1,6 +1,5 @@
 //! The default shoot of 6.59 cm, clamped horizontally, sags under its weight.
 
-
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, TIGHT, sag, tight, young_tissue};

@@ -1,12 +1,11 @@
 //! Forces at places along the shoot, and nodes of one's own.
 
-
+use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
 use morphorod::growth::{UniformGrowth, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, PointForce, Weight};
 use morphorod::{Order, Shoot, Still};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
 
 const LENGTH: f64 = 0.06;
 
@@ -21,6 +20,7 @@ fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
             .radius(RADIUS)
             .load(PointForce { initial_apex_distance: apex_distance, force })
             .scene(Still::tilted(1.0))
+            .into_dyn()
             .build()
             .unwrap();
         assert_eq!(loaded.rod().elements(), 9);
@@ -34,6 +34,7 @@ fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
             .elements(24)
             .load(ApicalForce(move |_| force))
             .scene(Still::tilted(1.0))
+            .into_dyn()
             .build()
             .unwrap();
         run.advance(&mut lower, 0.0).unwrap();
@@ -49,7 +50,7 @@ fn the_node_of_a_point_force_is_kept_while_the_shoot_grows() {
     let fruit = PointForce { initial_apex_distance: apex_distance, force: Vector3::new(1e-6, 0.0, -2e-6) };
     let run = |step: f64, elements: usize| {
         let weight = Weight { density: 1000.0 };
-        let mut shoot = growing().elements(elements).load((weight, fruit)).build().unwrap();
+        let mut shoot = growing().elements(elements).load((weight, fruit)).into_dyn().build().unwrap();
         let statistics = MethodOfSteps::new(step).advance(&mut shoot, 30.0 * HOUR).unwrap();
         assert!(statistics.merges > 100 && statistics.splits > 100);
         shoot
@@ -76,7 +77,7 @@ fn nodes_of_ones_own_resolve_a_heavy_rod() {
         if let Some(nodes) = nodes {
             builder = builder.nodes(&nodes);
         }
-        let mut shoot = builder.scene(Still::tilted(1.5)).build().unwrap();
+        let mut shoot = builder.scene(Still::tilted(1.5)).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(1.0);
         run.solver.tolerance = 1e-12;
         run.advance(&mut shoot, 0.0).unwrap();
@@ -91,7 +92,14 @@ fn nodes_of_ones_own_resolve_a_heavy_rod() {
 #[test]
 fn nodes_and_places_that_make_no_sense() {
     let with = |nodes: &[f64]| {
-        Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).nodes(nodes).build().map(|_| ()).map_err(|e| e.to_string())
+        Shoot::builder(YOUNG)
+            .length(LENGTH)
+            .radius(RADIUS)
+            .nodes(nodes)
+            .into_dyn()
+            .build()
+            .map(|_| ())
+            .map_err(|e| e.to_string())
     };
     assert!(with(&[0.0, 0.01, LENGTH]).is_ok());
     let wrong: [&[f64]; 7] = [
@@ -109,9 +117,11 @@ fn nodes_and_places_that_make_no_sense() {
     }
     for apex_distance in [-0.01, 0.07, f64::NAN, f64::INFINITY] {
         let load = PointForce { initial_apex_distance: apex_distance, force: Vector3::x() };
-        let error = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).build().unwrap_err();
+        let error = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(load).into_dyn().build().unwrap_err();
         assert!(error.to_string().contains("distance"), "{error}");
     }
     let load = PointForce { initial_apex_distance: 0.01, force: Vector3::x() * f64::NAN };
-    assert!(Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).order(Order::Two).load(load).build().is_err());
+    assert!(
+        Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).order(Order::Two).load(load).into_dyn().build().is_err()
+    );
 }

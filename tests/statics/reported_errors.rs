@@ -1,6 +1,5 @@
 //! The error that the solver reports is the error that is left, whatever the shoot.
 
-
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, bending_stiffness, cases, young_tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::{ApicalForce, Weight};

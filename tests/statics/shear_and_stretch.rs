@@ -1,6 +1,5 @@
 //! Rods that shear and stretch at rest: closed forms, and integrations that know nothing of elements.
 
-
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::fixtures::rods::{back_to_base_of_line, cases, tight, weightless};
@@ -353,7 +352,7 @@ fn parameters_that_make_no_sense_are_refused() {
     }
     // Factors that are not: named with the place when no equilibrium is found, and when a shoot is built.
     let broken = Graded { law: sound, factor: |tissue: &Tissue| tissue.initial_apex_distance - 0.1 };
-    let error = morphorod::Shoot::builder(broken).length(1.0).radius(0.1).build().unwrap_err();
+    let error = morphorod::Shoot::builder(broken).length(1.0).radius(0.1).into_dyn().build().unwrap_err();
     assert!(error.to_string().contains("stiffness"), "{error}");
     let environment: Environment = weightless();
     let mut rod = straight(2.0, horizontal(), 4);

@@ -1,14 +1,13 @@
 //! Shoots far too long to stand: they go on from one shape to another, and say so.
 
-
 use crate::fixtures::shoots;
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Weight};
 use morphorod::tropism::SettledStatoliths;
 use morphorod::{Order, Section, Shoot, Still};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
 
 /// Greenhill's length of the default rod, m: (7.837 E I/q)^(1/3).
 const CRITICAL: f64 = 0.079333;
@@ -24,6 +23,7 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
         .tropism(steering(SettledStatoliths))
         .load(WEIGHT)
         .scene(Still::tilted(tilt))
+        .into_dyn()
         .build()
         .unwrap();
     let cost = MethodOfSteps::new(90.0).advance(&mut shoot, 24.0 * HOUR)?;
@@ -63,6 +63,7 @@ fn a_snap_is_counted_and_dated() {
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
         .length(0.085)
         .load((Weight { density: 1000.0 }, ApicalForce(force)))
+        .into_dyn()
         .build()
         .unwrap();
     let mut run = MethodOfSteps::new(60.0);
@@ -80,6 +81,7 @@ fn a_snap_is_counted_and_dated() {
         .length(0.085)
         .elements(16)
         .load((Weight { density: 1000.0 }, ApicalForce(force)))
+        .into_dyn()
         .build()
         .unwrap();
     let again = MethodOfSteps::new(20.0).advance(&mut fine, 4.0 * HOUR).unwrap();
@@ -97,6 +99,7 @@ fn a_buckled_shoot_bends_on_in_its_plane_without_snaps() {
             .order(order)
             .growth(UniformGrowth { zone_length: 0.03, time: 20.0 * HOUR })
             .load(WEIGHT)
+            .into_dyn()
             .build()
             .unwrap();
         let found = MethodOfSteps::new(step).advance(&mut shoot, 8.0 * HOUR).unwrap();

@@ -1,6 +1,5 @@
 //! What an equilibrium keeps when the whole scene is turned, mirrored or measured in other units.
 
-
 use crate::fixtures::rods;
 use crate::fixtures::rods::{GRAVITY, MODULUS, RADIUS, bending_stiffness, cases, young_tissue};
 use morphorod::constitutive::LinearElastic;

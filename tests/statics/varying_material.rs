@@ -1,8 +1,8 @@
 //! Sections, stiffness and density that vary along the shoot and stay with the tissue.
 
-
 use std::f64::consts::PI;
 
+use crate::fixtures::shoots::{RADIUS, YOUNG};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{NoGrowth, Ongoing, UniformGrowth};
@@ -12,7 +12,6 @@ use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Response, SettledStatoliths, TropismLaw};
 use morphorod::{Order, ParameterError, Scene, Section, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{RADIUS, YOUNG};
 
 const LENGTH: f64 = 0.1;
 const GRAVITY: f64 = 9.81;
@@ -110,6 +109,7 @@ fn density_stays_with_the_tissue_as_it_grows() {
         .radius(2.0 * RADIUS)
         .growth(growth)
         .load(GradedWeight(density))
+        .into_dyn()
         .build()
         .unwrap();
     let t = hours * 3600.0;
@@ -135,7 +135,7 @@ fn density_stays_with_the_tissue_as_it_grows() {
 fn stiffness_and_section_stay_with_the_tissue_as_it_grows() {
     let growth = UniformGrowth { zone_length: 0.06, time: 20.0 * 3600.0 };
     let taper = |s: f64| Section::ellipse(1e-3 * (1.0 - 8.0 * s), 0.8e-3 * (1.0 - 6.0 * s));
-    let mut shoot = Shoot::builder(YOUNG).length(0.05).section(taper).growth(growth).build().unwrap();
+    let mut shoot = Shoot::builder(YOUNG).length(0.05).section(taper).growth(growth).into_dyn().build().unwrap();
     let _ = MethodOfSteps::new(900.0).advance(&mut shoot, 30.0 * 3600.0).unwrap();
     for point in shoot.rod().points() {
         let expected = taper(0.05 - point.initial_apex_distance);
@@ -187,7 +187,7 @@ fn a_bad_place_is_named() {
             law: YOUNG,
             factor: move |tissue: &Tissue| if tissue.initial_apex_distance < 0.02 { factor } else { 1.0 },
         };
-        Shoot::builder(law).length(LENGTH).radius(RADIUS).growth(NoGrowth).build().map(|_| ())
+        Shoot::builder(law).length(LENGTH).radius(RADIUS).growth(NoGrowth).into_dyn().build().map(|_| ())
     };
     let named = |error: ParameterError, name: &str| {
         let place = error.place.expect("a place");
@@ -197,7 +197,7 @@ fn a_bad_place_is_named() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         named(build(bad).unwrap_err(), "stiffness");
         let heavy = GradedWeight(move |tissue: &Tissue| if tissue.initial_apex_distance < 0.02 { bad } else { 1.0 });
-        let built = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(heavy).build();
+        let built = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(heavy).into_dyn().build();
         // A density may be zero, or negative: buoyancy.
         if bad.is_finite() {
             assert!(built.is_ok())
@@ -205,7 +205,7 @@ fn a_bad_place_is_named() {
             named(built.unwrap_err(), "force per length")
         }
         let section = move |s: f64| Section::ellipse(RADIUS, if s > 0.08 { bad } else { RADIUS });
-        named(Shoot::builder(YOUNG).length(LENGTH).section(section).build().unwrap_err(), "semi-axis");
+        named(Shoot::builder(YOUNG).length(LENGTH).section(section).into_dyn().build().unwrap_err(), "semi-axis");
     }
     assert_eq!(build(1.0), Ok(()));
 }
@@ -222,6 +222,7 @@ fn a_section_that_jumps_at_a_node_survives_growth() {
             .growth(UniformGrowth { zone_length: 0.03, time: 20.0 * 3600.0 })
             .load(Distributed(Vector3::x() * 1e-6))
             .scene(Still::weightless())
+            .into_dyn()
             .build()
             .unwrap();
         let _ = MethodOfSteps::new(600.0).advance(&mut shoot, 40.0 * 3600.0).unwrap();
@@ -242,10 +243,10 @@ fn a_section_that_jumps_at_a_node_survives_growth() {
 #[test]
 fn a_section_that_jumps_within_an_element_is_refused() {
     let jump = |s: f64| if s < 0.042 { 1e-3 } else { 1e-4 };
-    let error = Shoot::builder(YOUNG).length(0.05).taper(jump).build().unwrap_err();
+    let error = Shoot::builder(YOUNG).length(0.05).taper(jump).into_dyn().build().unwrap_err();
     assert!(error.to_string().contains("put nodes where it jumps") && error.place.is_some(), "{error}");
     let nodes = [0.0, 0.01, 0.02, 0.03, 0.042, 0.05];
-    assert!(Shoot::builder(YOUNG).length(0.05).taper(jump).nodes(&nodes).build().is_ok());
+    assert!(Shoot::builder(YOUNG).length(0.05).taper(jump).nodes(&nodes).into_dyn().build().is_ok());
 }
 
 #[test]

@@ -1,15 +1,14 @@
 //! A time step after the first ones asks for no memory while elements and sparsity pattern stay as they are.
 
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
 use morphorod::load::ApicalForce;
 use morphorod::tropism::Oscillator;
 use morphorod::{Model, Shoot};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
 
 /// The system's allocator, which counts what a thread asks it for while the thread wants to know.
 struct Counting;

@@ -1,7 +1,7 @@
 //! Parameters that make no sense are refused, naming the parameter, its value and what it must be; nothing panics and no
 //! state holds a number that is none.
 
-
+use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -9,7 +9,6 @@ use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{ParameterError, Shoot, Still};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
 
 const NOT_POSITIVE: [f64; 6] = [0.0, -0.0, -1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 const NEGATIVE: [f64; 4] = [-1e-9, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
@@ -41,30 +40,32 @@ fn refused<T>(words: &str, values: &[f64], build: impl Fn(f64) -> Result<T, Para
 
 #[test]
 fn geometry_and_material() {
-    refused("length", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(x).radius(RADIUS).build());
-    refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).build());
+    refused("length", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(x).radius(RADIUS).into_dyn().build());
+    refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).into_dyn().build());
     // A radius that makes no sense in one place only.
     refused("radius", &NOT_POSITIVE, |x| {
-        Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).build()
+        Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).into_dyn().build()
     });
     // A value that was never given is not called a number.
     for (error, setter) in [
-        (Shoot::builder(YOUNG).radius(RADIUS).build().unwrap_err(), "given by `length`"),
-        (Shoot::builder(YOUNG).length(0.05).build().unwrap_err(), "given by `radius`"),
+        (Shoot::builder(YOUNG).radius(RADIUS).into_dyn().build().unwrap_err(), "given by `length`"),
+        (Shoot::builder(YOUNG).length(0.05).into_dyn().build().unwrap_err(), "given by `radius`"),
     ] {
         let said = error.to_string();
         assert!(error.missing && said.contains("missing") && said.contains(setter) && !said.contains("NaN"), "{said}");
     }
-    refused("number of elements", &[0.0], |_| Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(0).build());
-    refused("merge tolerance", &NEGATIVE, |x| growing().merge_tolerance(x).build());
+    refused("number of elements", &[0.0], |_| {
+        Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(0).into_dyn().build()
+    });
+    refused("merge tolerance", &NEGATIVE, |x| growing().merge_tolerance(x).into_dyn().build());
 
     let elastic = |e: f64, nu: f64| LinearElastic { youngs_modulus: e, poissons_ratio: nu };
-    let with = |law: LinearElastic| Shoot::builder(law).length(0.05).radius(RADIUS).build();
+    let with = |law: LinearElastic| Shoot::builder(law).length(0.05).radius(RADIUS).into_dyn().build();
     refused("Young's modulus", &NOT_POSITIVE, |x| with(elastic(x, 0.5)));
     let not_poisson = [-1.0, -1.5, 0.5000001, 1.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
     refused("Poisson's ratio", &not_poisson, |x| with(elastic(1e7, x)));
     assert!(with(elastic(1e7, 0.5)).is_ok() && with(elastic(1e7, -0.999)).is_ok());
-    let lignifying = |law: Lignifying| Shoot::builder(law).length(0.05).radius(RADIUS).build();
+    let lignifying = |law: Lignifying| Shoot::builder(law).length(0.05).radius(RADIUS).into_dyn().build();
     let sound = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 1e5 };
     refused("Young's modulus of mature", &NOT_POSITIVE, |x| lignifying(Lignifying { mature_modulus: x, ..sound }));
     refused("lignification time", &NOT_POSITIVE, |x| lignifying(Lignifying { time: x, ..sound }));
@@ -88,8 +89,8 @@ fn growth() {
     refused("growth time", &NOT_POSITIVE, |x| grown(CosineProfile { zone_length, time: x }));
     refused("growth time", &NOT_POSITIVE, |x| grown(Ongoing(UniformGrowth { zone_length, time: x })));
     // The reduced model may not be longer than its zone; as long it may be.
-    refused("length of a shoot of constant length", &[0.0701, 1.0], |x| reduced(x, 72e3).build());
-    assert!(reduced(0.07, 72e3).build().is_ok());
+    refused("length of a shoot of constant length", &[0.0701, 1.0], |x| reduced(x, 72e3).into_dyn().build());
+    assert!(reduced(0.07, 72e3).into_dyn().build().is_ok());
 }
 
 /// A growth law of somebody else that checks nothing.
@@ -113,8 +114,14 @@ fn growth_laws_that_check_nothing() {
     for rate in NOT_FINITE {
         for length in [0.05, 0.09] {
             let law = Careless { zone: 0.07, rate };
-            let mut shoot =
-                Shoot::builder(YOUNG).length(length).radius(RADIUS).load(WEIGHT).growth(law).build().unwrap();
+            let mut shoot = Shoot::builder(YOUNG)
+                .length(length)
+                .radius(RADIUS)
+                .load(WEIGHT)
+                .growth(law)
+                .into_dyn()
+                .build()
+                .unwrap();
             assert!(MethodOfSteps::new(100.0).advance(&mut shoot, 1000.0).is_err(), "grown at {rate}");
             assert!(shoot.time() == 0.0 && (shoot.rod().length() / length - 1.0).abs() < 1e-14);
         }
@@ -126,61 +133,85 @@ fn tropisms() {
     let gravitropism = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths };
     let bend = Proprioception { sensitivity: 20.0 };
     refused("tropic sensitivity", &NOT_FINITE, |x| {
-        righting().tropism(Gravitropism { sensitivity: x, ..gravitropism }.remembered(MEMORY)).build()
+        righting().tropism(Gravitropism { sensitivity: x, ..gravitropism }.remembered(MEMORY)).into_dyn().build()
     });
     refused("proprioceptive sensitivity", &NOT_FINITE, |x| {
-        righting().tropism(Proprioception { sensitivity: x }.remembered(MEMORY)).build()
+        righting().tropism(Proprioception { sensitivity: x }.remembered(MEMORY)).into_dyn().build()
     });
     let memory = |time: f64, delay: f64| Memory { time, delay };
     for delay in [0.0, 720.0] {
         refused("memory time", &NOT_POSITIVE, |x| {
-            righting().tropism(gravitropism.remembered(memory(x, delay))).build()
+            righting().tropism(gravitropism.remembered(memory(x, delay))).into_dyn().build()
         });
         refused("memory time", &NOT_POSITIVE, |x| {
-            righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(x, delay)))).build()
+            righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(x, delay)))).into_dyn().build()
         });
     }
-    refused("reaction time", &NEGATIVE, |x| righting().tropism(gravitropism.remembered(memory(720.0, x))).build());
     refused("reaction time", &NEGATIVE, |x| {
-        righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(720.0, x)))).build()
+        righting().tropism(gravitropism.remembered(memory(720.0, x))).into_dyn().build()
+    });
+    refused("reaction time", &NEGATIVE, |x| {
+        righting().tropism((gravitropism.remembered(MEMORY), bend.remembered(memory(720.0, x)))).into_dyn().build()
     });
     refused("avalanche time", &NOT_POSITIVE, |x| {
         let statoliths = Statoliths { avalanche_time: x };
-        righting().tropism(Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY)).build()
+        righting()
+            .tropism(Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY))
+            .into_dyn()
+            .build()
     });
     let oscillator = Oscillator::new(0.2, 1440.0);
-    refused("oscillator", &NOT_POSITIVE, |x| righting().tropism(Oscillator { period: x, ..oscillator }).build());
-    refused("oscillator", &NOT_FINITE, |x| righting().tropism(Oscillator { amplitude: x, ..oscillator }).build());
-    refused("oscillator", &NOT_FINITE, |x| righting().tropism(Oscillator { phase: x, ..oscillator }).build());
-    // Inside an option, a box, a tuple.
-    refused("oscillator", &NOT_POSITIVE, |x| righting().tropism(Some(Oscillator { period: x, ..oscillator })).build());
     refused("oscillator", &NOT_POSITIVE, |x| {
-        righting().tropism((bend.remembered(MEMORY), Box::new(Oscillator { period: x, ..oscillator }))).build()
+        righting().tropism(Oscillator { period: x, ..oscillator }).into_dyn().build()
+    });
+    refused("oscillator", &NOT_FINITE, |x| {
+        righting().tropism(Oscillator { amplitude: x, ..oscillator }).into_dyn().build()
+    });
+    refused("oscillator", &NOT_FINITE, |x| {
+        righting().tropism(Oscillator { phase: x, ..oscillator }).into_dyn().build()
+    });
+    // Inside an option, a box, a tuple.
+    refused("oscillator", &NOT_POSITIVE, |x| {
+        righting().tropism(Some(Oscillator { period: x, ..oscillator })).into_dyn().build()
+    });
+    refused("oscillator", &NOT_POSITIVE, |x| {
+        righting()
+            .tropism((bend.remembered(MEMORY), Box::new(Oscillator { period: x, ..oscillator })))
+            .into_dyn()
+            .build()
     });
 }
 
 #[test]
 fn loads_and_scene() {
-    refused("density", &NOT_POSITIVE, |x| righting().load(Weight { density: x }).build());
-    refused("distributed load", &NOT_FINITE, |x| righting().load(Distributed(Vector3::new(0.0, x, 0.0))).build());
-    refused("apical force", &NOT_FINITE, |x| righting().load(ApicalForce(move |_| Vector3::new(x, 0.0, 0.0))).build());
+    refused("density", &NOT_POSITIVE, |x| righting().load(Weight { density: x }).into_dyn().build());
+    refused("distributed load", &NOT_FINITE, |x| {
+        righting().load(Distributed(Vector3::new(0.0, x, 0.0))).into_dyn().build()
+    });
+    refused("apical force", &NOT_FINITE, |x| {
+        righting().load(ApicalForce(move |_| Vector3::new(x, 0.0, 0.0))).into_dyn().build()
+    });
     let pulse = Pulse { peak: Vector3::x(), start: 0.0, duration: 720.0 };
     refused("apical pulse", &NOT_FINITE, |x| {
-        righting().load(Pulse { peak: Vector3::new(0.0, x, 0.0), ..pulse }).build()
+        righting().load(Pulse { peak: Vector3::new(0.0, x, 0.0), ..pulse }).into_dyn().build()
     });
-    refused("apical pulse", &NOT_FINITE, |x| righting().load(Pulse { start: x, ..pulse }).build());
-    refused("apical pulse", &NOT_POSITIVE, |x| righting().load((WEIGHT, Pulse { duration: x, ..pulse })).build());
+    refused("apical pulse", &NOT_FINITE, |x| righting().load(Pulse { start: x, ..pulse }).into_dyn().build());
+    refused("apical pulse", &NOT_POSITIVE, |x| {
+        righting().load((WEIGHT, Pulse { duration: x, ..pulse })).into_dyn().build()
+    });
     let whirl = Whirl { force: 1e-5, period: 5000.0, turns: 2.0 };
-    refused("turning force", &NOT_FINITE, |x| righting().load(Whirl { force: x, ..whirl }).build());
-    refused("turning force", &NOT_POSITIVE, |x| righting().load(Whirl { period: x, ..whirl }).build());
-    refused("turning force", &NOT_POSITIVE, |x| righting().load((WEIGHT, Whirl { turns: x, ..whirl })).build());
+    refused("turning force", &NOT_FINITE, |x| righting().load(Whirl { force: x, ..whirl }).into_dyn().build());
+    refused("turning force", &NOT_POSITIVE, |x| righting().load(Whirl { period: x, ..whirl }).into_dyn().build());
+    refused("turning force", &NOT_POSITIVE, |x| {
+        righting().load((WEIGHT, Whirl { turns: x, ..whirl })).into_dyn().build()
+    });
     refused("gravity", &NOT_FINITE, |x| {
-        righting().scene(Still { gravity: Vector3::new(0.0, 0.0, x), ..Still::upright() }).build()
+        righting().scene(Still { gravity: Vector3::new(0.0, 0.0, x), ..Still::upright() }).into_dyn().build()
     });
     let base = |w: f64| UnitQuaternion::new_unchecked(Quaternion::new(w, 0.0, 0.0, 0.0));
-    refused("base", &NOT_FINITE, |x| righting().scene(Still { base: base(x), ..Still::upright() }).build());
+    refused("base", &NOT_FINITE, |x| righting().scene(Still { base: base(x), ..Still::upright() }).into_dyn().build());
     for w in [0.0, 2.0, 0.5] {
-        let built = righting().scene(Still { base: base(w), ..Still::upright() }).build();
+        let built = righting().scene(Still { base: base(w), ..Still::upright() }).into_dyn().build();
         assert!(built.is_err(), "a quaternion of norm {w} is no rotation");
     }
 }
@@ -188,8 +219,8 @@ fn loads_and_scene() {
 #[test]
 fn steering_without_growth_is_asked_for_or_refused() {
     let shoot = || Shoot::builder(YOUNG).length(0.05).radius(RADIUS).tropism(Oscillator::new(0.2, 1440.0));
-    let error = shoot().build().map(|_| ()).unwrap_err().to_string();
+    let error = shoot().into_dyn().build().map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("growth of a shoot that steers"), "{error}");
-    assert!(shoot().growth(NoGrowth).build().is_ok());
-    assert!(Shoot::builder(YOUNG).length(0.05).radius(RADIUS).build().is_ok());
+    assert!(shoot().growth(NoGrowth).into_dyn().build().is_ok());
+    assert!(Shoot::builder(YOUNG).length(0.05).radius(RADIUS).into_dyn().build().is_ok());
 }

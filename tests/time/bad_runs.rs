@@ -1,10 +1,10 @@
 //! Runs that make no sense, or that go through senseless places, end in an error that says why and leave the shoot as it
 //! was; none panics, hangs or hands out a number that is none.
 
-
 use std::sync::mpsc;
 use std::time::Duration;
 
+use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, YOUNG, assert_sound, growing, righting};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::UniformGrowth;
@@ -15,7 +15,6 @@ use morphorod::tropism::{
 };
 use morphorod::{Shoot, Still};
 use proptest::prelude::*;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, YOUNG, assert_sound, growing, righting};
 
 /// Fails unless the error names the parameter in the given words, with its value.
 fn assert_refused(answer: Result<morphorod::integrator::Statistics, IntegrationError>, words: &str, value: f64) {
@@ -29,7 +28,7 @@ fn assert_refused(answer: Result<morphorod::integrator::Statistics, IntegrationE
 
 #[test]
 fn steps_and_ends_that_make_no_sense() {
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 600.0).unwrap();
     let kept = shoot.state().clone();
     for step in [0.0, -0.0, -90.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
@@ -58,7 +57,7 @@ fn a_step_longer_than_the_delay() {
     let gravity = |delay: f64| Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(own(delay));
     let bend = |delay: f64| Proprioception { sensitivity: ETA }.remembered(own(delay));
     // The shortest counts. Statoliths are read through the memory and have no delay of their own.
-    let mut shoot = righting().tropism((gravity(720.0), bend(300.0))).build().unwrap();
+    let mut shoot = righting().tropism((gravity(720.0), bend(300.0))).into_dyn().build().unwrap();
     let before = shoot.state().clone();
     let error = MethodOfSteps::new(301.0).advance(&mut shoot, HOUR).unwrap_err();
     assert_eq!(error, IntegrationError::StepTooLong { step: 301.0, delay: 300.0 });
@@ -68,11 +67,11 @@ fn a_step_longer_than_the_delay() {
     );
     assert!(&before == shoot.state());
     assert!(MethodOfSteps::new(300.0).advance(&mut shoot, HOUR).is_ok());
-    let mut undelayed = righting().tropism((gravity(0.0), bend(720.0))).build().unwrap();
+    let mut undelayed = righting().tropism((gravity(0.0), bend(720.0))).into_dyn().build().unwrap();
     let error = MethodOfSteps::new(1.0).advance(&mut undelayed, HOUR).unwrap_err();
     assert_eq!(error, IntegrationError::StepTooLong { step: 1.0, delay: 0.0 });
     // Laws that look at nothing but the clock allow any step.
-    let mut clock = righting().tropism(Oscillator::new(0.2, 1440.0)).build().unwrap();
+    let mut clock = righting().tropism(Oscillator::new(0.2, 1440.0)).into_dyn().build().unwrap();
     assert!(MethodOfSteps::new(2000.0).advance(&mut clock, HOUR).is_ok());
 }
 
@@ -80,7 +79,7 @@ fn a_step_longer_than_the_delay() {
 fn corrections_that_do_not_come_to_rest() {
     let present = Memory { time: 720.0, delay: 0.0 };
     let laws = (Proprioception { sensitivity: ETA }.remembered(present),);
-    let mut shoot = righting().tropism(laws).build().unwrap();
+    let mut shoot = righting().tropism(laws).into_dyn().build().unwrap();
     let mut run = Iterated::new(90.0);
     run.max_corrections = 1;
     let before = shoot.state().clone();
@@ -94,7 +93,7 @@ fn corrections_that_do_not_come_to_rest() {
 
 #[test]
 fn a_history_that_is_no_number() {
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let before = shoot.state().clone();
     for value in [f64::NAN, f64::INFINITY] {
         let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
@@ -107,7 +106,7 @@ fn a_history_that_is_no_number() {
 #[test]
 fn a_shoot_whose_equilibrium_cannot_be_found() {
     // Two elements cannot follow a shoot that is ten thousand times too heavy for its stiffness and tries to coil up.
-    let mut shoot = righting().elements(1).load(Weight { density: 1e9 }).build().unwrap();
+    let mut shoot = righting().elements(1).load(Weight { density: 1e9 }).into_dyn().build().unwrap();
     let before = shoot.state().clone();
     let mut run = MethodOfSteps::new(90.0);
     run.solver.max_iterations = 3;
@@ -126,7 +125,7 @@ fn a_shoot_whose_equilibrium_cannot_be_found() {
 fn a_step_that_is_lost_in_the_rounding_of_time_does_not_hang() {
     let (sender, receiver) = mpsc::channel();
     std::thread::spawn(move || {
-        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(1).build().unwrap();
+        let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(RADIUS).elements(1).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(HOUR, Unloaded);
         run.advance(&mut shoot, HOUR).unwrap();
         // An hour plus 1e-13 s is an hour; 1e-11 s are 22 units in its last place.
@@ -169,6 +168,7 @@ fn assert_error_or_sound(f: &[f64], tilt: f64) {
         ))
         .load(Weight { density: 1000.0 * f[11] })
         .scene(Still::tilted(tilt))
+        .into_dyn()
         .build();
     let Ok(mut shoot) = built else { return };
     let mut run = MethodOfSteps::new(90.0_f64.min(memory.delay));
@@ -229,7 +229,8 @@ fn statoliths_that_cannot_be_followed_end_in_an_error_or_a_sound_state() {
 fn growth_far_faster_than_a_step_is_refused_at_once() {
     // A zone that is renewed 700,000 times in a step, and leaves four elements behind each time.
     let growth = UniformGrowth { zone_length: 0.07, time: 1.3e-4 };
-    let mut shoot = Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).growth(growth).build().unwrap();
+    let mut shoot =
+        Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).growth(growth).into_dyn().build().unwrap();
     let before = shoot.state().clone();
     let error = MethodOfSteps::new(90.0).advance(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::GrowsTooFast { step: 90.0, .. }), "{error}");
@@ -245,7 +246,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
 
 #[test]
 fn a_run_that_has_failed_goes_on_after_the_cause_is_gone() {
-    let mut shoot = growing().elements(4).build().unwrap();
+    let mut shoot = growing().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, 1.1 * HOUR).unwrap();
     let mut other = shoot.clone();

@@ -1,12 +1,11 @@
 //! Laws that have discontinuities, in every spelling: `<` or `<=`, at the start of a run, inside it and at its end.
 
-
+use crate::fixtures::shoots::{HOUR, WEIGHT, order, righting, steering};
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{Cut, Load};
 use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
 use morphorod::{Environment, Scene, Shoot, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{HOUR, WEIGHT, order, righting, steering};
 
 use morphorod::tropism::SettledStatoliths;
 
@@ -74,7 +73,7 @@ fn a_base_that_leans_from_the_start_on_is_read_after_it() {
     // Rounding of the times, at 7e-6 m/s, and of the tip.
     assert!((after(0.0) - after(1e-3)).norm() < 1e-14, "{} against {}", after(0.0), after(1e-3));
     assert!((after(0.0) - after(777.7)).norm() < 1e-14, "{} against {}", after(0.0), after(777.7));
-    let mut shoot = righting().scene(Turned::tilted(0.5, 0.0, f64::INFINITY)).build().unwrap();
+    let mut shoot = righting().scene(Turned::tilted(0.5, 0.0, f64::INFINITY)).into_dyn().build().unwrap();
     MethodOfSteps::new(90.0).advance(&mut shoot, 0.0).unwrap();
     assert!((shoot.rod().frames()[0].angle() - 0.5).abs() < 1e-15, "a state at a discontinuity shows what follows");
 }
@@ -82,7 +81,7 @@ fn a_base_that_leans_from_the_start_on_is_read_after_it() {
 #[test]
 fn a_state_at_a_discontinuity_shows_what_follows_it() {
     for leans in SPELLINGS {
-        let mut shoot = righting().scene(Pot { leans, from: 1800.0, until: 3600.0 }).build().unwrap();
+        let mut shoot = righting().scene(Pot { leans, from: 1800.0, until: 3600.0 }).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
         for (time, angle) in [(1800.0, 0.5), (3600.0, 0.0)] {
             run.advance(&mut shoot, time).unwrap();
@@ -133,7 +132,7 @@ impl TropismLaw for Lamp {
 fn loads_and_laws_that_are_switched_on_and_off() {
     let run = |spelling: Spelling, step: f64| {
         let laws = (steering(SettledStatoliths), Lamp(spelling));
-        let mut shoot = righting().tropism(laws).load((WEIGHT, Push(spelling))).build().unwrap();
+        let mut shoot = righting().tropism(laws).load((WEIGHT, Push(spelling))).into_dyn().build().unwrap();
         MethodOfSteps::new(step).advance(&mut shoot, 2.0 * HOUR).unwrap();
         shoot.tip()
     };
@@ -177,9 +176,12 @@ fn announcements_that_make_no_sense() {
     assert!(refused(|t| if t < 300.0 { 300.0 } else { t - 1.0 }).contains("299"));
     // Two that are one up to rounding are one.
     let two = |t: f64| [300.0, 300.0_f64.next_up()].into_iter().find(|time| *time > t).unwrap_or(f64::INFINITY);
-    let mut shoot: Shoot<_> = righting().load((WEIGHT, Announces(two))).build().unwrap();
+    let mut shoot: Shoot<_> = righting().load((WEIGHT, Announces(two))).into_dyn().build().unwrap();
     let statistics = MethodOfSteps::new(90.0).advance(&mut shoot, 900.0).unwrap();
-    let mut once =
-        righting().load((WEIGHT, Announces(|t: f64| if t < 300.0 { 300.0 } else { f64::INFINITY }))).build().unwrap();
+    let mut once = righting()
+        .load((WEIGHT, Announces(|t: f64| if t < 300.0 { 300.0 } else { f64::INFINITY })))
+        .into_dyn()
+        .build()
+        .unwrap();
     assert_eq!(statistics, MethodOfSteps::new(90.0).advance(&mut once, 900.0).unwrap());
 }

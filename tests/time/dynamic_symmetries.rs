@@ -1,9 +1,9 @@
 //! Symmetries of the whole growing, steering, loaded shoot: turning the scene turns the answer, mirrors mirror it, and
 //! lengths, times and forces may be rescaled together.
 
-
 use std::f64::consts::PI;
 
+use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MINUTE};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
@@ -13,7 +13,6 @@ use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioce
 use morphorod::{Shoot, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MINUTE};
 
 /// Two hours of a shoot 1 mm longer than its growth zone, and what is measured in other units.
 #[derive(Debug, Clone, Copy)]
@@ -64,6 +63,7 @@ impl Case {
                     ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
                 ))
                 .scene(Still { gravity: self.gravity, base: self.base })
+                .into_dyn()
                 .build()
                 .unwrap();
         let _ =

@@ -1,10 +1,13 @@
 //! Far from the usual: sudden and turning scenes, stiff and slow laws, tissue that grows fast or for long, a shoot that
 //! collapses, a mesh of one element. The state stays sound and a finer run agrees.
 
-
 use crate::fixtures::shoots;
 use std::f64::consts::TAU;
 
+use crate::fixtures::shoots::{
+    BETA, Clinostat, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced,
+    righting, steering,
+};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
@@ -14,10 +17,6 @@ use morphorod::tropism::{
 };
 use morphorod::{Model, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{
-    BETA, Clinostat, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced,
-    righting, steering,
-};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -67,13 +66,13 @@ impl Scene for Tilted {
 fn a_pot_that_is_tilted_suddenly() {
     let times = hours([1.0, 1.5, 1.6, 2.0, 4.0, 6.0]);
     for degrees in [90.0_f64, 135.0, 180.0] {
-        let shoot = || growing().scene(Tilted(degrees.to_radians())).build().unwrap();
+        let shoot = || growing().scene(Tilted(degrees.to_radians())).into_dyn().build().unwrap();
         let found = sound_tips(shoot(), 90.0, &times, false);
         let error = distance(&found, &sound_tips(shoot(), 22.5, &times, false));
         assert!(error < DEFAULT_ERROR, "{degrees}°: {error:e} m");
     }
     // The jump takes effect just after its time, and the run stands behind it: the base is already tilted.
-    let mut shoot = growing().scene(Tilted(1.0)).build().unwrap();
+    let mut shoot = growing().scene(Tilted(1.0)).into_dyn().build().unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 1.5 * HOUR).unwrap();
     assert!((shoot.rod().frames()[0].angle() - 1.0).abs() < 1e-15);
 }
@@ -82,7 +81,8 @@ fn a_pot_that_is_tilted_suddenly() {
 fn a_shoot_that_is_turned_exactly_upside_down() {
     // In a plane, without imperfection, this is an equilibrium that only rounding leaves: nothing to compare with.
     let laws = steering(STATOLITHS);
-    let shoot = reduced(0.065, 20.0 * HOUR).tropism(laws).scene(Tilted(std::f64::consts::PI)).build().unwrap();
+    let shoot =
+        reduced(0.065, 20.0 * HOUR).tropism(laws).scene(Tilted(std::f64::consts::PI)).into_dyn().build().unwrap();
     let tips = sound_tips(shoot, 90.0, &hours([1.5, 1.6, 2.0, 4.0, 8.0, 16.0]), true);
     assert!(tips[0].z < -0.0649, "it hangs");
 }
@@ -92,13 +92,13 @@ fn a_clinostat() {
     let times = hours([0.5, 1.0, 2.0, 4.0]);
     let run = |step: f64| {
         let shoot = reduced(0.05, 40.0 * HOUR).tropism(steering(STATOLITHS)).scene(Clinostat(TAU / HOUR));
-        sound_tips(shoot.build().unwrap(), step, &times, true)
+        sound_tips(shoot.into_dyn().build().unwrap(), step, &times, true)
     };
     let fine = run(5.0);
     let errors = [90.0, 45.0, 22.5, 11.25].map(|step| distance(&run(step), &fine));
     assert!(shoots::order(&errors) >= 3.5, "order {} {errors:?}", shoots::order(&errors));
     // A growing shoot, longer than it can stand upright, on a fast one.
-    let shoot = growing().scene(Clinostat(TAU / 600.0)).build().unwrap();
+    let shoot = growing().scene(Clinostat(TAU / 600.0)).into_dyn().build().unwrap();
     let _ = sound_tips(shoot, 30.0, &hours([1.0, 3.0, 6.0]), false);
 }
 
@@ -119,12 +119,12 @@ impl Scene for Launch {
 
 #[test]
 fn weightlessness() {
-    let shoot = || growing().load(()).scene(Still::weightless()).build().unwrap();
+    let shoot = || growing().load(()).scene(Still::weightless()).into_dyn().build().unwrap();
     let times = hours([1.0, 4.0, 10.0]);
     let found = sound_tips(shoot(), 90.0, &times, false);
     assert!(distance(&found, &sound_tips(shoot(), 22.5, &times, false)) < DEFAULT_ERROR);
     // Gravity that begins late is felt: ten avalanche times after it has come the piles have settled, up to exp(−10).
-    let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(steering(STATOLITHS)).scene(Launch).build().unwrap();
+    let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(steering(STATOLITHS)).scene(Launch).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, HOUR + 20.0 * 60.0).unwrap();
     let up = -shoot.model().scene().gravity(shoot.time()).normalize();
@@ -136,9 +136,10 @@ fn weightlessness() {
 #[test]
 fn statoliths_that_avalanche_faster_and_faster_approach_their_limit() {
     let times = hours([2.0, 5.0]);
-    let shoot =
-        |avalanche_time: f64| righting().elements(2).tropism(steering(Statoliths { avalanche_time })).build().unwrap();
-    let limit = sound_tips(righting().elements(2).build().unwrap(), 30.0, &times, false);
+    let shoot = |avalanche_time: f64| {
+        righting().elements(2).tropism(steering(Statoliths { avalanche_time })).into_dyn().build().unwrap()
+    };
+    let limit = sound_tips(righting().elements(2).into_dyn().build().unwrap(), 30.0, &times, false);
     let off = [1.0, 0.1, 1e-2, 1e-3].map(|tau| distance(&sound_tips(shoot(tau), 30.0, &times, true), &limit));
     // The pile lags by τa, 1/30 to 1/30000 of the step, and the distance is proportional to it: 9.4 µm at 1 s, down to
     // the difference of 1e-10 m between two ways of integrating one memory.
@@ -176,7 +177,7 @@ fn a_memory_that_is_far_shorter_than_the_step() {
         (gravitropism, Proprioception { sensitivity: ETA }.remembered(quick))
     };
     let run = |step: f64| {
-        let shoot = righting().elements(4).tropism(laws()).build().unwrap();
+        let shoot = righting().elements(4).tropism(laws()).into_dyn().build().unwrap();
         sound_tips(shoot, step, &hours([1.0, 2.0, 4.0, 6.0]), false)
     };
     // The memory fills in 1 s, while the first step is 1.4 s: 5 % of what 1 s does, (β/(r τg)) ℓ²/2 · 1 s = 2.8e-5 m.
@@ -187,7 +188,8 @@ fn a_memory_that_is_far_shorter_than_the_step() {
 #[test]
 fn a_strong_fast_oscillator() {
     let (gravitropism, proprioception) = steering(STATOLITHS);
-    let shoot = || growing().tropism((Oscillator::new(0.3, 1200.0), gravitropism, proprioception)).build().unwrap();
+    let shoot =
+        || growing().tropism((Oscillator::new(0.3, 1200.0), gravitropism, proprioception)).into_dyn().build().unwrap();
     let times = hours([1.0, 4.0, 10.0]);
     let error = distance(&sound_tips(shoot(), 90.0, &times, false), &sound_tips(shoot(), 22.5, &times, false));
     assert!(error < DEFAULT_ERROR, "{error:e} m");
@@ -205,6 +207,7 @@ fn ten_growth_times() {
             .growth(UniformGrowth { zone_length: 0.03, time: 20.0 * HOUR })
             .tropism((Oscillator::new(0.02, DAY), gravitropism, proprioception))
             .load(Distributed(Vector3::new(0.0, -1e-7, 0.0)))
+            .into_dyn()
             .build()
             .unwrap()
     };
@@ -232,6 +235,7 @@ fn a_zone_through_which_several_elements_pass_in_a_step() {
                 Gravitropism { sensitivity: 0.01, perception: STATOLITHS }.remembered(MEMORY),
                 Proprioception { sensitivity: 0.2 }.remembered(MEMORY),
             ))
+            .into_dyn()
             .build()
             .unwrap()
     };
@@ -252,8 +256,8 @@ fn a_zone_through_which_several_elements_pass_in_a_step() {
 #[test]
 fn a_zone_of_one_element() {
     let times = hours([1.0, 4.0, 10.0]);
-    let one = sound_tips(growing().elements(1).build().unwrap(), 90.0, &times, false);
-    let many = sound_tips(growing().elements(8).build().unwrap(), 90.0, &times, false);
+    let one = sound_tips(growing().elements(1).into_dyn().build().unwrap(), 90.0, &times, false);
+    let many = sound_tips(growing().elements(8).into_dyn().build().unwrap(), 90.0, &times, false);
     // Eighth order, 1e-9 of the length with four elements: 4⁸ times that with one, and feedback that repeats it.
     let error = distance(&one, &many);
     assert!(error < 5e-4 * 0.0855, "{error:e} m");
@@ -268,6 +272,7 @@ fn a_soft_shoot_collapses() {
             .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
             .tropism(steering(STATOLITHS))
             .load((WEIGHT, Distributed(Vector3::new(1e-5, 3e-6, 0.0))))
+            .into_dyn()
             .build()
             .unwrap()
     };

@@ -1,9 +1,12 @@
 //! Times, stiffnesses and sizes far from a plant's. Each case is held against what its limit says, or against the same case on another
 //! mesh or in other units.
 
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::fixtures::shoots::{
+    BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
+    steering, tips,
+};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
 use morphorod::growth::UniformGrowth;
@@ -13,10 +16,6 @@ use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, Order, Scene, Shoot, Still};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{
-    BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
-    steering, tips,
-};
 
 fn remembering(memory: Memory) -> impl morphorod::tropism::TropismLaw {
     (
@@ -33,10 +32,10 @@ fn tip_at(mut shoot: Shoot<impl Model>, step: f64, time: f64) -> Vector3<f64> {
 
 #[test]
 fn a_delay_longer_than_the_run_steers_nothing() {
-    let rest = tip_at(righting().tropism(()).build().unwrap(), 90.0, 0.0);
+    let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
     for delay in [10.5 * HOUR, 1e3 * HOUR, 1e12] {
         let laws = remembering(Memory { time: 720.0, delay });
-        let tip = tip_at(righting().tropism(laws).build().unwrap(), 90.0, 10.0 * HOUR);
+        let tip = tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 10.0 * HOUR);
         // To the tolerance of the equilibria.
         assert!((tip - rest).norm() < 1e-11, "{delay} s: {tip:?} {rest:?}");
     }
@@ -47,9 +46,9 @@ fn a_memory_that_fills_far_too_slowly_steers_by_what_has_come_into_it() {
     // y = x t/τ from an empty past, where the shape has not changed yet: the strain is that of x (t − d)²/(2τ).
     let moved = |time: f64| {
         let laws = remembering(Memory { time, delay: 720.0 });
-        tip_at(righting().tropism(laws).build().unwrap(), 90.0, 5.0 * HOUR)
+        tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR)
     };
-    let rest = tip_at(righting().tropism(()).build().unwrap(), 90.0, 0.0);
+    let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
     let [first, second] = [1e9, 1e10].map(|time| (moved(time) - rest) * time);
     // Up to the change of the shape by itself, 1e-4 of the first.
     assert!((first - second).norm() < 1e-3 * first.norm() && first.z > 0.0, "{first:?} {second:?}");
@@ -58,7 +57,7 @@ fn a_memory_that_fills_far_too_slowly_steers_by_what_has_come_into_it() {
 #[test]
 fn a_feedback_that_diverges_ends_in_a_sound_shoot_or_in_an_error() {
     for growth_time in [10.0 * HOUR, HOUR, 10.0 * MINUTE, MINUTE, 1.0] {
-        let mut shoot = reduced(0.05, growth_time).scene(Still::tilted(0.1)).elements(8).build().unwrap();
+        let mut shoot = reduced(0.05, growth_time).scene(Still::tilted(0.1)).elements(8).into_dyn().build().unwrap();
         let before = shoot.state().clone();
         match MethodOfSteps::new(60.0).advance(&mut shoot, 5.0 * HOUR) {
             Ok(_) => assert_sound(&shoot),
@@ -72,7 +71,7 @@ fn a_feedback_that_diverges_ends_in_a_sound_shoot_or_in_an_error() {
 #[test]
 fn a_circular_orbit_is_the_same_after_a_year() {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
-    let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(2).load((WEIGHT, whirl)).build().unwrap();
+    let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(2).load((WEIGHT, whirl)).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(360.0);
     let mut place = |time: f64| {
         let _ = run.advance(&mut shoot, time).unwrap();
@@ -99,6 +98,7 @@ fn mature_tissue_a_million_times_as_stiff() {
             .tropism((Oscillator::new(0.2, 24.0 * MINUTE), gravitropism, proprioception))
             .load((WEIGHT, Distributed(Vector3::new(0.0, -1e-6, 0.0))))
             .scene(Still::tilted(0.5))
+            .into_dyn()
             .build()
             .unwrap();
         tip_at(shoot, 90.0, 10.0 * HOUR)
@@ -122,6 +122,7 @@ fn all_of_poissons_ratios() {
             .elements(elements)
             .load((WEIGHT, ApicalForce(|_| Vector3::new(0.0, 3e-4, 0.0))))
             .scene(Still::tilted(FRAC_PI_2))
+            .into_dyn()
             .build()
             .unwrap();
         shoot.set_intrinsic(|_| Vector3::x() * 20.0);
@@ -177,7 +178,7 @@ fn bent_to_the_order_of_its_radius() {
     // A circle of twice the radius of the section, eight times round.
     let (radius, turns) = (1e-3, 8.0);
     let length = turns * 2.0 * PI * 2.0 * radius;
-    let mut shoot = Shoot::builder(YOUNG).length(length).radius(radius).elements(4).build().unwrap();
+    let mut shoot = Shoot::builder(YOUNG).length(length).radius(radius).elements(4).into_dyn().build().unwrap();
     shoot.set_intrinsic(|_| Vector3::new(0.0, 0.5 / radius, 0.0));
     let found = Adaptive::new(1e-10).start(&mut shoot, &EmptyHistory).unwrap();
     assert!(shoot.tip().norm() < 1e-10 * length, "{:e} {found:?}", shoot.tip().norm() / length);
@@ -185,13 +186,14 @@ fn bent_to_the_order_of_its_radius() {
 
 #[test]
 fn one_element_and_a_hundred_thousand() {
-    let hanging = |elements: usize| tip_at(righting().elements(elements).tropism(()).build().unwrap(), 60.0, 0.0);
+    let hanging =
+        |elements: usize| tip_at(righting().elements(elements).tropism(()).into_dyn().build().unwrap(), 60.0, 0.0);
     let reference = hanging(64);
     let (one, many) = (hanging(1), hanging(100_000));
     assert!((one - reference).norm() < 2e-4 * 0.05, "{one:?} {reference:?}");
     // Rounding adds up over the nodes.
     assert!((many - reference).norm() < 1e-10 * 0.05, "{many:?} {reference:?}");
-    let grown = |elements: usize| tip_at(growing().elements(elements).build().unwrap(), 90.0, 5.0 * HOUR);
+    let grown = |elements: usize| tip_at(growing().elements(elements).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR);
     let (one, eight) = (grown(1), grown(8));
     assert!((one - eight).norm() < 5e-3 * 0.07, "{one:?} {eight:?}");
 }
@@ -205,6 +207,7 @@ fn a_hundred_times_the_weight() {
                 .scene(Still::tilted(tilt))
                 .load(Weight { density: 1e5 })
                 .elements(elements)
+                .into_dyn()
                 .build()
                 .unwrap();
             tip_at(shoot, 90.0, 10.0 * HOUR)
@@ -237,6 +240,7 @@ fn kilometres_and_nanometres() {
             ))
             .load(WEIGHT)
             .scene(Still::tilted(0.2))
+            .into_dyn()
             .build()
             .unwrap();
         tip_at(shoot, 90.0, 5.0 * HOUR) / unit

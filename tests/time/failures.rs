@@ -1,9 +1,9 @@
 //! Failure on demand, in the middle of a call: the shoot is as it was, bit for bit, and a shorter step may succeed.
 
-
 use crate::fixtures::shoots;
 use std::cell::Cell;
 
+use crate::fixtures::shoots::{HOUR, growing, righting};
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
@@ -11,7 +11,6 @@ use morphorod::load::InternalForce;
 use morphorod::rod::Rod;
 use morphorod::tropism::{Declaration, Growing, Site, Size, TropismLaw};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, growing, righting};
 
 /// A solver that fails at some of the equilibria that it is asked for, counted from one, as if it had run out of iterations.
 #[derive(Clone)]
@@ -45,7 +44,7 @@ impl EquilibriumSolver for Flaky {
 #[test]
 fn a_call_that_fails_changes_nothing_wherever_it_fails() {
     let start = {
-        let mut shoot = growing().elements(4).build().unwrap();
+        let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
         shoot
     };
@@ -68,7 +67,7 @@ fn a_call_that_fails_changes_nothing_wherever_it_fails() {
 fn a_step_that_fails_is_tried_again_with_half_its_length() {
     // Errors of steps of 120 s are 1e-7 m here; one step that is halved moves the tip by less.
     let tip = |fails: std::ops::Range<usize>, retries: usize| {
-        let mut shoot = righting().build().unwrap();
+        let mut shoot = righting().into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
         run.retries = retries;
         run.advance(&mut shoot, 2.0 * HOUR).map(|cost| (shoot.tip(), cost))
@@ -84,7 +83,7 @@ fn a_step_that_fails_is_tried_again_with_half_its_length() {
         assert!(matches!(tip(at..at + 4, 1).unwrap_err(), IntegrationError::Equilibrium { .. }));
     }
     // Where it never succeeds the budget bounds the work.
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = Iterated::with_solver(120.0, Flaky::new(10..usize::MAX));
     run.retries = 8;
     let before = shoot.clone();
@@ -97,7 +96,7 @@ fn a_step_that_fails_is_tried_again_with_half_its_length() {
 fn what_a_failed_try_made_is_not_counted() {
     // Tissue leaves the zone after 1.2 hours, and every step cuts an element: the one that fails, which is taken back, and those that stay.
     let run = |fails: std::ops::Range<usize>| {
-        let mut shoot = growing().elements(4).build().unwrap();
+        let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
         run.retries = 1;
         run.advance(&mut shoot, 2.0 * HOUR).unwrap()

@@ -1,9 +1,8 @@
 //! The growing shoot of the paper's supplementary video 2: it elongates, steers, stiffens, sags and nutates.
 
-
+use crate::fixtures::shoots::{HOUR, assert_sound, growing, tips};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, assert_sound, growing, tips};
 
 /// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0 = 6.8 cm, ℓg = 7 cm,
 /// α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral load of 1e-6 N/m along −e2 and an apical
@@ -34,7 +33,7 @@ fn largest_error(tips: &[Vector3<f64>]) -> f64 {
 
 #[test]
 fn the_tip_passes_through_the_reference_at_every_hour() {
-    let mut shoot = growing().build().unwrap();
+    let mut shoot = growing().into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
     let error = largest_error(&tips);
     // 1e-5 m is what the crate promises at its defaults. 90 s are a sixteenth of the oscillator's period, and the
@@ -55,7 +54,7 @@ fn the_tip_passes_through_the_reference_at_every_hour() {
 fn a_step_of_a_quarter_of_a_period_takes_one_newton_iteration() {
     // No polynomial in time foresees an oscillation in four steps a period, but the intrinsic strain at the end of a step is known. Guesses
     // are then some 5e-3 rad off, and one or two chord steps, each a gradient, prove 1e-8 rad.
-    let mut shoot = growing().build().unwrap();
+    let mut shoot = growing().into_dyn().build().unwrap();
     let cost = MethodOfSteps::new(360.0).advance(&mut shoot, 10.0 * HOUR).unwrap();
     assert!(cost.iterations <= cost.equilibria + 3 && cost.factorisations <= cost.equilibria + 3, "{cost:?}");
     assert!(cost.evaluations <= 2 * cost.equilibria, "{cost:?}");
@@ -63,7 +62,7 @@ fn a_step_of_a_quarter_of_a_period_takes_one_newton_iteration() {
 
 #[test]
 fn refined_it_meets_the_reference_to_a_tenth_of_a_micrometre() {
-    let mut shoot = growing().elements(16).build().unwrap();
+    let mut shoot = growing().elements(16).into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 45.0, &hours());
     let error = largest_error(&tips);
     // Half the step: a sixteenth of the error of 1e-6 m at 90 s, and the reference's own 2e-9 m.
@@ -76,7 +75,7 @@ fn refined_it_meets_the_reference_to_a_tenth_of_a_micrometre() {
 fn the_length_follows_the_closed_form() {
     // ℓ0 exp(t/τg) up to T0 = τg ln(ℓg/ℓ0) = 1.16 h, then ℓg (1 + (t − T0)/τg).
     let full = 40.0 * HOUR * (0.07_f64 / 0.068).ln();
-    let mut shoot = growing().build().unwrap();
+    let mut shoot = growing().into_dyn().build().unwrap();
     for row in REFERENCE {
         let t = row[0];
         let exact = if t <= full { 0.068 * (t / 144e3).exp() } else { 0.07 * (1.0 + (t - full) / 144e3) };
@@ -89,7 +88,7 @@ fn the_length_follows_the_closed_form() {
 
 #[test]
 fn the_boundary_of_the_growth_zone_is_always_between_two_elements() {
-    let mut shoot = growing().build().unwrap();
+    let mut shoot = growing().into_dyn().build().unwrap();
     for t in [0.5, 1.0, 1.2, 1.5, 3.0, 6.1].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 100.0, &[t]);
         let rod = shoot.rod();
@@ -111,7 +110,7 @@ fn the_boundary_of_the_growth_zone_is_always_between_two_elements() {
 #[test]
 fn merging_mature_elements_changes_no_more_than_its_tolerance() {
     let run = |tolerance: f64| {
-        let mut shoot = growing().merge_tolerance(tolerance).build().unwrap();
+        let mut shoot = growing().merge_tolerance(tolerance).into_dyn().build().unwrap();
         let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
         (tips, statistics, shoot.rod().elements())
     };
@@ -130,7 +129,7 @@ fn merging_mature_elements_changes_no_more_than_its_tolerance() {
 
 #[test]
 fn mature_elements_are_few_however_many_ripples_there_are() {
-    let mut shoot = growing().elements(8).build().unwrap();
+    let mut shoot = growing().elements(8).into_dyn().build().unwrap();
     for t in [10.0, 20.0, 40.0].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 90.0, &[t]);
         let rod = shoot.rod();
@@ -152,7 +151,7 @@ fn merging_holds_the_stiffness_of_fresh_tissue() {
     // an element bends by may change by 1e-6 of itself, and bends of a radian in all on an arm of 14 cm give 1.4e-7 m, which the
     // slow swing magnifies a little. Without that bound the tip is 1e-5 m off.
     let tip = |tolerance: f64| {
-        let mut shoot = growing().elements(8).merge_tolerance(tolerance).build().unwrap();
+        let mut shoot = growing().elements(8).merge_tolerance(tolerance).into_dyn().build().unwrap();
         tips(&mut shoot, 90.0, &[40.0 * HOUR]).0[0]
     };
     let off = (tip(1e-4) - tip(1e-6)).norm();

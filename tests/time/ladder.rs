@@ -1,14 +1,13 @@
 //! What a scene lacks costs nothing: a ladder of scenes, from a bare rod to the full shoot, by counts that no machine changes.
 
-
 use std::f64::consts::FRAC_PI_2;
 
+use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG};
 use morphorod::constitutive::Lignifying;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
 use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, Shoot, ShootBuilder, Still};
-use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG};
 
 /// Of two hours in steps of 90 s on four elements of order eight: what was counted, and the bytes of the state at the end for
 /// every material point.

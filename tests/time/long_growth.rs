@@ -1,14 +1,13 @@
 //! Growth that goes on for a hundred growth times: lengths and the tissue near the apex, against closed forms and quadrature.
 
-
 use crate::fixtures::shoots;
+use crate::fixtures::shoots::{HOUR, YOUNG};
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::quadrature::gauss;
 use morphorod::rod::Rod;
 use morphorod::{Laws, Order, Shoot, State};
-use crate::fixtures::shoots::{HOUR, YOUNG};
 
 const ZONE: f64 = 0.03;
 const TIME: f64 = 20.0 * HOUR;

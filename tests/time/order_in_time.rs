@@ -1,9 +1,11 @@
 //! Fourth order in time over whole runs, start, jumps and exits from the growth zone included: the slope through three
 //! halvings of the step, against a run with a much shorter step on elements of the same size.
 
-
 use std::f64::consts::FRAC_PI_2;
 
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering,
+};
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{GivenHistory, Integrator, Iterated, MethodOfSteps};
@@ -11,7 +13,6 @@ use morphorod::load::{Pulse, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
 use morphorod::{Model, Shoot, Still};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering};
 
 /// The scheme is of fourth order. Three halvings at steps that a user would take do not reach the limit to all digits.
 const LEAST: f64 = 3.5;
@@ -50,19 +51,19 @@ const STEPS: [f64; 4] = [360.0, 180.0, 90.0, 45.0];
 
 #[test]
 fn the_righting_shoot() {
-    let shoot = || righting().elements(4).build().unwrap();
+    let shoot = || righting().elements(4).into_dyn().build().unwrap();
     assert_fourth_order("righting", errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0));
 }
 
 #[test]
 fn statoliths_that_take_their_time() {
-    let shoot = || righting().elements(4).tropism(steering(STATOLITHS)).build().unwrap();
+    let shoot = || righting().elements(4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     assert_fourth_order("statoliths", errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0));
 }
 
 #[test]
 fn the_growing_shoot() {
-    let shoot = || growing().merge_tolerance(1e-6).build().unwrap();
+    let shoot = || growing().merge_tolerance(1e-6).into_dyn().build().unwrap();
     // The oscillator of 24 min asks for shorter steps. Merging to 1e-6 changes the tip by 1e-12 m.
     let steps = [180.0, 90.0, 45.0, 22.5];
     let times = [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].map(|h| h * HOUR);
@@ -89,7 +90,7 @@ fn iterated_steps_without_delay_and_with_some() {
         (minutes(12.0, 12.0), minutes(12.0, 0.0)),
         (minutes(9.0, 1.7), minutes(12.0, 12.0)),
     ] {
-        let shoot = || righting().elements(4).tropism(laws(gravity, bend)).build().unwrap();
+        let shoot = || righting().elements(4).tropism(laws(gravity, bend)).into_dyn().build().unwrap();
         let found = errors(shoot, Iterated::new, &HOURS, STEPS, 6.0);
         assert_fourth_order(&format!("{gravity:?} {bend:?}"), found);
     }
@@ -97,7 +98,8 @@ fn iterated_steps_without_delay_and_with_some() {
 
 #[test]
 fn both_integrators_give_one_answer_where_both_apply() {
-    let shoot = || righting().elements(4).tropism(laws(minutes(9.0, 7.0), minutes(12.0, 12.0))).build().unwrap();
+    let shoot =
+        || righting().elements(4).tropism(laws(minutes(9.0, 7.0), minutes(12.0, 12.0))).into_dyn().build().unwrap();
     let run = |step: f64| {
         let (mut a, mut b) = (shoot(), shoot());
         let t = 4.0 * HOUR;
@@ -124,14 +126,16 @@ fn jumps_of_a_load_or_of_its_slope_do_not_cost_the_order() {
     // The pulse is a half sine of 12 min: the longest step is a fourth of it.
     let steps = [180.0, 90.0, 45.0, 22.5];
     let upright = || reduced(0.0659, 20.0 * HOUR).elements(4);
-    let found = errors(|| upright().load((WEIGHT, pulse)).build().unwrap(), MethodOfSteps::new, &HOURS, steps, 3.0);
+    let found =
+        errors(|| upright().load((WEIGHT, pulse)).into_dyn().build().unwrap(), MethodOfSteps::new, &HOURS, steps, 3.0);
     assert_fourth_order("pulse", found);
-    let found = errors(|| upright().load((WEIGHT, whirl)).build().unwrap(), MethodOfSteps::new, &HOURS, STEPS, 6.0);
+    let found =
+        errors(|| upright().load((WEIGHT, whirl)).into_dyn().build().unwrap(), MethodOfSteps::new, &HOURS, STEPS, 6.0);
     assert_fourth_order("whirl", found);
-    let sluggish = || upright().tropism(steering(STATOLITHS)).load((WEIGHT, pulse)).build().unwrap();
+    let sluggish = || upright().tropism(steering(STATOLITHS)).load((WEIGHT, pulse)).into_dyn().build().unwrap();
     assert_fourth_order("pulse, statoliths", errors(sluggish, MethodOfSteps::new, &HOURS, steps, 3.0));
     let iterated = || upright().tropism(laws(minutes(12.0, 0.0), minutes(12.0, 0.0))).load((WEIGHT, pulse));
-    let found = errors(|| iterated().build().unwrap(), Iterated::new, &HOURS, steps, 3.0);
+    let found = errors(|| iterated().into_dyn().build().unwrap(), Iterated::new, &HOURS, steps, 3.0);
     assert_fourth_order("pulse, no delay", found);
 }
 
@@ -175,6 +179,7 @@ impl Circling {
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: self.growth_time }))
             .tropism(Proprioception { sensitivity: ETA }.remembered(self.memory))
             .scene(Still::weightless())
+            .into_dyn()
             .build()
             .unwrap();
         shoot.set_intrinsic(|_| Vector3::x() * STRAIN);
@@ -215,7 +220,7 @@ fn delays_that_no_step_divides() {
     // The kinks that they carry on, at 550 s and at 71 s after the start, are met by steps that are equal around them.
     let memory = |delay: f64| Memory { time: 726.0, delay };
     for (gravity, bend) in [(550.0, 550.0), (550.0, 71.0)] {
-        let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).build().unwrap();
+        let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).into_dyn().build().unwrap();
         let found = errors(shoot, Iterated::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
         // Rounding is 1e-16 m.
         assert!(order(&found) >= LEAST, "delays {gravity} s and {bend} s: {found:?}");
@@ -229,7 +234,7 @@ fn memories_far_shorter_than_a_step() {
     // y rises to its stimulus all but at once, so that the growth it asks for jumps a delay later.
     for time in [1e-6, 1e-4] {
         let memory = Memory { time, delay: 720.0 };
-        let shoot = || righting().tropism(laws(memory, memory)).build().unwrap();
+        let shoot = || righting().tropism(laws(memory, memory)).into_dyn().build().unwrap();
         let found = errors(shoot, MethodOfSteps::new, &[HOUR, 2.0 * HOUR], [240.0, 120.0, 60.0, 30.0], 5.0);
         assert_fourth_order("a short memory", found);
         // What is left of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this.

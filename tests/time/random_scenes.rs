@@ -4,17 +4,16 @@
 //! `MORPHOROD_SCENES=100000 MORPHOROD_SEED=7 cargo test --workspace --test random_scenes -- --nocapture` draws more and others, and
 //! prints what came of them and which took longest.
 
-
 use std::time::Instant;
 
 use crate::fixtures::random::{Draw, number};
+use crate::fixtures::shoots::assert_sound;
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, PointForce, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, Order, Section, Shoot, ShootBuilder, State, Still, checkpoint};
-use crate::fixtures::shoots::assert_sound;
 
 /// What a scene ended in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

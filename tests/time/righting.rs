@@ -1,11 +1,10 @@
 //! A shoot laid on its side rights itself: reduced model, h = −ĝ, ℓ = 5 cm, τg = 20 h, horizontal base.
 
-
+use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{EmptyHistory, GivenHistory, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 
 /// Tip (x along the base tangent, z up, m) at full hours: the model of doi 10.3389/fpls.2021.608005, reduced, integrated
 /// by two unrelated codes to an error below 1e-8 m.
@@ -21,7 +20,7 @@ const TABLE_ERROR: f64 = 2e-8;
 
 #[test]
 fn the_tip_passes_through_the_table() {
-    let mut shoot = righting().elements(8).build().unwrap();
+    let mut shoot = righting().elements(8).into_dyn().build().unwrap();
     let times = TABLE.map(|row| row.0 * HOUR);
     let (tips, _) = tips(&mut shoot, 90.0, &times);
     for ((hour, x, z), tip) in TABLE.into_iter().zip(tips) {
@@ -49,6 +48,7 @@ fn it_ends_in_the_stationary_shape_whatever_its_memories() {
                 Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity),
                 Proprioception { sensitivity: ETA }.remembered(bend),
             ))
+            .into_dyn()
             .build()
             .unwrap();
         // The slowest mode decays in about an hour; after 100 h nothing of it is left, and 8 elements of order 8 are
@@ -68,7 +68,7 @@ fn as_it_is(_t: f64, site: &Site, variables: &mut [f64]) {
 #[test]
 fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
     let times = [0.5 * HOUR, 2.0 * HOUR, 6.0 * HOUR];
-    let mut start = righting().build().unwrap();
+    let mut start = righting().into_dyn().build().unwrap();
     let mut tips_after = |past: usize| {
         let mut run = MethodOfSteps::with_solver(90.0, NewtonSolver::default());
         let shoot = &mut start;
@@ -99,7 +99,7 @@ fn a_given_past_that_is_empty_or_constant_is_the_fresh_or_the_settled_one() {
 
 #[test]
 fn a_step_makes_one_tangent_and_one_gradient() {
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let cost = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * HOUR).unwrap();
     assert_eq!(cost.equilibria, cost.steps + 1);
     // The first equilibrium is found from a straight shoot, in three iterations, and when the response begins, after one delay,
@@ -111,7 +111,7 @@ fn a_step_makes_one_tangent_and_one_gradient() {
 
 #[test]
 fn the_response_begins_when_the_delay_is_over() {
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
     run.advance(&mut shoot, MEMORY.delay).unwrap();
     // Nothing was remembered before t = 0, and what is read now is older.
@@ -122,7 +122,7 @@ fn the_response_begins_when_the_delay_is_over() {
 
 #[test]
 fn a_settled_past_bends_the_shoot_at_a_constant_rate_for_one_delay() {
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
     let _ = run.start(&mut shoot, &SteadyHistory).unwrap();
     let past: Vec<Vec<f64>> = (0..32).map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
@@ -141,7 +141,7 @@ fn a_past_that_varies_is_integrated_as_it_was() {
     // y = y0 exp(t/σ) on [−τr, 0] in the memory of h1 alone: until t = τr
     // u2* = (β y0/(r τg)) σ (exp((t − τr)/σ) − exp(−τr/σ)).
     let (scale, y0) = (6.0 * MINUTE, 0.3);
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
     let past =
         GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]));
@@ -168,7 +168,8 @@ fn delays_need_not_be_multiples_of_the_step() {
             let gravitropism = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(gravity);
             (gravitropism, Proprioception { sensitivity: ETA }.remembered(bend))
         };
-        let run = |step: f64| tips(&mut righting().elements(4).tropism(laws()).build().unwrap(), step, &times).0;
+        let run =
+            |step: f64| tips(&mut righting().elements(4).tropism(laws()).into_dyn().build().unwrap(), step, &times).0;
         // 90 s is a fraction of 12 min, 97 s and 113 s are not: the same fourth order with the same constant, up to a
         // factor of 2 by which the error varies along the run. Against 20 s, whose error is 400 times smaller.
         let fine = run(20.0);

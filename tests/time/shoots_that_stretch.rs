@@ -1,8 +1,10 @@
 //! Shoots that shear and stretch: as they grow, steer, are saved, are asked for their stability, and are held to a tolerance.
 
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::fixtures::shoots::{
+    DAY, HOUR, Imperfection, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering,
+};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Timoshenko, Tissue};
 use morphorod::equilibrium::EquilibriumError;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -10,9 +12,8 @@ use morphorod::integrator::{Adaptive, EmptyHistory, IntegrationError, Integrator
 use morphorod::load::{ApicalForce, PointForce, Weight};
 use morphorod::stability::{Linearisation, Root, StationarySolver};
 use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Remembered, Statoliths};
-use morphorod::{BoxedLaws, Laws, Model, Shoot, ShootBuilder, State, Still};
+use morphorod::{Laws, Model, Shoot, ShootBuilder, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
-use crate::fixtures::shoots::{DAY, HOUR, Imperfection, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering};
 
 /// Tissue a thousand times softer against shear and stretch than against bending: what it does then is not small.
 fn soft() -> Timoshenko<LinearElastic> {
@@ -46,6 +47,7 @@ fn growth_lengthens_the_unstretched_rod_and_its_weight_stretches_what_there_is()
         .growth(UniformGrowth { zone_length: 0.2, time })
         .load(WEIGHT)
         .scene(down)
+        .into_dyn()
         .build()
         .unwrap();
     for hours in [5.0, 20.0] {
@@ -61,14 +63,14 @@ fn growth_lengthens_the_unstretched_rod_and_its_weight_stretches_what_there_is()
 
 #[test]
 fn a_growing_shoot_that_is_saved_goes_on_bit_by_bit() {
-    let mut shoot = lignifying().build().unwrap();
+    let mut shoot = lignifying().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(120.0);
     let _ = run.advance(&mut shoot, 4.0 * HOUR).unwrap();
     let (s, line) = (shoot.rod().length(), shoot.rod().centre_line_length());
     assert!((line / s - 1.0).abs() > 1e-3, "it stretches: {line} for {s}");
     let state: State = postcard::from_bytes(&postcard::to_allocvec(shoot.state()).unwrap()).unwrap();
     assert_eq!(&state, shoot.state());
-    let mut resumed = lignifying().build().unwrap();
+    let mut resumed = lignifying().into_dyn().build().unwrap();
     resumed.restore(&state).unwrap();
     assert_eq!(resumed.tip(), shoot.tip());
     let merged = run.advance(&mut shoot, 8.0 * HOUR).unwrap();
@@ -77,7 +79,7 @@ fn a_growing_shoot_that_is_saved_goes_on_bit_by_bit() {
     assert!(merged.merges > 0 && merged.splits > 0, "{merged:?}");
     // Under other laws nodes are put where a load jumps: cut elements are the same line.
     let clip = PointForce { initial_apex_distance: 0.0301, force: Vector3::x() * 1e-7 };
-    let other = shoot.with_model(shoot.model().with_load(clip)).unwrap();
+    let other = shoot.with_model(shoot.model().clone().with_load(clip).into_dyn()).unwrap();
     assert_eq!(other.rod().elements(), shoot.rod().elements() + 1);
     // A polynomial of degree p in rotations and of p − 1 in the strain of the line, integrated by p points on either part.
     assert!((other.tip() - shoot.tip()).norm() < 1e-9 * s, "{:e}", (other.tip() - shoot.tip()).norm());
@@ -86,19 +88,12 @@ fn a_growing_shoot_that_is_saved_goes_on_bit_by_bit() {
 
 #[test]
 fn a_boxed_law_and_a_graded_one_give_the_same_shoot() {
-    let run = |mut shoot: Shoot<BoxedLaws>| {
+    let build = |law: Box<dyn Constitutive + Send + Sync>| {
+        let builder = Shoot::builder(law).length(0.05).radius(RADIUS).load(WEIGHT).scene(Still::tilted(FRAC_PI_2));
+        let growth = Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR });
+        let mut shoot = builder.growth(growth).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
         let _ = MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
         shoot.tip()
-    };
-    let build = |law: Box<dyn Constitutive + Send + Sync>| {
-        let laws = BoxedLaws {
-            constitutive: law,
-            growth: Box::new(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR })),
-            tropism: Box::new(steering(STATOLITHS)),
-            load: Box::new(WEIGHT),
-            scene: Box::new(Still::tilted(FRAC_PI_2)),
-        };
-        run(Shoot::of(laws).length(0.05).radius(RADIUS).build().unwrap())
     };
     let direct = build(Box::new(soft()));
     assert!((direct - build(Box::new(YOUNG))).norm() > 1e-3 * 0.05, "shear and stretch show");
@@ -158,7 +153,7 @@ fn a_shape_at_rest_keeps_the_tolerance_that_it_is_given() {
     for tolerance in [1e-4, 1e-7, 1e-9] {
         let settle = |tolerance: f64| {
             let laws = righting().build().unwrap().model().with_constitutive(soft());
-            let mut shoot = Shoot::of(laws).length(0.05).radius(RADIUS).build().unwrap();
+            let mut shoot = Shoot::of(laws).length(0.05).radius(RADIUS).into_dyn().build().unwrap();
             let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
             (shoot, found)
         };
@@ -181,6 +176,7 @@ fn a_shoot_that_is_crushed_is_an_error_that_leaves_it() {
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR }))
             .tropism(steering(STATOLITHS))
             .load((Weight { density: 1000.0 }, ApicalForce(move |t: f64| Vector3::z() * (-force * t / HOUR))))
+            .into_dyn()
             .build()
             .unwrap();
         let mut run = MethodOfSteps::new(600.0);

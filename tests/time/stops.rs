@@ -1,11 +1,10 @@
 //! Runs step by step, runs that stop at a condition, and runs that are seen at given times.
 
-
+use crate::fixtures::shoots::{HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, Statistics};
 use morphorod::{Model, Shoot, Still, Turned};
 use nalgebra::Vector3;
-use crate::fixtures::shoots::{HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering};
 
 /// A shoot that grows, steers and is turned for a while, so that its run has everything in it.
 fn eventful() -> Shoot<impl Model + Clone> {
@@ -16,6 +15,7 @@ fn eventful() -> Shoot<impl Model + Clone> {
         .tropism(steering(STATOLITHS))
         .load(WEIGHT)
         .scene(Turned::tilted(0.7, 1.1 * HOUR, 2.3 * HOUR))
+        .into_dyn()
         .build()
         .unwrap()
 }
@@ -59,7 +59,7 @@ fn a_length_is_met_when_the_law_of_growth_says_so() {
 fn the_time_of_an_angle_has_the_order_of_the_integrator() {
     // When the tip of a shoot that was laid on its side looks up by 60°.
     let time = |step: f64| {
-        let mut shoot = righting().build().unwrap();
+        let mut shoot = righting().into_dyn().build().unwrap();
         let up = |shoot: &Shoot<_>| (shoot.rod().apex_frame() * Vector3::z()).z - 60.0_f64.to_radians().sin();
         let _ = MethodOfSteps::new(step).advance_until(&mut shoot, 24.0 * HOUR, up).unwrap();
         // The time is known to 1e-10 of the step, and the tip turns by less than 1e-3 rad in a second.
@@ -77,7 +77,7 @@ fn the_time_of_an_angle_has_the_order_of_the_integrator() {
 
 #[test]
 fn a_stationary_shoot_is_recognised() {
-    let mut shoot = righting().build().unwrap();
+    let mut shoot = righting().into_dyn().build().unwrap();
     let mut integrator = MethodOfSteps::new(180.0);
     assert_eq!(shoot.steering_rate(), 0.0);
     let _ = integrator.advance(&mut shoot, 2.0 * HOUR).unwrap();
@@ -160,7 +160,7 @@ fn a_shoot_is_seen_at_any_time_and_its_run_does_not_notice() {
 
 #[test]
 fn times_that_are_out_of_order_are_refused() {
-    let mut shoot = reduced(0.05, 20.0 * HOUR).scene(Still::tilted(0.2)).build().unwrap();
+    let mut shoot = reduced(0.05, 20.0 * HOUR).scene(Still::tilted(0.2)).into_dyn().build().unwrap();
     let mut integrator = MethodOfSteps::new(300.0);
     let _ = integrator.advance(&mut shoot, HOUR).unwrap();
     let before = shoot.state().clone();
@@ -177,7 +177,7 @@ fn times_that_are_out_of_order_are_refused() {
 
 #[test]
 fn a_look_costs_one_equilibrium_and_a_stop_a_few() {
-    let mut shoot = growing().build().unwrap();
+    let mut shoot = growing().into_dyn().build().unwrap();
     let mut integrator = MethodOfSteps::new(180.0);
     let _ = integrator.advance(&mut shoot, 2.0 * HOUR).unwrap();
     let plain = integrator.advance(&mut shoot.clone(), 3.0 * HOUR).unwrap();
@@ -198,7 +198,7 @@ fn a_look_costs_one_equilibrium_and_a_stop_a_few() {
 fn a_stop_just_before_another_time_does_no_harm() {
     // Levels that are all but one are no ground to extrapolate from: what they differ by is rounding.
     let end = |stops: &[f64], iterated: bool| {
-        let mut shoot = righting().build().unwrap();
+        let mut shoot = righting().into_dyn().build().unwrap();
         for until in stops.iter().chain(&[2.0 * HOUR]) {
             let _ = if iterated {
                 Iterated::new(180.0).advance(&mut shoot, *until).unwrap()

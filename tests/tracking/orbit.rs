@@ -2,11 +2,11 @@
 //!
 //! `MORPHOROD_CASES=1000 cargo test --workspace --test orbit -- --nocapture` draws more paths.
 
-
 use crate::fixtures::shoots;
 use std::f64::consts::TAU;
 
 use crate::fixtures::random::{Draw, number};
+use crate::fixtures::shoots::{HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
@@ -14,7 +14,6 @@ use morphorod::orbit::{Ellipse, OrbitError, Oscillation, Path, Pattern, PlanePat
 use morphorod::stability::Linearisation;
 use morphorod::tropism::{Handedness, Oscillator, SettledStatoliths};
 use nalgebra::{Complex, DMatrix, DVector, Rotation2, Vector2, Vector3};
-use crate::fixtures::shoots::{HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
 
 /// An ellipse gone round in a period.
 #[derive(Debug, Clone, Copy)]
@@ -167,7 +166,7 @@ fn the_share_of_a_period() {
 #[test]
 fn the_circular_orbit_is_read_to_its_known_digits() {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
-    let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).build().unwrap();
+    let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(45.0);
     run.advance(&mut shoot, 300.0 * HOUR).unwrap();
     let (mut times, mut tips) = (Vec::new(), Vec::new());
@@ -188,7 +187,7 @@ fn the_circular_orbit_is_read_to_its_known_digits() {
 /// The growing shoot: at first it follows its oscillator of 24 min, later swings of its own.
 #[test]
 fn the_share_of_the_oscillator_falls_as_the_shoot_grows() {
-    let mut shoot = growing().load(WEIGHT).build().unwrap();
+    let mut shoot = growing().load(WEIGHT).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     let (mut times, mut tips) = (Vec::new(), Vec::new());
     for k in 0..=1280 {
@@ -215,7 +214,7 @@ fn two_kicks_make_a_pendulum_and_then_a_circle() {
     let kick = |direction: Vector3<f64>, start: f64| Pulse { peak: direction * 1e-5, start, duration: 12.0 * MINUTE };
     let kicks = (kick(Vector3::new(2.0, 1.0, 0.0), 0.0), kick(Vector3::new(1.0, -2.0, 0.0), 1800.0 * MINUTE));
     let builder = reduced(0.0659, 20.0 * HOUR).elements(4).tropism(steering(STATOLITHS)).load((WEIGHT, kicks));
-    let mut shoot = builder.build().unwrap();
+    let mut shoot = builder.into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(120.0);
     let mut follow = |from: f64, to: f64| {
         run.advance(&mut shoot, from * HOUR).unwrap();
@@ -248,7 +247,7 @@ fn below_onset_the_oscillator_is_answered_linearly() {
     let build = || reduced(length, 20.0 * HOUR).elements(4);
     let (gravitropism, proprioception) = steering(SettledStatoliths);
     let oscillating = (Oscillator::new(alpha, period), gravitropism, proprioception);
-    let mut shoot = build().tropism(oscillating).build().unwrap();
+    let mut shoot = build().tropism(oscillating).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(60.0);
     run.advance(&mut shoot, 60.0 * HOUR).unwrap();
     let (mut times, mut tips) = (Vec::new(), Vec::new());
@@ -263,7 +262,7 @@ fn below_onset_the_oscillator_is_answered_linearly() {
     assert!((found.period / period - 1.0).abs() < 1e-4, "{found:?}");
     let size = Complex::from(alpha / shoots::RADIUS);
     let gradient = Vector3::new(size, Complex::new(0.0, -size.re), Complex::ZERO);
-    let linear = Linearisation::about(&build().build().unwrap()).unwrap();
+    let linear = Linearisation::about(&build().into_dyn().build().unwrap()).unwrap();
     let answer = linear.response(TAU / period, &gradient).unwrap();
     let apex = answer.displacement.last().unwrap();
     // Re[d exp(iωt)] with the two coordinates as those of a circle.
@@ -288,7 +287,7 @@ fn the_trochoids_of_figure_6() {
         let whirl = Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 };
         let laws = (oscillator, gravitropism, proprioception);
         let builder = reduced(0.06565, 20.0 * HOUR).elements(4).tropism(laws).load((WEIGHT, whirl));
-        let mut shoot = builder.build().unwrap();
+        let mut shoot = builder.into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(60.0);
         run.advance(&mut shoot, 20.0 * HOUR).unwrap();
         let (mut times, mut tips) = (Vec::new(), Vec::new());
@@ -380,8 +379,8 @@ fn what_is_no_path() {
 #[test]
 fn a_kicked_shoot_below_the_onset_comes_to_rest_at_the_rate_of_its_root() {
     let kick = Pulse { peak: Vector3::new(1e-7, 0.0, 0.0), start: 0.0, duration: 12.0 * MINUTE };
-    let mut shoot = reduced(0.0645, 20.0 * HOUR).elements(4).load((WEIGHT, kick)).build().unwrap();
-    let root = Linearisation::about(&shoot.with_model(shoot.model().with_load(WEIGHT)).unwrap());
+    let mut shoot = reduced(0.0645, 20.0 * HOUR).elements(4).load((WEIGHT, kick)).into_dyn().build().unwrap();
+    let root = Linearisation::about(&shoot.with_model(shoot.model().clone().with_load(WEIGHT).into_dyn()).unwrap());
     let root = root.unwrap().rightmost().unwrap().value;
     let (every, mut run) = (10.0 * MINUTE, MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-12)));
     let mut seen = Vec::new();

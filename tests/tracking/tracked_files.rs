@@ -8,8 +8,8 @@ mod centre_lines;
 #[path = "../../examples/common/tracks.rs"]
 mod tracks;
 
-use centre_lines::{centre_lines, curvature};
 use crate::fixtures::random::Draw;
+use centre_lines::{centre_lines, curvature};
 use tracks::{Layout, TrackError, read_tracks, tracks};
 
 /// Frames of a minute, pixels of 0.1 mm, y down.

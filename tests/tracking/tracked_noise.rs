@@ -1,6 +1,5 @@
 //! Paths of few frames, or with noise: what is an outlier, and what is no wave.
 
-
 use crate::fixtures::random::{Draw, circle, path};
 use morphorod::orbit::{Band, PlanePath, Search};
 

@@ -2,7 +2,6 @@
 //!
 //! `MORPHOROD_CASES=1000 cargo test --workspace --test tracked_paths -- --nocapture` draws more paths of noise.
 
-
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use crate::fixtures::random::{Draw, circle, number, path};
