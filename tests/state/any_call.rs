@@ -229,9 +229,10 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
         }
     }
     let jump = PointForce { initial_apex_distance: a, force: Vector3::x() * b };
-    let grown = GROWING[2].with_model(GROWING[2].model().with_load(jump));
+    let grown = GROWING[2].with_model(GROWING[2].model().clone().with_load(jump).into_dyn());
     assert!(grown.is_err() || (0.0..=0.068).contains(&a));
-    let wide = GROWING[2].with_model(GROWING[2].model().with_growth(UniformGrowth { zone_length: c, time: 72e3 }));
+    let wide = GROWING[2]
+        .with_model(GROWING[2].model().clone().with_growth(UniformGrowth { zone_length: c, time: 72e3 }).into_dyn());
     if let Ok(mut wide) = wide {
         let _ = MethodOfSteps::new(360.0).advance(&mut wide, GROWING[2].time() + 400.0);
         assert!(sound(wide.rod()));
