@@ -1,4 +1,5 @@
-//! The project itself: its layers and its list of tests.
+//! The project itself: its layers, its list of files, and the example `sweep` as a program.
 
 mod layers;
 mod manifest;
+mod sweep;
