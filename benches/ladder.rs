@@ -1,7 +1,7 @@
 //! A ladder of scenes, from a bare rod to the full shoot and its stability: what every mechanism adds to the time of a step.
 //!
 //! `cargo bench --workspace --bench ladder`. Two hours in steps of 90 s (86 steps with those of the start), four elements; counts
-//! and bytes are those of `tests/ladder.rs`. And equilibria from 8 to 65,536 elements: cost is proportional to their number.
+//! and bytes are those of `tests/time/ladder.rs`. And equilibria from 8 to 65,536 elements: cost is proportional to their number.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

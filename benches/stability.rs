@@ -2,7 +2,7 @@
 //! `stability_map` draws twelve such curves and says how long it took.
 //!
 //! `cargo bench --workspace --bench stability`. With three elements of order eight the length at onset is good to 1e-8, which
-//! `tests/stability_onset.rs` asserts for four.
+//! `tests/stability/onset.rs` asserts for four.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

@@ -1,7 +1,7 @@
 //! The equilibrium of a horizontal rod: from straight, and from a neighbouring equilibrium.
 //!
 //! `cargo bench --workspace --bench statics`. Four elements of order eight leave an error of 1.2e-9 of the length, eight 4.4e-12;
-//! `tests/horizontal_base.rs` asserts what is claimed.
+//! `tests/statics/horizontal_base.rs` asserts what is claimed.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

@@ -19,7 +19,7 @@ pub fn load_of(density: f64) -> f64 {
     4.0 * density * GRAVITY / (MODULUS * RADIUS * RADIUS) * LENGTH.powi(3)
 }
 
-/// The tip (outwards, across, up) under the load of [`DENSITY`], over the length: `tests/horizontal_base.rs` says how it is known.
+/// The tip (outwards, across, up) under the load of [`DENSITY`], over the length: `tests/statics/horizontal_base.rs` says how it is known.
 pub fn exact_tip() -> Vector3<f64> {
     Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89) / LENGTH
 }

@@ -92,7 +92,7 @@ fn lying(
 }
 
 fn horizontal_base(quick: bool) -> Measured {
-    // Quadrature of the elastica's initial value problem at 40 digits, see tests/horizontal_base.rs.
+    // Quadrature of the elastica's initial value problem at 40 digits, see tests/statics/horizontal_base.rs.
     let exact = Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89);
     lying(quick, "horizontal base", "a rod of 6.59 cm on its side, at rest under its weight", (0.0659, 1000.0), exact)
 }
