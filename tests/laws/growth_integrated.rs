@@ -150,8 +150,14 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
             let sigma = law.zone * (-law.exponent(t) - 0.1).exp();
             let point = trace(&law, initial, initial - sigma, t);
             let (place, stretch) = (exact - sigma * law.exponent(t).exp(), law.exponent(t).exp());
-            let errors = [point.stretch / stretch - 1.0, (point.arc_length - place) / exact];
-            assert!(errors.iter().all(|e| e.abs() < 1e-10), "swing {swing}, traced to {t}: {errors:?}");
+            assert!(
+                relative_eq!(point.stretch, stretch, epsilon = 0.0, max_relative = 1e-10),
+                "swing {swing}, {t}: {point:?} against the stretch {stretch}"
+            );
+            assert!(
+                abs_diff_eq!(point.arc_length, place, epsilon = 1e-10 * exact),
+                "swing {swing}, {t}: {point:?} against the place {place}"
+            );
         }
     }
 }

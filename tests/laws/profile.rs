@@ -1,9 +1,10 @@
 //! Profiles: position, strain, couple, force and growth at any arc length of a rod in equilibrium.
 
+use crate::fixtures::rods::solve_tight;
 use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, Tissue};
-use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
+use morphorod::equilibrium::{EquilibriumSolver, Unloaded};
 use morphorod::growth::{LinearProfile, Ongoing, UniformGrowth, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce, Weight};
@@ -14,12 +15,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 const LENGTH: f64 = 0.06;
 
 /// The profile of a tilted rod in equilibrium, evaluated at the given arc lengths.
-fn read(law: &impl Constitutive, load: &dyn Load, order: Order, elements: usize, places: &[f64]) -> Vec<Place> {
+fn read(law: &dyn Constitutive, load: &dyn Load, order: Order, elements: usize, places: &[f64]) -> Vec<Place> {
     let scene = Still::tilted(1.2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).unwrap();
     let environment = scene.environment(0.0);
-    let _ = NewtonSolver::with_tolerance(1e-14).solve(&mut rod, law, &load, &environment).unwrap();
-    let profile = Profile::of(&rod, law, &load, &environment);
+    let _ = solve_tight(&mut rod, law, load, &environment).unwrap();
+    let profile = Profile::of(&rod, &law, &load, &environment);
     places.iter().map(|s| profile.at(*s).unwrap()).collect()
 }
 

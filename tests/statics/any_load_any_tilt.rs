@@ -1,6 +1,7 @@
 //! A uniform shoot at any tilt under any weight, from a straight initial guess.
 
 use crate::fixtures::rods::{Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue};
+use approx::abs_diff_eq;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
@@ -56,8 +57,7 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
                 tip
             });
             // The requirement is 1e-8 of the length. At order 8, the error of a mesh of half the size is 256 times smaller.
-            let difference = (tips[0] - tips[1]).norm();
-            assert!(difference < 1e-8, "{case}: meshes differ by {difference:e}");
+            assert!(abs_diff_eq!(tips[0], tips[1], epsilon = 1e-8), "{case}: {} against {}", tips[0], tips[1]);
         }
     }
 }
@@ -85,8 +85,12 @@ fn tip_of_heavy_shoots_matches_shooting() {
             // change of the crate's mesh.
             let rounding = 2.0 * steps as f64 * f64::EPSILON * LENGTH;
             let promised = known.error + rounding + (tips[0] - tips[1]).norm();
-            let difference = (tips[1] - Vector2::from(known.value)).norm();
-            assert!(difference < promised, "load {load}, tilt {tilt}: {difference:e} against {promised:e}");
+            let expected = Vector2::from(known.value);
+            assert!(
+                abs_diff_eq!(tips[1], expected, epsilon = promised),
+                "load {load}, tilt {tilt}: {} against {expected} within {promised:e}",
+                tips[1]
+            );
             assert!(promised < 1e-8 * LENGTH, "load {load}, tilt {tilt}: the bound is too large, {promised:e}");
         }
     }
@@ -104,8 +108,8 @@ fn heavy_horizontal_shoots_converge_on_a_uniform_mesh() {
             rod.tip() / LENGTH
         };
         // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements. The error there is (h/layer)⁸ · 1e-8.
-        let difference = (tip(32) - tip(64)).norm();
-        assert!(difference < 1e-7, "load {load}: meshes differ by {difference:e}");
+        let (coarse, fine) = (tip(32), tip(64));
+        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-7), "load {load}: {coarse} against {fine}");
         load *= 1.5;
     }
 }

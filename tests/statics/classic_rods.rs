@@ -59,12 +59,16 @@ proptest! {
                 // The rotation vector is linear in s, which every order represents. The error is rounding of a few units for
                 // each element and, with a tight tolerance, as much again from Newton's method.
                 let exact = UnitQuaternion::from_scaled_axis(u * (i as f64 / elements as f64));
-                prop_assert!(frame.angle_to(&exact) < 8.0 * (elements as f64) * f64::EPSILON + 2e-14);
+                let (angle, rounding) = (frame.angle_to(&exact), 8.0 * (elements as f64) * f64::EPSILON + 2e-14);
+                prop_assert!(abs_diff_eq!(angle, 0.0, epsilon = rounding), "{order:?}, frame {i}: {angle:e}");
             }
             // The centre line is the rule's quadrature of the tangent.
             let bound = gauss_error(order.points(), u.norm() / elements as f64) + 2e-14;
-            let difference = (rod.tip() - helix(&u, 1.0)).norm();
-            prop_assert!(difference < bound, "{order:?}: {difference:e}, bound {bound:e}");
+            let (tip, expected) = (rod.tip(), helix(&u, 1.0));
+            prop_assert!(
+                abs_diff_eq!(tip, expected, epsilon = bound),
+                "{order:?}: {tip} against {expected} within {bound:e}"
+            );
         }
     }
 }
@@ -198,6 +202,7 @@ fn bend_of_45_degrees_matches_published_tables() {
         // Their rods also stretch and shear, by at most n/(E A) and n/(κ G A) per length, with κ = 5/6.
         let shear = force * 100.0 * FRAC_PI_4 * (1e-7 + 1.0 / (5e6 * 5.0 / 6.0));
         let (difference, granted) = ((printed - converged).norm(), 2.0 * coarse + shear + 3_f64.sqrt() * half_unit);
+        // The bound is one of the norm, from the rounding of three printed coordinates.
         assert!(difference < granted, "{who}, {force} lb: {difference} against {granted}");
     }
 }
@@ -216,9 +221,12 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
             let (base, tip) = known.value;
             // The bound is the step error of the integration, and rounding of a few units in each of 1000 steps.
             let promised = known.error + 1000.0 * 4.0 * f64::EPSILON;
-            let turned = (base - Matrix3::identity()).norm();
-            let moved = (tip - rod.tip()).norm() / rod.length();
-            assert!(turned < promised && moved < promised, "{force} lb: {turned:e}, {moved:e} against {promised:e}");
+            assert!(abs_diff_eq!(base, Matrix3::identity(), epsilon = promised), "{force} lb: {base}");
+            assert!(
+                abs_diff_eq!(tip, rod.tip(), epsilon = promised * rod.length()),
+                "{force} lb: {tip} against {}",
+                rod.tip()
+            );
         }
     }
 }

@@ -109,8 +109,7 @@ fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
             let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
             let (error, estimate) = ((shoot.tip() - reference).norm() / 0.06, found.error.unwrap());
             assert!(error < tolerance && error < 10.0 * estimate, "{place}: {error:e}, estimated {estimate:e}");
-            // Each factor of four in the error adds three elements on either side of the jump, and a final refinement halves all
-            // elements.
+            // Each factor of four in the grading adds three elements on either side of the jump. A finer mesh halves all elements.
             assert!(shoot.rod().elements() < 300, "{} elements", shoot.rod().elements());
         }
     }

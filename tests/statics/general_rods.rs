@@ -55,8 +55,7 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
     let finest = settled(128, Order::default());
     // The bound is the step error of the integration and the rounding of its 2 · 4000 additions.
     let certain = known.error / LENGTH + 8000.0 * f64::EPSILON;
-    let difference = (finest.tip().xz() - Vector2::from(known.value)).norm() / LENGTH;
-    assert!(difference < certain, "{difference:e} against {certain:e}");
+    assert_abs_diff_eq!(finest.tip().xz(), Vector2::from(known.value), epsilon = certain * LENGTH);
     for order in Order::ALL {
         let error = |k: i32| (settled(1 << k, order).tip() - finest.tip()).norm() / LENGTH;
         let errors: Vec<f64> = (1..8).map(error).filter(|e| (1e-13..1e-3).contains(e)).collect();
