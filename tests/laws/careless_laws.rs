@@ -98,8 +98,8 @@ fn laws_that_contradict_their_declarations_are_refused() {
     let mut shoot = righting().tropism(Leaky).into_dyn().build().unwrap();
     let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
     assert!(error.contains("declared a memory"), "{error}");
-    // This perception does not write the rate of its own variable. It is refused even after a run of another shoot with the
-    // same integrator, which leaves finite numbers in the work space.
+    // This perception does not write the rate of its own variable. It is refused even after a run
+    // of another shoot with the same integrator, which leaves finite numbers in the work space.
     struct Lazy;
     impl Perception for Lazy {
         type Signal = [f64; 2];

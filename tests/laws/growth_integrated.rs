@@ -1,5 +1,5 @@
-//! The motion of material points under growth that varies in space or time, integrated by the crate, compared with closed
-//! forms and with a reference integration in this file.
+//! The motion of material points under growth that varies in space or time, integrated by the
+//! crate, compared with closed forms and with a reference integration in this file.
 
 use std::f64::consts::TAU;
 
@@ -11,9 +11,9 @@ use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, integrate, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 
-/// The motion of a point at the initial distance `sigma` from the apex under the linear profile, in closed form. With
-/// c = 2ℓg/σ0 − 1 it is σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 = (σ/σ0)² exp(−2t/τg). The point leaves the zone at
-/// (τg/2) ln c.
+/// The motion of a point at the initial distance `sigma` from the apex under the linear profile, in
+/// closed form. With c = 2ℓg/σ0 − 1 it is σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 =
+/// (σ/σ0)² exp(−2t/τg). The point leaves the zone at (τg/2) ln c.
 fn linear(law: &LinearProfile, sigma: f64, t: f64) -> (f64, f64, f64) {
     let (c, decay) = (2.0 * law.zone_length / sigma - 1.0, (-2.0 * t / law.time).exp());
     let now = 2.0 * law.zone_length / (1.0 + c * decay);
@@ -32,14 +32,16 @@ fn integrated_motion_converges_at_fourth_order() {
         .map(|(d, s)| ((d / distance - 1.0).abs(), (s / stretch - 1.0).abs()))
         .collect();
     let (d, s): (Vec<f64>, Vec<f64>) = errors.into_iter().unzip();
-    // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far above rounding.
+    // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far
+    // above rounding.
     assert_abs_diff_eq!(order(&d), 4.0, epsilon = 0.2);
     assert_abs_diff_eq!(order(&s), 4.0, epsilon = 0.2);
 }
 
 #[test]
 fn integrated_motion_and_exit_times_match_the_linear_profile() {
-    // The steps are 1/128 of the fastest growth time τg/2. Each has a relative error of (1/128)⁵/120.
+    // The steps are 1/128 of the fastest growth time τg/2. Each has a relative error of
+    // (1/128)⁵/120.
     let promised = |t: f64| 128.0_f64.powi(-4) / 120.0 * (2.0 * t / LINEAR.time).max(1.0);
     let mut worst = [0.0_f64; 4];
     for sigma in [1e-6, 1e-4, 0.004, 0.0123, 0.0299] {
@@ -94,13 +96,14 @@ fn simulated_shoot_with_linear_profile_follows_the_closed_form() {
             worst[1] = worst[1].max(nearest / now);
         }
     }
-    // The stretch varies over an element of an eighth of the zone, whose length is a sum over four Gauss points. The error of
-    // the sum is (1/8)⁸ · 4!⁴/(9 · 8!³) = 1.6e-17 of the eighth derivative. The motion errs by 3e-11 in a growth time of τg/2.
+    // The stretch varies over an element of an eighth of the zone, whose length is a sum over four
+    // Gauss points. The error of the sum is (1/8)⁸ · 4!⁴/(9 · 8!³) = 1.6e-17 of the eighth
+    // derivative. The motion errs by 3e-11 in a growth time of τg/2.
     assert!(worst.iter().all(|e| *e < 1e-10), "{worst:?}");
 }
 
-/// Growth that is uniform in space and varies with the time of day, REGR = (1 − c cos(2πt/P))/τg. The crate integrates it.
-/// The closed form is σ = σ0 exp((t − c P/(2π) sin(2πt/P))/τg).
+/// Growth that is uniform in space and varies with the time of day, REGR = (1 − c cos(2πt/P))/τg.
+/// The crate integrates it. The closed form is σ = σ0 exp((t − c P/(2π) sin(2πt/P))/τg).
 #[derive(Debug, Clone, Copy)]
 struct Daily {
     zone: f64,
@@ -141,7 +144,8 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
                 "swing {swing}, {t}: {traced} against {exact}"
             );
             run.advance(&mut shoot, t).unwrap();
-            // The error is 3e-11 in every growth time, as for a steady rate. The fastest growth time is τg/2, reached once a day.
+            // The error is 3e-11 in every growth time, as for a steady rate. The fastest growth
+            // time is τg/2, reached once a day.
             let found = shoot.rod().length();
             assert!(
                 relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-10),
@@ -164,8 +168,8 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
 
 #[test]
 fn integrated_motion_matches_the_cosine_profile() {
-    // ∫ REGR from the apex is (σ − ℓg/(2π) sin(2πσ/ℓg))/τg. The reference is the 3/8 rule with 40000 steps, whose
-    // error is 1e-14.
+    // ∫ REGR from the apex is (σ − ℓg/(2π) sin(2πσ/ℓg))/τg. The reference is the 3/8 rule with
+    // 40000 steps, whose error is 1e-14.
     let law = CosineProfile { zone_length: 0.03, time: 20.0 * HOUR };
     let speed = |x: f64| (x - law.zone_length / TAU * (TAU * x / law.zone_length).sin()) / law.time;
     for (sigma, t) in [(0.002, 40.0 * HOUR), (0.012, 10.0 * HOUR), (0.02, 8.0 * HOUR)] {
@@ -177,7 +181,8 @@ fn integrated_motion_matches_the_cosine_profile() {
             let k4 = speed(x + h * (k1 - k2 + k3));
             x += h / 8.0 * (k1 + 3.0 * (k2 + k3) + k4);
         }
-        // The speed does not depend on time. The stretch ∂σ/∂σ0 is therefore the ratio of the speeds at the two ends.
+        // The speed does not depend on time. The stretch ∂σ/∂σ0 is therefore the ratio of the
+        // speeds at the two ends.
         let (distance, stretch) = law.flow(sigma, 0.0, t);
         // The error is 3e-11 in a growth time of τg/2, for two of them at most.
         assert_relative_eq!(distance, x, epsilon = 0.0, max_relative = 1e-10);

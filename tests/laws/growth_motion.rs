@@ -1,5 +1,5 @@
-//! The motion of material points under uniform growth, compared with the closed form, without a simulation and for the
-//! elements of a simulated shoot, which are split many times.
+//! The motion of material points under uniform growth, compared with the closed form, without a
+//! simulation and for the elements of a simulated shoot, which are split many times.
 
 use crate::fixtures::shoots::{HOUR, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
@@ -10,8 +10,9 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::quadrature::{gauss, lagrange};
 use morphorod::rod::Rod;
 
-/// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005. With T0 = τg ln(ℓg/ℓ0) the length is
-/// ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg otherwise.
+/// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005. With T0 = τg ln(ℓg/ℓ0) the
+/// length is ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg
+/// otherwise.
 #[derive(Debug, Clone, Copy)]
 struct Closed {
     initial: f64,
@@ -35,7 +36,8 @@ impl Closed {
         }
     }
 
-    /// Arc length, stretch and exit time of the point that is at distance `sigma` from the apex at t = 0.
+    /// Arc length, stretch and exit time of the point that is at distance `sigma` from the apex at
+    /// t = 0.
     fn point(&self, sigma: f64, t: f64) -> (f64, f64, f64) {
         let exit = self.time * (self.zone / sigma).ln();
         if sigma >= self.zone {
@@ -49,7 +51,8 @@ impl Closed {
     }
 }
 
-/// ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h), ℓ0 = ℓg, ℓ0 > ℓg.
+/// ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h), ℓ0 = ℓg, and
+/// ℓ0 > ℓg.
 const CASES: [Closed; 4] = [
     Closed { initial: 0.01, zone: 0.03, time: 20.0 * HOUR },
     Closed { initial: 0.068, zone: 0.07, time: 40.0 * HOUR },
@@ -63,7 +66,8 @@ fn traced_uniform_growth_matches_the_closed_form() {
         let law = case.law();
         for t in (0..=32).map(|i| f64::from(i) * 0.125 * case.time) {
             let now = case.length(t);
-            // The rounding of a few operations on numbers of the size of the length is far below 1e-12 of it.
+            // The rounding of a few operations on numbers of the size of the length is far below
+            // 1e-12 of it.
             assert_relative_eq!(length(&law, case.initial, t), now, epsilon = 0.0, max_relative = 1e-12);
             for start in (0..17).map(|i| case.initial * f64::from(i) / 16.0) {
                 let traced = trace(&law, case.initial, start, t);
@@ -88,7 +92,8 @@ fn traced_uniform_growth_matches_the_closed_form() {
     }
 }
 
-/// Arc lengths (m) of the material points of a rod, from the ends of the elements and the integral of the jacobian.
+/// Arc lengths (m) of the material points of a rod, from the ends of the elements and the integral
+/// of the jacobian.
 fn places(rod: &Rod) -> Vec<f64> {
     let p = rod.order().points();
     let ((x, w), line) = (gauss(p), rod.centre_line());
@@ -107,8 +112,8 @@ fn places(rod: &Rod) -> Vec<f64> {
 #[test]
 fn material_points_of_simulated_shoot_follow_the_closed_form() {
     for (case, growth_times) in CASES.into_iter().zip([4.0, 0.5, 4.0, 3.0]) {
-        // The radius identifies the point, because it is proportional to the initial apex distance. Within every element it is
-        // linear, and uniform growth and splitting keep it linear.
+        // The radius identifies the point, because it is proportional to the initial apex distance.
+        // Within every element it is linear, and uniform growth and splitting keep it linear.
         let initial = case.initial;
         let mut shoot = Shoot::builder(YOUNG)
             .length(initial)
@@ -141,7 +146,8 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
                     worst[3] = worst[3].max((point.apex_distance / (now - exact) - 1.0).abs() * (now - exact) / now);
                 }
             }
-            // Elements are split and never moved over the tissue, so that the first nodes are still nodes.
+            // Elements are split and never moved over the tissue, so that the first nodes are still
+            // nodes.
             let line = rod.centre_line();
             for sigma in &first_nodes[..first_nodes.len() - 1] {
                 let (exact, ..) = case.point(*sigma, t);
@@ -157,7 +163,8 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
 
 #[test]
 fn very_long_growth_zone_takes_no_extra_steps() {
-    // A large number stands for growth of the whole shoot. No tissue leaves the zone, so that no step is shortened.
+    // A large number stands for growth of the whole shoot. No tissue leaves the zone, so that no
+    // step is shortened.
     for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
         let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
         let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).into_dyn().build().unwrap();

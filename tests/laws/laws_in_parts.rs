@@ -1,4 +1,5 @@
-//! Composition of laws: declarations, chained memories, tuples, boxed laws, and models written by users.
+//! Composition of laws: declarations, chained memories, tuples, boxed laws, and models written by
+//! users.
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne};
 use morphorod::constitutive::LinearElastic;
@@ -38,7 +39,8 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
         component(Rotation::First),
         component(Rotation::Second),
         component(Rotation::Invariant),
-        // These remember the normal of the pile and the bend, whose stimuli follow the three components of the vertical.
+        // These remember the normal of the pile and the bend, whose stimuli follow the three
+        // components of the vertical.
         memory(Source::Variable(0), Rotation::First),
         memory(Source::Variable(1), Rotation::Second),
         memory(Source::Stimulus(3), Rotation::First),
@@ -50,7 +52,8 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     assert_eq!(Declaration::of(&Oscillator::new(0.2, 1440.0)).shortest_delay(), f64::INFINITY);
 }
 
-/// Values after a rotation of the directors by `angle` about d3, transformed as their declared rotation requires.
+/// Values after a rotation of the directors by `angle` about d3, transformed as their declared
+/// rotation requires.
 fn turned(values: &[f64], rotation: impl Fn(usize) -> Rotation, angle: f64) -> Vec<f64> {
     let (sin, cos) = angle.sin_cos();
     let turn = |i: usize| match rotation(i) {
@@ -157,7 +160,8 @@ fn chained_memories_filter_twice_and_add_their_delays() {
         shoot.tip()
     }
     let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
-    // Only the order of operations differs. The difference is rounding of 5 cm, which a stable shoot does not magnify.
+    // Only the order of operations differs. The difference is rounding of 5 cm, which a stable
+    // shoot does not magnify.
     assert_abs_diff_eq!(found, expected, epsilon = 1e-14);
     let once =
         DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
@@ -165,7 +169,8 @@ fn chained_memories_filter_twice_and_add_their_delays() {
     assert_abs_diff_ne!(tip(once), expected, epsilon = 1e-4);
 }
 
-/// Responds to the bend, at once or through a memory. A present that the law did not request makes the gradient NaN.
+/// Responds to the bend, at once or through a memory. A present that the law did not request makes
+/// the gradient NaN.
 struct Straightens {
     at_once: bool,
 }

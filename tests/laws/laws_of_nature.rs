@@ -1,5 +1,6 @@
-//! Properties of every equilibrium: couples balance at every point, the energy is stationary, and it is a minimum if the solver
-//! reports a stable rod. Strains, moments and energies are computed from frames and positions by formulas of this file.
+//! Properties of every equilibrium: couples balance at every point, the energy is stationary, and
+//! it is a minimum if the solver reports a stable rod. Strains, moments and energies are computed
+//! from frames and positions by formulas of this file.
 //!
 //! `MORPHOROD_SCENES=5000 MORPHOROD_SEED=7 cargo test --workspace --test all laws_of_nature` draws more and other rods.
 
@@ -13,8 +14,8 @@ use morphorod::rod::Rod;
 use morphorod::{Order, Place, Profile, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Number of elements. Between nodes, frames and their derivatives are of fourth order in the length of elements, and this
-/// number leaves an error of 1e-9.
+/// Number of elements. Between nodes, frames and their derivatives are of fourth order in the
+/// length of elements, and this number leaves an error of 1e-9.
 const ELEMENTS: usize = 96;
 const STEPS: usize = 600;
 
@@ -100,8 +101,9 @@ impl Case {
         Profile::of(rod, &law, &load, &environment).sample(2 * STEPS + 1)
     }
 
-    /// The energy of the shape with a strain that is given at the ends and midpoints of steps. Frames and positions are integrated
-    /// by the classical Runge–Kutta method, energies by Simpson's rule.
+    /// The energy of the shape with a strain that is given at the ends and midpoints of steps.
+    /// Frames and positions are integrated by the classical Runge–Kutta method, energies by
+    /// Simpson's rule.
     fn energy(&self, strain: &[Vector3<f64>]) -> f64 {
         let h = self.length / STEPS as f64;
         let density = |k: usize, p: &Vector3<f64>| {
@@ -160,8 +162,8 @@ impl Case {
     }
 }
 
-/// The difference of K (u − u*) at a place and the moment of all forces beyond it, N m. Both are computed from frames and
-/// positions alone.
+/// The difference of K (u − u*) at a place and the moment of all forces beyond it, N m. Both are
+/// computed from frames and positions alone.
 fn unbalanced(case: &Case, places: &[Place], k: usize) -> f64 {
     let h = case.length / (2 * STEPS) as f64;
     // The difference formula is of fourth order in twice the distance of places.
@@ -198,12 +200,14 @@ fn couples_balance_and_stable_equilibria_minimise_the_energy() {
         }
     }
     println!("{scenes} rods: couples unbalanced by {residual:.1e}, the energy's slope is {slope:.1e}");
-    // The strain of elements, and of differences over 1/600 of the length, errs by 1e-9. The energy is that of the points, which
-    // errs by less. Its rounding divided by the size of the change is 1e-13 and more.
+    // The strain of elements, and of differences over 1/600 of the length, errs by 1e-9. The energy
+    // is that of the points, which errs by less. Its rounding divided by the size of the change is
+    // 1e-13 and more.
     assert!(residual < 1e-8 && slope < 1e-10, "{residual:e} {slope:e}");
 }
 
-/// An upright rod above the critical load is in equilibrium, and its energy decreases when it leans.
+/// An upright rod above the critical load is in equilibrium, and its energy decreases when it
+/// leans.
 #[test]
 fn energy_of_an_unstable_upright_rod_decreases_along_its_first_mode() {
     let mut draw = Draw::new(3);
@@ -222,7 +226,8 @@ fn energy_of_an_unstable_upright_rod_decreases_along_its_first_mode() {
         let (rod, negative) = case.solve(Branch::Nearest);
         assert_eq!(negative, if falls { 2 } else { 0 });
         let strain: Vec<Vector3<f64>> = case.places(&rod).iter().map(|place| place.strain).collect();
-        // The second derivative along this approximation of the first mode is less than half a percent above the lowest one.
+        // The second derivative along this approximation of the first mode is less than half a
+        // percent above the lowest one.
         let lean: Vec<Vector3<f64>> =
             (0..=2 * STEPS).map(|k| Vector3::y() / case.length * mode(k as f64 / (2 * STEPS) as f64)).collect();
         let (first, second) = case.variations(&strain, &lean);
@@ -231,8 +236,8 @@ fn energy_of_an_unstable_upright_rod_decreases_along_its_first_mode() {
     }
 }
 
-/// θ' of the buckling mode of a rod under its own weight, as a series in (1 − x)³. The mode satisfies θ'' = −λ (1 − x) θ with
-/// θ(0) = 0 and θ'(1) = 0.
+/// θ' of the buckling mode of a rod under its own weight, as a series in (1 − x)³. The mode
+/// satisfies θ'' = −λ (1 − x) θ with θ(0) = 0 and θ'(1) = 0.
 fn mode(x: f64) -> f64 {
     let cube = 7.837_347 * (1.0 - x).powi(3);
     let (mut term, mut sum) = (1.0, 0.0);

@@ -1,5 +1,5 @@
-//! Memories. Declared linear memories are integrated by fixed weights, without calls of the law, and all others by
-//! collocation. Both are the exact response to the stimuli that were sensed.
+//! Memories. Declared linear memories are integrated by fixed weights, without calls of the law,
+//! and all others by collocation. Both are the exact response to the stimuli that were sensed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,7 +10,8 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, Size, Source, TropismLaw, Variable};
 use nalgebra::Vector3;
 
-/// A law that does not declare which of its variables are memories. It counts the calls of its rates.
+/// A law that does not declare which of its variables are memories. It counts the calls of its
+/// rates.
 struct Silent<L> {
     law: L,
     calls: Arc<AtomicUsize>,
@@ -60,8 +61,9 @@ fn undeclared_memories_give_the_same_shoot_as_declared_ones() {
     let calls = Arc::new(AtomicUsize::new(0));
     let (tip, variables) = righted(steering(SettledStatoliths));
     let (other_tip, other_variables) = righted(Silent { law: steering(SettledStatoliths), calls: calls.clone() });
-    // The same weights are applied in another order, in fifty steps. Each step adds a rounding error of 4 units of 1.1e-16, on
-    // a tip at a distance of 5 cm and on variables up to 100/m (bending) and 1 (direction).
+    // The same weights are applied in another order, in fifty steps. Each step adds a rounding
+    // error of 4 units of 1.1e-16, on a tip at a distance of 5 cm and on variables up to 100/m
+    // (bending) and 1 (direction).
     assert_abs_diff_eq!(tip, other_tip, epsilon = 1e-15);
     for (y, other) in variables.iter().zip(&other_variables) {
         assert_abs_diff_eq!(y, other, epsilon = 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0));
@@ -71,13 +73,14 @@ fn undeclared_memories_give_the_same_shoot_as_declared_ones() {
 
 #[test]
 fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
-    // The variables of statoliths are iterated to a relative tolerance of 1e-12, with declared or undeclared memories.
+    // The variables of statoliths are iterated to a relative tolerance of 1e-12, with declared or
+    // undeclared memories.
     let calls = Arc::new(AtomicUsize::new(0));
     let (tip, _) = righted(steering(STATOLITHS));
     let (other, _) = righted(Silent { law: steering(STATOLITHS), calls: calls.clone() });
     assert_abs_diff_eq!(tip, other, epsilon = 1e-12 * 0.05);
-    // There are seven or eight sweeps over three nodes at 32 points. Two hours take 50 steps, seven steps of the start, and some
-    // around the two output times. One more sweep exceeds the bound.
+    // There are seven or eight sweeps over three nodes at 32 points. Two hours take 50 steps, seven
+    // steps of the start, and some around the two output times. One more sweep exceeds the bound.
     let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);
     assert!(per_point < 30.0, "{per_point} calls at a point in a step");
 }

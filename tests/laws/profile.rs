@@ -27,7 +27,8 @@ fn read(law: &dyn Constitutive, load: &dyn Load, order: Order, elements: usize, 
 #[test]
 fn unloaded_helix_has_constant_strain_and_curvature() {
     let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 3, Order::Eight).unwrap();
-    // The intrinsic shape is a helix, bent by 20/m and twisted by 9/m. Its curvature is 20/m everywhere.
+    // The intrinsic shape is a helix, bent by 20/m and twisted by 9/m. Its curvature is 20/m
+    // everywhere.
     rod.set_intrinsic(|_| Vector3::new(0.0, 20.0, 9.0));
     let _ = Unloaded.solve(&mut rod, &YOUNG, &(), &Still::weightless().environment(0.0)).unwrap();
     let profile = Profile::of(&rod, &YOUNG, &(), &Still::weightless().environment(0.0));
@@ -40,7 +41,8 @@ fn unloaded_helix_has_constant_strain_and_curvature() {
         assert_abs_diff_eq!(place.strain, Vector3::new(0.0, 20.0, 9.0), epsilon = 1e-12);
         assert_abs_diff_eq!(place.curvature(), 20.0, epsilon = 1e-12);
         assert_eq!((place.couple.norm(), place.force.norm(), place.regr, place.speed), (0.0, 0.0, 0.0, 0.0));
-        // In the frame of the base, the axis of the helix is parallel to u. The frame rotates about it by |u| s.
+        // In the frame of the base, the axis of the helix is parallel to u. The frame rotates about
+        // it by |u| s.
         let expected = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 20.0, 9.0) * s);
         // Three elements of order eight resolve 0.44 rad each to 1e-11.
         assert_abs_diff_eq!(place.frame.angle_to(&expected), 0.0, epsilon = 1e-10);
@@ -60,7 +62,8 @@ fn couple_of_cantilever_is_the_moment_of_its_end_force() {
     let tip = found[20].position;
     for place in &found {
         assert_eq!(place.force, force);
-        // m = (p(ℓ) − p(s)) × F. Both sides are integrated by the same rule, so that they differ by rounding alone.
+        // m = (p(ℓ) − p(s)) × F. Both sides are integrated by the same rule, so that they differ by
+        // rounding alone.
         let moment = (tip - place.position).cross(&force);
         assert_abs_diff_eq!(place.frame * place.couple, moment, epsilon = 1e-14 * tip.norm() * force.norm());
         assert_abs_diff_eq!(place.strain, place.couple.component_div(&YOUNG.stiffness(RADIUS)), epsilon = 1e-10);
@@ -87,8 +90,9 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
         let p = order.points() as i32;
         let (coarse, fine) = (error(16), error(32));
         for k in 0..3 {
-            // The order is p + 2, or that of the frames, 2 p, with one point; the floor is rounding. Half an order is
-            // allowed because the places have other positions within finer elements.
+            // The order is p + 2, or that of the frames, 2 p, with one point; the floor is
+            // rounding. Half an order is allowed because the places have other positions within
+            // finer elements.
             let expected = coarse[k] / 2.0_f64.powf(f64::from((p + 2).min(2 * p)) - 0.5);
             assert!(fine[k] < expected.max(1e-12), "order {order:?}, quantity {k}: {:e} then {:e}", coarse[k], fine[k]);
         }
@@ -146,13 +150,15 @@ fn profile_of_growing_shoot_matches_traced_growth() {
     for i in 0..=30 {
         let start = initial * f64::from(i) / 30.0;
         let exact = trace(&law, initial, start, now);
-        // Initial apex distances between material points are interpolated with order four in elements of 1/13 of the shoot.
+        // Initial apex distances between material points are interpolated with order four in
+        // elements of 1/13 of the shoot.
         let s = rod.arc_length_of(start).unwrap();
         assert!(abs_diff_eq!(s, exact.arc_length, epsilon = 1e-7), "{start}: {s} against {}", exact.arc_length);
         let place = profile.at(s).unwrap();
         assert_abs_diff_eq!(place.tissue.initial_apex_distance, initial - start, epsilon = 1e-9);
         assert_eq!(place.tissue.age > 0.0, s < range.start - 1e-9, "{s}");
-        // The expected speed is the derivative of the traced path, by central differences over two minutes.
+        // The expected speed is the derivative of the traced path, by central differences over two
+        // minutes.
         let at = |t: f64| trace(&law, initial, start, t).arc_length;
         let speed = (at(now + 60.0) - at(now - 60.0)) / 120.0;
         if (s - range.start).abs() > 1e-4 {

@@ -1,4 +1,5 @@
-//! Statoliths in cells that are tilted, rotated or weightless. The normal of the pile is compared with closed forms.
+//! Statoliths in cells that are tilted, rotated or weightless. The normal of the pile is compared
+//! with closed forms.
 
 use crate::fixtures::shoots;
 use approx::abs_diff_eq;
@@ -42,7 +43,8 @@ impl Cell {
         Vector3::from_column_slice(&self.shoot.state().variables(0).unwrap()[..3])
     }
 
-    /// The angle from the upward vertical to the normal, and the deviation of the normal's length from 1.
+    /// The angle from the upward vertical to the normal, and the deviation of the normal's length
+    /// from 1.
     fn lean(&mut self, t: f64) -> (f64, f64) {
         let h = self.normal(t);
         let up = -self.shoot.rod().frames()[0].inverse_transform_vector(&self.shoot.model().scene().gravity(t));
@@ -67,8 +69,8 @@ impl Scene for Tilted {
 
 #[test]
 fn pile_in_a_tilted_cell_avalanches_by_the_closed_form() {
-    // Equation (6) of doi 10.3389/fpls.2021.608005 rotates h towards the vertical at φ̇ = −sin φ/τa. Its solution is
-    // tan(φ/2) = tan(φ0/2) exp(−t/τa).
+    // Equation (6) of doi 10.3389/fpls.2021.608005 rotates h towards the vertical at φ̇ = −sin
+    // φ/τa. Its solution is tan(φ/2) = tan(φ0/2) exp(−t/τa).
     for degrees in [10.0_f64, 90.0, 170.0, 179.9] {
         for avalanche in [1e-4, 1e-2, 1.0, 5.0, 20.0, 60.0, 120.0, 1e3, 1e6] {
             let mut cell = Cell::new(avalanche, 90.0, Tilted(degrees.to_radians()));
@@ -79,8 +81,9 @@ fn pile_in_a_tilted_cell_avalanches_by_the_closed_form() {
                 let (lean, off) = cell.lean(100.0 + t);
                 (angle, size) = (angle.max((lean - exact).abs()), size.max(off));
             }
-            // Four collocation points in a step of at most the avalanche time are of sixth order, z⁶/(6! 2⁶ …) of a radian.
-            // A step that contains a whole avalanche is halved until a tenth of a step resolves it, to 1e-4.
+            // Four collocation points in a step of at most the avalanche time are of sixth order,
+            // z⁶/(6! 2⁶ …) of a radian. A step that contains a whole avalanche is halved until a
+            // tenth of a step resolves it, to 1e-4.
             let bound = if avalanche >= 100.0 { 1e-7 } else { 1e-4 };
             assert!(angle < bound && size < 2.0 * bound, "{degrees}°, τa = {avalanche} s: {angle:e} rad, |h| {size:e}");
         }
@@ -89,7 +92,8 @@ fn pile_in_a_tilted_cell_avalanches_by_the_closed_form() {
 
 #[test]
 fn normal_of_an_inverted_pile_stays_a_unit_vector() {
-    // The inverted pile is an unstable equilibrium. Rounding may move h in any direction, but h remains a unit vector.
+    // The inverted pile is an unstable equilibrium. Rounding may move h in any direction, but h
+    // remains a unit vector.
     for avalanche in [1e-4, 1e-2, 1.0, 5.0, 20.0, 60.0, 120.0, 1e3] {
         let mut cell = Cell::new(avalanche, 90.0, Tilted(std::f64::consts::PI));
         let worst = (1..=60).map(|i| cell.lean(100.0 + 30.0 * f64::from(i)).1).fold(0.0, f64::max);
@@ -108,8 +112,9 @@ fn pile_lags_by_a_constant_angle_on_a_slow_clinostat() {
             assert!(off < 1e-6, "τa = {avalanche} s: |h| differs from 1 by {off:e}");
             (lag - exact).abs()
         });
-        // Cubics through the last four verticals, Ω dt = 0.157, 0.079 and 0.039 rad apart, err by up to 0.04 (Ω dt)⁴ within
-        // the step. Most of the error m is in the length, sin φ (1 + m) = Ωτa.
+        // Cubics through the last four verticals, Ω dt = 0.157, 0.079 and 0.039 rad apart, err by
+        // up to 0.04 (Ω dt)⁴ within the step. Most of the error m is in the length, sin φ (1 + m) =
+        // Ωτa.
         for (error, dt) in errors.into_iter().zip([90.0, 45.0, 22.5]) {
             let bound = 0.04 * (rate * dt).powi(4) * (1.0 + exact.tan());
             assert!(error < bound, "τa = {avalanche} s, step {dt} s: {error:e} > {bound:e}");
@@ -119,7 +124,8 @@ fn pile_lags_by_a_constant_angle_on_a_slow_clinostat() {
 
 #[test]
 fn pile_slips_on_a_fast_clinostat() {
-    // With Ωτa > 1 there is no steady state. The reference integrates φ̇ = Ω − sin φ/τa in 1e5 steps of the classical Runge–Kutta method.
+    // With Ωτa > 1 there is no steady state. The reference integrates φ̇ = Ω − sin φ/τa in 1e5
+    // steps of the classical Runge–Kutta method.
     let (rate, avalanche, end) = (TAU / 600.0, 200.0, 2.0 * HOUR);
     let (mut phi, h) = (0.0_f64, end / 1e5);
     let slope = |phi: f64| rate - phi.sin() / avalanche;
@@ -163,8 +169,8 @@ fn pile_does_not_move_without_gravity() {
         let mut cell = Cell::new(avalanche, 90.0, Orbit);
         let before = cell.normal(200.0);
         for t in [201.0, 1000.0, 4.0 * HOUR] {
-            // The direction of gravity is undefined, and ḣ = 0. The decay and the gain of a step are separate sums, with some
-            // tens of roundings in each of 160 steps.
+            // The direction of gravity is undefined, and ḣ = 0. The decay and the gain of a step
+            // are separate sums, with some tens of roundings in each of 160 steps.
             let normal = cell.normal(t);
             assert!(
                 abs_diff_eq!(normal, before, epsilon = 160.0 * 64.0 * f64::EPSILON),

@@ -13,7 +13,8 @@ const LOADS: [f64; 9] = [1.0, 4.492, 7.0, 8.0, 12.0, 20.0, 100.0, 1e3, 1e4];
 /// Angle of the base from upright, degrees.
 const TILTS: [f64; 8] = [0.01, 1.0, 10.0, 45.0, 90.0, 135.0, 170.0, 179.0];
 
-/// Nodes of elements that shrink towards the base, where a heavy shoot turns down within about ℓ q̂^(-1/2).
+/// Nodes of elements that shrink towards the base, where a heavy shoot turns down within about ℓ
+/// q̂^(-1/2).
 fn graded(elements: usize, load: f64) -> Vec<f64> {
     let grade = (0.5 * load.sqrt()).ln_1p();
     let at = |i: usize| LENGTH * (grade * i as f64 / elements as f64).exp_m1() / grade.exp_m1();
@@ -35,7 +36,8 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
     let mut azimuth = 0.0;
     for load in LOADS {
         for tilt in TILTS {
-            // The base leans in another direction in every case, so that no symmetry reduces the rounding.
+            // The base leans in another direction in every case, so that no symmetry reduces the
+            // rounding.
             let lean = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), azimuth);
             azimuth += 0.7;
             let scene = Still { base: lean * Still::tilted(tilt.to_radians()).base, ..Still::upright() };
@@ -44,19 +46,21 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
                 let mut rod = straight(&graded(elements, load), &scene);
                 let found = solve(&mut rod, load, &scene);
                 assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "{case}");
-                // Steps are limited to 1 rad and shifted while the shape is unstable. At most 34 were needed when this test was
-                // written.
+                // Steps are limited to 1 rad and shifted while the shape is unstable. At most 34
+                // were needed when this test was written.
                 assert!(found.iterations <= 40, "{case}: {} iterations", found.iterations);
                 assert!(found.error <= 1e-11, "{case}: {:e}", found.error);
                 let tip = lean.inverse() * rod.tip() / LENGTH;
-                // No force acts across the vertical plane in which the base leans. The smallest pivot is the stiffness to a
-                // rotation of that plane, and rounding moves the shape by the inverse of its margin.
+                // No force acts across the vertical plane in which the base leans. The smallest
+                // pivot is the stiffness to a rotation of that plane, and rounding moves the shape
+                // by the inverse of its margin.
                 let sideways = tip.y.abs();
                 let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
                 assert!(tip.x > 0.0 && sideways < promised, "{case}: {sideways:e} against {promised:e}");
                 tip
             });
-            // The requirement is 1e-8 of the length. At order 8, the error of a mesh of half the size is 256 times smaller.
+            // The requirement is 1e-8 of the length. At order 8, the error of a mesh of half the
+            // size is 256 times smaller.
             assert!(abs_diff_eq!(tips[0], tips[1], epsilon = 1e-8), "{case}: {} against {}", tips[0], tips[1]);
         }
     }
@@ -81,8 +85,8 @@ fn tip_of_heavy_shoots_matches_shooting() {
                 weight: |sigma| q * sigma,
             };
             let known = hanging.tip(steps);
-            // The bound contains the step error of the integration, the rounding of its 2 · steps additions, and the last
-            // change of the crate's mesh.
+            // The bound contains the step error of the integration, the rounding of its 2 · steps
+            // additions, and the last change of the crate's mesh.
             let rounding = 2.0 * steps as f64 * f64::EPSILON * LENGTH;
             let promised = known.error + rounding + (tips[0] - tips[1]).norm();
             let expected = Vector2::from(known.value);
@@ -107,7 +111,8 @@ fn heavy_horizontal_shoots_converge_on_a_uniform_mesh() {
             assert_eq!(solve(&mut rod, load, &scene).inertia.negative, 0, "load {load}");
             rod.tip() / LENGTH
         };
-        // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements. The error there is (h/layer)⁸ · 1e-8.
+        // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements. The error there
+        // is (h/layer)⁸ · 1e-8.
         let (coarse, fine) = (tip(32), tip(64));
         assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-7), "load {load}: {coarse} against {fine}");
         load *= 1.5;

@@ -1,4 +1,5 @@
-//! Invalid input is refused with a named parameter or an error with numbers, without panic, and the rod is unchanged.
+//! Invalid input is refused with a named parameter or an error with numbers, without panic, and the
+//! rod is unchanged.
 
 use crate::fixtures::rods;
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
@@ -17,7 +18,8 @@ fn upright(elements: usize) -> Rod {
     Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), elements, Order::default()).expect("a rod")
 }
 
-/// Asserts that the error names the parameter, its value and a requirement, as fields and in its message.
+/// Asserts that the error names the parameter, its value and a requirement, as fields and in its
+/// message.
 fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, value: f64) {
     let error = answer.expect_err(name);
     assert_eq!(error.name, name);
@@ -125,7 +127,8 @@ fn exceeded_iteration_limit_reports_the_residual_and_leaves_the_rod() {
             };
             assert_eq!(iterations, bound);
             assert!(step > 0.0 && step.is_finite() && residual > 0.0 && residual.is_finite(), "{step} {residual}");
-            // The largest force is the weight beyond the first Gauss point, 0.07 of an element from the base.
+            // The largest force is the weight beyond the first Gauss point, 0.07 of an element from
+            // the base.
             let total = 100.0 * rods::bending_stiffness() / LENGTH.powi(2);
             assert!(force < total && force > 0.99 * total, "{force} against {total}");
         }

@@ -1,4 +1,5 @@
-//! Rods in space with closed forms or published tables: arcs, helices, and the 45° bend of Bathe and Bolourchi.
+//! Rods in space with closed forms or published tables: arcs, helices, and the 45° bend of Bathe
+//! and Bolourchi.
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -36,8 +37,8 @@ fn helix(u: &Vector3<f64>, s: f64) -> Vector3<f64> {
     along * s + (Vector3::z() - along) * (sin / size) + axis.cross(&Vector3::z()) * ((1.0 - cos) / size)
 }
 
-/// A bound on the error of the Gauss rule with p points for ∫ cos x over 0 … h, Abramowitz and Stegun, 25.4.30:
-/// h^(2p+1) (p!)⁴ / ((2p + 1) ((2p)!)³), here per unit of h.
+/// A bound on the error of the Gauss rule with p points for ∫ cos x over 0 … h, Abramowitz and
+/// Stegun, 25.4.30: h^(2p+1) (p!)⁴ / ((2p + 1) ((2p)!)³), here per unit of h.
 fn gauss_error(p: usize, h: f64) -> f64 {
     let factorial = |n: usize| (1..=n).map(|i| i as f64).product::<f64>();
     h.powi(2 * p as i32) * factorial(p).powi(4) / ((2 * p + 1) as f64 * factorial(2 * p).powi(3))
@@ -56,8 +57,9 @@ proptest! {
         let u = direction.normalize() * (2.0 * PI * turns);
         for rod in relaxed(&with_strain(elements, order, |_| u)) {
             for (i, frame) in rod.frames().iter().enumerate() {
-                // The rotation vector is linear in s, which every order represents. The error is rounding of a few units for
-                // each element and, with a tight tolerance, as much again from Newton's method.
+                // The rotation vector is linear in s, which every order represents. The error is
+                // rounding of a few units for each element and, with a tight tolerance, as much
+                // again from Newton's method.
                 let exact = UnitQuaternion::from_scaled_axis(u * (i as f64 / elements as f64));
                 let (angle, rounding) = (frame.angle_to(&exact), 8.0 * (elements as f64) * f64::EPSILON + 2e-14);
                 prop_assert!(abs_diff_eq!(angle, 0.0, epsilon = rounding), "{order:?}, frame {i}: {angle:e}");
@@ -75,14 +77,16 @@ proptest! {
 
 #[test]
 fn straight_initial_guess_converges_to_a_closed_circle() {
-    // The straight shape of a rod with the intrinsic shape of a circle is far from equilibrium, and no force sets a scale.
+    // The straight shape of a rod with the intrinsic shape of a circle is far from equilibrium, and
+    // no force sets a scale.
     for order in Order::ALL {
         for elements in [4, 16] {
             let u = Vector3::new(0.0, 2.0 * PI, 0.0);
             for rod in relaxed(&with_strain(elements, order, |_| u)) {
                 let turned = rod.apex_frame().angle();
                 assert!(turned < 8.0 * (elements as f64) * f64::EPSILON + 2e-14, "{order:?}: {turned:e}");
-                // The tip is the integral of a sine over a whole period, for which the sum of the elements is exact.
+                // The tip is the integral of a sine over a whole period, for which the sum of the
+                // elements is exact.
                 assert!(rod.tip().norm() < 1e-13, "{order:?}, {elements} elements: {:?}", rod.tip());
             }
         }
@@ -91,7 +95,8 @@ fn straight_initial_guess_converges_to_a_closed_circle() {
 
 #[test]
 fn bends_that_cancel_within_an_element_converge() {
-    // The frames at the ends of an element are almost equal, although the rotations between them are large.
+    // The frames at the ends of an element are almost equal, although the rotations between them
+    // are large.
     for order in [Order::Four, Order::Six, Order::Eight] {
         let p = order.points();
         for seed in 0..200 {
@@ -109,8 +114,9 @@ fn bends_that_cancel_within_an_element_converge() {
 
 #[test]
 fn intrinsic_strain_with_rotating_direction_gives_a_helix() {
-    // In frames that are rotated back by ks about d3, a rod of constant strain w = (a, 0, b + k) has u = (a cos ks, a sin ks, b).
-    // The frames are exp(ŵ s) exp(−k s ê3), and the centre line is the helix of w. The rotation vector is not a polynomial.
+    // In frames that are rotated back by ks about d3, a rod of constant strain w = (a, 0, b + k)
+    // has u = (a cos ks, a sin ks, b). The frames are exp(ŵ s) exp(−k s ê3), and the centre line is
+    // the helix of w. The rotation vector is not a polynomial.
     let (a, b, k) = (3.0, 0.5, 2.0);
     let w = Vector3::new(a, 0.0, b + k);
     for order in Order::ALL {
@@ -119,7 +125,8 @@ fn intrinsic_strain_with_rotating_direction_gives_a_helix() {
             .map(|&elements| {
                 let strain = |s: f64| Vector3::new(a * (k * s).cos(), a * (k * s).sin(), b);
                 let [direct, newton] = relaxed(&with_strain(elements, order, strain));
-                // Both minimise the same discrete energy, to rounding and to the tight tolerance of 1e-14.
+                // Both minimise the same discrete energy, to rounding and to the tight tolerance of
+                // 1e-14.
                 let apart = direct.frames().iter().zip(newton.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
                 assert!(apart < 1e-13, "{order:?}, {elements} elements: {apart:e}");
                 let exact = UnitQuaternion::from_scaled_axis(w) * UnitQuaternion::from_scaled_axis(Vector3::z() * -k);
@@ -131,7 +138,8 @@ fn intrinsic_strain_with_rotating_direction_gives_a_helix() {
         let halvings = errors.len() - 1;
         assert!(halvings >= 2, "{order:?}: {errors:?}");
         let observed = (errors[0] / errors[halvings]).log2() / halvings as f64;
-        // The next term of the error, h² times the leading one with h up to 1 rad, moves the mean by a tenth or two.
+        // The next term of the error, h² times the leading one with h up to 1 rad, moves the mean
+        // by a tenth or two.
         let expected = order.exponent() as f64;
         assert!(
             abs_diff_eq!(observed, expected, epsilon = 0.3),
@@ -165,7 +173,8 @@ impl Constitutive for SquareSection {
 /// The polar second moment, which the papers use for the torsion constant of the square.
 const POLAR: SquareSection = SquareSection { torsion_constant: 1.0 / 6.0 };
 
-/// An arc of 45° and radius 100 in, clamped with its tangent along e3 and curved towards e1, pulled along e2 at its end.
+/// An arc of 45° and radius 100 in, clamped with its tangent along e3 and curved towards e1, pulled
+/// along e2 at its end.
 fn bend(section: &SquareSection, force: f64, elements: usize, order: Order) -> Rod {
     let length = 100.0 * FRAC_PI_4;
     let mut rod = Rod::uniform(length, 0.5, UnitQuaternion::identity(), elements, order).expect("a rod");
@@ -176,8 +185,8 @@ fn bend(section: &SquareSection, force: f64, elements: usize, order: Order) -> R
     rod
 }
 
-/// The coordinates of the tip in the order of the tables: towards the centre of the arc, along the tangent of the base, out of
-/// the plane.
+/// The coordinates of the tip in the order of the tables: towards the centre of the arc, along the
+/// tangent of the base, out of the plane.
 fn tabulated(rod: &Rod) -> Vector3<f64> {
     let tip = rod.tip();
     Vector3::new(tip.x, tip.z, tip.y)
@@ -197,9 +206,11 @@ fn bend_of_45_degrees_matches_published_tables() {
     ];
     for (who, elements, force, printed, half_unit) in tables {
         let converged = tabulated(&bend(&POLAR, force, 16, Order::default()));
-        // Their elements have constant strain, as those of lowest order of the crate. Another interpolation may double the error.
+        // Their elements have constant strain, as those of lowest order of the crate. Another
+        // interpolation may double the error.
         let coarse = (tabulated(&bend(&POLAR, force, elements, Order::Two)) - converged).norm();
-        // Their rods also stretch and shear, by at most n/(E A) and n/(κ G A) per length, with κ = 5/6.
+        // Their rods also stretch and shear, by at most n/(E A) and n/(κ G A) per length, with κ =
+        // 5/6.
         let shear = force * 100.0 * FRAC_PI_4 * (1e-7 + 1.0 / (5e6 * 5.0 / 6.0));
         let (difference, granted) = ((printed - converged).norm(), 2.0 * coarse + shear + 3_f64.sqrt() * half_unit);
         // The bound is one of the norm, from the rounding of three printed coordinates.
@@ -209,8 +220,8 @@ fn bend_of_45_degrees_matches_published_tables() {
 
 #[test]
 fn bend_of_45_degrees_satisfies_the_balance_equations() {
-    // The torsion constants are the polar moment, and that of a square under Saint-Venant's torsion, 0.1406 a⁴ (Timoshenko and
-    // Goodier, Theory of Elasticity, section 109).
+    // The torsion constants are the polar moment, and that of a square under Saint-Venant's
+    // torsion, 0.1406 a⁴ (Timoshenko and Goodier, Theory of Elasticity, section 109).
     for section in [POLAR, SquareSection { torsion_constant: 0.1406 }] {
         for force in [300.0, 450.0, 600.0] {
             let rod = bend(&section, force, 16, Order::default());
@@ -219,7 +230,8 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
                 |_: f64, couple: &Vector3<f64>| couple.component_div(&stiffness) + Vector3::new(0.0, 0.01, 0.0);
             let known = back_to_base(rod.length(), &rod.apex_frame(), 500, strain, |_| Vector3::new(0.0, force, 0.0));
             let (base, tip) = known.value;
-            // The bound is the step error of the integration, and rounding of a few units in each of 1000 steps.
+            // The bound is the step error of the integration, and rounding of a few units in each
+            // of 1000 steps.
             let promised = known.error + 1000.0 * 4.0 * f64::EPSILON;
             assert!(abs_diff_eq!(base, Matrix3::identity(), epsilon = promised), "{force} lb: {base}");
             assert!(
@@ -233,7 +245,8 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
 
 #[test]
 fn coil_is_found_from_a_straight_initial_guess_in_few_iterations() {
-    // The strains turn an element by 2.9 rad, so that eight elements form 3.7 turns. They are solved with and without weight.
+    // The strains turn an element by 2.9 rad, so that eight elements form 3.7 turns. They are
+    // solved with and without weight.
     for (u, elements) in
         [(Vector3::new(0.0, 20.0, 11.6), 8), (Vector3::new(17.0, 9.0, 3.0), 8), (Vector3::new(3.0, 60.0, 3.0), 32)]
     {

@@ -1,5 +1,6 @@
-//! Equilibria that a few elements cannot resolve, such as a boundary layer at the clamp or a coil of a hundred turns. The
-//! adaptive integrator finds them to a tolerance from a mesh that is far too coarse.
+//! Equilibria that a few elements cannot resolve, such as a boundary layer at the clamp or a coil
+//! of a hundred turns. The adaptive integrator finds them to a tolerance from a mesh that is far
+//! too coarse.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -11,7 +12,8 @@ use morphorod::load::Weight;
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
-/// A rod of 1 m length and 1 mm radius on a horizontal base, with the given softness q ℓ³/(E I) and intrinsic strain (1/m).
+/// A rod of 1 m length and 1 mm radius on a horizontal base, with the given softness q ℓ³/(E I) and
+/// intrinsic strain (1/m).
 fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<DynLaws> {
     let (radius, density) = (1e-3, 1000.0);
     // q/(E I) with I = π r⁴/4.
@@ -36,7 +38,8 @@ fn on_equal_elements(mut shoot: Shoot<DynLaws>) -> Vector3<f64> {
     shoot.tip()
 }
 
-/// Asserts that each tolerance is met from a mesh of four elements, with `most` elements at most. The reference errs by `own`.
+/// Asserts that each tolerance is met from a mesh of four elements, with `most` elements at most.
+/// The reference errs by `own`.
 fn assert_kept(softness: f64, strain: Vector3<f64>, reference: &Vector3<f64>, own: f64, most: usize) {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
         let mut shoot = rod(softness, 4, strain);
@@ -54,8 +57,9 @@ fn adaptive_mesh_resolves_the_boundary_layer_of_a_hanging_hair() {
         // Elements with a quarter of the length of the boundary layer err by 1e-11 of it.
         let reference = on_equal_elements(rod(softness, 4096, Vector3::zeros()));
         assert_kept(softness, Vector3::zeros(), &reference, 2e-12, 150);
-        // The rod bends in a layer of width ε = 1/√(q ℓ³/(E I)) at the clamp, where φ' = −(2/ε) sin(φ/2) with φ the angle from
-        // the vertical. This gives x = √2 ε and z = −1 + (2 − √2) ε, up to terms in ε².
+        // The rod bends in a layer of width ε = 1/√(q ℓ³/(E I)) at the clamp, where φ' = −(2/ε)
+        // sin(φ/2) with φ the angle from the vertical. This gives x = √2 ε and z = −1 + (2 − √2) ε,
+        // up to terms in ε².
         let epsilon = 1.0 / softness.sqrt();
         let layer = Vector3::new(2.0_f64.sqrt() * epsilon, 0.0, -1.0 + (2.0 - 2.0_f64.sqrt()) * epsilon);
         assert!(
@@ -73,8 +77,8 @@ fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
         // 2048 elements err by 2e-12. The change from 1024 to 2048 elements is at most 1e-9.
         assert_kept(softness, strain, &reference, 1e-11, 3000);
         if softness < 1.0 {
-            // The shape is a helix about the intrinsic strain with ω = |u*|. The tangent keeps its part along the axis, and the
-            // other part rotates.
+            // The shape is a helix about the intrinsic strain with ω = |u*|. The tangent keeps its
+            // part along the axis, and the other part rotates.
             let (omega, axis) = (strain.norm(), strain.normalize());
             let along = axis * axis.z;
             let across = Vector3::z() - along;
@@ -86,7 +90,8 @@ fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
     }
 }
 
-/// The stiffness jumps at a place (relative to the length) that is not a node. The reference has a node there.
+/// The stiffness jumps at a place (relative to the length) that is not a node. The reference has a
+/// node there.
 #[test]
 fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
     for (place, factor) in [(0.37, 3.0), (0.123, 5.0), (0.5, 0.2), (0.71, 1e3)] {
@@ -109,7 +114,8 @@ fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
             let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
             let (error, estimate) = ((shoot.tip() - reference).norm() / 0.06, found.error.unwrap());
             assert!(error < tolerance && error < 10.0 * estimate, "{place}: {error:e}, estimated {estimate:e}");
-            // Each factor of four in the grading adds three elements on either side of the jump. A finer mesh halves all elements.
+            // Each factor of four in the grading adds three elements on either side of the jump. A
+            // finer mesh halves all elements.
             assert!(shoot.rod().elements() < 300, "{} elements", shoot.rod().elements());
         }
     }

@@ -1,5 +1,5 @@
-//! Rods without a closed form: tapered rods, rods in space under several loads, and rods of nonlinear tissue. The balance of
-//! couples is checked by integrations that use no elements.
+//! Rods without a closed form: tapered rods, rods in space under several loads, and rods of
+//! nonlinear tissue. The balance of couples is checked by integrations that use no elements.
 
 use crate::fixtures::rods;
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
@@ -59,7 +59,8 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
     for order in Order::ALL {
         let error = |k: i32| (settled(1 << k, order).tip() - finest.tip()).norm() / LENGTH;
         let errors: Vec<f64> = (1..8).map(error).filter(|e| (1e-13..1e-3).contains(e)).collect();
-        // The two finest halvings are used. Coarse meshes do not resolve the taper, and the error changes its sign.
+        // The two finest halvings are used. Coarse meshes do not resolve the taper, and the error
+        // changes its sign.
         let [.., first, _, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
         let observed = (first / last).log2() / 2.0;
         let expected = order.exponent() as f64;
@@ -68,14 +69,15 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
             "{order:?}: observed {observed} against {expected}, from {errors:?}"
         );
     }
-    // Two points or more integrate r², of degree two, exactly. The error is the rounding of 128 elements.
+    // Two points or more integrate r², of degree two, exactly. The error is the rounding of 128
+    // elements.
     let rounding = 128.0 * f64::EPSILON;
     assert_relative_eq!(finest.volume(), conical_volume(LENGTH), epsilon = 0.0, max_relative = rounding);
     assert_relative_eq!(finest.length(), LENGTH, epsilon = 0.0, max_relative = rounding);
 }
 
-/// The relative error of a solved rod when its balance is integrated from its apex to its base, and a bound on it. The error is
-/// the larger one of the base frame and the tip.
+/// The relative error of a solved rod when its balance is integrated from its apex to its base, and
+/// a bound on it. The error is the larger one of the base frame and the tip.
 fn imbalance(
     rod: &Rod,
     environment: &Environment,
@@ -93,7 +95,8 @@ fn imbalance(
     let known = run(&rod.apex_frame());
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
     let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm() / length);
-    // The growth of an error of the apex frame on the way to the base, from small rotations about three axes.
+    // The growth of an error of the apex frame on the way to the base, from small rotations about
+    // three axes.
     let growth = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
         let other = run(&(rod.apex_frame() * UnitQuaternion::from_scaled_axis(axis * 1e-6)));
         (other.value.0 - known.value.0).norm().max((other.value.1 - known.value.1).norm() / length) / 1e-6
@@ -128,12 +131,14 @@ proptest! {
             let mut rod = Rod::uniform(LENGTH, RADIUS, base, elements, Order::default()).expect("a rod");
             rod.set_intrinsic(|point| intrinsic(LENGTH - point.apex_distance));
             let (law, load): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &loads);
-            let found = NewtonSolver::with_tolerance(1e-12).solve(&mut rod, &law, &load, &environment).expect("an equilibrium");
+            let mut solver = NewtonSolver::with_tolerance(1e-12);
+            let found = solver.solve(&mut rod, &law, &load, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             (rod, found)
         };
         let ((coarse, _), (rod, found)) = (solve(12), solve(24));
-        // The error of the finer mesh is at most the last change of mesh, its tolerance and magnified rounding.
+        // The error of the finer mesh is at most the last change of mesh, its tolerance and
+        // magnified rounding.
         let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error
             + 4.0 * f64::EPSILON / found.inertia.margin;
         let stiffness = young_tissue().stiffness(RADIUS);
@@ -150,12 +155,14 @@ struct Stiffening {
     linear: f64,
     /// c, N m⁴.
     cubic: f64,
-    /// Whether the tangent contains only half of the cubic part, which violates the contract of the trait.
+    /// Whether the tangent contains only half of the cubic part, which violates the contract of the
+    /// trait.
     crude_tangent: bool,
 }
 
 impl Stiffening {
-    /// The strain under a couple, from K e + c e³ = m by Newton's method from above, which converges monotonically.
+    /// The strain under a couple, from K e + c e³ = m by Newton's method from above, which
+    /// converges monotonically.
     fn strain(&self, couple: &Vector3<f64>) -> Vector3<f64> {
         let size = couple.norm();
         let mut e = (size / self.linear).min((size / self.cubic).cbrt());
@@ -207,8 +214,8 @@ fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
     let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error;
     let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, |_, couple| law.strain(couple));
     assert!(missed < promised && promised < 1e-9, "{missed:e} against {promised:e}");
-    // Newton's method squares its error only with the exact tangent. With the crude tangent it halves the error at best, and
-    // the same shape takes many more iterations.
+    // Newton's method squares its error only with the exact tangent. With the crude tangent it
+    // halves the error at best, and the same shape takes many more iterations.
     let (other, crude) = solve(&stiffening(true), 32);
     assert!(found.iterations <= 8, "{} iterations", found.iterations);
     assert!(crude.iterations >= 2 * found.iterations, "{} against {}", crude.iterations, found.iterations);
@@ -248,7 +255,8 @@ fn strain_converges_to_the_couple_over_the_stiffness_at_order_p_plus_1() {
     }
 }
 
-/// The tip, six days after the start, of a horizontal default shoot whose tissue left the growth zone at the given time (s).
+/// The tip, six days after the start, of a horizontal default shoot whose tissue left the growth
+/// zone at the given time (s).
 fn sagged(law: &dyn Constitutive, exit: f64) -> Vector3<f64> {
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 8, Order::default()).expect("a rod");
@@ -260,7 +268,8 @@ fn sagged(law: &dyn Constitutive, exit: f64) -> Vector3<f64> {
 
 #[test]
 fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
-    // I = π r⁴/4, J = 2 I, μ = E/(2 (1 + ν)), r = 0.5 mm, E = 10 MPa: E I = 4.908738521234052e-7 N m².
+    // I = π r⁴/4, J = 2 I, μ = E/(2 (1 + ν)), r = 0.5 mm, E = 10 MPa: E I = 4.908738521234052e-7 N
+    // m².
     let bending = 4.908_738_521_234_052e-7;
     for (nu, torsion) in [(0.5, bending / 1.5), (0.0, bending), (-0.5, 2.0 * bending)] {
         let stiffness = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: nu }.stiffness(RADIUS);
@@ -270,7 +279,8 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
             "ν = {nu}: {stiffness} against {expected}"
         );
     }
-    // Equation (13) with E0 = 10 MPa and E1 = 200 E0, before and after one lignification time of 6 days.
+    // Equation (13) with E0 = 10 MPa and E1 = 200 E0, before and after one lignification time of 6
+    // days.
     let law = Lignifying { young: young_tissue(), mature_modulus: 200.0 * MODULUS, time: 518_400.0 };
     for (exit, modulus) in [(f64::INFINITY, 1.0), (518_400.0, 1.0), (0.0, 200.0 - 199.0 * (-1_f64).exp())] {
         let tissue = LinearElastic { youngs_modulus: modulus * MODULUS, poissons_ratio: 0.5 };

@@ -10,8 +10,8 @@ use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::Vector3;
 
-/// The tip, m (outwards, across, up), from the two-point problem E I θ'' + q (ℓ − s) sin θ = 0, θ(0) = π/2, θ'(ℓ) = 0. Two codes
-/// that are independent of this crate agree in all printed digits.
+/// The tip, m (outwards, across, up), from the two-point problem E I θ'' + q (ℓ − s) sin θ = 0,
+/// θ(0) = π/2, θ'(ℓ) = 0. Two codes that are independent of this crate agree in all printed digits.
 fn exact_tip() -> Vector3<f64> {
     Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89)
 }
@@ -40,7 +40,8 @@ fn tip_of_horizontal_rod_converges_at_the_order_of_the_elements() {
         let used: Vec<f64> = errors.iter().copied().filter(|e| (1e-13..1e-3).contains(e)).collect();
         let [first, .., last] = used[used.len() - 4..] else { panic!("{order:?} has too few errors: {errors:?}") };
         let observed = (first / last).log2() / 3.0;
-        // The next term of the error, h² times the leading one, moves the mean over three halvings by a tenth or two.
+        // The next term of the error, h² times the leading one, moves the mean over three halvings
+        // by a tenth or two.
         let expected = order.exponent() as f64;
         assert!(
             abs_diff_eq!(observed, expected, epsilon = 0.3),
@@ -51,8 +52,9 @@ fn tip_of_horizontal_rod_converges_at_the_order_of_the_elements() {
 
 #[test]
 fn sixteen_elements_of_default_order_reach_1e_9_and_thirty_two_reach_rounding() {
-    // The requirement is 1e-9 of the length with at most 16 elements. The leading term of the error, 7e-5 on one element,
-    // decreases by 2⁸ with every halving, to 7e-5/2³² = 2e-14 with 16 elements.
+    // The requirement is 1e-9 of the length with at most 16 elements. The leading term of the
+    // error, 7e-5 on one element, decreases by 2⁸ with every halving, to 7e-5/2³² = 2e-14 with 16
+    // elements.
     assert!(mesh_error(16, Order::default()) < 1e-9);
     assert!(mesh_error(8, Order::default()) < 1e-10);
     // The rounding of 32 chained frames and chords is a few units of 2.2e-16 each.
@@ -62,9 +64,10 @@ fn sixteen_elements_of_default_order_reach_1e_9_and_thirty_two_reach_rounding() 
 #[test]
 fn very_short_elements_do_not_increase_the_error() {
     let coarse = mesh_error(8, Order::default());
-    // A sliver, a very short element, arises where a boundary passes close to a node. It adds only rounding. The frames at its
-    // ends differ by their rounding 1e-16, which its stiffness converts into a couple that acts over the sliver alone. Its pivots
-    // are small compared with its stiffness, and must not be counted as neutral.
+    // A sliver, a very short element, arises where a boundary passes close to a node. It adds only
+    // rounding. The frames at its ends differ by their rounding 1e-16, which its stiffness converts
+    // into a couple that acts over the sliver alone. Its pivots are small compared with its
+    // stiffness, and must not be counted as neutral.
     for sliver in [1e-3, 1e-6, 1e-9, 1e-11, 1e-13] {
         let mut nodes = Rod::equal_nodes(LENGTH, 8);
         nodes.insert(5, nodes[4] + sliver * LENGTH);
@@ -72,15 +75,16 @@ fn very_short_elements_do_not_increase_the_error() {
         let mut rod = Rod::straight(&nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod");
         let found = sag(&mut rod, DENSITY, &scene);
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "sliver of {sliver:e}");
-        // Splitting an element can only reduce the discretisation error. A tenth is allowed for the uneven mesh.
+        // Splitting an element can only reduce the discretisation error. A tenth is allowed for the
+        // uneven mesh.
         assert!(error(&rod) < 1.1 * coarse, "sliver of {sliver:e}: {:e} against {coarse:e}", error(&rod));
     }
 }
 
 #[test]
 fn straight_initial_guess_needs_few_iterations_on_every_mesh() {
-    // Newton's method squares an error of a few tenths four times to fall below 1e-14. The counts were (4, 4, 4) when this test
-    // was written and must not depend on the mesh.
+    // Newton's method squares an error of a few tenths four times to fall below 1e-14. The counts
+    // were (4, 4, 4) when this test was written and must not depend on the mesh.
     for order in Order::ALL {
         for elements in [2, 8, 32, 128] {
             let found = sag(&mut straight(elements, order), DENSITY, &Still::tilted(FRAC_PI_2));
@@ -103,10 +107,12 @@ fn small_load_change_needs_one_factorisation_and_straight_guess_three() {
             (found.iterations, found.factorisations, found.evaluations)
         };
         let mut rod = straight(elements, Order::default());
-        // Newton's steps are about 1, 1e-1 and 1e-3 rad. Chord steps follow, each a thousandth of the one before.
+        // Newton's steps are about 1, 1e-1 and 1e-3 rad. Chord steps follow, each a thousandth of
+        // the one before.
         let (iterations, factorisations, evaluations) = solve(&mut rod, DENSITY);
         assert!((iterations, factorisations) <= (3, 3) && evaluations <= 5, "{iterations}, {evaluations}");
-        // A thousandth more load gives a step of about 1e-3 rad with an error of 1e-6. Two chord steps reduce it below 1e-11.
+        // A thousandth more load gives a step of about 1e-3 rad with an error of 1e-6. Two chord
+        // steps reduce it below 1e-11.
         let (iterations, factorisations, evaluations) = solve(&mut rod, 1.001 * DENSITY);
         assert!((iterations, factorisations) == (1, 1) && evaluations <= 2, "{iterations}, {evaluations}");
     }
@@ -140,7 +146,8 @@ fn reported_error_bounds_the_actual_error_of_the_horizontal_rod() {
         let _ = sag(&mut settled, density, &scene);
         let left = loose.frames().iter().zip(settled.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
         assert!(found.error <= 1e-3);
-        // An estimate from the ratio of two steps is accurate to a small factor, three here, above rounding.
+        // An estimate from the ratio of two steps is accurate to a small factor, three here, above
+        // rounding.
         assert!(left < 3.0 * found.error + 16.0 * f64::EPSILON, "{percent} %: {left:e}, reported {:e}", found.error);
     }
 }
@@ -155,8 +162,8 @@ fn tip_error_is_bounded_by_the_tolerance() {
         assert!(found.error <= solver.tolerance);
         error(&rod)
     };
-    // Frames that err by the tolerance move the tip by at most the tolerance times the length. The factor of three covers the
-    // uncertainty of the estimate.
+    // Frames that err by the tolerance move the tip by at most the tolerance times the length. The
+    // factor of three covers the uncertainty of the estimate.
     assert!(reach(NewtonSolver::default()) < 3.0 * NewtonSolver::default().tolerance);
     assert!(reach(NewtonSolver::with_tolerance(1e-6)) < 3e-6);
     assert!(reach(tight()) < 3.0 * TIGHT);

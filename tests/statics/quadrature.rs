@@ -1,4 +1,5 @@
-//! Gauss and Lobatto rules and the polynomials through their nodes, compared with closed forms and printed tables.
+//! Gauss and Lobatto rules and the polynomials through their nodes, compared with closed forms and
+//! printed tables.
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne};
 use morphorod::quadrature::{gauss, lagrange, lagrange_derivatives, lobatto};

@@ -1,4 +1,5 @@
-//! Shoots far above their critical length snap from one stable shape to another, and the integrator counts the snaps.
+//! Shoots far above their critical length snap from one stable shape to another, and the integrator
+//! counts the snaps.
 
 use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
@@ -13,7 +14,8 @@ use nalgebra::Vector3;
 /// Greenhill's length of the default rod, m: (7.837 E I/q)^(1/3).
 const CRITICAL: f64 = 0.079333;
 
-/// The tip after a day of a shoot with tropisms whose length is given in units of the critical length, and the statistics.
+/// The tip after a day of a shoot with tropisms whose length is given in units of the critical
+/// length, and the statistics.
 fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, Statistics), IntegrationError> {
     let length = times * CRITICAL;
     let mut shoot = Shoot::builder(YOUNG)
@@ -34,9 +36,10 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
 
 #[test]
 fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
-    // The shoot hangs over and snaps from side to side for hours. On a tilted base both meshes give the same snaps and final
-    // shapes. In equilibrium, sixteen elements err by 6e-8 of the length under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base").
-    // Here q ℓ³/(E I) is 26 to 212, and the effect of a snap decays with memories of 12 min.
+    // The shoot hangs over and snaps from side to side for hours. On a tilted base both meshes give
+    // the same snaps and final shapes. In equilibrium, sixteen elements err by 6e-8 of the length
+    // under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"). Here q ℓ³/(E I) is 26 to 212, and
+    // the effect of a snap decays with memories of 12 min.
     for (times, elements) in [(1.5, [32, 16]), (2.0, [32, 16]), (3.0, [48, 32])] {
         let (fine, with_fine) = after_a_day(times, 0.3, elements[0]).unwrap();
         let (coarse, with_coarse) = after_a_day(times, 0.3, elements[1]).unwrap();
@@ -48,7 +51,8 @@ fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
         assert!(with_fine.largest_jump > 0.1 * CRITICAL && with_fine.largest_jump < 2.0 * times * CRITICAL);
         assert!(abs_diff_eq!(fine, coarse, epsilon = 3e-7 * times * CRITICAL), "{times}: {fine} against {coarse}");
     }
-    // At five times the critical length the run succeeds with elements that are short enough at the base.
+    // At five times the critical length the run succeeds with elements that are short enough at the
+    // base.
     assert!(after_a_day(5.0, 0.3, 32).is_ok());
     // With longer elements, one of them would turn by π, which is an error.
     let error = after_a_day(10.0, 0.3, 8).unwrap_err();
@@ -57,8 +61,9 @@ fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
 
 #[test]
 fn snap_is_counted_with_its_time_and_jump() {
-    // A force whose sign reverses bends a shoot above its critical length. The shoot snaps through once and then hangs to the
-    // other side. The section is broader across the plane, so that the shoot stays in it.
+    // A force whose sign reverses bends a shoot above its critical length. The shoot snaps through
+    // once and then hangs to the other side. The section is broader across the plane, so that the
+    // shoot stays in it.
     let force = |t: f64| Vector3::new(2e-5 * (1.0 - t / HOUR), 0.0, 0.0);
     let mut shoot = Shoot::builder(YOUNG)
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
@@ -92,8 +97,9 @@ fn snap_is_counted_with_its_time_and_jump() {
 
 #[test]
 fn buckled_shoot_keeps_bending_in_its_plane_without_snaps() {
-    // The shoot grows on an upright base from 0.99 to 1.14 of its critical length. It buckles once, in the plane of d1, and then
-    // bends further. A rotation about the vertical is neutral. It must not be counted as a snap or move the shoot out of the plane.
+    // The shoot grows on an upright base from 0.99 to 1.14 of its critical length. It buckles once,
+    // in the plane of d1, and then bends further. A rotation about the vertical is neutral. It must
+    // not be counted as a snap or move the shoot out of the plane.
     for (order, step) in [(Order::Four, 100.0), (Order::Four, 1000.0), (Order::Eight, 90.0), (Order::Eight, 1000.0)] {
         let mut shoot = Shoot::builder(YOUNG)
             .length(0.99 * CRITICAL)

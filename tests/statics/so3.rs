@@ -1,4 +1,5 @@
-//! The exponential map and the derivatives of its forms, compared with closed forms and finite differences.
+//! The exponential map and the derivatives of its forms, compared with closed forms and finite
+//! differences.
 
 use approx::abs_diff_eq;
 use morphorod::so3::{Form, exp, log, s_functions};
@@ -50,7 +51,8 @@ proptest! {
     #[test]
     fn right_jacobian_maps_rates_to_the_darboux_vector(theta in vector(1.5), rate in vector(1.0)) {
         let [_, jr, inverse] = forms(&theta);
-        // Central difference of log(exp(θ)ᵀ exp(θ + h θ')). Its error is h² ~ 1e-10 plus rounding eps/h.
+        // Central difference of log(exp(θ)ᵀ exp(θ + h θ')). Its error is h² ~ 1e-10 plus rounding
+        // eps/h.
         let h = 1e-5;
         let difference = (log(&(exp(&theta).inverse() * exp(&(theta + rate * h))))
             - log(&(exp(&theta).inverse() * exp(&(theta - rate * h))))) / (2.0 * h);
@@ -68,7 +70,8 @@ proptest! {
         let (plus, minus) = (theta + d * h, theta - d * h);
         for (k, form) in forms(&theta).into_iter().enumerate() {
             let (fp, fm) = (forms(&plus)[k], forms(&minus)[k]);
-            // The error of central differences is h² times a third derivative of order one, plus rounding.
+            // The error of central differences is h² times a third derivative of order one, plus
+            // rounding.
             let tolerance = 1e-8;
             let value = (fp.apply(&plus, &y) - fm.apply(&minus, &y)) / (2.0 * h);
             let product = form.jacobian(&theta, &y) * d;

@@ -11,7 +11,8 @@ use morphorod::{Environment, Order};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Tolerance of the frames, rad. Rounding permits no smaller one if one direction is a thousand times softer than the others.
+/// Tolerance of the frames, rad. Rounding permits no smaller one if one direction is a thousand
+/// times softer than the others.
 const PRECISION: f64 = 1e-12;
 
 /// A shoot in a scene, with all parameters that a symmetry may transform.
@@ -57,8 +58,8 @@ fn rotation() -> impl Strategy<Value = UnitQuaternion<f64>> {
     vector(3.0).prop_map(UnitQuaternion::from_scaled_axis)
 }
 
-/// Shoots of 6 cm under weights up to 1.5 times the self-buckling load, other loads of the same size, and intrinsic bends of up
-/// to a radian.
+/// Shoots of 6 cm under weights up to 1.5 times the self-buckling load, other loads of the same
+/// size, and intrinsic bends of up to a radian.
 fn case() -> impl Strategy<Value = Case> {
     let length = 0.06;
     let force = 3.0 * bending_stiffness() / (length * length);
@@ -78,8 +79,8 @@ fn case() -> impl Strategy<Value = Case> {
     })
 }
 
-/// A bound on the difference of two equilibria: three times their error estimates, and the rounding that the softest direction
-/// magnifies by the inverse of its margin.
+/// A bound on the difference of two equilibria: three times their error estimates, and the rounding
+/// that the softest direction magnifies by the inverse of its margin.
 fn promised(a: &Equilibrium, b: &Equilibrium) -> f64 {
     3.0 * (a.error + b.error) + 8.0 * f64::EPSILON / a.inertia.margin.min(b.inertia.margin)
 }
@@ -119,8 +120,9 @@ proptest! {
 
     #[test]
     fn mirroring_the_scene_mirrors_the_equilibrium(case in case()) {
-        // The mirror Q reverses d1 of the base. A strain is an axial vector, u → −Q u. In the right-handed directors −Q d1, Q d2,
-        // Q d3 its components are u1, −u2, −u3, and the base is unchanged.
+        // The mirror Q reverses d1 of the base. A strain is an axial vector, u → −Q u. In the
+        // right-handed directors −Q d1, Q d2, Q d3 its components are u1, −u2, −u3, and the base is
+        // unchanged.
         let axis = case.base * Vector3::x();
         let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
         let flip = |u: Vector3<f64>| Vector3::new(u.x, -u.y, -u.z);
@@ -147,7 +149,8 @@ proptest! {
 
     #[test]
     fn power_of_two_units_reproduce_the_equilibrium_bit_for_bit(case in case(), length in -30..30_i32, force in -30..30_i32) {
-        // Powers of two scale every product without rounding. Moduli are forces over squared lengths.
+        // Powers of two scale every product without rounding. Moduli are forces over squared
+        // lengths.
         let (l, f) = (2_f64.powi(length), 2_f64.powi(force));
         let scaled = Case {
             length: case.length * l,
@@ -168,7 +171,8 @@ proptest! {
 
     #[test]
     fn split_loads_give_the_same_equilibrium(case in case(), share in 0.0..1.0_f64) {
-        // The weight per length of a uniform shoot is a distributed load, and any load may be split.
+        // The weight per length of a uniform shoot is a distributed load, and any load may be
+        // split.
         let weight = case.gravity * (case.density * std::f64::consts::PI * case.radius * case.radius);
         let split = Case { density: case.density * share, ..case.clone() };
         let split = Case { distributed: case.distributed + weight * (1.0 - share), ..split };

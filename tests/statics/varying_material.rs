@@ -32,10 +32,12 @@ fn pull(x: f64, y: f64, z: f64) -> ApicalForce<impl Fn(f64) -> Vector3<f64>> {
 
 #[test]
 fn elliptic_section_bends_like_a_circular_one_of_equal_stiffness() {
-    // The section is nearly round and lightly loaded, because a thin blade that is bent in its stiff plane buckles sideways.
+    // The section is nearly round and lightly loaded, because a thin blade that is bent in its
+    // stiff plane buckles sideways.
     let (a, b) = (1.2e-3, 1e-3);
     let blade = |_: f64| Section::ellipse(a, b);
-    // A force along e1 bends it about d2, with I2 = π a³ b/4. A force along e2 bends it about d1, with I1 = π a b³/4.
+    // A force along e1 bends it about d2, with I2 = π a³ b/4. A force along e2 bends it about d1,
+    // with I1 = π a b³/4.
     for (force, moment) in [(pull(1e-3, 0.0, 0.0), a.powi(3) * b), (pull(0.0, 1e-3, 0.0), a * b.powi(3))] {
         let circle = LinearElastic { youngs_modulus: 1e7 * moment / RADIUS.powi(4), ..YOUNG };
         let elliptic = at_rest(blade, &YOUNG, &force, Order::Eight);
@@ -61,8 +63,9 @@ fn torsion_constant_of_an_ellipse_is_saint_venants() {
 
 #[test]
 fn cantilever_of_graded_stiffness_matches_beam_theory() {
-    // E I = E I₀ (1 + c σ) with σ = ℓ − s and a small force F across the tip: θ' = F σ/(E I₀ (1 + c σ)), so that the deflection
-    // is ∫ σ θ' dσ = (F/E I₀) ∫ σ²/(1 + c σ) dσ = (F/(E I₀ c³)) (x²/2 − x + ln(1 + x)), x = c ℓ.
+    // E I = E I₀ (1 + c σ) with σ = ℓ − s and a small force F across the tip: θ' = F σ/(E I₀ (1 + c
+    // σ)), so that the deflection is ∫ σ θ' dσ = (F/E I₀) ∫ σ²/(1 + c σ) dσ = (F/(E I₀ c³)) (x²/2 −
+    // x + ln(1 + x)), x = c ℓ.
     let (force, c) = (1e-9, 25.0);
     let graded = Graded { law: YOUNG, factor: |tissue: &Tissue| 1.0 + c * tissue.initial_apex_distance };
     let x: f64 = c * LENGTH;
@@ -72,14 +75,16 @@ fn cantilever_of_graded_stiffness_matches_beam_theory() {
         let tip = at_rest(|_| RADIUS, &graded, &pull(force, 0.0, 0.0), order).tip();
         errors.push((tip.x / deflection - 1.0).abs());
     }
-    // Beam theory errs by the square of the relative deflection of 5e-6. Sixteen elements of order eight resolve the rest.
+    // Beam theory errs by the square of the relative deflection of 5e-6. Sixteen elements of order
+    // eight resolve the rest.
     assert!(deflection < 1e-5 * LENGTH && errors[3] < 1e-10, "{errors:?}");
     assert!(errors[0] > 1e-5 && errors.is_sorted_by(|a, b| a > b), "{errors:?}");
 }
 
 #[test]
 fn tapering_blade_matches_beam_theory() {
-    // With a₁ = a (1 + c σ) and a₂ constant, I2 grows as (1 + c σ)³, and ∫ σ²/(1 + c σ)³ dσ = (ln(1 + x) + 2/(1 + x) − 1/(2 (1 + x)²) − 3/2)/c³.
+    // With a₁ = a (1 + c σ) and a₂ constant, I2 grows as (1 + c σ)³, and ∫ σ²/(1 + c σ)³ dσ = (ln(1
+    // + x) + 2/(1 + x) − 1/(2 (1 + x)²) − 3/2)/c³.
     let (force, c) = (1e-9, 25.0);
     let blade = |s: f64| Section::ellipse(RADIUS * (1.0 + c * (LENGTH - s)), RADIUS);
     let y: f64 = 1.0 + c * LENGTH;
@@ -96,8 +101,9 @@ fn weight_at_base(rod: &Rod, load: &impl Load) -> f64 {
 
 #[test]
 fn density_moves_with_the_growing_tissue() {
-    // ρ = ρ₀ (1 + c S) with S = ℓ₀ − σ₀, and every point of the zone moves as σ = σ₀ exp(t/τ): after an hour the weight of the zone is
-    // g A ρ₀ ∫ (1 + c (ℓ₀ − σ exp(−t/τ))) dσ over (0, ℓg), and that of tissue that has left it follows from when it left.
+    // ρ = ρ₀ (1 + c S) with S = ℓ₀ − σ₀, and every point of the zone moves as σ = σ₀ exp(t/τ):
+    // after an hour the weight of the zone is g A ρ₀ ∫ (1 + c (ℓ₀ − σ exp(−t/τ))) dσ over (0, ℓg),
+    // and that of tissue that has left it follows from when it left.
     let (length, zone, time, c, hours) = (0.05, 0.06, 20.0 * 3600.0, 8.0, 30.0);
     let growth = UniformGrowth { zone_length: zone, time };
     let density = move |tissue: &Tissue| 1000.0 * (1.0 + c * (length - tissue.initial_apex_distance));
@@ -112,7 +118,8 @@ fn density_moves_with_the_growing_tissue() {
     let t = hours * 3600.0;
     let statistics = MethodOfSteps::new(900.0).advance(&mut shoot, t).unwrap();
     assert!(statistics.splits > 0 && statistics.merges > 0);
-    // From the time `full`, when ℓ = ℓg, tissue leaves the zone at the speed ℓg/τ. At t* it has σ₀ = ℓg exp(−t*/τ).
+    // From the time `full`, when ℓ = ℓg, tissue leaves the zone at the speed ℓg/τ. At t* it has σ₀
+    // = ℓg exp(−t*/τ).
     let full = time * f64::ln(zone / length);
     let in_zone = zone * (1.0 + c * length) - c * f64::exp(-t / time) * zone * zone / 2.0;
     let left = zone / time
@@ -120,7 +127,8 @@ fn density_moves_with_the_growing_tissue() {
     let area = PI * (2.0 * RADIUS).powi(2);
     let expected = GRAVITY * area * 1000.0 * (in_zone + left);
     let found = weight_at_base(shoot.rod(), &GradedWeight(density));
-    // Elements of order eight represent σ₀, an exponential of s in mature tissue, to 1e-8. Merging keeps its mean.
+    // Elements of order eight represent σ₀, an exponential of s in mature tissue, to 1e-8. Merging
+    // keeps its mean.
     assert_relative_eq!(found, expected, epsilon = 0.0, max_relative = 1e-8);
     // A constant graded density equals the same uniform density.
     let (graded, uniform) = (GradedWeight(|_: &Tissue| 1000.0), Weight { density: 1000.0 });
@@ -136,7 +144,8 @@ fn tapered_section_moves_with_the_growing_tissue() {
     let _ = MethodOfSteps::new(900.0).advance(&mut shoot, 30.0 * 3600.0).unwrap();
     for point in shoot.rod().points() {
         let expected = taper(0.05 - point.initial_apex_distance);
-        // Both are linear in the initial apex distance, so that splitting and merging change them by rounding alone.
+        // Both are linear in the initial apex distance, so that splitting and merging change them
+        // by rounding alone.
         assert_abs_diff_eq!(point.section.along_d1, expected.along_d1, epsilon = 1e-16);
         assert_abs_diff_eq!(point.section.along_d2, expected.along_d2, epsilon = 1e-16);
     }
@@ -160,8 +169,9 @@ fn bending_rate(law: impl TropismLaw + Send + Sync + 'static, section: Section) 
 
 #[test]
 fn differential_growth_scales_with_the_semi_axis_across_which_it_acts() {
-    // In equation (7), r u̇1* = −β REGR M[h2] differs across d2, and r u̇2* = β REGR M[h1] across d1. Both memories start at zero
-    // and have the same time constant. The two rates are therefore in proportion to h2/a2 and h1/a1. The same holds for (5).
+    // In equation (7), r u̇1* = −β REGR M[h2] differs across d2, and r u̇2* = β REGR M[h1] across
+    // d1. Both memories start at zero and have the same time constant. The two rates are therefore
+    // in proportion to h2/a2 and h1/a1. The same holds for (5).
     let (a, b) = (1e-3, 0.25e-3);
     let gravity = || {
         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(Memory { time: 60.0, delay: 60.0 })
@@ -172,7 +182,8 @@ fn differential_growth_scales_with_the_semi_axis_across_which_it_acts() {
         (bending_rate(oscillator(), Section::circle(RADIUS)), bending_rate(oscillator(), Section::ellipse(a, b))),
     ] {
         assert!(round.x != 0.0 && round.y != 0.0);
-        // The shoots bend by 1e-4 rad in this time, which changes the response to gravity by as much.
+        // The shoots bend by 1e-4 rad in this time, which changes the response to gravity by as
+        // much.
         assert_relative_eq!(flat.x / round.x, RADIUS / b, epsilon = 0.0, max_relative = 1e-3);
         assert_relative_eq!(flat.y / round.y, RADIUS / a, epsilon = 0.0, max_relative = 1e-3);
     }
