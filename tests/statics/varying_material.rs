@@ -83,8 +83,8 @@ fn cantilever_of_graded_stiffness_matches_beam_theory() {
 
 #[test]
 fn tapering_blade_matches_beam_theory() {
-    // With a₁ = a (1 + c σ) and a₂ constant, I2 grows as (1 + c σ)³, and ∫ σ²/(1 + c σ)³ dσ = (ln(1
-    // + x) + 2/(1 + x) − 1/(2 (1 + x)²) − 3/2)/c³.
+    // With a₁ = a (1 + c σ) and a₂ constant, I2 grows as (1 + c σ)³. The integral is
+    // ∫ σ²/(1 + c σ)³ dσ = (ln(1 + x) + 2/(1 + x) − 1/(2 (1 + x)²) − 3/2)/c³.
     let (force, c) = (1e-9, 25.0);
     let blade = |s: f64| Section::ellipse(RADIUS * (1.0 + c * (LENGTH - s)), RADIUS);
     let y: f64 = 1.0 + c * LENGTH;
@@ -101,9 +101,9 @@ fn weight_at_base(rod: &Rod, load: &impl Load) -> f64 {
 
 #[test]
 fn density_moves_with_the_growing_tissue() {
-    // ρ = ρ₀ (1 + c S) with S = ℓ₀ − σ₀, and every point of the zone moves as σ = σ₀ exp(t/τ):
-    // after an hour the weight of the zone is g A ρ₀ ∫ (1 + c (ℓ₀ − σ exp(−t/τ))) dσ over (0, ℓg),
-    // and that of tissue that has left it follows from when it left.
+    // With ρ = ρ₀ (1 + c S) and S = ℓ₀ − σ₀, every point of the zone moves as σ = σ₀ exp(t/τ). The
+    // weight of the zone is g A ρ₀ ∫ (1 + c (ℓ₀ − σ exp(−t/τ))) dσ over (0, ℓg). The weight of mature
+    // tissue follows from its exit time.
     let (length, zone, time, c, hours) = (0.05, 0.06, 20.0 * 3600.0, 8.0, 30.0);
     let growth = UniformGrowth { zone_length: zone, time };
     let density = move |tissue: &Tissue| 1000.0 * (1.0 + c * (length - tissue.initial_apex_distance));
