@@ -120,11 +120,11 @@ fn margin(column: &Rod, law: &dyn Constitutive, load: f64) -> f64 {
 
 #[test]
 fn column_buckles_at_the_loads_of_haringx_and_reissner() {
-    // The normal and the shear force of a section are components along the directors, so that P (1
-    // + P/S − P/A) is Euler's load π² E I/(4 ℓ²). Without stretch this is the formula of J. A.
-    // Haringx (1948, Philips Res. Rep. 3, 401–449). It is not that of F. Engesser (1891), P =
-    // P_E/(1 + P_E/S). With shear and stretch it is that of E. Reissner (1982, Ingenieur-Archiv 52,
-    // 115–119).
+    // The normal and the shear force of a section are components along the directors, so that
+    // P (1 + P/S − P/A) is Euler's load π² E I/(4 ℓ²). Without stretch this is the formula of
+    // J. A. Haringx (1948, Philips Res. Rep. 3, 401–449). It is not that of F. Engesser (1891),
+    // P = P_E/(1 + P_E/S). With shear and stretch it is that of E. Reissner (1982,
+    // Ingenieur-Archiv 52, 115–119).
     let length = 2.0_f64;
     let euler = PI * PI * BENDING / (4.0 * length * length);
     let column = straight(length, UnitQuaternion::identity(), 16);
