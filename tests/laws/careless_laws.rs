@@ -1,4 +1,4 @@
-//! Laws that say less than they do, or do less than they say, are refused.
+//! Tropism laws whose declarations contradict what they compute are refused.
 
 use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, righting, steering};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -7,7 +7,7 @@ use morphorod::tropism::{
 };
 use nalgebra::Vector3;
 
-/// Declares as it is told to, and writes the rates of its first variables only.
+/// A law with configurable declarations that writes the rates of its first variables only.
 #[derive(Debug)]
 struct Careless {
     variable: Variable,
@@ -38,7 +38,7 @@ impl TropismLaw for Careless {
 }
 
 #[test]
-fn laws_that_say_less_than_they_do_are_refused() {
+fn laws_that_contradict_their_declarations_are_refused() {
     let sound = Careless { variable: Variable::read_after(720.0), declared: 2, written: 2, with_position: true };
     let start = |law: Careless| {
         let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
@@ -49,9 +49,9 @@ fn laws_that_say_less_than_they_do_are_refused() {
     };
     assert!(start(Careless { ..sound }).is_ok());
     assert!(start(Careless { written: 1, ..sound }).unwrap_err().contains("history of the variables is not finite"));
-    // Positions are not there for laws that do not ask for them.
+    // Positions are not finite for laws that do not request them.
     assert!(start(Careless { with_position: false, ..sound }).unwrap_err().contains("not finite"));
-    // The rates as provided.
+    // This law keeps the default implementation of the rates.
     struct Forgetful;
     impl TropismLaw for Forgetful {
         fn declare(&self, to: &mut Declaration) {
@@ -64,7 +64,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
     }
     let mut shoot = righting().tropism(Forgetful).into_dyn().build().unwrap();
     assert!(MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
-    // A perception with fewer stimuli than its signal has numbers.
+    // This perception declares fewer stimuli than the size of its signal.
     struct Narrow;
     impl Perception for Narrow {
         type Signal = [f64; 2];
@@ -78,7 +78,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
     let law = DirectionalTropism { sensitivity: 1.0, perception: Narrow }.remembered(MEMORY);
     let error = righting().tropism(law).into_dyn().build().map(|_| ()).unwrap_err();
     assert!(error.to_string().contains("index of what a variable remembers"), "{error}");
-    // Rates that are not those of the memory that is declared.
+    // The rates of this law are not those of its declared memory.
     struct Leaky;
     impl TropismLaw for Leaky {
         fn declare(&self, to: &mut Declaration) {
@@ -98,7 +98,8 @@ fn laws_that_say_less_than_they_do_are_refused() {
     let mut shoot = righting().tropism(Leaky).into_dyn().build().unwrap();
     let error = MethodOfSteps::new(90.0).advance(&mut shoot, 90.0).unwrap_err().to_string();
     assert!(error.contains("declared a memory"), "{error}");
-    // A perception that forgets the rates of a variable of its own: whatever another shoot has left, it is refused.
+    // This perception does not write the rate of its own variable. It is refused even after a run
+    // of another shoot with the same integrator, which leaves finite numbers in the work space.
     struct Lazy;
     impl Perception for Lazy {
         type Signal = [f64; 2];
@@ -116,7 +117,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
     let law = DirectionalTropism { sensitivity: 1.0, perception: Lazy }.remembered(MEMORY);
     let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
     assert!(run.advance(&mut shoot, 90.0).unwrap_err().to_string().contains("not finite"));
-    // Declarations are checked where the shoot is built.
+    // Declarations are checked when the shoot is built.
     for delay in [-5.0, f64::NAN, f64::INFINITY] {
         let law = Careless { variable: Variable::read_after(delay), ..sound };
         assert!(righting().tropism(law).into_dyn().build().unwrap_err().to_string().contains("delay of a tropism law"));
@@ -129,7 +130,7 @@ fn laws_that_say_less_than_they_do_are_refused() {
     }
 }
 
-/// Declares one more variable and stimulus from its `n`-th answer on.
+/// A law that declares one more variable and stimulus from its `n`-th declaration on.
 struct Widening {
     answers: std::sync::atomic::AtomicUsize,
     n: usize,
@@ -157,11 +158,11 @@ impl TropismLaw for Widening {
 }
 
 #[test]
-fn a_law_that_changes_what_it_declares_ends_in_an_error_whenever_it_does() {
+fn law_that_changes_its_declarations_at_any_time_is_refused() {
     let (mut refused, mut unharmed) = (0, 0);
     for n in (0..200).chain((200..9000).step_by(97)) {
         let law = Widening { answers: 0.into(), n };
-        // Between laws of the crate, which would read each other's numbers.
+        // The law is between two laws of the crate, whose variables would be shifted.
         let Ok(mut shoot) =
             righting().elements(2).tropism((steering(STATOLITHS), law, steering(STATOLITHS))).into_dyn().build()
         else {

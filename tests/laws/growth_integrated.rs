@@ -1,17 +1,19 @@
-//! The motion of material points under growth that varies in space or time, integrated by the crate, against closed forms
-//! and a reference of its own.
+//! The motion of material points under growth that varies in space or time, integrated by the
+//! crate, compared with closed forms and with a reference integration in this file.
 
 use std::f64::consts::TAU;
 
 use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, order};
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::constitutive::Lignifying;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, integrate, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 
-/// The linear profile from a distance `sigma` from the apex, in closed form: with c = 2ℓg/σ0 − 1,
-/// σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 = (σ/σ0)² exp(−2t/τg); the zone is left at (τg/2) ln c.
+/// The motion of a point at the initial distance `sigma` from the apex under the linear profile, in
+/// closed form. With c = 2ℓg/σ0 − 1 it is σ = 2ℓg/(1 + c exp(−2t/τg)), from which γ = ∂σ/∂σ0 =
+/// (σ/σ0)² exp(−2t/τg). The point leaves the zone at (τg/2) ln c.
 fn linear(law: &LinearProfile, sigma: f64, t: f64) -> (f64, f64, f64) {
     let (c, decay) = (2.0 * law.zone_length / sigma - 1.0, (-2.0 * t / law.time).exp());
     let now = 2.0 * law.zone_length / (1.0 + c * decay);
@@ -21,7 +23,7 @@ fn linear(law: &LinearProfile, sigma: f64, t: f64) -> (f64, f64, f64) {
 const LINEAR: LinearProfile = LinearProfile { zone_length: 0.03, time: 20.0 * HOUR };
 
 #[test]
-fn integrated_motion_is_of_fourth_order() {
+fn integrated_motion_converges_at_fourth_order() {
     let (sigma, t) = (0.004, 20.0 * HOUR);
     let (distance, stretch, _) = linear(&LINEAR, sigma, t);
     let errors: Vec<(f64, f64)> = [8, 16, 32, 64]
@@ -30,13 +32,16 @@ fn integrated_motion_is_of_fourth_order() {
         .map(|(d, s)| ((d / distance - 1.0).abs(), (s / stretch - 1.0).abs()))
         .collect();
     let (d, s): (Vec<f64>, Vec<f64>) = errors.into_iter().unzip();
-    // The design order of the classical Runge–Kutta method; the last error is 1e-9 and far from rounding.
-    assert!((order(&d) - 4.0).abs() < 0.2 && (order(&s) - 4.0).abs() < 0.2, "{d:?} {s:?}");
+    // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far
+    // above rounding.
+    assert_abs_diff_eq!(order(&d), 4.0, epsilon = 0.2);
+    assert_abs_diff_eq!(order(&s), 4.0, epsilon = 0.2);
 }
 
 #[test]
-fn integrated_motion_and_exits_are_those_of_the_linear_profile() {
-    // Steps of 1/128 of the fastest growth time τg/2: each leaves (1/128)⁵/120 of the distance.
+fn integrated_motion_and_exit_times_match_the_linear_profile() {
+    // The steps are 1/128 of the fastest growth time τg/2. Each has a relative error of
+    // (1/128)⁵/120.
     let promised = |t: f64| 128.0_f64.powi(-4) / 120.0 * (2.0 * t / LINEAR.time).max(1.0);
     let mut worst = [0.0_f64; 4];
     for sigma in [1e-6, 1e-4, 0.004, 0.0123, 0.0299] {
@@ -46,21 +51,21 @@ fn integrated_motion_and_exits_are_those_of_the_linear_profile() {
             if t <= exit {
                 worst[0] = worst[0].max((moved.0 / distance - 1.0).abs() / promised(t));
                 worst[1] = worst[1].max((moved.1 / stretch - 1.0).abs() / promised(t));
-                // There and back again.
+                // The backward flow returns to the initial distance.
                 let back = LINEAR.flow(moved.0, t, 0.0).0;
                 worst[2] = worst[2].max((back / sigma - 1.0).abs() / promised(t));
                 assert_eq!(LINEAR.exit_time(sigma, 0.0, t), None);
             } else {
-                let found = LINEAR.exit_time(sigma, 0.0, t).expect("it has left");
+                let found = LINEAR.exit_time(sigma, 0.0, t).expect("an exit time");
                 worst[3] = worst[3].max((found - exit).abs() / LINEAR.time / promised(exit));
             }
         }
     }
-    assert!(worst.iter().all(|e| *e < 1.0), "errors in units of what the method promises: {worst:?}");
+    assert!(worst.iter().all(|e| *e < 1.0), "errors in units of the bound of the method: {worst:?}");
 }
 
 #[test]
-fn a_shoot_simulated_with_the_linear_profile_follows_its_closed_form() {
+fn simulated_shoot_with_linear_profile_follows_the_closed_form() {
     let initial = 0.05;
     let mut shoot = Shoot::builder(YOUNG)
         .length(initial)
@@ -91,13 +96,14 @@ fn a_shoot_simulated_with_the_linear_profile_follows_its_closed_form() {
             worst[1] = worst[1].max(nearest / now);
         }
     }
-    // The stretch varies over an element of an eighth of the zone, whose length is a sum over four Gauss points: (1/8)⁸
-    // times 4!⁴/(9 · 8!³), 1.6e-17, of the eighth derivative. The motion itself costs 3e-11 in a growth time of τg/2.
+    // The stretch varies over an element of an eighth of the zone, whose length is a sum over four
+    // Gauss points. The error of the sum is (1/8)⁸ · 4!⁴/(9 · 8!³) = 1.6e-17 of the eighth
+    // derivative. The motion errs by 3e-11 in a growth time of τg/2.
     assert!(worst.iter().all(|e| *e < 1e-10), "{worst:?}");
 }
 
-/// Growth that is uniform in space and follows the time of day: REGR = (1 − c cos(2πt/P))/τg, integrated by the crate.
-/// In closed form σ = σ0 exp((t − c P/(2π) sin(2πt/P))/τg).
+/// Growth that is uniform in space and varies with the time of day, REGR = (1 − c cos(2πt/P))/τg.
+/// The crate integrates it. The closed form is σ = σ0 exp((t − c P/(2π) sin(2πt/P))/τg).
 #[derive(Debug, Clone, Copy)]
 struct Daily {
     zone: f64,
@@ -123,7 +129,7 @@ impl GrowthLaw for Daily {
 }
 
 #[test]
-fn growth_that_follows_the_time_of_day_is_integrated() {
+fn growth_with_a_daily_rhythm_matches_the_closed_form() {
     for swing in [0.5, -0.9, 1.0] {
         let law = Daily { zone: 0.03, time: 20.0 * HOUR, period: 24.0 * HOUR, swing };
         let initial = 0.05;
@@ -132,25 +138,38 @@ fn growth_that_follows_the_time_of_day_is_integrated() {
         for t in [6.0, 24.0, 72.0].map(|h| h * HOUR) {
             let exact = initial + law.zone * law.exponent(t);
             let traced = length(&law, initial, t);
-            // 64 pieces of eight Gauss points over three days: rounding.
-            assert!((traced / exact - 1.0).abs() < 1e-12, "swing {swing}, {t}: {:e}", traced / exact - 1.0);
+            // With 64 intervals of eight Gauss points over three days, only rounding is left.
+            assert!(
+                relative_eq!(traced, exact, epsilon = 0.0, max_relative = 1e-12),
+                "swing {swing}, {t}: {traced} against {exact}"
+            );
             run.advance(&mut shoot, t).unwrap();
-            // As for a steady rate: 3e-11 in every growth time; the fastest is τg/2, twice a day.
-            let error = shoot.rod().length() / exact - 1.0;
-            assert!(error.abs() < 1e-10, "swing {swing}, {t}: {error:e}");
+            // The error is 3e-11 in every growth time, as for a steady rate. The fastest growth
+            // time is τg/2, reached once a day.
+            let found = shoot.rod().length();
+            assert!(
+                relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-10),
+                "swing {swing}, {t}: {found} against {exact}"
+            );
             let sigma = law.zone * (-law.exponent(t) - 0.1).exp();
             let point = trace(&law, initial, initial - sigma, t);
             let (place, stretch) = (exact - sigma * law.exponent(t).exp(), law.exponent(t).exp());
-            let errors = [point.stretch / stretch - 1.0, (point.arc_length - place) / exact];
-            assert!(errors.iter().all(|e| e.abs() < 1e-10), "swing {swing}, traced to {t}: {errors:?}");
+            assert!(
+                relative_eq!(point.stretch, stretch, epsilon = 0.0, max_relative = 1e-10),
+                "swing {swing}, {t}: {point:?} against the stretch {stretch}"
+            );
+            assert!(
+                abs_diff_eq!(point.arc_length, place, epsilon = 1e-10 * exact),
+                "swing {swing}, {t}: {point:?} against the place {place}"
+            );
         }
     }
 }
 
 #[test]
-fn integrated_motion_is_that_of_the_cosine_profile() {
-    // ∫ REGR from the apex is (σ − ℓg/(2π) sin(2πσ/ℓg))/τg. The reference: the 3/8 rule with 40000 steps, of which the
-    // error is 1e-14.
+fn integrated_motion_matches_the_cosine_profile() {
+    // ∫ REGR from the apex is (σ − ℓg/(2π) sin(2πσ/ℓg))/τg. The reference is the 3/8 rule with
+    // 40000 steps, whose error is 1e-14.
     let law = CosineProfile { zone_length: 0.03, time: 20.0 * HOUR };
     let speed = |x: f64| (x - law.zone_length / TAU * (TAU * x / law.zone_length).sin()) / law.time;
     for (sigma, t) in [(0.002, 40.0 * HOUR), (0.012, 10.0 * HOUR), (0.02, 8.0 * HOUR)] {
@@ -162,19 +181,20 @@ fn integrated_motion_is_that_of_the_cosine_profile() {
             let k4 = speed(x + h * (k1 - k2 + k3));
             x += h / 8.0 * (k1 + 3.0 * (k2 + k3) + k4);
         }
-        // The speed does not depend on time, so the stretch ∂σ/∂σ0 is the ratio of the speeds at the two ends.
+        // The speed does not depend on time. The stretch ∂σ/∂σ0 is therefore the ratio of the
+        // speeds at the two ends.
         let (distance, stretch) = law.flow(sigma, 0.0, t);
-        // 3e-11 in a growth time of τg/2, two of them at most.
-        assert!((distance / x - 1.0).abs() < 1e-10);
-        assert!((stretch / (speed(x) / speed(sigma)) - 1.0).abs() < 1e-10);
+        // The error is 3e-11 in a growth time of τg/2, for two of them at most.
+        assert_relative_eq!(distance, x, epsilon = 0.0, max_relative = 1e-10);
+        assert_relative_eq!(stretch, speed(x) / speed(sigma), epsilon = 0.0, max_relative = 1e-10);
         let exit = law.exit_time(sigma, 0.0, 40.0 * law.time).unwrap();
-        assert!((law.flow(sigma, 0.0, exit).0 / law.zone_length - 1.0).abs() < 1e-12);
+        assert_relative_eq!(law.flow(sigma, 0.0, exit).0, law.zone_length, epsilon = 0.0, max_relative = 1e-12);
         // The elongation of the whole zone is the same for all profiles of mean 1/τg.
-        assert!((length(&law, 0.05, t) - 0.05 - law.zone_length * t / law.time).abs() < 1e-14);
+        assert_abs_diff_eq!(length(&law, 0.05, t) - 0.05, law.zone_length * t / law.time, epsilon = 1e-14);
     }
 }
 
-/// Growth that begins at half an hour: tissue behind the zone left it ever so long ago.
+/// Growth that begins at half an hour, so that tissue behind the zone has no finite exit time.
 struct Late;
 
 impl GrowthLaw for Late {
@@ -187,7 +207,7 @@ impl GrowthLaw for Late {
 }
 
 #[test]
-fn tissue_that_left_the_zone_ever_so_long_ago_stays_old() {
+fn tissue_without_a_finite_exit_time_keeps_an_infinite_age() {
     let tissue = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * 86400.0 };
     let mut shoot = Shoot::builder(tissue)
         .length(0.1)
@@ -204,10 +224,14 @@ fn tissue_that_left_the_zone_ever_so_long_ago_stays_old() {
         merges += steps.advance(&mut shoot, hours * 3600.0).unwrap().merges;
         let kept = shoot.state().clone();
         shoot.restore(&kept).unwrap();
-        // The part behind the zone was there before the start, and is as old as can be.
+        // The part behind the zone existed before the start and has an infinite age.
         for place in shoot.profile().sample(101) {
             let (s, old) = (place.arc_length, place.tissue.age == f64::INFINITY);
-            assert!(old == (s < 0.03) || (s - 0.03).abs() < 1e-9, "{hours} h, {s} m: {}", place.tissue.age);
+            assert!(
+                old == (s < 0.03) || abs_diff_eq!(s, 0.03, epsilon = 1e-9),
+                "{hours} h, {s} m: {}",
+                place.tissue.age
+            );
         }
     }
     assert!(merges > 10, "{merges}");

@@ -1,7 +1,8 @@
-//! The motion of material points under uniform growth, against its closed form: without a simulation, and of the
-//! elements of a simulated shoot, which are cut many times on the way.
+//! The motion of material points under uniform growth, compared with the closed form, without a
+//! simulation and for the elements of a simulated shoot, which are split many times.
 
 use crate::fixtures::shoots::{HOUR, YOUNG};
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{UniformGrowth, length, trace};
@@ -9,8 +10,9 @@ use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::quadrature::{gauss, lagrange};
 use morphorod::rod::Rod;
 
-/// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005: with T0 = τg ln(ℓg/ℓ0) the length is
-/// ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg otherwise.
+/// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005. With T0 = τg ln(ℓg/ℓ0) the
+/// length is ℓ0 exp(t/τg) up to T0 and ℓg (1 + (t − T0)/τg) after it if ℓ0 < ℓg, and ℓ0 + ℓg t/τg
+/// otherwise.
 #[derive(Debug, Clone, Copy)]
 struct Closed {
     initial: f64,
@@ -34,7 +36,8 @@ impl Closed {
         }
     }
 
-    /// Arc length, stretch and exit time of the point that is at distance `sigma` from the apex at t = 0.
+    /// Arc length, stretch and exit time of the point that is at distance `sigma` from the apex at
+    /// t = 0.
     fn point(&self, sigma: f64, t: f64) -> (f64, f64, f64) {
         let exit = self.time * (self.zone / sigma).ln();
         if sigma >= self.zone {
@@ -48,7 +51,8 @@ impl Closed {
     }
 }
 
-/// ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h), ℓ0 = ℓg, ℓ0 > ℓg.
+/// ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h), ℓ0 = ℓg, and
+/// ℓ0 > ℓg.
 const CASES: [Closed; 4] = [
     Closed { initial: 0.01, zone: 0.03, time: 20.0 * HOUR },
     Closed { initial: 0.068, zone: 0.07, time: 40.0 * HOUR },
@@ -57,28 +61,39 @@ const CASES: [Closed; 4] = [
 ];
 
 #[test]
-fn uniform_growth_traced_without_a_simulation_is_the_closed_form() {
+fn traced_uniform_growth_matches_the_closed_form() {
     for case in CASES {
         let law = case.law();
         for t in (0..=32).map(|i| f64::from(i) * 0.125 * case.time) {
             let now = case.length(t);
-            // A handful of operations on numbers of the size of the length: far below 1e-12 of it.
-            assert!((length(&law, case.initial, t) / now - 1.0).abs() < 1e-12);
+            // The rounding of a few operations on numbers of the size of the length is far below
+            // 1e-12 of it.
+            assert_relative_eq!(length(&law, case.initial, t), now, epsilon = 0.0, max_relative = 1e-12);
             for start in (0..17).map(|i| case.initial * f64::from(i) / 16.0) {
                 let traced = trace(&law, case.initial, start, t);
                 let (place, stretch, exit) = case.point(case.initial - start, t);
-                assert!((traced.arc_length - place).abs() < 1e-12 * now, "{case:?} {start} {t}: {traced:?}");
-                assert!((traced.stretch / stretch - 1.0).abs() < 1e-12, "{case:?} {start} {t}: {traced:?}");
+                assert!(
+                    abs_diff_eq!(traced.arc_length, place, epsilon = 1e-12 * now),
+                    "{case:?} {start} {t}: {traced:?} against the place {place}"
+                );
+                assert!(
+                    relative_eq!(traced.stretch, stretch, epsilon = 0.0, max_relative = 1e-12),
+                    "{case:?} {start} {t}: {traced:?} against the stretch {stretch}"
+                );
                 assert_eq!(traced.exit_time.is_some(), exit <= t, "{case:?} {start} {t}: {traced:?}");
                 if let Some(found) = traced.exit_time {
-                    assert!((found - exit).abs() < 1e-12 * case.time, "{case:?} {start} {t}: {found} {exit}");
+                    assert!(
+                        abs_diff_eq!(found, exit, epsilon = 1e-12 * case.time),
+                        "{case:?} {start} {t}: {found} against {exit}"
+                    );
                 }
             }
         }
     }
 }
 
-/// Arc lengths (m) of the material points of a rod: the ends of the elements plus the integral of the jacobian.
+/// Arc lengths (m) of the material points of a rod, from the ends of the elements and the integral
+/// of the jacobian.
 fn places(rod: &Rod) -> Vec<f64> {
     let p = rod.order().points();
     let ((x, w), line) = (gauss(p), rod.centre_line());
@@ -95,10 +110,10 @@ fn places(rod: &Rod) -> Vec<f64> {
 }
 
 #[test]
-fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
+fn material_points_of_simulated_shoot_follow_the_closed_form() {
     for (case, growth_times) in CASES.into_iter().zip([4.0, 0.5, 4.0, 3.0]) {
-        // The radius names the point: it is proportional to the distance from the apex at t = 0, a linear function of
-        // the coordinate of every element that uniform growth leaves linear, through every cut.
+        // The radius identifies the point, because it is proportional to the initial apex distance.
+        // Within every element it is linear, and uniform growth and splitting keep it linear.
         let initial = case.initial;
         let mut shoot = Shoot::builder(YOUNG)
             .length(initial)
@@ -116,11 +131,12 @@ fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
             splits += run.advance(&mut shoot, t).unwrap().splits;
             let (rod, now) = (shoot.rod(), case.length(t));
             worst[0] = worst[0].max((rod.length() / now - 1.0).abs());
-            assert!((shoot.tip().z / now - 1.0).abs() < 1e-12 && shoot.tip().xy().norm() == 0.0);
+            assert_relative_eq!(shoot.tip().z, now, epsilon = 0.0, max_relative = 1e-12);
+            assert_eq!(shoot.tip().xy().norm(), 0.0);
             for (point, place) in rod.points().iter().zip(places(rod)) {
                 let (exact, _, exit) = case.point(100.0 * point.section.radius(), t);
                 worst[1] = worst[1].max((place - exact).abs() / now);
-                // On the boundary itself rounding may put a point on either side.
+                // At the boundary itself, rounding may place a point on either side.
                 let near = 1e-12 * case.time;
                 assert!(point.exit_time.is_infinite() || point.exit_time <= t, "{point:?} at {t}");
                 if exit < t - near {
@@ -130,7 +146,8 @@ fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
                     worst[3] = worst[3].max((point.apex_distance / (now - exact) - 1.0).abs() * (now - exact) / now);
                 }
             }
-            // Elements are cut and never moved over the tissue: the ends of the first ones are still ends.
+            // Elements are split and never moved over the tissue, so that the first nodes are still
+            // nodes.
             let line = rod.centre_line();
             for sigma in &first_nodes[..first_nodes.len() - 1] {
                 let (exact, ..) = case.point(*sigma, t);
@@ -138,20 +155,21 @@ fn the_tissue_of_a_simulated_shoot_moves_as_in_the_closed_form() {
                 worst[1] = worst[1].max(nearest / now);
             }
         }
-        // Hundreds of steps and cuts, each of which costs an ulp or two of the length.
+        // Each of the hundreds of steps and splits adds an error of one or two ulps of the length.
         assert!(worst.iter().all(|e| *e < 1e-12), "{case:?}: {worst:?}");
-        assert!(splits > 20, "nothing was cut in {case:?}");
+        assert!(splits > 20, "no element was split in {case:?}");
     }
 }
 
 #[test]
-fn a_zone_without_end_takes_no_more_steps_than_others() {
-    // “The whole shoot grows”, said with a large number: no tissue leaves, so nothing shortens the steps.
+fn very_long_growth_zone_takes_no_extra_steps() {
+    // A large number stands for growth of the whole shoot. No tissue leaves the zone, so that no
+    // step is shortened.
     for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
         let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
         let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).into_dyn().build().unwrap();
         let statistics = MethodOfSteps::with_solver(600.0, Unloaded).advance(&mut shoot, HOUR).unwrap();
         assert_eq!(statistics.steps, 12, "{zone}");
-        assert!((shoot.rod().length() - 0.05 * f64::exp(0.05)).abs() < 1e-15);
+        assert_abs_diff_eq!(shoot.rod().length(), 0.05 * f64::exp(0.05), epsilon = 1e-15);
     }
 }

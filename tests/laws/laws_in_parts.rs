@@ -1,10 +1,12 @@
-//! Laws that are put together: what they declare, memories in a row, tuples, boxes, and models of one's own.
+//! Composition of laws: declarations, chained memories, tuples, boxed laws, and models written by
+//! users.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps, Simulation};
 use morphorod::load::Weight;
-use morphorod::stability::StationarySolver;
+use morphorod::stability::{Linearisation, StationarySolver};
 use morphorod::tropism::{
     Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
     Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
@@ -25,7 +27,7 @@ fn all_laws() -> impl TropismLaw {
 }
 
 #[test]
-fn laws_declare_what_they_keep_and_read() {
+fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     let declared = Declaration::of(&all_laws());
     assert_eq!(declared.size(), Size { variables: 7, stimuli: 5, reads_present: false });
     assert_eq!(declared.size(), all_laws().size());
@@ -37,7 +39,8 @@ fn laws_declare_what_they_keep_and_read() {
         component(Rotation::First),
         component(Rotation::Second),
         component(Rotation::Invariant),
-        // Of the pile's normal, and of the bend, which stands behind the three components of the vertical.
+        // These remember the normal of the pile and the bend, whose stimuli follow the three
+        // components of the vertical.
         memory(Source::Variable(0), Rotation::First),
         memory(Source::Variable(1), Rotation::Second),
         memory(Source::Stimulus(3), Rotation::First),
@@ -45,18 +48,19 @@ fn laws_declare_what_they_keep_and_read() {
     ];
     assert_eq!(declared.variables(), expected);
     assert_eq!((declared.shortest_delay(), declared.longest_delay()), (720.0, 720.0));
-    // What reads nothing has no delay to keep a step short.
+    // A law without delayed variables does not limit the step.
     assert_eq!(Declaration::of(&Oscillator::new(0.2, 1440.0)).shortest_delay(), f64::INFINITY);
 }
 
-/// Numbers that turn as they are declared to, when the directors turn by `angle` about d3.
+/// Values after a rotation of the directors by `angle` about d3, transformed as their declared
+/// rotation requires.
 fn turned(values: &[f64], rotation: impl Fn(usize) -> Rotation, angle: f64) -> Vec<f64> {
     let (sin, cos) = angle.sin_cos();
     let turn = |i: usize| match rotation(i) {
         Rotation::First => cos * values[i] + sin * values[i + 1],
         Rotation::Second => cos * values[i] - sin * values[i - 1],
         Rotation::Invariant => values[i],
-        Rotation::Undeclared => panic!("{i} says nothing"),
+        Rotation::Undeclared => panic!("the rotation of {i} is undeclared"),
     };
     (0..values.len()).map(turn).collect()
 }
@@ -65,10 +69,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn declared_memories_are_linear_and_declared_turns_are_true(
+    fn rates_match_declared_memories_and_rotations(
         y in prop::collection::vec(-2.0_f64..2.0, 7), x in prop::collection::vec(-2.0_f64..2.0, 5), angle in -3.0_f64..3.0,
     ) {
-        // The oscillator turns with the clock and not with the directors.
+        // The oscillator is left out because its phase depends on time and not on the directors.
         let laws = steering(STATOLITHS);
         let declared = Declaration::of(&laws);
         let rates = |y: &[f64], x: &[f64]| {
@@ -83,24 +87,26 @@ proptest! {
                 Source::Variable(k) => y[k],
                 Source::Computed => continue,
             };
-            // One subtraction and one division.
-            prop_assert!((found[i] * variable.time_constant - (remembered - y[i])).abs() < 1e-15);
+            // The rounding is that of one subtraction and one division.
+            let (rate, expected) = (found[i] * variable.time_constant, remembered - y[i]);
+            prop_assert!(abs_diff_eq!(rate, expected, epsilon = 1e-15), "variable {i}: {rate} against {expected}");
         }
         let variable = |i| declared.rotation(Source::Variable(i));
         let stimulus = |i| declared.rotation(Source::Stimulus(i));
         let (yt, xt) = (turned(&y, variable, angle), turned(&x, stimulus, angle));
         for (rate, expected) in rates(&yt, &xt).iter().zip(turned(&found, variable, angle)) {
-            // Rates are below 1/s: 2 · 2³/120 s.
-            prop_assert!((rate - expected).abs() < 1e-15);
+            // Rates are below 1/s, because they are at most 2 · 2³/120 s.
+            prop_assert!(abs_diff_eq!(*rate, expected, epsilon = 1e-15), "{rate} against {expected}");
         }
         let at = Growing::new(0.0, RADIUS, 0.01);
         let gradient = Rotation3::from_axis_angle(&Vector3::z_axis(), -angle) * laws.gradient(&at, &y, &[]);
-        // A gradient of 0.8 · 2/r + 20 · 2.
-        prop_assert!((laws.gradient(&at, &yt, &[]) - gradient).norm() < 1e-11);
+        let found = laws.gradient(&at, &yt, &[]);
+        // The gradient is at most 0.8 · 2/r + 20 · 2.
+        prop_assert!(abs_diff_eq!(found, gradient, epsilon = 1e-11), "{found} against {gradient}");
     }
 }
 
-/// Light from the side of e1 and a little above, and the same law written out: two memories in a row.
+/// Perception of light from the side of e1 and slightly above.
 struct Sunlight;
 
 impl Perception for Sunlight {
@@ -112,6 +118,7 @@ impl Perception for Sunlight {
     }
 }
 
+/// The response to [`Sunlight`] with two chained memories, written as one law.
 struct WrittenOut {
     stages: [f64; 2],
     delay: f64,
@@ -141,26 +148,29 @@ impl TropismLaw for WrittenOut {
 }
 
 #[test]
-fn memories_in_a_row_filter_twice_and_their_delays_add_up() {
+fn chained_memories_filter_twice_and_add_their_delays() {
     let light = DirectionalTropism { sensitivity: 0.8, perception: Sunlight };
     let twice = light.remembered(Memory { time: 600.0, delay: 100.0 }).remembered(Memory { time: 300.0, delay: 200.0 });
     let declared = Declaration::of(&twice);
     assert_eq!(declared.delays().collect::<Vec<_>>(), [300.0; 2]);
     assert_eq!(declared.variables()[2].remembers, Source::Variable(0));
-    fn tip(law: impl TropismLaw) -> Vector3<f64> {
-        let mut shoot = righting().tropism(law).build().unwrap();
+    fn tip(law: impl TropismLaw + Send + Sync + 'static) -> Vector3<f64> {
+        let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
         MethodOfSteps::new(150.0).advance(&mut shoot, 5.0 * HOUR).unwrap();
         shoot.tip()
     }
     let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
-    // The same operations but for their order: rounding of 5 cm, which a stable shoot does not magnify.
-    assert!((found - expected).norm() < 1e-14, "{found} against {expected}");
+    // Only the order of operations differs. The difference is rounding of 5 cm, which a stable
+    // shoot does not magnify.
+    assert_abs_diff_eq!(found, expected, epsilon = 1e-14);
     let once =
         DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
-    assert!((tip(once) - expected).norm() > 1e-4, "the second stage does nothing");
+    // The second memory has an effect.
+    assert_abs_diff_ne!(tip(once), expected, epsilon = 1e-4);
 }
 
-/// Answers to what it senses, at once or after a memory; a present that it did not ask for makes it fail.
+/// Responds to the bend, at once or through a memory. A present that the law did not request makes
+/// the gradient NaN.
 struct Straightens {
     at_once: bool,
 }
@@ -195,60 +205,53 @@ impl TropismLaw for Straightens {
 }
 
 #[test]
-fn the_present_is_empty_for_laws_that_do_not_read_it() {
+fn present_stimuli_are_empty_for_laws_that_do_not_request_them() {
     let gravitropism = || steering(SettledStatoliths).0;
     for at_once in [false, true] {
-        let mut shoot = righting().tropism((gravitropism(), Straightens { at_once })).build().unwrap();
+        let mut shoot = righting().tropism((gravitropism(), Straightens { at_once })).into_dyn().build().unwrap();
         Iterated::new(300.0).advance(&mut shoot, 1800.0).unwrap();
         let _ = StationarySolver::default().solve(&mut shoot).unwrap();
         let both = (Straightens { at_once: true }, Straightens { at_once });
-        let mut shoot = righting().tropism((gravitropism(), both)).build().unwrap();
+        let mut shoot = righting().tropism((gravitropism(), both)).into_dyn().build().unwrap();
         Iterated::new(300.0).advance(&mut shoot, 1800.0).unwrap();
-        let _ = morphorod::stability::Linearisation::about(&{
-            let _ = StationarySolver::default().solve(&mut shoot).unwrap();
-            shoot
-        })
-        .unwrap();
+        let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+        let _ = Linearisation::about(&shoot).unwrap();
     }
 }
 
 #[test]
-fn six_laws_are_the_sum_of_six() {
+fn tuples_of_laws_act_as_their_sum() {
     let bend = |share: f64| Proprioception { sensitivity: share * ETA }.remembered(MEMORY);
     let up =
         |share: f64| DirectionalTropism { sensitivity: share * BETA, perception: SettledStatoliths }.remembered(MEMORY);
-    let mut six = righting().tropism((up(0.5), bend(0.25), up(0.25), bend(0.5), up(0.25), bend(0.25))).build().unwrap();
-    let mut nested = righting().tropism(((up(0.5), up(0.5)), Some(bend(1.0)), None::<Oscillator>)).build().unwrap();
-    for shoot in [&mut six as &mut dyn Advance, &mut nested] {
-        shoot.advance(4.0 * HOUR);
+    let six = (up(0.5), bend(0.25), up(0.25), bend(0.5), up(0.25), bend(0.25));
+    let mut six = righting().tropism(six).into_dyn().build().unwrap();
+    let nested = ((up(0.5), up(0.5)), Some(bend(1.0)), None::<Oscillator>);
+    let mut nested = righting().tropism(nested).into_dyn().build().unwrap();
+    let mut two = righting().into_dyn().build().unwrap();
+    for shoot in [&mut six, &mut nested, &mut two] {
+        advance(shoot, 4.0 * HOUR);
     }
-    let mut two = righting().build().unwrap();
-    two.advance(4.0 * HOUR);
-    // Only the order of sums differs: rounding of 5 cm.
-    assert!((six.tip() - two.tip()).norm() < 1e-13 && (nested.tip() - two.tip()).norm() < 1e-13);
+    // Only the order of sums differs, which changes the rounding of 5 cm.
+    assert_abs_diff_eq!(six.tip(), two.tip(), epsilon = 1e-13);
+    assert_abs_diff_eq!(nested.tip(), two.tip(), epsilon = 1e-13);
 }
 
-/// A shoot of any model, behind a pointer.
-trait Advance {
-    fn advance(&mut self, until: f64);
-}
-
-impl<M: Model> Advance for Shoot<M> {
-    fn advance(&mut self, until: f64) {
-        MethodOfSteps::new(180.0).advance(self, until).unwrap();
-    }
+/// Integrates a shoot with steps of 3 min.
+fn advance(shoot: &mut Shoot<impl Model>, until: f64) {
+    MethodOfSteps::new(180.0).advance(shoot, until).unwrap();
 }
 
 #[test]
-fn boxed_laws_give_the_same_bits() {
+fn boxed_laws_reproduce_statically_typed_laws_bit_for_bit() {
     let mut shoot = growing().build().unwrap();
-    shoot.advance(2.0 * HOUR);
+    advance(&mut shoot, 2.0 * HOUR);
     let mut boxed = growing().into_dyn().build().unwrap();
-    boxed.advance(2.0 * HOUR);
+    advance(&mut boxed, 2.0 * HOUR);
     assert!(boxed.state() == shoot.state());
 }
 
-/// A model of one's own: it carries more than its laws.
+/// A model written by a user, which contains more than its laws.
 struct Specimen {
     name: &'static str,
     growth: Ongoing<UniformGrowth>,
@@ -281,54 +284,54 @@ impl Model for Specimen {
 }
 
 #[test]
-fn a_model_of_ones_own() {
+fn user_written_model_matches_the_provided_one() {
     let expected = {
         let mut shoot = righting().build().unwrap();
-        shoot.advance(HOUR);
+        advance(&mut shoot, HOUR);
         shoot
     };
     let Laws { growth, tropism, scene, .. } = *expected.model();
     let specimen = Specimen { name: "Helianthus 7", growth, steering: tropism, pot: scene };
     let mut shoot = Shoot::of(specimen).length(0.05).radius(RADIUS).build().unwrap();
-    shoot.advance(HOUR);
+    advance(&mut shoot, HOUR);
     assert!(shoot.state() == expected.state());
     assert_eq!(shoot.model().name, "Helianthus 7");
 }
 
 #[test]
-fn a_part_behind_a_pointer_is_a_part() {
-    let mut expected = righting().tropism(steering(STATOLITHS)).build().unwrap();
-    expected.advance(HOUR);
+fn boxed_and_shared_laws_compose_like_plain_laws() {
+    let mut expected = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
+    advance(&mut expected, HOUR);
     let (gravitropism, proprioception) = steering(STATOLITHS);
-    // Perceptions, responses, laws, models: boxed, shared, borrowed.
+    // Perceptions, responses, laws and models may be boxed, shared or borrowed.
     let shared = Arc::new(STATOLITHS);
     let sensed = Gravitropism { sensitivity: BETA, perception: shared.clone() }.remembered(MEMORY);
-    let boxed: Box<dyn Perception<Signal = [f64; 2]>> = Box::new(&STATOLITHS);
+    let boxed: Box<dyn Perception<Signal = [f64; 2]> + Send + Sync> = Box::new(&STATOLITHS);
     let dynamic = Gravitropism { sensitivity: BETA, perception: boxed }.remembered(MEMORY);
     let answered = Arc::new(gravitropism.response).remembered(MEMORY);
-    let same = |mut shoot: Shoot<_>| {
-        Advance::advance(&mut shoot, HOUR);
+    let laws: [Box<dyn TropismLaw + Send + Sync>; 3] = [Box::new(sensed), Box::new(dynamic), Box::new(answered)];
+    for law in laws {
+        let mut shoot = righting().tropism((law, proprioception)).into_dyn().build().unwrap();
+        advance(&mut shoot, HOUR);
         assert!(shoot.state() == expected.state());
-    };
-    same(righting().tropism((Box::new(sensed) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
-    same(righting().tropism((Box::new(dynamic) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
-    same(righting().tropism((Box::new(answered) as Box<dyn TropismLaw>, proprioception)).build().unwrap());
-    let model = Arc::new(*expected.model());
+    }
+    let model = Arc::new(expected.model().clone());
     for _ in 0..2 {
         let mut shoot = Shoot::of(model.clone()).length(0.05).radius(RADIUS).build().unwrap();
-        shoot.advance(HOUR);
+        advance(&mut shoot, HOUR);
         assert!(shoot.state() == expected.state());
     }
 }
 
 #[test]
-fn shoots_of_unlike_laws_stand_in_one_list() {
-    let mut alone = (righting().build().unwrap(), growing().build().unwrap());
-    alone.0.advance(HOUR);
-    alone.1.advance(HOUR);
+fn shoots_of_different_models_share_a_list_of_simulations() {
+    // The two shoots differ in the types of their models.
+    let mut alone = (righting().build().unwrap(), growing().into_dyn().build().unwrap());
+    advance(&mut alone.0, HOUR);
+    advance(&mut alone.1, HOUR);
     let mut list: Vec<Box<dyn Simulation + Send>> = vec![
         Box::new((righting().build().unwrap(), MethodOfSteps::new(180.0))),
-        Box::new((growing().build().unwrap(), MethodOfSteps::new(180.0))),
+        Box::new((growing().into_dyn().build().unwrap(), MethodOfSteps::new(180.0))),
     ];
     let starts: Vec<State> = list.iter().map(|simulation| simulation.state().clone()).collect();
     for _ in 0..2 {

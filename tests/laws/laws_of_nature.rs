@@ -1,27 +1,30 @@
-//! What holds of every rod at rest, whatever its shape: couples balance, point by point, and the energy is stationary, and lowest if
-//! the rod is called stable. Strains, moments and energies are found from frames and positions by formulas of this file.
+//! Properties of every equilibrium: couples balance at every point, the energy is stationary, and
+//! it is a minimum if the solver reports a stable rod. Strains, moments and energies are computed
+//! from frames and positions by formulas of this file.
 //!
-//! `MORPHOROD_SCENES=5000 MORPHOROD_SEED=7 cargo test --workspace --test laws_of_nature` draws more rods and others.
+//! `MORPHOROD_SCENES=5000 MORPHOROD_SEED=7 cargo test --workspace --test all laws_of_nature` draws more and other rods.
 
 use std::f64::consts::PI;
 
 use crate::fixtures::random::{Draw, number};
-use morphorod::constitutive::LinearElastic;
+use morphorod::constitutive::{Constitutive, LinearElastic};
 use morphorod::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
-use morphorod::load::{ApicalForce, Distributed, Weight};
+use morphorod::load::{ApicalForce, Distributed, Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::{Order, Place, Profile, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Between their ends frames are of fourth order in the length of elements, and so is their derivative: so many leave 1e-9.
+/// Number of elements. Between nodes, frames and their derivatives are of fourth order in the
+/// length of elements, and this number leaves an error of 1e-9.
 const ELEMENTS: usize = 96;
 const STEPS: usize = 600;
 
-/// A rod under loads, all of it known by formulas.
+/// A rod under loads that are given by formulas.
 struct Case {
     length: f64,
-    /// At the base, and how much of it is lost up to the apex.
+    /// Radius at the base, m.
     radius: f64,
+    /// Relative decrease of the radius from the base to the apex.
     taper: f64,
     tissue: LinearElastic,
     density: f64,
@@ -38,7 +41,7 @@ impl Case {
         let length = radius * draw.log(20.0, 500.0);
         let tissue = LinearElastic { youngs_modulus: draw.log(1e4, 1e11), poissons_ratio: draw.uniform(-0.5, 0.5) };
         let stiffness = tissue.youngs_modulus * PI * radius.powi(4) / 4.0;
-        // In parts of what bends it by a radian or so.
+        // The unit of the loads is a force that bends the rod by about a radian.
         let force = stiffness / (length * length);
         Self {
             length,
@@ -73,7 +76,7 @@ impl Case {
         self.wind - Vector3::z() * (9.81 * self.density * PI * self.radius_at(s).powi(2))
     }
 
-    /// The rod at rest, and the number of directions in which its energy falls.
+    /// The equilibrium, and the number of directions in which its energy decreases.
     fn solve(&self, branch: Branch) -> (Rod, usize) {
         let nodes: Vec<f64> = (0..=ELEMENTS).map(|k| k as f64 / ELEMENTS as f64 * self.length).collect();
         let section = |s: f64| self.radius_at(s);
@@ -81,7 +84,8 @@ impl Case {
         rod.set_intrinsic(|point| self.intrinsic(self.length - point.apex_distance));
         let mut solver = NewtonSolver::with_tolerance(1e-13);
         solver.branch = branch;
-        let found = solver.solve(&mut rod, &self.tissue, &self.loads(), &self.scene.environment(0.0)).unwrap();
+        let (law, load): (&dyn Constitutive, &dyn Load) = (&self.tissue, &self.loads());
+        let found = solver.solve(&mut rod, &law, &load, &self.scene.environment(0.0)).unwrap();
         (rod, found.inertia.negative)
     }
 
@@ -90,14 +94,16 @@ impl Case {
         (Weight { density: self.density }, ApicalForce(move |_| pull), Distributed(self.wind))
     }
 
-    /// Places at the ends and the middles of steps.
+    /// The profile at the ends and midpoints of steps.
     fn places(&self, rod: &Rod) -> Vec<Place> {
         let (loads, environment) = (self.loads(), self.scene.environment(0.0));
-        Profile::of(rod, &self.tissue, &loads, &environment).sample(2 * STEPS + 1)
+        let (law, load): (&dyn Constitutive, &dyn Load) = (&self.tissue, &loads);
+        Profile::of(rod, &law, &load, &environment).sample(2 * STEPS + 1)
     }
 
-    /// The energy of the shape with a strain, given at the ends and middles of steps: frames and positions by the classical Runge-Kutta
-    /// method, integrals by Simpson's rule.
+    /// The energy of the shape with a strain that is given at the ends and midpoints of steps.
+    /// Frames and positions are integrated by the classical Runge–Kutta method, energies by
+    /// Simpson's rule.
     fn energy(&self, strain: &[Vector3<f64>]) -> f64 {
         let h = self.length / STEPS as f64;
         let density = |k: usize, p: &Vector3<f64>| {
@@ -117,7 +123,7 @@ impl Case {
             let (q2, p2) = rate(&(q + q1 * (0.5 * h)), &middle);
             let (q3, p3) = rate(&(q + q2 * (0.5 * h)), &middle);
             let (q4, p4) = rate(&(q + q3 * h), &end);
-            // Half way by the cubic through both ends.
+            // The midpoint is that of the cubic through both ends.
             let next = p + (p1 + p2 * 2.0 + p3 * 2.0 + p4) * (h / 6.0);
             let next_q = (q + (q1 + q2 * 2.0 + q3 * 2.0 + q4) * (h / 6.0)).normalize();
             let beyond = UnitQuaternion::new_unchecked(next_q) * Vector3::z();
@@ -128,7 +134,7 @@ impl Case {
         energy - self.apical.dot(&p)
     }
 
-    /// The energy's first and second derivative along a change of the strain.
+    /// The first and second derivatives of the energy along a change of the strain.
     fn variations(&self, strain: &[Vector3<f64>], change: &[Vector3<f64>]) -> (f64, f64) {
         let at = |size: f64| {
             let moved: Vec<Vector3<f64>> = strain.iter().zip(change).map(|(u, v)| u + v * size).collect();
@@ -139,14 +145,14 @@ impl Case {
         ((8.0 * (c - b) - (d - a)) / (12.0 * e), (16.0 * (c + b) - (d + a) - 30.0 * zero) / (12.0 * e * e))
     }
 
-    /// A change of the strain by some waves, about a radian over the length.
+    /// A change of the strain by five random waves, of about a radian over the length.
     fn waves(&self, draw: &mut Draw) -> Vec<Vector3<f64>> {
         let waves: Vec<Vector3<f64>> = (0..5).map(|_| draw.vector(1.0 / self.length)).collect();
         let at = |s: f64| waves.iter().enumerate().map(|(k, wave)| wave * (k as f64 * PI * s).cos()).sum();
         (0..=2 * STEPS).map(|k| at(k as f64 / (2 * STEPS) as f64)).collect()
     }
 
-    /// E I/ℓ at the base, and with what the loads do.
+    /// E I/ℓ at the base, and its sum with the work of the loads.
     fn scale(&self) -> (f64, f64) {
         let stiffness = self.stiffness(0.0).x / self.length;
         let work = (self.apical.norm()
@@ -156,10 +162,11 @@ impl Case {
     }
 }
 
-/// K (u − u*) at a place against the moment of all forces beyond it, both from frames and positions alone. N m.
+/// The difference of K (u − u*) at a place and the moment of all forces beyond it, N m. Both are
+/// computed from frames and positions alone.
 fn unbalanced(case: &Case, places: &[Place], k: usize) -> f64 {
     let h = case.length / (2 * STEPS) as f64;
-    // Of fourth order in twice the distance of places.
+    // The difference formula is of fourth order in twice the distance of places.
     let turn = |a: usize, b: usize| (places[a].frame.inverse() * places[b].frame).scaled_axis();
     let (near, far) = (turn(k - 1, k + 1) / (2.0 * h), turn(k - 2, k + 2) / (4.0 * h));
     let strain = (near * 4.0 - far) / 3.0;
@@ -172,7 +179,7 @@ fn unbalanced(case: &Case, places: &[Place], k: usize) -> f64 {
 }
 
 #[test]
-fn couples_balance_and_the_energy_is_lowest() {
+fn couples_balance_and_stable_equilibria_minimise_the_energy() {
     let (scenes, seed) = (number("MORPHOROD_SCENES", 150), number("MORPHOROD_SEED", 1));
     let (mut residual, mut slope) = (0.0_f64, 0.0_f64);
     for scene in 0..scenes {
@@ -193,14 +200,16 @@ fn couples_balance_and_the_energy_is_lowest() {
         }
     }
     println!("{scenes} rods: couples unbalanced by {residual:.1e}, the energy's slope is {slope:.1e}");
-    // The strain of elements, and of differences over a six hundredth, errs by 1e-9. The energy is that of the points, which
-    // errs by less; rounding of it over the size of the change is 1e-13 and more.
+    // The strain of elements, and of differences over 1/600 of the length, errs by 1e-9. The energy
+    // is that of the points, which errs by less. Its rounding divided by the size of the change is
+    // 1e-13 and more.
     assert!(residual < 1e-8 && slope < 1e-10, "{residual:e} {slope:e}");
 }
 
-/// An upright rod that is too long for its weight is balanced, and its energy falls when it leans.
+/// An upright rod above the critical load is in equilibrium, and its energy decreases when it
+/// leans.
 #[test]
-fn a_rod_that_is_called_unstable_has_a_way_down() {
+fn energy_of_an_unstable_upright_rod_decreases_along_its_first_mode() {
     let mut draw = Draw::new(3);
     let upright = Case {
         apical: Vector3::zeros(),
@@ -217,7 +226,8 @@ fn a_rod_that_is_called_unstable_has_a_way_down() {
         let (rod, negative) = case.solve(Branch::Nearest);
         assert_eq!(negative, if falls { 2 } else { 0 });
         let strain: Vec<Vector3<f64>> = case.places(&rod).iter().map(|place| place.strain).collect();
-        // The first mode is close to this: its second derivative is less than half a percent above the lowest.
+        // The second derivative along this approximation of the first mode is less than half a
+        // percent above the lowest one.
         let lean: Vec<Vector3<f64>> =
             (0..=2 * STEPS).map(|k| Vector3::y() / case.length * mode(k as f64 / (2 * STEPS) as f64)).collect();
         let (first, second) = case.variations(&strain, &lean);
@@ -226,7 +236,8 @@ fn a_rod_that_is_called_unstable_has_a_way_down() {
     }
 }
 
-/// θ' of the buckling mode of a rod under its own weight, θ'' = −λ (1 − x) θ with θ(0) = 0 and θ'(1) = 0: a series in (1 − x)³.
+/// θ' of the buckling mode of a rod under its own weight, as a series in (1 − x)³. The mode
+/// satisfies θ'' = −λ (1 − x) θ with θ(0) = 0 and θ'(1) = 0.
 fn mode(x: f64) -> f64 {
     let cube = 7.837_347 * (1.0 - x).powi(3);
     let (mut term, mut sum) = (1.0, 0.0);

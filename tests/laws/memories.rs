@@ -1,20 +1,23 @@
-//! Linear memories that are declared are integrated by fixed weights, without asking the law; others by collocation. Both
-//! are the exact response to the stimuli that were sensed.
+//! Memories. Declared linear memories are integrated by fixed weights, without calls of the law,
+//! and all others by collocation. Both are the exact response to the stimuli that were sensed.
 
-use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fixtures::shoots::{HOUR, STATOLITHS, righting, steering};
+use approx::assert_abs_diff_eq;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, Size, Source, TropismLaw, Variable};
 use nalgebra::Vector3;
 
-/// A law that keeps to itself which of its variables are memories. Counts how often it is asked for rates.
-struct Silent<'a, L> {
+/// A law that does not declare which of its variables are memories. It counts the calls of its
+/// rates.
+struct Silent<L> {
     law: L,
-    asked: &'a Cell<usize>,
+    calls: Arc<AtomicUsize>,
 }
 
-impl<L: TropismLaw> TropismLaw for Silent<'_, L> {
+impl<L: TropismLaw> TropismLaw for Silent<L> {
     fn declare(&self, to: &mut Declaration) {
         let declared = Declaration::of(&self.law);
         to.stimuli(declared.size().stimuli);
@@ -29,7 +32,7 @@ impl<L: TropismLaw> TropismLaw for Silent<'_, L> {
         self.law.sense(site, stimuli);
     }
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        self.asked.set(self.asked.get() + 1);
+        self.calls.fetch_add(1, Ordering::Relaxed);
         self.law.rates(variables, stimuli, rates);
     }
     fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
@@ -41,10 +44,10 @@ impl<L: TropismLaw> TropismLaw for Silent<'_, L> {
 }
 
 /// The tip (m) of a righting shoot and its variables after two hours.
-fn righted(law: impl TropismLaw) -> (Vector3<f64>, Vec<f64>) {
-    let mut shoot = righting().tropism(law).build().unwrap();
+fn righted(law: impl TropismLaw + Send + Sync + 'static) -> (Vector3<f64>, Vec<f64>) {
+    let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(180.0);
-    // A time inside a step, so that steps of several sizes are among those taken.
+    // One output time is inside a step, so that the steps have several sizes.
     for until in [0.1, 1.03, 2.0] {
         run.advance(&mut shoot, until * HOUR).unwrap();
     }
@@ -54,33 +57,35 @@ fn righted(law: impl TropismLaw) -> (Vector3<f64>, Vec<f64>) {
 }
 
 #[test]
-fn declared_or_not_memories_give_the_same() {
-    let asked = Cell::new(0);
+fn undeclared_memories_give_the_same_shoot_as_declared_ones() {
+    let calls = Arc::new(AtomicUsize::new(0));
     let (tip, variables) = righted(steering(SettledStatoliths));
-    let (other_tip, other_variables) = righted(Silent { law: steering(SettledStatoliths), asked: &asked });
-    // The same weights, applied in another order, in fifty steps: rounding of each, 4 units of 1.1e-16, on a tip that is 5 cm
-    // away and on variables up to 100/m (bending) and 1 (direction).
-    assert!((tip - other_tip).norm() < 1e-15, "{tip:?}, {other_tip:?}");
+    let (other_tip, other_variables) = righted(Silent { law: steering(SettledStatoliths), calls: calls.clone() });
+    // The same weights are applied in another order, in fifty steps. Each step adds a rounding
+    // error of 4 units of 1.1e-16, on a tip at a distance of 5 cm and on variables up to 100/m
+    // (bending) and 1 (direction).
+    assert_abs_diff_eq!(tip, other_tip, epsilon = 1e-15);
     for (y, other) in variables.iter().zip(&other_variables) {
-        assert!((y - other).abs() < 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0), "{y}, {other}");
+        assert_abs_diff_eq!(y, other, epsilon = 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0));
     }
-    assert!(asked.get() > 0);
+    assert!(calls.load(Ordering::Relaxed) > 0);
 }
 
 #[test]
-fn a_memory_beside_variables_of_other_kinds_is_the_same() {
-    // Statoliths are iterated to 1e-12 of themselves, with what remembers them or without it being known.
-    let asked = Cell::new(0);
+fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
+    // The variables of statoliths are iterated to a relative tolerance of 1e-12, with declared or
+    // undeclared memories.
+    let calls = Arc::new(AtomicUsize::new(0));
     let (tip, _) = righted(steering(STATOLITHS));
-    let (other, _) = righted(Silent { law: steering(STATOLITHS), asked: &asked });
-    assert!((tip - other).norm() < 1e-12 * 0.05, "{tip:?}, {other:?}");
-    // Seven or eight sweeps over three nodes at 32 points, in the 50 steps of two hours with the seven of the start and the
-    // ones around the two ends: a sweep more would be noticed.
-    let per_point = asked.get() as f64 / (32.0 * 60.0);
+    let (other, _) = righted(Silent { law: steering(STATOLITHS), calls: calls.clone() });
+    assert_abs_diff_eq!(tip, other, epsilon = 1e-12 * 0.05);
+    // There are seven or eight sweeps over three nodes at 32 points. Two hours take 50 steps, seven
+    // steps of the start, and some around the two output times. One more sweep exceeds the bound.
+    let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);
     assert!(per_point < 30.0, "{per_point} calls at a point in a step");
 }
 
-/// Declares a memory, and is one while its stimulus is small.
+/// A law whose variable is the declared memory only while its stimulus is small.
 struct Saturating;
 
 impl TropismLaw for Saturating {
@@ -101,7 +106,7 @@ impl TropismLaw for Saturating {
 }
 
 #[test]
-fn a_memory_that_ceases_to_be_one_is_refused_when_it_does() {
+fn law_that_stops_being_its_declared_memory_is_refused() {
     let mut shoot = righting().tropism(Saturating).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(180.0);
     run.advance(&mut shoot, HOUR).unwrap();

@@ -1,8 +1,10 @@
-//! What a rod at rest is like at any place along it.
+//! Profiles: position, strain, couple, force and growth at any arc length of a rod in equilibrium.
 
+use crate::fixtures::rods::solve_tight;
 use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, Tissue};
-use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
+use morphorod::equilibrium::{EquilibriumSolver, Unloaded};
 use morphorod::growth::{LinearProfile, Ongoing, UniformGrowth, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce, Weight};
@@ -12,20 +14,21 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 const LENGTH: f64 = 0.06;
 
-/// A horizontal rod at rest, read at some places.
-fn read(law: &impl Constitutive, load: &impl Load, order: Order, elements: usize, places: &[f64]) -> Vec<Place> {
+/// The profile of a tilted rod in equilibrium, evaluated at the given arc lengths.
+fn read(law: &dyn Constitutive, load: &dyn Load, order: Order, elements: usize, places: &[f64]) -> Vec<Place> {
     let scene = Still::tilted(1.2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, order).unwrap();
     let environment = scene.environment(0.0);
-    let _ = NewtonSolver::with_tolerance(1e-14).solve(&mut rod, law, load, &environment).unwrap();
-    let profile = Profile::of(&rod, law, load, &environment);
+    let _ = solve_tight(&mut rod, law, load, &environment).unwrap();
+    let profile = Profile::of(&rod, &law, &load, &environment);
     places.iter().map(|s| profile.at(*s).unwrap()).collect()
 }
 
 #[test]
-fn an_arc_has_one_strain_everywhere() {
+fn unloaded_helix_has_constant_strain_and_curvature() {
     let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 3, Order::Eight).unwrap();
-    // A helix: bent by 20/m and twisted by 9/m, so that its curvature is 20/m everywhere.
+    // The intrinsic shape is a helix, bent by 20/m and twisted by 9/m. Its curvature is 20/m
+    // everywhere.
     rod.set_intrinsic(|_| Vector3::new(0.0, 20.0, 9.0));
     let _ = Unloaded.solve(&mut rod, &YOUNG, &(), &Still::weightless().environment(0.0)).unwrap();
     let profile = Profile::of(&rod, &YOUNG, &(), &Still::weightless().environment(0.0));
@@ -33,22 +36,25 @@ fn an_arc_has_one_strain_everywhere() {
     assert_eq!(places.len(), 41);
     for (i, place) in places.iter().enumerate() {
         let s = LENGTH * i as f64 / 40.0;
-        assert!((place.arc_length - s).abs() < 1e-16 && (place.apex_distance - (LENGTH - s)).abs() < 1e-16);
-        assert!((place.strain - Vector3::new(0.0, 20.0, 9.0)).norm() < 1e-12);
-        assert!((place.curvature() - 20.0).abs() < 1e-12);
+        assert_abs_diff_eq!(place.arc_length, s, epsilon = 1e-16);
+        assert_abs_diff_eq!(place.apex_distance, LENGTH - s, epsilon = 1e-16);
+        assert_abs_diff_eq!(place.strain, Vector3::new(0.0, 20.0, 9.0), epsilon = 1e-12);
+        assert_abs_diff_eq!(place.curvature(), 20.0, epsilon = 1e-12);
         assert_eq!((place.couple.norm(), place.force.norm(), place.regr, place.speed), (0.0, 0.0, 0.0, 0.0));
-        // The axis of the helix is ω = u in the frame of the base: the frame turns about it by |u| s.
+        // In the frame of the base, the axis of the helix is parallel to u. The frame rotates about
+        // it by |u| s.
         let expected = UnitQuaternion::from_scaled_axis(Vector3::new(0.0, 20.0, 9.0) * s);
         // Three elements of order eight resolve 0.44 rad each to 1e-11.
-        assert!(place.frame.angle_to(&expected) < 1e-10, "{}", place.frame.angle_to(&expected));
+        assert_abs_diff_eq!(place.frame.angle_to(&expected), 0.0, epsilon = 1e-10);
         let (position, frame) = rod.at(s).unwrap();
-        assert!((place.position - position).norm() < 1e-13 && place.frame.angle_to(&frame) < 1e-15);
-        assert!((place.tangent() - frame * Vector3::z()).norm() < 1e-15);
+        assert_abs_diff_eq!(place.position, position, epsilon = 1e-13);
+        assert_abs_diff_eq!(place.frame.angle_to(&frame), 0.0, epsilon = 1e-15);
+        assert_abs_diff_eq!(place.tangent(), frame * Vector3::z(), epsilon = 1e-15);
     }
 }
 
 #[test]
-fn a_cantilever_carries_the_moment_of_its_end_force() {
+fn couple_of_cantilever_is_the_moment_of_its_end_force() {
     let force = Vector3::new(2e-4, -1e-4, 5e-5);
     let pull = ApicalForce(move |_| force);
     let places: Vec<f64> = (0..=20).map(|i| LENGTH * f64::from(i) / 20.0).collect();
@@ -56,16 +62,17 @@ fn a_cantilever_carries_the_moment_of_its_end_force() {
     let tip = found[20].position;
     for place in &found {
         assert_eq!(place.force, force);
-        // m = (p(ℓ) − p(s)) × F: both sides are integrated by the same rule, so rounding is left.
+        // m = (p(ℓ) − p(s)) × F. Both sides are integrated by the same rule, so that they differ by
+        // rounding alone.
         let moment = (tip - place.position).cross(&force);
-        assert!((place.frame * place.couple - moment).norm() < 1e-14 * tip.norm() * force.norm(), "{place:?}");
-        assert!((place.strain - place.couple.component_div(&YOUNG.stiffness(RADIUS))).norm() < 1e-10);
+        assert_abs_diff_eq!(place.frame * place.couple, moment, epsilon = 1e-14 * tip.norm() * force.norm());
+        assert_abs_diff_eq!(place.strain, place.couple.component_div(&YOUNG.stiffness(RADIUS)), epsilon = 1e-10);
     }
 }
 
 #[test]
-fn couple_strain_and_position_have_their_order_between_points_too() {
-    // So many places that they lie anywhere in the elements of every mesh.
+fn couple_strain_and_position_converge_at_their_order_between_material_points() {
+    // With 212 places, every part of an element is sampled on every mesh.
     let places: Vec<f64> = (0..=211).map(|i| LENGTH * f64::from(i) / 211.0).collect();
     let graded = GradedWeight(|tissue: &Tissue| 1000.0 + 2e4 * tissue.initial_apex_distance);
     let finest = read(&YOUNG, &graded, Order::Eight, 96, &places);
@@ -83,32 +90,37 @@ fn couple_strain_and_position_have_their_order_between_points_too() {
         let p = order.points() as i32;
         let (coarse, fine) = (error(16), error(32));
         for k in 0..3 {
-            // Order p + 2, but that of the frames, 2 p, with one point; and at most rounding. Half an order of leeway, since
-            // places lie differently in finer elements.
+            // The order is p + 2, or that of the frames, 2 p, with one point; the floor is
+            // rounding. Half an order is allowed because the places have other positions within
+            // finer elements.
             let expected = coarse[k] / 2.0_f64.powf(f64::from((p + 2).min(2 * p)) - 0.5);
             assert!(fine[k] < expected.max(1e-12), "order {order:?}, quantity {k}: {:e} then {:e}", coarse[k], fine[k]);
         }
-        // Two points and more hold a density that is linear.
+        // Two points or more represent a linear density exactly.
         assert!(p == 1 || fine[3] < 1e-13, "{:e}", fine[3]);
     }
 }
 
 #[test]
-fn a_place_and_its_name_find_each_other_at_every_order() {
+fn arc_length_of_inverts_the_initial_apex_distance_at_every_order() {
     for order in Order::ALL {
         let rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, order).unwrap();
         let (load, environment) = (Weight { density: 1000.0 }, Still::upright().environment(0.0));
         let profile = Profile::of(&rod, &YOUNG, &load, &environment);
         for place in profile.sample(37) {
-            // Names are linear along a rod that has not grown.
+            // Initial apex distances are linear along a rod that has not grown.
             let found = rod.arc_length_of(LENGTH - place.tissue.initial_apex_distance).unwrap();
-            assert!((found - place.arc_length).abs() < 1e-15, "{order:?}: {found} for {}", place.arc_length);
+            assert!(
+                abs_diff_eq!(found, place.arc_length, epsilon = 1e-15),
+                "{order:?}: {found} against {}",
+                place.arc_length
+            );
         }
     }
 }
 
 #[test]
-fn a_point_force_shows_below_its_place_alone() {
+fn point_force_loads_only_the_part_below_it() {
     let force = Vector3::new(1e-4, 0.0, 0.0);
     let load = PointForce { initial_apex_distance: 0.4 * LENGTH, force };
     let shoot = |steps: f64| {
@@ -124,7 +136,7 @@ fn a_point_force_shows_below_its_place_alone() {
 }
 
 #[test]
-fn growth_is_read_along_the_shoot() {
+fn profile_of_growing_shoot_matches_traced_growth() {
     let (initial, zone, time) = (0.05, 0.03, 20.0 * HOUR);
     let law = LinearProfile { zone_length: zone, time };
     let mut shoot =
@@ -133,35 +145,41 @@ fn growth_is_read_along_the_shoot() {
     let _ = MethodOfSteps::new(300.0).advance(&mut shoot, now).unwrap();
     let (rod, profile) = (shoot.rod(), shoot.profile());
     let range = rod.growth_zone();
-    assert!((range.end - length(&law, initial, now)).abs() < 1e-12);
-    assert!((range.end - range.start - zone).abs() < 1e-12, "{range:?}");
+    assert_abs_diff_eq!(range.end, length(&law, initial, now), epsilon = 1e-12);
+    assert_abs_diff_eq!(range.end - range.start, zone, epsilon = 1e-12);
     for i in 0..=30 {
         let start = initial * f64::from(i) / 30.0;
         let exact = trace(&law, initial, start, now);
-        // Names between material points are interpolated with order four in elements of 1/13 of the shoot.
+        // Initial apex distances between material points are interpolated with order four in
+        // elements of 1/13 of the shoot.
         let s = rod.arc_length_of(start).unwrap();
-        assert!((s - exact.arc_length).abs() < 1e-7, "{start}: {s} for {}", exact.arc_length);
+        assert!(abs_diff_eq!(s, exact.arc_length, epsilon = 1e-7), "{start}: {s} against {}", exact.arc_length);
         let place = profile.at(s).unwrap();
-        assert!((place.tissue.initial_apex_distance - (initial - start)).abs() < 1e-9);
+        assert_abs_diff_eq!(place.tissue.initial_apex_distance, initial - start, epsilon = 1e-9);
         assert_eq!(place.tissue.age > 0.0, s < range.start - 1e-9, "{s}");
-        // The speed is the slope of the path, here by central differences over two minutes.
+        // The expected speed is the derivative of the traced path, by central differences over two
+        // minutes.
         let at = |t: f64| trace(&law, initial, start, t).arc_length;
         let speed = (at(now + 60.0) - at(now - 60.0)) / 120.0;
         if (s - range.start).abs() > 1e-4 {
-            assert!((place.speed - speed).abs() < 1e-5 * zone / time, "{s}: {} for {speed}", place.speed);
+            assert!(
+                abs_diff_eq!(place.speed, speed, epsilon = 1e-5 * zone / time),
+                "{s}: {} against {speed}",
+                place.speed
+            );
             let regr = if s > range.start { 2.0 * (1.0 - (range.end - s) / zone) / time } else { 0.0 };
-            assert!((place.regr - regr).abs() < 1e-9 / time, "{s}");
+            assert!(abs_diff_eq!(place.regr, regr, epsilon = 1e-9 / time), "{s}: {} against {regr}", place.regr);
         }
     }
-    // The age of tissue follows from when it left.
+    // The age of tissue is the time since it left the growth zone, s.
     let half = 0.5 * range.start.max(initial - zone) + 0.5 * (initial - zone);
     let place = profile.at(half).unwrap();
     let exit = trace(&law, initial, initial - place.tissue.initial_apex_distance, now).exit_time.unwrap();
-    assert!((place.tissue.age - (now - exit)).abs() < 1e-5 * DAY, "{} s for {} s", place.tissue.age, now - exit);
+    assert_abs_diff_eq!(place.tissue.age, now - exit, epsilon = 1e-5 * DAY);
 }
 
 #[test]
-fn a_shoot_that_steers_is_read_with_its_intrinsic_strain() {
+fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
     let mut shoot = Shoot::builder(YOUNG)
         .length(LENGTH)
         .radius(RADIUS)
@@ -177,13 +195,13 @@ fn a_shoot_that_steers_is_read_with_its_intrinsic_strain() {
     let mut below = 0.0;
     for e in 0..rod.elements() {
         for g in 0..rod.order().points() {
-            // The points of a Gauss rule lie where it says, as long as elements are uniform.
+            // In a uniform element, the material points are at the nodes of the Gauss rule.
             let x = morphorod::quadrature::gauss(rod.order().points()).0[g];
             let place = profile.at(below + x * rod.element_length(e)).unwrap();
             let point = &rod.points()[e * rod.order().points() + g];
-            assert!((place.intrinsic - point.intrinsic).norm() < 1e-11 * point.intrinsic.norm());
+            assert_abs_diff_eq!(place.intrinsic, point.intrinsic, epsilon = 1e-11 * point.intrinsic.norm());
             // Differentiated rotations give the strain with order p + 1, couples with p + 2.
-            assert!((place.strain - rod.strain(e, g).unwrap()).norm() < 1e-4 * place.strain.norm());
+            assert_abs_diff_eq!(place.strain, rod.strain(e, g).unwrap(), epsilon = 1e-4 * place.strain.norm());
             assert_eq!((place.regr, place.speed), (1.0 / 72e3, 0.0));
         }
         below += rod.element_length(e);
@@ -191,7 +209,7 @@ fn a_shoot_that_steers_is_read_with_its_intrinsic_strain() {
 }
 
 #[test]
-fn places_off_the_rod_are_taken_to_its_ends() {
+fn arc_lengths_outside_the_rod_are_clamped_to_its_ends() {
     let scene = Still::upright();
     let rod = Rod::uniform(LENGTH, RADIUS, scene.base, 2, Order::Four).unwrap();
     let (load, environment) = (Weight { density: 1000.0 }, scene.environment(0.0));
@@ -199,11 +217,12 @@ fn places_off_the_rod_are_taken_to_its_ends() {
     assert!(profile.at(f64::NAN).is_none() && rod.arc_length_of(f64::NAN).is_none());
     assert_eq!(profile.at(-1.0), profile.at(0.0));
     let [beyond, apex] = [f64::INFINITY, LENGTH].map(|s| profile.at(s).unwrap());
-    assert!((beyond.arc_length - LENGTH).abs() < 1e-16 && (beyond.position - apex.position).norm() < 1e-16);
+    assert_abs_diff_eq!(beyond.arc_length, LENGTH, epsilon = 1e-16);
+    assert_abs_diff_eq!(beyond.position, apex.position, epsilon = 1e-16);
     assert_eq!(profile.sample(0).len(), 0);
     assert_eq!(profile.sample(1), [profile.at(0.0).unwrap()]);
-    assert!((rod.arc_length_of(-5.0).unwrap()).abs() < 1e-16);
-    assert!((rod.arc_length_of(5.0).unwrap() - LENGTH).abs() < 1e-16);
-    assert!((rod.arc_length_of(0.31 * LENGTH).unwrap() - 0.31 * LENGTH).abs() < 1e-16);
+    assert_abs_diff_eq!(rod.arc_length_of(-5.0).unwrap(), 0.0, epsilon = 1e-16);
+    assert_abs_diff_eq!(rod.arc_length_of(5.0).unwrap(), LENGTH, epsilon = 1e-16);
+    assert_abs_diff_eq!(rod.arc_length_of(0.31 * LENGTH).unwrap(), 0.31 * LENGTH, epsilon = 1e-16);
     assert_eq!(rod.growth_zone(), 0.0..rod.length());
 }

@@ -1,18 +1,20 @@
-//! A uniform shoot at any tilt under any weight, from a straight first guess.
+//! A uniform shoot at any tilt under any weight, from a straight initial guess.
 
 use crate::fixtures::rods::{Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue};
+use approx::abs_diff_eq;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
-/// q ℓ³/(E I) from feather-light to 1300 times the load under which an upright shoot buckles.
+/// q ℓ³/(E I), from an eighth of to 1300 times the load under which an upright shoot buckles.
 const LOADS: [f64; 9] = [1.0, 4.492, 7.0, 8.0, 12.0, 20.0, 100.0, 1e3, 1e4];
 /// Angle of the base from upright, degrees.
 const TILTS: [f64; 8] = [0.01, 1.0, 10.0, 45.0, 90.0, 135.0, 170.0, 179.0];
 
-/// Ends of elements that shrink towards the base, where a heavy shoot turns down within about ℓ q̂^(-1/2).
+/// Nodes of elements that shrink towards the base, where a heavy shoot turns down within about ℓ
+/// q̂^(-1/2).
 fn graded(elements: usize, load: f64) -> Vec<f64> {
     let grade = (0.5 * load.sqrt()).ln_1p();
     let at = |i: usize| LENGTH * (grade * i as f64 / elements as f64).exp_m1() / grade.exp_m1();
@@ -23,18 +25,19 @@ fn straight(nodes: &[f64], scene: &Still) -> Rod {
     Rod::straight(nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod")
 }
 
-/// The default solver from a straight guess.
+/// The equilibrium from the default solver.
 fn solve(rod: &mut Rod, load: f64, scene: &Still) -> Equilibrium {
     let weight = Weight { density: density_for(load, LENGTH) };
     NewtonSolver::default().solve(rod, &young_tissue(), &weight, &scene.environment(0.0)).expect("an equilibrium")
 }
 
 #[test]
-fn every_load_at_every_tilt_comes_to_a_stable_rest() {
+fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
     let mut azimuth = 0.0;
     for load in LOADS {
         for tilt in TILTS {
-            // Lean in another direction each time, along the axes first: rounding must not profit from the symmetry.
+            // The base leans in another direction in every case, so that no symmetry reduces the
+            // rounding.
             let lean = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), azimuth);
             azimuth += 0.7;
             let scene = Still { base: lean * Still::tilted(tilt.to_radians()).base, ..Still::upright() };
@@ -43,26 +46,28 @@ fn every_load_at_every_tilt_comes_to_a_stable_rest() {
                 let mut rod = straight(&graded(elements, load), &scene);
                 let found = solve(&mut rod, load, &scene);
                 assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "{case}");
-                // Steps are capped at 1 rad and shifted while the shape is unstable: 34 were the most when this was written.
+                // Steps are limited to 1 rad and shifted while the shape is unstable. At most 34
+                // were needed when this test was written.
                 assert!(found.iterations <= 40, "{case}: {} iterations", found.iterations);
                 assert!(found.error <= 1e-11, "{case}: {:e}", found.error);
                 let tip = lean.inverse() * rod.tip() / LENGTH;
-                // Nothing drives the shoot out of the vertical plane in which the base leans. What resists a turn of that
-                // plane is the smallest pivot, and rounding moves the shape by the inverse of its margin.
+                // No force acts across the vertical plane in which the base leans. The smallest
+                // pivot is the stiffness to a rotation of that plane, and rounding moves the shape
+                // by the inverse of its margin.
                 let sideways = tip.y.abs();
                 let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
                 assert!(tip.x > 0.0 && sideways < promised, "{case}: {sideways:e} against {promised:e}");
                 tip
             });
-            // Asked for: 1e-8 of the length against the finest answer. At order 8 a twice finer mesh errs 256 times less.
-            let difference = (tips[0] - tips[1]).norm();
-            assert!(difference < 1e-8, "{case}: meshes differ by {difference:e}");
+            // The requirement is 1e-8 of the length. At order 8, the error of a mesh of half the
+            // size is 256 times smaller.
+            assert!(abs_diff_eq!(tips[0], tips[1], epsilon = 1e-8), "{case}: {} against {}", tips[0], tips[1]);
         }
     }
 }
 
 #[test]
-fn heavy_shoots_hang_as_an_independent_integration_says() {
+fn tip_of_heavy_shoots_matches_shooting() {
     for load in [8.0, 20.0, 100.0, 1e3, 1e4] {
         for tilt in [0.01, 90.0, 179.0] {
             let scene = Still::tilted(f64::to_radians(tilt));
@@ -80,20 +85,24 @@ fn heavy_shoots_hang_as_an_independent_integration_says() {
                 weight: |sigma| q * sigma,
             };
             let known = hanging.tip(steps);
-            // What the two codes promise: the integration its step error and the rounding of 2 · steps additions, the
-            // crate no more than the last change of its mesh.
+            // The bound contains the step error of the integration, the rounding of its 2 · steps
+            // additions, and the last change of the crate's mesh.
             let rounding = 2.0 * steps as f64 * f64::EPSILON * LENGTH;
             let promised = known.error + rounding + (tips[0] - tips[1]).norm();
-            let difference = (tips[1] - Vector2::from(known.value)).norm();
-            assert!(difference < promised, "load {load}, tilt {tilt}: {difference:e} against {promised:e}");
-            assert!(promised < 1e-8 * LENGTH, "load {load}, tilt {tilt}: the check is blunt, {promised:e}");
+            let expected = Vector2::from(known.value);
+            assert!(
+                abs_diff_eq!(tips[1], expected, epsilon = promised),
+                "load {load}, tilt {tilt}: {} against {expected} within {promised:e}",
+                tips[1]
+            );
+            assert!(promised < 1e-8 * LENGTH, "load {load}, tilt {tilt}: the bound is too large, {promised:e}");
         }
     }
 }
 
 #[test]
-fn ever_heavier_horizontal_shoots_converge_on_a_uniform_mesh() {
-    // From the default shoot on, each half as heavy again as the one before.
+fn heavy_horizontal_shoots_converge_on_a_uniform_mesh() {
+    // The first load is that of the default shoot. Each load is 1.5 times the one before.
     let scene = Still::tilted(90_f64.to_radians());
     let mut load = 4.492;
     while load <= 1000.0 {
@@ -102,15 +111,16 @@ fn ever_heavier_horizontal_shoots_converge_on_a_uniform_mesh() {
             assert_eq!(solve(&mut rod, load, &scene).inertia.negative, 0, "load {load}");
             rod.tip() / LENGTH
         };
-        // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements, where (h/layer)⁸ · 1e-8 is left.
-        let difference = (tip(32) - tip(64)).norm();
-        assert!(difference < 1e-7, "load {load}: meshes differ by {difference:e}");
+        // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements. The error there
+        // is (h/layer)⁸ · 1e-8.
+        let (coarse, fine) = (tip(32), tip(64));
+        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-7), "load {load}: {coarse} against {fine}");
         load *= 1.5;
     }
 }
 
 #[test]
-fn a_mesh_too_coarse_for_its_load_gives_an_answer_or_an_error_and_never_an_unstable_shape() {
+fn coarse_meshes_give_a_stable_shape_or_a_recoverable_error() {
     for order in Order::ALL {
         for elements in [1, 2, 3, 5] {
             for load in LOADS {
@@ -126,7 +136,7 @@ fn a_mesh_too_coarse_for_its_load_gives_an_answer_or_an_error_and_never_an_unsta
                         Ok(found) => assert_eq!(found.inertia.negative, 0, "{case}"),
                         Err(error) => assert!(error.is_recoverable() && rod == before, "{case}: {error}"),
                     }
-                    // Inextensible: the tip is never further than the length, up to rounding.
+                    // The tip of an inextensible rod is no farther than its length, up to rounding.
                     assert!(rod.tip().norm() <= LENGTH * (1.0 + 1e-14), "{case}");
                 }
             }

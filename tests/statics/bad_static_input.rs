@@ -1,7 +1,9 @@
-//! Input that makes no sense: a named parameter or an error with numbers, no panic, and the rod as it was.
+//! Invalid input is refused with a named parameter or an error with numbers, without panic, and the
+//! rod is unchanged.
 
 use crate::fixtures::rods;
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
 use morphorod::equilibrium::{Branch, EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::load::{ApicalForce, Distributed, Load, Pulse, Weight, Whirl};
@@ -16,7 +18,8 @@ fn upright(elements: usize) -> Rod {
     Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), elements, Order::default()).expect("a rod")
 }
 
-/// That the answer refuses the parameter of this name, with its value and a requirement, and says so in words.
+/// Asserts that the error names the parameter, its value and a requirement, as fields and in its
+/// message.
 fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, value: f64) {
     let error = answer.expect_err(name);
     assert_eq!(error.name, name);
@@ -27,7 +30,7 @@ fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, va
 }
 
 #[test]
-fn a_rod_needs_a_positive_length_and_radius_elements_and_a_frame() {
+fn rods_refuse_invalid_lengths_radii_nodes_and_frames() {
     let base = UnitQuaternion::identity();
     for bad in [0.0, -0.0, -1.0, NAN, INF, -INF] {
         refused(Rod::uniform(bad, RADIUS, base, 4, Order::Two), "length", bad);
@@ -49,7 +52,7 @@ fn a_rod_needs_a_positive_length_and_radius_elements_and_a_frame() {
 }
 
 #[test]
-fn tissues_refuse_parameters_that_make_no_sense() {
+fn tissues_refuse_invalid_parameters() {
     let tissue = |youngs_modulus, poissons_ratio| LinearElastic { youngs_modulus, poissons_ratio };
     for bad in [0.0, -1e7, NAN, INF] {
         refused(tissue(bad, 0.5).check(), "Young's modulus", bad);
@@ -67,10 +70,10 @@ fn tissues_refuse_parameters_that_make_no_sense() {
 }
 
 #[test]
-fn loads_and_scenes_refuse_parameters_that_make_no_sense() {
+fn loads_and_scenes_refuse_invalid_parameters() {
     for bad in [0.0, -1000.0, NAN, INF] {
         refused(Weight { density: bad }.check(), "density", bad);
-        // Inside a tuple, an option, a box.
+        // Loads inside a tuple, an option or a box are checked as well.
         refused((Distributed(Vector3::x()), Some(Weight { density: bad })).check(), "density", bad);
         refused((Box::new(Weight { density: bad }) as Box<dyn Load>).check(), "density", bad);
         let pulse = Pulse { peak: Vector3::x(), start: 0.0, duration: bad };
@@ -93,23 +96,23 @@ fn loads_and_scenes_refuse_parameters_that_make_no_sense() {
     assert_eq!(().check(), Ok(()));
 }
 
-/// Solves and checks that an error leaves every bit of the rod.
+/// Solves, expects an error, and asserts that it leaves the rod unchanged bit for bit.
 fn fails(
     solver: &mut impl EquilibriumSolver,
     rod: &mut Rod,
-    material: &impl Constitutive,
-    load: &impl Load,
+    material: &dyn Constitutive,
+    load: &dyn Load,
     environment: &Environment,
 ) -> EquilibriumError {
     let before = rod.clone();
-    let error = solver.solve(rod, material, load, environment).expect_err("an error");
-    // Not-a-number strains differ from themselves, so the frames and the tip are what is compared.
+    let error = solver.solve(rod, &material, &load, environment).expect_err("an error");
+    // NaN strains are not equal to themselves, so that only the frames and the tip are compared.
     assert_eq!((rod.frames(), rod.tip()), (before.frames(), before.tip()), "{error}");
     error
 }
 
 #[test]
-fn an_iteration_that_is_cut_short_says_how_far_it_came_and_leaves_the_rod() {
+fn exceeded_iteration_limit_reports_the_residual_and_leaves_the_rod() {
     let scene = Still::tilted(1.0);
     let weight = Weight { density: density_for(100.0, LENGTH) };
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
@@ -124,12 +127,13 @@ fn an_iteration_that_is_cut_short_says_how_far_it_came_and_leaves_the_rod() {
             };
             assert_eq!(iterations, bound);
             assert!(step > 0.0 && step.is_finite() && residual > 0.0 && residual.is_finite(), "{step} {residual}");
-            // The largest force is the weight beyond the first Gauss point, 0.07 of an element from the base.
+            // The largest force is the weight beyond the first Gauss point, 0.07 of an element from
+            // the base.
             let total = 100.0 * rods::bending_stiffness() / LENGTH.powi(2);
             assert!(force < total && force > 0.99 * total, "{force} against {total}");
         }
     }
-    // Given its head the same solver and rod succeed, as if nothing had been tried.
+    // A solver without the limit finds the same equilibrium from this rod as from a new one.
     let mut fresh = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
     let mut solver = NewtonSolver::default();
     let again = solver.solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0));
@@ -138,7 +142,7 @@ fn an_iteration_that_is_cut_short_says_how_far_it_came_and_leaves_the_rod() {
 }
 
 #[test]
-fn settings_of_the_solver_are_checked() {
+fn invalid_solver_settings_are_refused() {
     for bad in [0.0, -1e-9, NAN, INF] {
         let error = fails(&mut NewtonSolver::with_tolerance(bad), &mut upright(4), &young_tissue(), &(), &weightless());
         let EquilibriumError::Parameter(parameter) = error else { panic!("{error}") };
@@ -151,7 +155,7 @@ fn settings_of_the_solver_are_checked() {
 }
 
 #[test]
-fn numbers_that_are_none_are_found_out() {
+fn infinite_and_nan_inputs_are_refused_as_not_finite() {
     let weight = Weight { density: DENSITY };
     for bad in [NAN, INF, -INF] {
         for gravity in [Vector3::new(bad, 0.0, 0.0), Vector3::new(0.0, 0.0, bad)] {
@@ -175,22 +179,23 @@ fn numbers_that_are_none_are_found_out() {
 }
 
 #[test]
-fn the_solver_without_loads_refuses_every_load() {
+fn unloaded_solver_refuses_every_load() {
     let environment = Still::upright().environment(0.0);
     let weight = DENSITY * rods::GRAVITY * std::f64::consts::PI * RADIUS * RADIUS * LENGTH;
     let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &environment);
     let EquilibriumError::Loaded { force } = error else { panic!("{error}") };
-    // The whole weight, at the base; four roundings.
-    assert!((force / weight - 1.0).abs() < 8.0 * f64::EPSILON, "{force} against {weight}");
+    // The force is the whole weight at the base, up to four roundings.
+    assert_relative_eq!(force, weight, epsilon = 0.0, max_relative = 8.0 * f64::EPSILON);
     let pull = ApicalForce(|_: f64| Vector3::new(0.0, 0.0, 1e-150));
     let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &pull, &environment);
     assert!(matches!(error, EquilibriumError::Loaded { .. }), "{error}");
-    // Weight without gravity is no load.
+    // A weight without gravity is not a load.
     assert!(Unloaded.solve(&mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &weightless()).is_ok());
 }
 
 #[test]
-fn no_size_of_anything_makes_the_solvers_panic() {
+fn solvers_do_not_panic_at_extreme_magnitudes() {
+    let normalised = |rod: &Rod| rod.frames().iter().all(|f| abs_diff_eq!(f.norm(), 1.0, epsilon = 1e-12));
     const SIZES: [f64; 7] = [1e-300, 1e-150, 1e-20, 1.0, 1e20, 1e150, 1e300];
     for length in SIZES {
         for radius in SIZES {
@@ -206,11 +211,11 @@ fn no_size_of_anything_makes_the_solvers_panic() {
                         let mut solver = NewtonSolver::default();
                         solver.max_iterations = 20;
                         let answer = solver.solve(&mut rod, &tissue, &Weight { density: 1.0 }, &environment);
-                        // An answer is made of numbers; no answer, no change.
-                        assert!(rod.frames().iter().all(|f| (f.norm() - 1.0).abs() < 1e-12), "{answer:?}");
+                        // A solution is finite, and an error leaves the rod unchanged.
+                        assert!(normalised(&rod), "{answer:?}");
                         assert!(answer.is_ok() || rod == before, "{answer:?}");
                         let answer = Unloaded.solve(&mut rod, &tissue, &(), &environment);
-                        assert!(rod.frames().iter().all(|f| (f.norm() - 1.0).abs() < 1e-12), "{answer:?}");
+                        assert!(normalised(&rod), "{answer:?}");
                     }
                 }
             }
@@ -219,14 +224,14 @@ fn no_size_of_anything_makes_the_solvers_panic() {
 }
 
 #[test]
-fn one_element_and_one_point_are_enough_for_a_rod() {
+fn rod_of_one_element_and_one_material_point_is_solved() {
     for order in Order::ALL {
         let scene = Still::tilted(1.0);
         let mut rod = Rod::uniform(0.01, RADIUS, scene.base, 1, order).expect("a rod");
         let found = rods::sag(&mut rod, DENSITY, &scene);
         assert_eq!(found.inertia.positive, 3 * order.points());
-        // A short shoot hardly sags: q ℓ³/(E I) = 0.0157, and the tip by less than an eighth of that.
+        // The tip of a short shoot with q ℓ³/(E I) = 0.0157 sags by less than an eighth of that.
         let straight = scene.base * Vector3::z() * 0.01;
-        assert!((rod.tip() - straight).norm() < 0.0157 / 8.0 * 0.01);
+        assert_abs_diff_eq!(rod.tip(), straight, epsilon = 0.0157 / 8.0 * 0.01);
     }
 }

@@ -1,20 +1,24 @@
-//! Euler's elastica: the cantilever under a transverse end load and the column, against elliptic integrals.
+//! Euler's elastica: the cantilever under a transverse end load and the column, compared with
+//! elliptic integrals.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::fixtures::rods::{RADIUS, bending_stiffness, cases, tight, weightless, young_tissue};
+use crate::fixtures::rods::{RADIUS, bending_stiffness, cases, solve_tight, weightless, young_tissue};
+use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Inertia, NewtonSolver};
-use morphorod::load::ApicalForce;
+use morphorod::load::{ApicalForce, Load};
 use morphorod::rod::Rod;
 use morphorod::{Order, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Carlson's integrals RF and RD by duplication, B. C. Carlson (1979), Numer. Math. 33, 1–16, to rounding.
+/// Carlson's integrals RF and RD by duplication, B. C. Carlson (1979), Numer. Math. 33, 1–16, to
+/// rounding.
 fn carlson(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
     let (mut sum, mut factor) = (0.0, 1.0);
-    // Each turn brings the arguments four times closer; thirty make them equal to rounding.
+    // Each iteration reduces the differences of the arguments by a factor of four. Thirty make them
+    // equal to rounding.
     for _ in 0..30 {
         let lambda = (x * y).sqrt() + (x * z).sqrt() + (y * z).sqrt();
         sum += factor / (z.sqrt() * (z + lambda));
@@ -33,15 +37,18 @@ fn legendre(phi: f64, k: f64) -> (f64, f64) {
 }
 
 #[test]
-fn the_elliptic_integrals_are_the_tabulated_ones() {
-    // Abramowitz and Stegun, tables 17.1 and 17.2 (m = 0.5) and 17.5, 17.6 (φ = 30°, α = 60°), to the digits printed.
+fn elliptic_integrals_match_the_printed_tables() {
+    // Abramowitz and Stegun, tables 17.1 and 17.2 (m = 0.5) and 17.5, 17.6 (φ = 30°, α = 60°), to
+    // the digits printed.
     let (k, e) = legendre(FRAC_PI_2, 0.5_f64.sqrt());
-    assert!((k - 1.854_074_677_301_372).abs() < 4e-15 && (e - 1.350_643_881_047_676).abs() < 4e-15, "{k} {e}");
+    assert_abs_diff_eq!(k, 1.854_074_677_301_372, epsilon = 4e-15);
+    assert_abs_diff_eq!(e, 1.350_643_881_047_676, epsilon = 4e-15);
     let (f, e) = legendre(PI / 6.0, 0.75_f64.sqrt());
-    assert!((f - 0.542_229_11).abs() < 0.5e-8 && (e - 0.506_092_07).abs() < 0.5e-8, "{f} {e}");
+    assert_abs_diff_eq!(f, 0.542_229_11, epsilon = 0.5e-8);
+    assert_abs_diff_eq!(e, 0.506_092_07, epsilon = 0.5e-8);
 }
 
-/// Length of the rods here, m; the answers do not depend on it.
+/// Length of the rods of this file, m. The results do not depend on it.
 const SPAN: f64 = 0.1;
 
 fn straight(elements: usize, base: UnitQuaternion<f64>) -> Rod {
@@ -54,8 +61,9 @@ fn apical(x: f64, y: f64, z: f64) -> ApicalForce<impl Fn(f64) -> Vector3<f64>> {
     ApicalForce(move |_| force)
 }
 
-/// The tip over the length of a cantilever along e1 under a transverse end load P = `load` · E I/ℓ² along −e3:
-/// K. E. Bisshopp and D. C. Drucker (1945), Quart. Appl. Math. 3, 272–275. Returns projection, deflection, end slope.
+/// Projection and deflection of the tip, over the length, and end slope of a cantilever along e1
+/// under a transverse end load P = `load` · E I/ℓ² along −e3, after K. E. Bisshopp and D. C.
+/// Drucker (1945), Quart. Appl. Math. 3, 272–275.
 fn bisshopp_drucker(load: f64) -> [f64; 3] {
     let root = load.sqrt();
     let start = |k: f64| (0.5_f64.sqrt() / k).min(1.0).asin();
@@ -72,8 +80,9 @@ fn bisshopp_drucker(load: f64) -> [f64; 3] {
 }
 
 #[test]
-fn the_integrals_give_the_printed_table_of_the_cantilever() {
-    // K. Mattiasson (1981), Int. J. Numer. Meth. Engng 17, 145–153, table 1: load, 1 − projection, deflection, end slope.
+fn elliptic_integrals_reproduce_mattiassons_table_of_the_cantilever() {
+    // K. Mattiasson (1981), Int. J. Numer. Meth. Engng 17, 145–153, table 1: load, 1 − projection,
+    // deflection, end slope.
     for (load, shortening, deflection, slope) in [
         (1.0, 0.05643, 0.30172, 0.46135),
         (2.0, 0.16064, 0.49346, 0.78175),
@@ -81,35 +90,35 @@ fn the_integrals_give_the_printed_table_of_the_cantilever() {
         (10.0, 0.55500, 0.81061, 1.43029),
     ] {
         let [x, z, angle] = bisshopp_drucker(load);
-        let largest = (1.0 - x - shortening).abs().max((z - deflection).abs()).max((angle - slope).abs());
-        assert!(largest < 0.5e-5, "load {load}: {x} {z} {angle}");
+        let (found, printed) = (Vector3::new(1.0 - x, z, angle), Vector3::new(shortening, deflection, slope));
+        assert!(abs_diff_eq!(found, printed, epsilon = 0.5e-5), "load {load}: {found} against {printed}");
     }
 }
 
 #[test]
-fn a_cantilever_bends_under_an_end_load_as_the_elliptic_integrals_say() {
+fn cantilever_under_an_end_load_matches_elliptic_integrals() {
     let base = Still::tilted(FRAC_PI_2).base;
     for load in [0.1, 1.0, 2.0, 5.0, 10.0, 20.0] {
         let [x, z, slope] = bisshopp_drucker(load);
         let miss = |elements: usize| {
             let mut rod = straight(elements, base);
             let pull = apical(0.0, 0.0, -load);
-            let found = tight().solve(&mut rod, &young_tissue(), &pull, &weightless()).expect("bends");
+            let found = solve_tight(&mut rod, &young_tissue(), &pull, &weightless()).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             let end = Still::tilted(FRAC_PI_2 + slope).base;
             let tip = rod.tip() / SPAN - Vector3::new(x, 0.0, -z);
             tip.norm().max(rod.apex_frame().angle_to(&end))
         };
-        // At order 8 what eight elements leave is divided by 2⁸ or more with sixteen, and again with 32; then 1e-14 of
-        // rounding in the crate and in the integrals, whose modulus is known to 2e-16 and is ill-conditioned for small
-        // loads by 1/load.
+        // At order 8 the error of eight elements decreases by 2⁸ or more with sixteen elements, and
+        // again with 32. The rounding of the crate and of the integrals is 1e-14. The modulus of
+        // the integrals is accurate to 2e-16 and ill-conditioned for small loads by 1/load.
         let (coarse, fine) = (miss(8), miss(32));
         let promised = coarse / 256.0 + 1e-14 / load.min(1.0);
         assert!(coarse < 1e-8 && fine < promised, "load {load}: {coarse:e} with 8 elements, {fine:e} with 32");
     }
 }
 
-/// A section with three stiffnesses, N m².
+/// A linear law with three stiffnesses, N m².
 struct Section(Vector3<f64>);
 
 impl Constitutive for Section {
@@ -119,14 +128,16 @@ impl Constitutive for Section {
     }
 }
 
-/// Signs of the tangent of the straight column under an axial load, positive downwards, in units of E I/ℓ².
-fn axial(solver: &mut NewtonSolver, material: &impl Constitutive, load: f64) -> Inertia {
+/// Inertia of the tangent of the straight column under an axial load, positive downwards, in units
+/// of E I/ℓ².
+fn axial(solver: &mut NewtonSolver, material: &dyn Constitutive, load: f64) -> Inertia {
     let rod = straight(16, UnitQuaternion::identity());
-    solver.inertia(&rod, material, &apical(0.0, 0.0, -load), &weightless()).expect("an inertia")
+    let push: &dyn Load = &apical(0.0, 0.0, -load);
+    solver.inertia(&rod, &material, &push, &weightless()).expect("an inertia")
 }
 
-/// The load at which the number of negative eigenvalues passes `count`.
-fn critical(material: &impl Constitutive, count: usize, (mut low, mut high): (f64, f64)) -> f64 {
+/// The load at which the number of negative eigenvalues exceeds `count`.
+fn critical(material: &dyn Constitutive, count: usize, (mut low, mut high): (f64, f64)) -> f64 {
     let mut solver = NewtonSolver::default();
     while high - low > 1e-11 * high {
         let middle = 0.5 * (low + high);
@@ -138,27 +149,31 @@ fn critical(material: &impl Constitutive, count: usize, (mut low, mut high): (f6
 proptest! {
     #![proptest_config(cases(32))]
     #[test]
-    fn a_column_buckles_under_eulers_load_about_the_weaker_axis_first(
+    fn column_buckles_at_eulers_loads_about_the_weaker_axis_first(
         ratio in 1.1..8.0_f64, torsion in 0.1..10.0_f64,
     ) {
-        // L. Euler (1744), Methodus inveniendi, additamentum I: P = π² E I/(4 ℓ²) for a column clamped at its foot.
+        // L. Euler (1744), Methodus inveniendi, additamentum I: P = π² E I/(4 ℓ²) for a column
+        // clamped at its foot.
         let euler = PI * PI / 4.0;
         let weak = bending_stiffness();
         let stiffness = Vector3::new(ratio * weak, weak, torsion * weak);
         let first = critical(&Section(stiffness), 0, (0.1, 4.0));
         let second = critical(&Section(stiffness), 1, (0.5 * ratio * euler, 2.0 * ratio * euler));
-        // Asked for: 1e-8. The third wave of the weak plane, at 9 times the first load, comes after the second.
-        prop_assert!((first / euler - 1.0).abs() < 1e-8, "{first}");
-        prop_assert!((second / (ratio * euler) - 1.0).abs() < 1e-8, "{second}");
+        // The requirement is 1e-8. The second mode of the weak plane, at 9 times the first load, is
+        // above the second load.
+        prop_assert!(relative_eq!(first, euler, epsilon = 0.0, max_relative = 1e-8), "{first} against {euler}");
+        let expected = ratio * euler;
+        prop_assert!(relative_eq!(second, expected, epsilon = 0.0, max_relative = 1e-8), "{second} against {expected}");
     }
 }
 
 #[test]
-fn each_of_eulers_loads_takes_away_two_directions_and_tension_takes_none() {
+fn each_euler_load_adds_two_negative_eigenvalues_and_tension_adds_none() {
     let mut solver = NewtonSolver::default();
     let euler = |mode: f64| ((2.0 * mode - 1.0) * FRAC_PI_2).powi(2);
     for (mode, negative) in [(1.0, 2), (2.0, 4), (3.0, 6)] {
-        // 1e-6 is far beyond the discretisation error of 16 elements, whose hᵖ with p = 8 doubles in an eigenvalue.
+        // 1e-6 is far above the discretisation error of 16 elements. The exponent p = 8 of hᵖ
+        // doubles in an eigenvalue.
         assert_eq!(axial(&mut solver, &young_tissue(), euler(mode) * (1.0 - 1e-6)).negative, negative - 2);
         assert_eq!(axial(&mut solver, &young_tissue(), euler(mode) * (1.0 + 1e-6)).negative, negative);
     }
@@ -169,23 +184,25 @@ fn each_of_eulers_loads_takes_away_two_directions_and_tension_takes_none() {
 }
 
 #[test]
-fn a_buckled_column_has_the_shape_of_the_elastica() {
-    // A. E. H. Love, Treatise on the Mathematical Theory of Elasticity, section 263: with p the sine of half the slope at
-    // the apex, the load is K(p)² E I/ℓ², the height 2 E(p)/K(p) − 1, the deflection 2 p/K(p), in lengths.
+fn buckled_column_matches_the_elastica() {
+    // A. E. H. Love, Treatise on the Mathematical Theory of Elasticity, section 263. With p the
+    // sine of half the slope at the apex, the load is K(p)² E I/ℓ², the height 2 E(p)/K(p) − 1, the
+    // deflection 2 p/K(p), in lengths.
     for degrees in [20.0_f64, 60.0, 120.0, 150.0] {
         let p = (0.5 * degrees.to_radians()).sin();
         let (k, e) = legendre(FRAC_PI_2, p);
         let miss = |elements: usize| {
             let mut rod = straight(elements, UnitQuaternion::identity());
-            let found =
-                tight().solve(&mut rod, &young_tissue(), &apical(0.0, 0.0, -k * k), &weightless()).expect("buckles");
-            // Stable, and free to be turned about the load.
+            let push = apical(0.0, 0.0, -k * k);
+            let found = solve_tight(&mut rod, &young_tissue(), &push, &weightless()).expect("an equilibrium");
+            // The shape is stable, and a rotation about the load is neutral.
             assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 1), "{degrees}°");
             let (tip, up) = (rod.tip() / SPAN, rod.apex_frame() * Vector3::z());
             let slope = up.xy().norm().atan2(up.z) - degrees.to_radians();
             (tip.xy().norm() - 2.0 * p / k).hypot(tip.z - 2.0 * e / k + 1.0).max(slope.abs())
         };
-        // As for the cantilever; near the critical load the amplitude magnifies rounding by 1/p².
+        // The bound is that of the cantilever. Near the critical load, the amplitude magnifies
+        // rounding by 1/p².
         let (coarse, fine) = (miss(16), miss(64));
         let promised = coarse / 256.0 + 1e-14 / (p * p);
         assert!(coarse < 1e-9 && fine < promised, "{degrees}°: {coarse:e} with 16 elements, {fine:e} with 64");
@@ -193,16 +210,18 @@ fn a_buckled_column_has_the_shape_of_the_elastica() {
 }
 
 #[test]
-fn a_column_leans_the_way_it_is_pushed() {
-    // Far beyond buckling, a ten thousandth of the load sideways decides on the direction.
+fn lateral_force_selects_the_direction_of_buckling() {
+    // Far above the critical load, a lateral force of 1e-4 of the load selects the direction.
     for azimuth in [0.0, 1.0, 2.5, 4.0] {
         let (sin, cos) = f64::sin_cos(azimuth);
         let mut rod = straight(16, UnitQuaternion::identity());
         let push = apical(4e-4 * cos, 4e-4 * sin, -4.0);
-        let found = NewtonSolver::default().solve(&mut rod, &young_tissue(), &push, &weightless()).expect("buckles");
+        let (law, push): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &push);
+        let found = NewtonSolver::default().solve(&mut rod, &law, &push, &weightless()).expect("an equilibrium");
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "azimuth {azimuth}");
         let (tip, sideways) = (rod.tip() / SPAN, (rod.tip().y * cos - rod.tip().x * sin) / SPAN);
-        // Only the push resists a turn of the plane: the smallest pivot, whose inverse magnifies rounding.
+        // Only the lateral force resists a rotation of the plane. It is the smallest pivot, whose
+        // inverse magnifies rounding.
         let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
         assert!(sideways.abs() < promised, "azimuth {azimuth}: {sideways:e} against {promised:e}");
         assert!(promised < 1e-8 && tip.x * cos + tip.y * sin > 0.5, "azimuth {azimuth}: {tip:?}, {promised:e}");

@@ -1,17 +1,20 @@
-//! Shapes at rest that no mesh of a few elements has: all bend next to the clamp, or a coil of a hundred turns. To a tolerance they are
-//! found from a mesh that is far too coarse for them.
+//! Equilibria that a few elements cannot resolve, such as a boundary layer at the clamp or a coil
+//! of a hundred turns. The adaptive integrator finds them to a tolerance from a mesh that is far
+//! too coarse.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use approx::abs_diff_eq;
 use morphorod::constitutive::{Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
-use morphorod::{Model, Shoot, Still};
+use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
-/// One metre of a rod of 1 mm radius on a horizontal base, as soft as q ℓ³/(E I) says, with an intrinsic strain (1/m).
-fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<impl Model> {
+/// A rod of 1 m length and 1 mm radius on a horizontal base, with the given softness q ℓ³/(E I) and
+/// intrinsic strain (1/m).
+fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<DynLaws> {
     let (radius, density) = (1e-3, 1000.0);
     // q/(E I) with I = π r⁴/4.
     let youngs_modulus = density * 9.81 * 4.0 / (radius * radius * softness);
@@ -28,14 +31,15 @@ fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<impl Model
     shoot
 }
 
-/// On so many equal elements, as closely as the solver comes.
-fn on_equal_elements(mut shoot: Shoot<impl Model>) -> Vector3<f64> {
+/// The tip (m) of a shoot on its own mesh, solved with a tight tolerance.
+fn on_equal_elements(mut shoot: Shoot<DynLaws>) -> Vector3<f64> {
     let mut run = MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-13));
     let _ = run.start(&mut shoot, &EmptyHistory).unwrap();
     shoot.tip()
 }
 
-/// Each tolerance is kept from a mesh of four elements, on `most` elements at most.
+/// Asserts that each tolerance is met from a mesh of four elements, with `most` elements at most.
+/// The reference errs by `own`.
 fn assert_kept(softness: f64, strain: Vector3<f64>, reference: &Vector3<f64>, own: f64, most: usize) {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
         let mut shoot = rod(softness, 4, strain);
@@ -48,42 +52,48 @@ fn assert_kept(softness: f64, strain: Vector3<f64>, reference: &Vector3<f64>, ow
 }
 
 #[test]
-fn hair_that_hangs_over() {
+fn adaptive_mesh_resolves_the_boundary_layer_of_a_hanging_hair() {
     for softness in [1e2, 1e3, 1e4, 1e5, 1e6] {
-        // Elements of a quarter of the boundary layer err by 1e-11 of it.
+        // Elements with a quarter of the length of the boundary layer err by 1e-11 of it.
         let reference = on_equal_elements(rod(softness, 4096, Vector3::zeros()));
         assert_kept(softness, Vector3::zeros(), &reference, 2e-12, 150);
-        // All of the bend is in a layer of width ε = 1/√(q ℓ³/(E I)) at the clamp, φ' = −(2/ε) sin(φ/2) with φ the angle from
-        // the vertical: x = √2 ε and z = −1 + (2 − √2) ε, up to terms in ε².
+        // The rod bends in a layer of width ε = 1/√(q ℓ³/(E I)) at the clamp, where φ' = −(2/ε)
+        // sin(φ/2) with φ the angle from the vertical. This gives x = √2 ε and z = −1 + (2 − √2) ε,
+        // up to terms in ε².
         let epsilon = 1.0 / softness.sqrt();
         let layer = Vector3::new(2.0_f64.sqrt() * epsilon, 0.0, -1.0 + (2.0 - 2.0_f64.sqrt()) * epsilon);
-        assert!((reference - layer).norm() < 2.0 * epsilon * epsilon, "{softness:e}: {reference:?}");
+        assert!(
+            abs_diff_eq!(reference, layer, epsilon = 2.0 * epsilon * epsilon),
+            "{softness:e}: {reference} against {layer}"
+        );
     }
 }
 
 #[test]
-fn a_coil_of_a_hundred_turns() {
+fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
     let strain = Vector3::new(0.0, 100.0 * TAU, 30.0 * TAU);
     for softness in [1e-9, 10.0, 100.0, 1000.0] {
         let reference = on_equal_elements(rod(softness, 2048, strain));
-        // 2048 elements are off by 2e-12, from 1024 to 2048 they move by 1e-9 and less.
+        // 2048 elements err by 2e-12. The change from 1024 to 2048 elements is at most 1e-9.
         assert_kept(softness, strain, &reference, 1e-11, 3000);
         if softness < 1.0 {
-            // A helix about the intrinsic strain, ω = |u*|: the tangent keeps its part along the axis, the rest turns.
+            // The shape is a helix about the intrinsic strain with ω = |u*|. The tangent keeps its
+            // part along the axis, and the other part rotates.
             let (omega, axis) = (strain.norm(), strain.normalize());
             let along = axis * axis.z;
             let across = Vector3::z() - along;
             let helix = along + (across * omega.sin() + axis.cross(&across) * (1.0 - omega.cos())) / omega;
-            // The base leans by a quarter turn about e2: d3 = e1 and d1 = −e3.
+            // The base is rotated by a quarter turn about e2, so that d3 = e1 and d1 = −e3.
             let tip = Vector3::new(helix.z, helix.y, -helix.x);
-            assert!((reference - tip).norm() < 1e-8, "{reference:?} {tip:?}");
+            assert!(abs_diff_eq!(reference, tip, epsilon = 1e-8), "{softness:e}: {reference} against {tip}");
         }
     }
 }
 
-/// Stiffness that jumps at a place (in parts of the length) where no builder was told of it; against elements that end there.
+/// The stiffness jumps at a place (relative to the length) that is not a node. The reference has a
+/// node there.
 #[test]
-fn a_jump_of_stiffness_inside_an_element() {
+fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
     for (place, factor) in [(0.37, 3.0), (0.123, 5.0), (0.5, 0.2), (0.71, 1e3)] {
         let make = |nodes: Option<Vec<f64>>| {
             let (length, law) = (0.06, LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 });
@@ -104,7 +114,8 @@ fn a_jump_of_stiffness_inside_an_element() {
             let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
             let (error, estimate) = ((shoot.tip() - reference).norm() / 0.06, found.error.unwrap());
             assert!(error < tolerance && error < 10.0 * estimate, "{place}: {error:e}, estimated {estimate:e}");
-            // Each factor of four takes three more on either side, and all are halved.
+            // Each factor of four in the grading adds three elements on either side of the jump. A
+            // finer mesh halves all elements.
             assert!(shoot.rod().elements() < 300, "{} elements", shoot.rod().elements());
         }
     }

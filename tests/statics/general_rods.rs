@@ -1,11 +1,12 @@
-//! Rods without a closed form: tapered ones, ones in space under several loads, ones of a nonlinear tissue. The balance of
-//! couples is checked by integrations that know nothing of elements.
+//! Rods without a closed form: tapered rods, rods in space under several loads, and rods of
+//! nonlinear tissue. The balance of couples is checked by integrations that use no elements.
 
 use crate::fixtures::rods;
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::rods::{
-    DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases, sag, tight,
+    DENSITY, GRAVITY, Hanging, LENGTH, MODULUS, RADIUS, back_to_base, bending_stiffness, cases, sag, solve_tight,
     young_tissue,
 };
 use morphorod::constitutive::{Constitutive, ElasticResponse, Lignifying, LinearElastic, Tissue};
@@ -19,12 +20,12 @@ use proptest::prelude::*;
 /// Radius at the apex over that at the base.
 const TAPER: f64 = 0.6;
 
-/// A conical shoot at the given distance from its apex.
+/// The radius of a conical shoot at the given distance from its apex.
 fn conical(sigma: f64) -> f64 {
     RADIUS * (TAPER + (1.0 - TAPER) * sigma / LENGTH)
 }
 
-/// Volume of the cone between the apex and distance σ: a truncated cone.
+/// Volume of the truncated cone between the apex and distance σ.
 fn conical_volume(sigma: f64) -> f64 {
     let (tip, here) = (conical(0.0), conical(sigma));
     PI * sigma * (tip * tip + tip * here + here * here) / 3.0
@@ -36,8 +37,8 @@ fn cone(elements: usize, order: Order, scene: &Still) -> Rod {
 }
 
 #[test]
-fn a_tapered_shoot_sags_as_an_independent_integration_says_and_at_full_order() {
-    // Long enough to bend by more than a right angle for all its slenderness: three times the default weight.
+fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
+    // Three times the default weight gives a strongly bent shape.
     let (scene, density) = (Still::tilted(FRAC_PI_2), 3.0 * DENSITY);
     let hanging = Hanging {
         length: LENGTH,
@@ -52,29 +53,35 @@ fn a_tapered_shoot_sags_as_an_independent_integration_says_and_at_full_order() {
         rod
     };
     let finest = settled(128, Order::default());
-    // The integration's step error and the rounding of its 2 · 4000 additions.
+    // The bound is the step error of the integration and the rounding of its 2 · 4000 additions.
     let certain = known.error / LENGTH + 8000.0 * f64::EPSILON;
-    let difference = (finest.tip().xz() - Vector2::from(known.value)).norm() / LENGTH;
-    assert!(difference < certain, "{difference:e} against {certain:e}");
+    assert_abs_diff_eq!(finest.tip().xz(), Vector2::from(known.value), epsilon = certain * LENGTH);
     for order in Order::ALL {
         let error = |k: i32| (settled(1 << k, order).tip() - finest.tip()).norm() / LENGTH;
         let errors: Vec<f64> = (1..8).map(error).filter(|e| (1e-13..1e-3).contains(e)).collect();
-        // The two finest halvings: on coarse meshes the taper is not resolved and the error changes its sign.
+        // The two finest halvings are used. Coarse meshes do not resolve the taper, and the error
+        // changes its sign.
         let [.., first, _, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
         let observed = (first / last).log2() / 2.0;
-        assert!((observed - order.exponent() as f64).abs() < 0.3, "{order:?}: observed {observed} from {errors:?}");
+        let expected = order.exponent() as f64;
+        assert!(
+            abs_diff_eq!(observed, expected, epsilon = 0.3),
+            "{order:?}: observed {observed} against {expected}, from {errors:?}"
+        );
     }
-    // p points integrate r², of degree two, exactly from p = 2 on; then rounding of 128 elements.
-    assert!((finest.volume() / conical_volume(LENGTH) - 1.0).abs() < 128.0 * f64::EPSILON);
-    assert!((finest.length() / LENGTH - 1.0).abs() < 128.0 * f64::EPSILON);
+    // Two points or more integrate r², of degree two, exactly. The error is the rounding of 128
+    // elements.
+    let rounding = 128.0 * f64::EPSILON;
+    assert_relative_eq!(finest.volume(), conical_volume(LENGTH), epsilon = 0.0, max_relative = rounding);
+    assert_relative_eq!(finest.length(), LENGTH, epsilon = 0.0, max_relative = rounding);
 }
 
-/// What a solved rod misses when its balance is integrated back from its apex, relative: the base's frame or the tip,
-/// whichever is worse; and what it may miss.
-fn imbalance<L: Load>(
+/// The relative error of a solved rod when its balance is integrated from its apex to its base, and
+/// a bound on it. The error is the larger one of the base frame and the tip.
+fn imbalance(
     rod: &Rod,
     environment: &Environment,
-    load: &L,
+    load: &dyn Load,
     uncertain: f64,
     strain: impl Fn(f64, &Vector3<f64>) -> Vector3<f64>,
 ) -> (f64, f64) {
@@ -88,7 +95,8 @@ fn imbalance<L: Load>(
     let known = run(&rod.apex_frame());
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
     let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm() / length);
-    // How an error of the apex frame grows on the way back: by small turns about three axes.
+    // The growth of an error of the apex frame on the way to the base, from small rotations about
+    // three axes.
     let growth = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
         let other = run(&(rod.apex_frame() * UnitQuaternion::from_scaled_axis(axis * 1e-6)));
         (other.value.0 - known.value.0).norm().max((other.value.1 - known.value.1).norm() / length) / 1e-6
@@ -100,7 +108,7 @@ fn imbalance<L: Load>(
 proptest! {
     #![proptest_config(cases(24))]
     #[test]
-    fn a_shoot_in_space_under_weight_wind_and_an_apical_force_is_in_balance(
+    fn shoot_under_weight_wind_and_apical_force_satisfies_the_balance_equations(
         turn in prop::array::uniform3(-2.0..2.0_f64),
         (push, wind) in (prop::array::uniform3(-3.0..3.0_f64), prop::array::uniform3(-3.0..3.0_f64)),
         (first, second) in (prop::array::uniform3(-2.0..2.0_f64), prop::array::uniform3(-2.0..2.0_f64)),
@@ -114,7 +122,7 @@ proptest! {
             ApicalForce(move |_: f64| apical),
             Distributed(Vector3::from(wind) * (unit / LENGTH)),
         );
-        // The intrinsic strain may vary as it likes.
+        // The intrinsic strain varies along the rod.
         let intrinsic = move |s: f64| {
             let phase = 3.0 * s / LENGTH;
             (Vector3::from(first) * phase.cos() + Vector3::from(second) * phase.sin()) / LENGTH
@@ -122,34 +130,39 @@ proptest! {
         let solve = |elements: usize| {
             let mut rod = Rod::uniform(LENGTH, RADIUS, base, elements, Order::default()).expect("a rod");
             rod.set_intrinsic(|point| intrinsic(LENGTH - point.apex_distance));
-            let found = NewtonSolver::with_tolerance(1e-12).solve(&mut rod, &young_tissue(), &loads, &environment).expect("an equilibrium");
+            let (law, load): (&dyn Constitutive, &dyn Load) = (&young_tissue(), &loads);
+            let mut solver = NewtonSolver::with_tolerance(1e-12);
+            let found = solver.solve(&mut rod, &law, &load, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
             (rod, found)
         };
         let ((coarse, _), (rod, found)) = (solve(12), solve(24));
-        // The finer mesh is off by no more than the last change of mesh, its tolerance and magnified rounding.
+        // The error of the finer mesh is at most the last change of mesh, its tolerance and
+        // magnified rounding.
         let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error
             + 4.0 * f64::EPSILON / found.inertia.margin;
         let stiffness = young_tissue().stiffness(RADIUS);
         let (missed, promised) =
             imbalance(&rod, &environment, &loads, uncertain, |s, couple| intrinsic(s) + couple.component_div(&stiffness));
         prop_assert!(missed < promised, "{missed:e} against {promised:e}");
-        prop_assert!(promised < 1e-5, "the check is blunt: {promised:e}");
+        prop_assert!(promised < 1e-5, "the bound is too large: {promised:e}");
     }
 }
 
-/// A tissue that stiffens as it is bent: W = ½ K |e|² + ¼ c |e|⁴, the same for bending and twist.
+/// A tissue that stiffens under strain, with W = ½ K |e|² + ¼ c |e|⁴ for bending and twist alike.
 struct Stiffening {
     /// K, N m².
     linear: f64,
     /// c, N m⁴.
     cubic: f64,
-    /// Leave half of what the cubic part adds to the tangent out, which the trait forbids.
+    /// Whether the tangent contains only half of the cubic part, which violates the contract of the
+    /// trait.
     crude_tangent: bool,
 }
 
 impl Stiffening {
-    /// The strain that a couple causes: K e + c e³ = m by Newton's method from above, which cannot overshoot.
+    /// The strain under a couple, from K e + c e³ = m by Newton's method from above, which
+    /// converges monotonically.
     fn strain(&self, couple: &Vector3<f64>) -> Vector3<f64> {
         let size = couple.norm();
         let mut e = (size / self.linear).min((size / self.cubic).cbrt());
@@ -178,21 +191,21 @@ impl Constitutive for Stiffening {
     }
 }
 
-/// A law whose cubic part is as large as the linear one where the shoot bends on a radius of 3 cm.
+/// A law whose cubic part equals the linear part at a bending radius of 3 cm.
 fn stiffening(crude_tangent: bool) -> Stiffening {
     let linear = bending_stiffness();
     Stiffening { linear, cubic: linear * 0.03 * 0.03, crude_tangent }
 }
 
 #[test]
-fn a_tissue_written_by_a_user_is_in_balance_and_stiffens() {
+fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
     let scene = Still::tilted(FRAC_PI_2);
     let environment = scene.environment(0.0);
     let unit = bending_stiffness() / LENGTH.powi(2);
     let loads = (Weight { density: 2.0 * DENSITY }, ApicalForce(move |_: f64| Vector3::new(0.0, 2.0, -1.0) * unit));
     let solve = |law: &Stiffening, elements: usize| {
         let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, elements, Order::default()).expect("a rod");
-        let found = tight().solve(&mut rod, law, &loads, &environment).expect("an equilibrium");
+        let found = solve_tight(&mut rod, law, &loads, &environment).expect("an equilibrium");
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0));
         (rod, found)
     };
@@ -201,19 +214,19 @@ fn a_tissue_written_by_a_user_is_in_balance_and_stiffens() {
     let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error;
     let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, |_, couple| law.strain(couple));
     assert!(missed < promised && promised < 1e-9, "{missed:e} against {promised:e}");
-    // Newton's method squares its error only with the exact tangent. With the crude one it halves it at best, and the
-    // same shape costs many more steps: the count is worth something.
+    // Newton's method squares its error only with the exact tangent. With the crude tangent it
+    // halves the error at best, and the same shape takes many more iterations.
     let (other, crude) = solve(&stiffening(true), 32);
     assert!(found.iterations <= 8, "{} iterations", found.iterations);
     assert!(crude.iterations >= 2 * found.iterations, "{} against {}", crude.iterations, found.iterations);
-    assert!((other.tip() - rod.tip()).norm() < 1e-11 * LENGTH);
-    // Stiffer than the linear part alone.
+    assert_abs_diff_eq!(other.tip(), rod.tip(), epsilon = 1e-11 * LENGTH);
+    // The rod is stiffer than with the linear part alone.
     let (soft, _) = solve(&Stiffening { cubic: 0.0, ..law }, 32);
     assert!(soft.tip().z < rod.tip().z - 0.01 * LENGTH);
 }
 
 #[test]
-fn the_visible_strain_is_the_couple_over_the_stiffness_at_order_p_plus_1() {
+fn strain_converges_to_the_couple_over_the_stiffness_at_order_p_plus_1() {
     let base = Still::tilted(FRAC_PI_2).base;
     let force = Vector3::new(0.0, 2.0, -3.0) * (bending_stiffness() / LENGTH.powi(2));
     let tissue = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: 0.3 };
@@ -223,8 +236,8 @@ fn the_visible_strain_is_the_couple_over_the_stiffness_at_order_p_plus_1() {
         let error = |elements: usize| {
             let mut rod = Rod::uniform(LENGTH, RADIUS, base, elements, order).expect("a rod");
             let pull = ApicalForce(move |_: f64| force);
-            let _ = tight().solve(&mut rod, &tissue, &pull, &rods::weightless()).expect("bends");
-            // A dead load on the apex leaves the couple (p(ℓ) − p(s)) × F at s.
+            let _ = solve_tight(&mut rod, &tissue, &pull, &rods::weightless()).expect("an equilibrium");
+            // A dead load on the apex gives the couple (p(ℓ) − p(s)) × F at s.
             let misfit = |(i, point): (usize, &morphorod::rod::MaterialPoint)| {
                 let (position, frame) = rod.at(LENGTH - point.apex_distance).expect("on the rod");
                 let couple = frame.inverse() * (rod.tip() - position).cross(&force);
@@ -234,41 +247,54 @@ fn the_visible_strain_is_the_couple_over_the_stiffness_at_order_p_plus_1() {
         };
         let errors = [8, 16, 32].map(error);
         let observed = (errors[0] / errors[2]).log2() / 2.0;
-        assert!((observed - (p + 1) as f64).abs() < 0.3, "{order:?}: observed {observed} from {errors:?}");
+        let expected = (p + 1) as f64;
+        assert!(
+            abs_diff_eq!(observed, expected, epsilon = 0.3),
+            "{order:?}: observed {observed} against {expected}, from {errors:?}"
+        );
     }
 }
 
-/// The tip of a horizontal default shoot that left the growth zone at the given time, six days after the start.
-fn sagged(law: &impl Constitutive, exit: f64) -> Vector3<f64> {
+/// The tip, six days after the start, of a horizontal default shoot whose tissue left the growth
+/// zone at the given time (s).
+fn sagged(law: &dyn Constitutive, exit: f64) -> Vector3<f64> {
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 8, Order::default()).expect("a rod");
     rod.set_mature(exit);
     let weight = Weight { density: DENSITY };
-    let _ = tight().solve(&mut rod, law, &weight, &scene.environment(518_400.0)).expect("sags");
+    let _ = solve_tight(&mut rod, law, &weight, &scene.environment(518_400.0)).expect("an equilibrium");
     rod.tip()
 }
 
 #[test]
-fn stiffnesses_are_those_of_a_circular_section_and_grow_as_the_tissue_lignifies() {
-    // I = π r⁴/4, J = 2 I, μ = E/(2 (1 + ν)), r = 0.5 mm, E = 10 MPa: E I = 4.908738521234052e-7 N m².
+fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
+    // I = π r⁴/4, J = 2 I, μ = E/(2 (1 + ν)), r = 0.5 mm, E = 10 MPa: E I = 4.908738521234052e-7 N
+    // m².
     let bending = 4.908_738_521_234_052e-7;
     for (nu, torsion) in [(0.5, bending / 1.5), (0.0, bending), (-0.5, 2.0 * bending)] {
         let stiffness = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: nu }.stiffness(RADIUS);
         let expected = Vector3::new(bending, bending, torsion);
-        assert!((stiffness - expected).norm() < 8.0 * f64::EPSILON * bending, "ν = {nu}: {stiffness:?}");
+        assert!(
+            abs_diff_eq!(stiffness, expected, epsilon = 8.0 * f64::EPSILON * bending),
+            "ν = {nu}: {stiffness} against {expected}"
+        );
     }
-    // Equation (13) after one, and after no, lignification time of 6 days: E0 = 10 MPa, E1 = 200 E0.
+    // Equation (13) with E0 = 10 MPa and E1 = 200 E0, before and after one lignification time of 6
+    // days.
     let law = Lignifying { young: young_tissue(), mature_modulus: 200.0 * MODULUS, time: 518_400.0 };
     for (exit, modulus) in [(f64::INFINITY, 1.0), (518_400.0, 1.0), (0.0, 200.0 - 199.0 * (-1_f64).exp())] {
         let tissue = LinearElastic { youngs_modulus: modulus * MODULUS, poissons_ratio: 0.5 };
         let (lignified, linear) = (sagged(&law, exit), sagged(&tissue, exit));
-        // The same problem but for the rounding of the modulus.
-        assert!((lignified - linear).norm() < 64.0 * f64::EPSILON * LENGTH, "{modulus}: {lignified:?} {linear:?}");
+        // The two problems differ by the rounding of the modulus.
+        assert!(
+            abs_diff_eq!(lignified, linear, epsilon = 64.0 * f64::EPSILON * LENGTH),
+            "{modulus}: {lignified} against {linear}"
+        );
     }
 }
 
 #[test]
-fn an_impossible_law_is_an_error_that_leaves_the_rod() {
+fn law_with_nan_energy_is_refused_and_leaves_the_rod() {
     struct Broken;
     impl Constitutive for Broken {
         fn respond(&self, _: &Tissue, strain: &Vector3<f64>) -> ElasticResponse {
@@ -277,7 +303,7 @@ fn an_impossible_law_is_an_error_that_leaves_the_rod() {
     }
     let mut rod = Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), 4, Order::default()).expect("a rod");
     let before = rod.clone();
-    let answer = tight().solve(&mut rod, &Broken, &(), &rods::weightless());
+    let answer = solve_tight(&mut rod, &Broken, &(), &rods::weightless());
     assert!(matches!(answer, Err(EquilibriumError::NotFinite { .. })), "{answer:?}");
     assert_eq!(rod, before);
 }

@@ -1,10 +1,11 @@
-//! Self-buckling of an upright shoot: Greenhill's length, and what the solver does on either side of it.
+//! Self-buckling of an upright shoot: Greenhill's length, and the equilibria below and above it.
 
 use std::f64::consts::PI;
 
 use crate::fixtures::rods::{
     DENSITY, GRAVITY, Hanging, Known, RADIUS, bending_stiffness, cases, density_for, sag, young_tissue,
 };
+use approx::{abs_diff_eq, assert_abs_diff_eq, relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{Branch, EquilibriumSolver, GREENHILL, Inertia, NewtonSolver};
 use morphorod::integrator::{Adaptive, Integrator};
@@ -14,21 +15,22 @@ use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// The solution at the clamp of θ'' + α σ θ = 0, θ(0) = 1, θ'(0) = 0, σ from apex to base: Σ (−α)^k / Π (3 j − 1)(3 j).
+/// The solution at the clamp of θ'' + α σ θ = 0, θ(0) = 1, θ'(0) = 0, with σ from apex to base. Its
+/// series is Σ (−α)^k / Π (3 j − 1)(3 j).
 fn at_the_clamp(alpha: f64) -> f64 {
     let factor = |k: i32| (3.0 * f64::from(k) - 1.0) * 3.0 * f64::from(k);
     (1..60).rev().fold(1.0, |sum, k| 1.0 - alpha / factor(k) * sum)
 }
 
 #[test]
-fn greenhills_constant_is_the_first_zero_of_the_series() {
+fn greenhill_constant_is_the_first_zero_of_the_series() {
     let (mut low, mut high) = (7.0, 8.0);
     while high - low > 2.0 * f64::EPSILON * high {
         let middle = 0.5 * (low + high);
         if at_the_clamp(middle) > 0.0 { low = middle } else { high = middle }
     }
     // The sum rounds by about 1e-16 and its slope at the zero is 0.09.
-    assert!((low - GREENHILL).abs() < 1e-14, "{low}");
+    assert_abs_diff_eq!(low, GREENHILL, epsilon = 1e-14);
 }
 
 struct Shoot {
@@ -55,7 +57,7 @@ impl Shoot {
         solver.inertia(&rod, &self.tissue, &weight, &scene.environment(0.0)).expect("an inertia")
     }
 
-    /// The length at which the tangent of the straight upright shape loses its definiteness.
+    /// The length at which the tangent of the straight upright shape becomes indefinite.
     fn critical_length(&self, guess: f64) -> f64 {
         let mut solver = NewtonSolver::default();
         let (mut low, mut high) = (0.5 * guess, 1.5 * guess);
@@ -77,7 +79,7 @@ impl Shoot {
 proptest! {
     #![proptest_config(cases(64))]
     #[test]
-    fn any_shoot_loses_stability_at_greenhills_length(
+    fn random_upright_shoots_lose_stability_at_greenhills_length(
         (radius, modulus, density, gravity) in (-5.0..-1.0, 4.0..11.0, 1.0..4.0, -2.0..2.0),
         nu in -0.9..0.5,
     ) {
@@ -90,22 +92,23 @@ proptest! {
         };
         let exact = shoot.greenhill_length();
         let found = shoot.critical_length(exact);
-        // Asked for: 1e-8.
-        prop_assert!((found / exact - 1.0).abs() < 1e-8, "{found} against {exact}");
+        // The requirement is 1e-8.
+        prop_assert!(relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-8), "{found} against {exact}");
     }
 }
 
 #[test]
-fn the_default_shoot_buckles_at_7_93341251_cm() {
+fn default_shoot_buckles_at_7_93341251_cm() {
     let shoot = Shoot::default();
-    // (GREENHILL · E r²/(4 ρ g))^(1/3) in long arithmetic; good to half a unit of the last digit written here.
-    assert!((shoot.greenhill_length() - 0.079_334_125_094).abs() < 0.5e-12);
-    // Asked for: 1e-8 of the length.
-    assert!((shoot.critical_length(0.08) - 0.079_334_125_094).abs() < 1e-8 * 0.08);
+    // (GREENHILL · E r²/(4 ρ g))^(1/3) in long arithmetic, accurate to half a unit of the last
+    // digit written here.
+    assert_abs_diff_eq!(shoot.greenhill_length(), 0.079_334_125_094, epsilon = 0.5e-12);
+    // The requirement is 1e-8 of the length.
+    assert_abs_diff_eq!(shoot.critical_length(0.08), 0.079_334_125_094, epsilon = 1e-8 * 0.08);
 }
 
 #[test]
-fn two_eigenvalues_change_sign_at_the_critical_length_and_two_more_at_every_further_one() {
+fn two_eigenvalues_change_sign_at_each_critical_length() {
     let shoot = Shoot::default();
     let critical = shoot.greenhill_length();
     let mut solver = NewtonSolver::default();
@@ -117,14 +120,18 @@ fn two_eigenvalues_change_sign_at_the_critical_length_and_two_more_at_every_furt
                 Rod::uniform(ratio * critical, RADIUS, scene.base, elements, Order::default()).expect("a rod");
             let straight = rod.clone();
             let weight = Weight { density: DENSITY };
-            let found = solver.solve(&mut rod, &shoot.tissue, &weight, &scene.environment(0.0)).expect("it is at rest");
-            // A turn about either horizontal axis, and twist never buckles under a load fixed in space.
+            let found =
+                solver.solve(&mut rod, &shoot.tissue, &weight, &scene.environment(0.0)).expect("an equilibrium");
+            // The two directions are rotations about the two horizontal axes. Twist does not buckle
+            // under a dead load.
             assert_eq!((found.inertia.negative, found.inertia.neutral), (negative, 0), "{elements} elements, {ratio}");
-            // Upright is an equilibrium by symmetry, whatever the length: the gradient there is exactly zero.
+            // The upright shape is an equilibrium by symmetry at every length. Its gradient is
+            // exactly zero.
             assert_eq!((found.iterations, rod), (1, straight), "{elements} elements, {ratio}");
         }
     }
-    // Sturm: as many modes have buckled as the solution at the clamp has changed sign; each mode in two planes.
+    // By Sturm's theorem, the number of buckled modes is the number of sign changes of the solution
+    // at the clamp. Each mode buckles in two planes.
     for load in [7.0, 30.0, 60.0, 140.0, 150.0, 280.0, 290.0] {
         let steps = 20_000;
         let signs = (1..=steps).map(|i| at_the_clamp(load * f64::from(i) / f64::from(steps)) > 0.0);
@@ -134,23 +141,26 @@ fn two_eigenvalues_change_sign_at_the_critical_length_and_two_more_at_every_furt
     }
 }
 
-/// Tolerance of the frames of a shoot that is all but free to turn about the vertical, rad. The lean of 1.7e-4 rad
-/// resists a turn a million times less than the rod a bend, which magnifies rounding to about 1e-10.
+/// Tolerance of the frames of a shoot with a nearly neutral rotation about the vertical, rad. With
+/// a lean of 1.7e-4 rad, the stiffness to that rotation is a million times smaller than to bending,
+/// which magnifies rounding to about 1e-10.
 const PRECISION: f64 = 1e-10;
 
-/// The tip of the default shoot at rest (outwards, up) by independent integration, m.
+/// The tip of the default shoot in equilibrium (outwards, up) from the integration of the fixture,
+/// m.
 fn hanging_tip(length: f64, tilt: f64) -> Known<[f64; 2]> {
     let weight = DENSITY * GRAVITY * PI * RADIUS * RADIUS;
     Hanging { length, tilt, stiffness: |_| bending_stiffness(), weight: |sigma| weight * sigma }.tip(2000)
 }
 
 #[test]
-fn beyond_the_critical_length_a_shoot_bends_as_far_as_an_independent_integration_says() {
+fn tip_of_buckled_shoot_matches_shooting() {
     let critical = Shoot::default().greenhill_length();
     for (ratio, elements) in [(1.001, 16), (1.05, 16), (1.05, 64), (1.05, 256), (1.5, 32)] {
         let length = ratio * critical;
-        // Leaning by a hundredth of a degree it has one stable shape. Exactly upright it may be turned about the
-        // vertical at no cost. However the base is turned about its tangent, it must find one of these shapes.
+        // With a lean of a hundredth of a degree there is one stable shape. Exactly upright, a
+        // rotation about the vertical is neutral. For every rotation of the base about its tangent,
+        // the solver must find one of these shapes.
         for (tilt, azimuth, neutral) in
             [(0.01_f64, 0.0, 0), (0.01, 0.7, 0), (0.0, 0.0, 1), (0.0, 0.7, 1), (0.0, 2.5, 1)]
         {
@@ -161,37 +171,44 @@ fn beyond_the_critical_length_a_shoot_bends_as_far_as_an_independent_integration
                 let weight = Weight { density: DENSITY };
                 let found = NewtonSolver::with_tolerance(PRECISION)
                     .solve(&mut rod, &young_tissue(), &weight, &scene.environment(0.0))
-                    .expect("bends");
+                    .expect("an equilibrium");
                 let signs = (found.inertia.negative, found.inertia.neutral);
                 assert_eq!(signs, (0, neutral), "{ratio}, {elements} elements, tilt {tilt}, azimuth {azimuth}");
                 [rod.tip().xy().norm(), rod.tip().z]
             });
             let known = hanging_tip(length, tilt.to_radians());
-            // The integration's step error and the rounding of its 2 · 2000 additions; the crate's tolerance, thrice for
-            // what its estimate is worth, and last change of mesh.
+            // The bound contains the step error of the integration, the rounding of its 2 · 2000
+            // additions, three times the tolerance of the crate (for the uncertainty of its
+            // estimate), and the last change of mesh.
             let difference = (tip[0] - known.value[0]).hypot(tip[1] - known.value[1]);
             let mesh = (tip[0] - coarse[0]).hypot(tip[1] - coarse[1]);
             let promised = known.error + mesh + (3.0 * PRECISION + 4000.0 * f64::EPSILON) * length;
             assert!(difference < promised, "{ratio}, tilt {tilt}: {difference:e} against {promised:e}");
-            assert!(promised < 1e-7 * length, "{ratio}, tilt {tilt}: the check is blunt, {promised:e}");
+            assert!(promised < 1e-7 * length, "{ratio}, tilt {tilt}: the bound is too large, {promised:e}");
         }
     }
 }
 
 #[test]
-fn a_shoot_that_hangs_straight_down_is_stable_at_any_weight() {
+fn hanging_straight_shoot_is_stable_at_any_weight() {
     let scene = Still::tilted(PI);
     for load in [1.0, 100.0, 1e4, 1e6] {
         let mut rod = Rod::uniform(0.1, RADIUS, scene.base, 16, Order::default()).expect("a rod");
         let found = sag(&mut rod, density_for(load, 0.1), &scene);
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "load {load}");
-        // Straight to the rounding of π, which leaves the base 1.2e-16 rad off.
-        assert!((rod.tip() + Vector3::z() * 0.1).norm() < 4.0 * f64::EPSILON * 0.1, "load {load}");
+        // The rounding of π tilts the base by 1.2e-16 rad.
+        let expected = Vector3::z() * -0.1;
+        assert!(
+            abs_diff_eq!(rod.tip(), expected, epsilon = 4.0 * f64::EPSILON * 0.1),
+            "load {load}: {} against {expected}",
+            rod.tip()
+        );
     }
 }
 
-/// The default shoot, upright, so many times as long as it can stand, as a tolerance asks for it: the distance of its tip from where an
-/// independent integration says, relative to the length, the estimate of that, and elements.
+/// Solves the upright default shoot, with a length in units of the critical length, to a tolerance.
+/// Returns the error of the tip relative to the length, its estimate, and the number of elements.
+/// The reference is the integration of the fixture.
 fn by_tolerance(order: Order, ratio: f64, tolerance: f64) -> (f64, f64, usize) {
     let length = ratio * Shoot::default().greenhill_length();
     let mut shoot = morphorod::Shoot::builder(young_tissue())
@@ -202,21 +219,22 @@ fn by_tolerance(order: Order, ratio: f64, tolerance: f64) -> (f64, f64, usize) {
         .into_dyn()
         .build()
         .expect("a shoot");
-    let found = Adaptive::new(tolerance).advance(&mut shoot, 0.0).expect("it is at rest");
-    // Upright, or fallen in the plane of d1, to either side.
+    let found = Adaptive::new(tolerance).advance(&mut shoot, 0.0).expect("an equilibrium");
+    // The shoot is upright, or bent in the plane of d1 to either side.
     let known = if ratio < 1.0 { [0.0, length] } else { hanging_tip(length, 0.0).value };
     let off = [shoot.tip().x.abs() - known[0].abs(), shoot.tip().y, shoot.tip().z - known[1]];
     (Vector3::from(off).norm() / length, found.error.expect("an estimate"), shoot.rod().elements())
 }
 
 #[test]
-fn beyond_the_critical_length_a_tolerance_is_kept_without_leaving_the_plane() {
+fn buckled_shoot_meets_the_tolerance_without_leaving_its_plane() {
     for (order, most) in [(Order::Four, 100), (Order::Eight, 12)] {
         for over in [3e-2, 1e-2, 3e-3, 1e-3] {
             for tolerance in [1e-3, 1e-4, 1e-5] {
                 let (error, estimate, elements) = by_tolerance(order, 1.0 + over, tolerance);
                 assert!(error <= estimate && estimate <= tolerance, "{order:?}, {over:e}: {error:e}, {estimate:e}");
-                // A turn about the vertical would look like an error, and ask for hundreds.
+                // A rotation about the vertical would appear as an error and cause hundreds of
+                // elements.
                 assert!(elements <= most, "{order:?}, {over:e}, {tolerance:e}: {elements} elements");
             }
         }
@@ -224,15 +242,16 @@ fn beyond_the_critical_length_a_tolerance_is_kept_without_leaving_the_plane() {
 }
 
 #[test]
-fn a_mesh_that_keeps_a_shoot_upright_that_buckles_is_not_believed() {
-    // Three elements of order two stand up to 1.4 percent beyond the critical length, where the shoot hangs by 40 percent of its length to
-    // the side; those of higher order stand, too, only not so far.
+fn adaptive_mesh_detects_buckling_that_a_coarse_mesh_misses() {
+    // Three elements of order two remain upright up to 1.4 percent above the critical length, where
+    // the tip of the shoot is 40 percent of its length to the side. Elements of higher order remain
+    // upright as well, up to smaller lengths.
     for order in Order::ALL {
         for over in [1e-2, 3e-3, 1e-3, 1e-4, 1e-5] {
             let (error, estimate, _) = by_tolerance(order, 1.0 + over, 1e-3);
             assert!(error <= estimate && estimate <= 1e-3, "{order:?}, {over:e}: {error:e}, {estimate:e}");
         }
-        // What stands is found so, to rounding.
+        // Below the critical length the shoot is found upright, to rounding.
         for below in [1e-2, 1e-3, 1e-5] {
             let (error, estimate, elements) = by_tolerance(order, 1.0 - below, 1e-3);
             assert!(

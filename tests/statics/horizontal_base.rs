@@ -1,16 +1,17 @@
-//! The default shoot of 6.59 cm, clamped horizontally, sags under its weight.
+//! The default shoot of 6.59 cm on a horizontal base under its weight.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, TIGHT, sag, tight, young_tissue};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::Vector3;
 
-/// The tip, m (outwards, across, up): the two-point problem E I θ'' + q (ℓ − s) sin θ = 0, θ(0) = π/2, θ'(ℓ) = 0
-/// solved to all digits printed by two independent codes, none of them this crate.
+/// The tip, m (outwards, across, up), from the two-point problem E I θ'' + q (ℓ − s) sin θ = 0,
+/// θ(0) = π/2, θ'(ℓ) = 0. Two codes that are independent of this crate agree in all printed digits.
 fn exact_tip() -> Vector3<f64> {
     Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89)
 }
@@ -32,34 +33,41 @@ fn mesh_error(elements: usize, order: Order) -> f64 {
 }
 
 #[test]
-fn every_order_converges_as_it_promises() {
+fn tip_of_horizontal_rod_converges_at_the_order_of_the_elements() {
     for order in Order::ALL {
         let errors: Vec<f64> = (0..8).map(|k| mesh_error(1 << k, order)).collect();
-        // Above 1e-3 the leading term does not dominate yet; below 1e-13 rounding does.
+        // Above 1e-3 the leading term does not dominate yet. Below 1e-13 rounding dominates.
         let used: Vec<f64> = errors.iter().copied().filter(|e| (1e-13..1e-3).contains(e)).collect();
         let [first, .., last] = used[used.len() - 4..] else { panic!("{order:?} has too few errors: {errors:?}") };
         let observed = (first / last).log2() / 3.0;
-        // The next term of the error, h² times the leading one, moves the mean over three halvings by a tenth or two.
-        assert!((observed - order.exponent() as f64).abs() < 0.3, "{order:?}: observed {observed} from {errors:?}");
+        // The next term of the error, h² times the leading one, moves the mean over three halvings
+        // by a tenth or two.
+        let expected = order.exponent() as f64;
+        assert!(
+            abs_diff_eq!(observed, expected, epsilon = 0.3),
+            "{order:?}: observed {observed} against {expected}, from {errors:?}"
+        );
     }
 }
 
 #[test]
-fn few_elements_of_the_default_order_reach_a_billionth_and_a_few_more_reach_rounding() {
-    // One billionth of the length with at most 16 elements is what is asked for; the leading term of the error, 7e-5 on
-    // one element, falls by 2⁸ a halving: 7e-5/2³² = 2e-14 at 16.
+fn sixteen_elements_of_default_order_reach_1e_9_and_thirty_two_reach_rounding() {
+    // The requirement is 1e-9 of the length with at most 16 elements. The leading term of the
+    // error, 7e-5 on one element, decreases by 2⁸ with every halving, to 7e-5/2³² = 2e-14 with 16
+    // elements.
     assert!(mesh_error(16, Order::default()) < 1e-9);
     assert!(mesh_error(8, Order::default()) < 1e-10);
-    // Rounding of 32 chained frames and chords, each a few units of 2.2e-16.
+    // The rounding of 32 chained frames and chords is a few units of 2.2e-16 each.
     assert!(mesh_error(32, Order::default()) < 32.0 * f64::EPSILON);
 }
 
 #[test]
-fn unequal_elements_and_slivers_do_no_harm() {
+fn very_short_elements_do_not_increase_the_error() {
     let coarse = mesh_error(8, Order::default());
-    // Slivers arise where a boundary passes close to a node. A sliver adds only rounding: the frames at its ends differ
-    // by their rounding 1e-16, which its stiffness turns into a couple that acts over the sliver alone. Its pivots are
-    // small beside its stiffness, and must not be taken for neutral.
+    // A sliver, a very short element, arises where a boundary passes close to a node. It adds only
+    // rounding. The frames at its ends differ by their rounding 1e-16, which its stiffness converts
+    // into a couple that acts over the sliver alone. Its pivots are small compared with its
+    // stiffness, and must not be counted as neutral.
     for sliver in [1e-3, 1e-6, 1e-9, 1e-11, 1e-13] {
         let mut nodes = Rod::equal_nodes(LENGTH, 8);
         nodes.insert(5, nodes[4] + sliver * LENGTH);
@@ -67,15 +75,16 @@ fn unequal_elements_and_slivers_do_no_harm() {
         let mut rod = Rod::straight(&nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod");
         let found = sag(&mut rod, DENSITY, &scene);
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "sliver of {sliver:e}");
-        // Splitting an element can only lessen the discretisation error; a tenth covers that it does so unevenly.
+        // Splitting an element can only reduce the discretisation error. A tenth is allowed for the
+        // uneven mesh.
         assert!(error(&rod) < 1.1 * coarse, "sliver of {sliver:e}: {:e} against {coarse:e}", error(&rod));
     }
 }
 
 #[test]
-fn a_straight_first_guess_needs_few_iterations_on_every_mesh() {
-    // Newton's method squares an error of a few tenths four times to pass 1e-14; the numbers were (4, 4, 4) when this
-    // was written and must not depend on the mesh.
+fn straight_initial_guess_needs_few_iterations_on_every_mesh() {
+    // Newton's method squares an error of a few tenths four times to fall below 1e-14. The counts
+    // were (4, 4, 4) when this test was written and must not depend on the mesh.
     for order in Order::ALL {
         for elements in [2, 8, 32, 128] {
             let found = sag(&mut straight(elements, order), DENSITY, &Still::tilted(FRAC_PI_2));
@@ -86,7 +95,7 @@ fn a_straight_first_guess_needs_few_iterations_on_every_mesh() {
 }
 
 #[test]
-fn a_neighbour_needs_one_tangent_and_a_straight_guess_three() {
+fn small_load_change_needs_one_factorisation_and_straight_guess_three() {
     let scene = Still::tilted(FRAC_PI_2);
     for elements in [4, 5, 8, 16] {
         let mut solver = NewtonSolver::default();
@@ -98,34 +107,35 @@ fn a_neighbour_needs_one_tangent_and_a_straight_guess_three() {
             (found.iterations, found.factorisations, found.evaluations)
         };
         let mut rod = straight(elements, Order::default());
-        // Newton's steps of some 1, 1e-1 and 1e-3 rad; chord steps, each a thousandth of the one before, go on from there.
+        // Newton's steps are about 1, 1e-1 and 1e-3 rad. Chord steps follow, each a thousandth of
+        // the one before.
         let (iterations, factorisations, evaluations) = solve(&mut rod, DENSITY);
         assert!((iterations, factorisations) <= (3, 3) && evaluations <= 5, "{iterations}, {evaluations}");
-        // A thousandth more load: a step of some 1e-3 rad, whose error of 1e-6 two chord steps bring below 1e-11.
+        // A thousandth more load gives a step of about 1e-3 rad with an error of 1e-6. Two chord
+        // steps reduce it below 1e-11.
         let (iterations, factorisations, evaluations) = solve(&mut rod, 1.001 * DENSITY);
         assert!((iterations, factorisations) == (1, 1) && evaluations <= 2, "{iterations}, {evaluations}");
     }
 }
 
 #[test]
-fn a_shoot_at_rest_is_recognised_at_once() {
+fn equilibrium_as_initial_guess_takes_one_iteration() {
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = straight(16, Order::default());
     let _ = sag(&mut rod, DENSITY, &scene);
     let before = rod.clone();
     let again = sag(&mut rod, DENSITY, &scene);
     assert_eq!(again.iterations, 1);
-    // Nothing is left to correct but the rounding of frames and couples.
-    let moved = (rod.tip() - before.tip()).norm() / LENGTH;
-    assert!(moved < 16.0 * f64::EPSILON, "moved by {moved:e}");
+    // The correction is the rounding of frames and couples.
+    assert_abs_diff_eq!(rod.tip(), before.tip(), epsilon = 16.0 * f64::EPSILON * LENGTH);
 }
 
 #[test]
-fn the_reported_error_is_the_error_that_is_left() {
+fn reported_error_bounds_the_actual_error_of_the_horizontal_rod() {
     let scene = Still::tilted(FRAC_PI_2);
     let mut exact = straight(8, Order::default());
     let _ = sag(&mut exact, DENSITY, &scene);
-    // Loads of any size, so that the last step is caught at any stage of its convergence.
+    // Several loads are used, so that the last step is at different stages of its convergence.
     for percent in [60, 80, 100, 120, 140, 160, 180, 200] {
         let density = DENSITY * f64::from(percent) / 100.0;
         let mut loose = straight(8, Order::default());
@@ -136,13 +146,14 @@ fn the_reported_error_is_the_error_that_is_left() {
         let _ = sag(&mut settled, density, &scene);
         let left = loose.frames().iter().zip(settled.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
         assert!(found.error <= 1e-3);
-        // An estimate from the ratio of two steps is good to a small factor, three here, until rounding.
+        // An estimate from the ratio of two steps is accurate to a small factor, three here, above
+        // rounding.
         assert!(left < 3.0 * found.error + 16.0 * f64::EPSILON, "{percent} %: {left:e}, reported {:e}", found.error);
     }
 }
 
 #[test]
-fn tolerance_buys_accuracy_and_the_default_is_enough() {
+fn tip_error_is_bounded_by_the_tolerance() {
     let reach = |mut solver: NewtonSolver| {
         let mut rod = straight(32, Order::default());
         let scene = Still::tilted(FRAC_PI_2);
@@ -151,7 +162,8 @@ fn tolerance_buys_accuracy_and_the_default_is_enough() {
         assert!(found.error <= solver.tolerance);
         error(&rod)
     };
-    // A frame wrong by the tolerance moves the tip by at most the tolerance times the length; three for the estimate.
+    // Frames that err by the tolerance move the tip by at most the tolerance times the length. The
+    // factor of three covers the uncertainty of the estimate.
     assert!(reach(NewtonSolver::default()) < 3.0 * NewtonSolver::default().tolerance);
     assert!(reach(NewtonSolver::with_tolerance(1e-6)) < 3e-6);
     assert!(reach(tight()) < 3.0 * TIGHT);

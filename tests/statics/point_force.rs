@@ -1,6 +1,7 @@
-//! Forces at places along the shoot, and nodes of one's own.
+//! Point forces along the shoot, and meshes with nodes chosen by the user.
 
 use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{UniformGrowth, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, PointForce, Weight};
@@ -10,8 +11,9 @@ use nalgebra::Vector3;
 const LENGTH: f64 = 0.06;
 
 #[test]
-fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
-    // A force that bends the shoot by about a radian, at places that are on no node of eight equal elements.
+fn point_force_bends_the_part_below_it_and_leaves_the_rest_straight() {
+    // The force bends the shoot by about a radian. None of its places is a node of eight equal
+    // elements.
     let force = Vector3::new(0.0, 3e-4, -2e-4);
     for apex_distance in [0.0213, 0.011, 0.0497] {
         let place = LENGTH - apex_distance;
@@ -27,7 +29,8 @@ fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
         let mut run = MethodOfSteps::new(1.0);
         run.solver.tolerance = 1e-13;
         run.advance(&mut loaded, 0.0).unwrap();
-        // The lower part alone, under a force on its end; the upper part goes on along its last tangent.
+        // The reference is the lower part alone, under a force on its end. The upper part continues
+        // along its last tangent.
         let mut lower = Shoot::builder(YOUNG)
             .length(place)
             .radius(RADIUS)
@@ -39,13 +42,18 @@ fn a_point_force_bends_what_is_below_it_and_leaves_the_rest_straight() {
             .unwrap();
         run.advance(&mut lower, 0.0).unwrap();
         let expected = lower.tip() + lower.rod().apex_frame() * Vector3::z() * apex_distance;
-        assert!((loaded.tip() - expected).norm() < 1e-9 * LENGTH, "{apex_distance}: {}", loaded.tip() - expected);
+        assert!(
+            abs_diff_eq!(loaded.tip(), expected, epsilon = 1e-9 * LENGTH),
+            "{apex_distance}: {} against {expected}",
+            loaded.tip()
+        );
     }
 }
 
 #[test]
-fn the_node_of_a_point_force_is_kept_while_the_shoot_grows() {
-    // In the growth zone at first, and mature long before the end; elements are cut and merged around it.
+fn node_of_a_point_force_is_kept_while_the_shoot_grows() {
+    // The place is in the growth zone at first and mature long before the end. Elements around it
+    // are split and merged.
     let (apex_distance, zone_length, time) = (0.0441, 0.07, 40.0 * HOUR);
     let fruit = PointForce { initial_apex_distance: apex_distance, force: Vector3::new(1e-6, 0.0, -2e-6) };
     let run = |step: f64, elements: usize| {
@@ -59,16 +67,16 @@ fn the_node_of_a_point_force_is_kept_while_the_shoot_grows() {
     let place = trace(&UniformGrowth { zone_length, time }, 0.068, 0.068 - apex_distance, 30.0 * HOUR).arc_length;
     let nodes = shoot.rod().centre_line();
     let nearest = nodes.iter().map(|(s, _)| (s - place).abs()).fold(f64::INFINITY, f64::min);
-    // Exit times are exact; the arc length is a sum over a few dozen elements.
-    assert!(nearest < 1e-12, "no node at {place}: off by {nearest}");
-    // Half the step and twice the elements: the tip's error in time, as without the force.
-    let off = (run(45.0, 16).tip() - shoot.tip()).norm();
-    assert!(off < 1e-5, "{off}");
+    // Exit times are exact, and the arc length is a sum over a few dozen elements.
+    assert!(nearest < 1e-12, "no node at {place}: the nearest is {nearest} m away");
+    // With half the step and twice the elements, the tip changes by its error in time, as without
+    // the force.
+    assert_abs_diff_eq!(run(45.0, 16).tip(), shoot.tip(), epsilon = 1e-5);
 }
 
 #[test]
-fn nodes_of_ones_own_resolve_a_heavy_rod() {
-    // q ℓ³/(E I) = 3000: the base layer is ℓ/55 long.
+fn graded_nodes_resolve_a_heavy_rod() {
+    // At q ℓ³/(E I) = 3000, the boundary layer at the base has the length ℓ/55.
     let bending = 1e7 * std::f64::consts::PI * RADIUS.powi(4) / 4.0;
     let area = std::f64::consts::PI * RADIUS * RADIUS;
     let weight = Weight { density: 3000.0 * bending / LENGTH.powi(3) / (9.81 * area) };
@@ -90,7 +98,7 @@ fn nodes_of_ones_own_resolve_a_heavy_rod() {
 }
 
 #[test]
-fn nodes_and_places_that_make_no_sense() {
+fn invalid_nodes_and_places_are_refused() {
     let with = |nodes: &[f64]| {
         Shoot::builder(YOUNG)
             .length(LENGTH)

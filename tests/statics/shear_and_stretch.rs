@@ -1,8 +1,10 @@
-//! Rods that shear and stretch at rest: closed forms, and integrations that know nothing of elements.
+//! Equilibria of rods that shear and stretch, compared with closed forms and with integrations that
+//! use no elements.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::fixtures::rods::{back_to_base_of_line, cases, tight, weightless};
+use crate::fixtures::rods::{back_to_base_of_line, cases, solve_tight, weightless};
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq, relative_ne};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Timoshenko, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
@@ -11,12 +13,13 @@ use morphorod::{Environment, Order, Profile, Scene, Section, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// E I = 1/4, E A = 1: as stubby a rod as a radius of 1 m says.
+/// A tissue with E I = 1/4 and E A = 1 for a radius of 1 m, so that the rods are stubby.
 const SOFT: LinearElastic = LinearElastic { youngs_modulus: 1.0 / PI, poissons_ratio: 0.3 };
 const RADIUS: f64 = 1.0;
 const BENDING: f64 = 0.25;
 
-/// A law with E I = ¼ N m² and the given stiffness to shear κ G A and to stretch E A, N, of a section of 1 m radius.
+/// A law with E I = ¼ N m² and the given shear stiffness κ G A and stretching stiffness E A, N, of
+/// a section of 1 m radius.
 fn law(shear: f64, stretch: f64) -> Timoshenko<LinearElastic> {
     Timoshenko { law: SOFT, youngs_modulus: stretch / PI, shear_modulus: shear / (0.8 * PI), shear_factor: 0.8 }
 }
@@ -34,82 +37,94 @@ fn horizontal() -> UnitQuaternion<f64> {
     Still::tilted(FRAC_PI_2).base
 }
 
-/// The limit of f(x)/x for x → 0 of an odd function, by Richardson from `x` and `x`/2: what is left is of fourth order in x.
+/// The limit of f(x)/x for x → 0 of an odd function, by Richardson extrapolation from `x` and
+/// `x`/2. The error is of fourth order in x.
 fn slope_at_zero(x: f64, f: impl Fn(f64) -> f64) -> f64 {
     let central = |x: f64| (f(x) - f(-x)) / (2.0 * x);
     (4.0 * central(0.5 * x) - central(x)) / 3.0
 }
 
 #[test]
-fn a_hanging_rod_stretches_by_rho_g_l_squared_over_2_e_and_a_standing_one_is_compressed_by_it() {
+fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_form() {
     let (length, density, gravity) = (0.7, 0.02, 9.81);
     let (young, tissue) = (SOFT.youngs_modulus, Timoshenko::circular(SOFT));
+    // The closed form ρ g ℓ²/(2 E).
     let change = density * gravity * length * length / (2.0 * young);
-    assert!(change > 0.2 * length, "a stretch worth the name: {change}");
+    assert!(change > 0.2 * length, "the stretch is too small for a test: {change}");
     for (angle, sign) in [(PI, 1.0), (0.0, -1.0)] {
         let base = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
         let environment = Still::upright().environment(0.0);
         for order in Order::ALL {
             let mut rod = Rod::uniform(length, RADIUS, base, 3, order).expect("a rod");
             let weight = Weight { density };
-            let found = tight().solve(&mut rod, &tissue, &weight, &environment).expect("hangs");
+            let found = solve_tight(&mut rod, &tissue, &weight, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
-            // The stretch is linear along the rod, which one Gauss point integrates exactly: rounding of three elements.
+            // The stretch is linear along the rod, which one Gauss point integrates exactly. The
+            // rest is rounding of three elements.
             let expected = length + sign * change;
-            let close = |x: f64, y: f64| (x - y).abs() < 16.0 * f64::EPSILON * length;
-            assert!(close(rod.tip().norm(), expected), "{order:?}: {} for {expected}", rod.tip());
-            assert!(close(rod.centre_line_length(), expected) && close(rod.length(), length));
-            // ∫ n3²/(2 E A) ds = (ρ g)² A ℓ³/(6 E), minus twice that of the work.
+            let rounding = 16.0 * f64::EPSILON * length;
+            assert!(
+                abs_diff_eq!(rod.tip().norm(), expected, epsilon = rounding),
+                "{order:?}: {} against {expected}",
+                rod.tip()
+            );
+            assert_abs_diff_eq!(rod.centre_line_length(), expected, epsilon = rounding);
+            assert_abs_diff_eq!(rod.length(), length, epsilon = rounding);
+            // The elastic energy is ∫ n3²/(2 E A) ds = (ρ g)² A ℓ³/(6 E). The work of the stretch
+            // is twice as much.
             let energy = (density * gravity).powi(2) * PI * length.powi(3) / (6.0 * young);
             let fall = sign * density * gravity * PI * length * length / 2.0;
-            // The square of the force takes two Gauss points.
-            let exact = order != Order::Two;
-            assert!(
-                !exact || (found.energy + energy + fall).abs() < 64.0 * f64::EPSILON * fall.abs(),
-                "{}",
-                found.energy
-            );
+            // Two Gauss points or more integrate the square of the force exactly.
+            if order != Order::Two {
+                assert_abs_diff_eq!(found.energy, -energy - fall, epsilon = 64.0 * f64::EPSILON * fall.abs());
+            }
             let profile = Profile::of(&rod, &tissue, &weight, &environment);
             let foot = profile.at(0.0).expect("a number");
             let stretch = Vector3::z() * (1.0 + 2.0 * sign * change / length);
-            assert!((foot.line_strain - stretch).norm() < 16.0 * f64::EPSILON);
-            assert!(foot.position.norm() < 16.0 * f64::EPSILON && (foot.tangent().norm() - 1.0).abs() < 1e-15);
+            assert_abs_diff_eq!(foot.line_strain, stretch, epsilon = 16.0 * f64::EPSILON);
+            assert!(foot.position.norm() < 16.0 * f64::EPSILON, "{}", foot.position);
+            assert_abs_diff_eq!(foot.tangent().norm(), 1.0, epsilon = 1e-15);
             assert!((rod.line_strain(0, 0).expect("a point").z - 1.0) * sign > 0.0);
         }
     }
 }
 
 #[test]
-fn a_cantilever_under_small_loads_is_timoshenkos_beam() {
-    // Timoshenko: P ℓ³/(3 E I) + P ℓ/(κ G A), and q ℓ⁴/(8 E I) + q ℓ²/(2 κ G A).
+fn cantilever_under_small_loads_matches_timoshenko_beam() {
+    // Timoshenko's deflections are P ℓ³/(3 E I) + P ℓ/(κ G A), and q ℓ⁴/(8 E I) + q ℓ²/(2 κ G A).
     let (length, shear) = (2.0_f64, 0.7);
     let law = law(shear, 1.3);
     let sag = |load: &dyn Load| {
         let mut rod = straight(length, horizontal(), 4);
-        let _ = tight().solve(&mut rod, &law, &load, &weightless()).expect("bends");
+        let _ = solve_tight(&mut rod, &law, load, &weightless()).expect("an equilibrium");
         rod.tip().z
     };
-    // Turns of x ℓ²/(2 E I) = 1.6e-3 at most: Richardson leaves their fourth power, 7e-12.
+    // The rotations are at most x ℓ²/(2 E I) = 1.6e-3. Richardson extrapolation leaves their fourth
+    // power, 7e-12.
     let x = 2e-4;
     let tip = slope_at_zero(x, |force| sag(&apical(Vector3::z() * force)));
     let expected = length.powi(3) / (3.0 * BENDING) + length / shear;
-    assert!((tip / expected - 1.0).abs() < 1e-10, "{tip} for {expected}");
+    assert_relative_eq!(tip, expected, epsilon = 0.0, max_relative = 1e-10);
     let tip = slope_at_zero(x, |force| sag(&Distributed(Vector3::z() * force)));
     let expected = length.powi(4) / (8.0 * BENDING) + length * length / (2.0 * shear);
-    assert!((tip / expected - 1.0).abs() < 1e-10, "{tip} for {expected}");
+    assert_relative_eq!(tip, expected, epsilon = 0.0, max_relative = 1e-10);
 }
 
 /// The smallest pivot of a straight column under a load P on its top.
-fn margin(column: &Rod, law: &impl Constitutive, load: f64) -> f64 {
-    let inertia = NewtonSolver::default().inertia(column, law, &apical(Vector3::z() * -load), &weightless());
+fn margin(column: &Rod, law: &dyn Constitutive, load: f64) -> f64 {
+    let push = apical(Vector3::z() * -load);
+    let push: &dyn Load = &push;
+    let inertia = NewtonSolver::default().inertia(column, &law, &push, &weightless());
     inertia.expect("an inertia").margin
 }
 
 #[test]
-fn a_column_buckles_where_haringx_and_reissner_say() {
-    // The force along the section's normal and the one in the section are those of the directors, so that P (1 + P/S − P/A) is
-    // Euler's load π² E I/(4 ℓ²): without stretch the formula of J. A. Haringx (1948, Philips Res. Rep. 3, 401–449), and not that
-    // of F. Engesser (1891), P = P_E/(1 + P_E/S); with both that of E. Reissner (1982, Ingenieur-Archiv 52, 115–119).
+fn column_buckles_at_the_loads_of_haringx_and_reissner() {
+    // The normal and the shear force of a section are components along the directors, so that
+    // P (1 + P/S − P/A) is Euler's load π² E I/(4 ℓ²). Without stretch this is the formula of
+    // J. A. Haringx (1948, Philips Res. Rep. 3, 401–449). It is not that of F. Engesser (1891),
+    // P = P_E/(1 + P_E/S). With shear and stretch it is that of E. Reissner (1982,
+    // Ingenieur-Archiv 52, 115–119).
     let length = 2.0_f64;
     let euler = PI * PI * BENDING / (4.0 * length * length);
     let column = straight(length, UnitQuaternion::identity(), 16);
@@ -130,19 +145,25 @@ fn a_column_buckles_where_haringx_and_reissner_say() {
             let middle = 0.5 * (low + high);
             if margin(&column, &law(shear, stretch), middle) > 0.0 { low = middle } else { high = middle }
         }
-        // Sixteen elements of order eight: their error in an eigenvalue is h¹⁶ and below rounding, which the elimination of
-        // 48 frames leaves at 1e-14 times the number of elements squared.
-        assert!((low / expected - 1.0).abs() < 1e-11, "S {shear}, A {stretch}: {low} for {expected}");
+        // The error of sixteen elements of order eight in an eigenvalue is h¹⁶ and below rounding.
+        // The elimination of 48 frames leaves a rounding error of 1e-14 times the number of
+        // elements squared.
+        assert!(
+            relative_eq!(low, expected, epsilon = 0.0, max_relative = 1e-11),
+            "S {shear}, A {stretch}: {low} against {expected}"
+        );
         if shear < 0.1 {
             let engesser = euler / (1.0 + euler / shear);
-            assert!((low / engesser - 1.0).abs() > 0.1, "{low} is not {engesser}");
+            // The larger of the two loads divides here, which makes the difference smaller.
+            assert!(relative_ne!(low, engesser, epsilon = 0.0, max_relative = 0.1), "{low} equals {engesser}");
         }
     }
 }
 
 #[test]
-fn a_column_that_gives_way_along_itself_does_not_buckle() {
-    // 4 P_E (1/A − 1/S) > 1: the quadratic has no root; the column is stable until nothing of it is left.
+fn column_that_is_soft_in_compression_is_crushed_without_buckling() {
+    // With 4 P_E (1/A − 1/S) > 1 the quadratic has no root. The column is stable until its length
+    // is zero.
     let (length, shear, stretch) = (2.0_f64, 10.0, 0.3);
     let euler = PI * PI * BENDING / (4.0 * length * length);
     assert!(4.0 * euler * (1.0 / stretch - 1.0 / shear) > 1.0);
@@ -153,21 +174,24 @@ fn a_column_that_gives_way_along_itself_does_not_buckle() {
     let push = |share: f64| {
         let mut rod = column.clone();
         let load = apical(Vector3::z() * (-share * stretch));
-        let answer = tight().solve(&mut rod, &law, &load, &weightless());
+        let answer = solve_tight(&mut rod, &law, &load, &weightless());
         (rod, answer)
     };
     let (rod, answer) = push(0.999);
-    assert!(answer.is_ok() && (rod.tip().z - 0.001 * length).abs() < 1e-12);
+    assert!(answer.is_ok(), "{answer:?}");
+    assert_abs_diff_eq!(rod.tip().z, 0.001 * length, epsilon = 1e-12);
     for share in [1.0, 1.001, 30.0] {
         let (rod, answer) = push(share);
         let Err(error @ EquilibriumError::Crushed { stretch: left, .. }) = answer else { panic!("{answer:?}") };
-        // In units of the length, rounding of a difference.
-        assert!((left - (1.0 - share)).abs() < 1e-12 * share && !error.is_recoverable(), "{error}");
+        // The remaining stretch errs by the rounding of a difference.
+        assert_abs_diff_eq!(left, 1.0 - share, epsilon = 1e-12 * share);
+        assert!(!error.is_recoverable(), "{error}");
         assert_eq!(rod, column);
     }
 }
 
-/// A helix of a wire of 1 m radius: radius of the coil (m), angle of the pitch, turns, elements in a turn. Its axis is e3.
+/// A helix of a wire of 1 m radius about e3, given the radius of the coil (m), the pitch angle, the
+/// number of turns and the number of elements in a turn.
 fn spring(coil: f64, pitch: f64, turns: usize, elements: usize) -> Rod {
     let (sin, cos) = pitch.sin_cos();
     let strain = Vector3::new(0.0, cos * cos / coil, sin * cos / coil);
@@ -180,46 +204,53 @@ fn spring(coil: f64, pitch: f64, turns: usize, elements: usize) -> Rod {
 }
 
 #[test]
-fn a_close_coiled_spring_gives_way_as_castigliano_says() {
-    // The force acts on the end of the wire, a distance a from the axis. Castigliano's theorem with M = (r(ℓ) − r(s)) × P e3 on a
-    // helix of whole turns: torsion P a cos α (1 − cos φ), bending P a sin α (1 − cos φ) and P a sin φ, shear P cos α, tension
-    // P sin α; the squares are 3/2, 3/2 and 1/2 on average. On the axis it is P a cos α throughout, hence 8 P D³ n/(G d⁴).
+fn helical_spring_deflects_by_castiglianos_theorem() {
+    // The force acts on the end of the wire, at the distance a from the axis. Castigliano's theorem
+    // with M = (r(ℓ) − r(s)) × P e3 on a helix of whole turns gives the torsion P a cos α (1 − cos
+    // φ), bending P a sin α (1 − cos φ) and P a sin φ, shear P cos α and tension P sin α. The
+    // squares are 3/2, 3/2 and 1/2 on average. A force on the axis gives the torsion P a cos α
+    // throughout, hence the textbook deflection 8 P D³ n/(G d⁴).
     let (coil, turns) = (3.0_f64, 3);
     for pitch in [6.5_f64, 20.0] {
         let (sin, cos) = pitch.to_radians().sin_cos();
         let rest = spring(coil, pitch.to_radians(), turns, 12);
         let length = rest.length();
         // A helix of three turns rises by ℓ sin α.
-        assert!((rest.tip() - Vector3::z() * (length * sin)).norm() < 1e-9 * length, "{}", rest.tip());
+        assert_abs_diff_eq!(rest.tip(), Vector3::z() * (length * sin), epsilon = 1e-9 * length);
         let torsion = SOFT.stiffness(RADIUS).z;
         let wire = Timoshenko::circular(SOFT);
         let (shear, stretch) = (wire.shear_factor * wire.shear_modulus * PI, 1.0);
         let bend = coil * coil * length * (1.5 * (cos * cos / torsion + sin * sin / BENDING) + 0.5 / BENDING);
         let line = length * (cos * cos / shear + sin * sin / stretch);
-        assert!(line > 0.02 * bend, "shear matters: {}", line / bend);
+        assert!(line > 0.02 * bend, "the share of shear and stretch is too small for a test: {}", line / bend);
         let give = |law: &dyn Constitutive| {
-            // It rises by a few thousandths of the coil.
+            // The tip rises by a few thousandths of the radius of the coil.
             slope_at_zero(1e-3 * coil / bend, |force| {
                 let mut rod = rest.clone();
-                let _ = tight().solve(&mut rod, &law, &apical(Vector3::z() * force), &weightless()).expect("gives");
+                let pull = apical(Vector3::z() * force);
+                let _ = solve_tight(&mut rod, law, &pull, &weightless()).expect("an equilibrium");
                 rod.tip().z
             })
         };
-        // Order eight at 30° an element: 1e-9 of the position of the tip above, and less where errors at rest cancel.
+        // Elements of order eight that turn by 30° err by 1e-9 in the position of the tip above.
+        // Differences err less.
         for (found, expected) in [(give(&wire), bend + line), (give(&SOFT), bend)] {
-            assert!((found / expected - 1.0).abs() < 2e-9, "{pitch}°: {found} for {expected}");
+            assert!(
+                relative_eq!(found, expected, epsilon = 0.0, max_relative = 2e-9),
+                "{pitch}°: {found} against {expected}"
+            );
         }
     }
 }
 
 #[test]
-fn a_spring_pulled_to_twice_its_length_is_in_balance() {
+fn spring_pulled_to_twice_its_length_satisfies_the_balance_equations() {
     let (wire, pitch) = (Timoshenko::circular(SOFT), 5_f64.to_radians());
     let rest = spring(4.0, pitch, 3, 24);
     let (length, strain) = (rest.length(), rest.points()[0].intrinsic);
     let force = Vector3::z() * 8e-4;
     let mut rod = rest.clone();
-    let found = tight().solve(&mut rod, &wire, &apical(force), &weightless()).expect("gives");
+    let found = solve_tight(&mut rod, &wire, &apical(force), &weightless()).expect("an equilibrium");
     assert!(rod.tip().z > 2.0 * rest.tip().z && found.inertia.negative == 0, "{} {}", rod.tip(), rest.tip());
     let stiffness = SOFT.stiffness(RADIUS);
     let line = |_: f64, force: &Vector3<f64>| {
@@ -233,13 +264,14 @@ fn a_spring_pulled_to_twice_its_length_is_in_balance() {
     let bend = |_: f64, couple: &Vector3<f64>| strain + couple.component_div(&stiffness);
     let known = back_to_base_of_line(length, &rod.apex_frame(), 4000, bend, line, |_| force);
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
-    let (turned, moved) = ((known.value.0 - base).norm(), (known.value.1 - rod.tip()).norm() / length);
-    // The integration's error, and the mesh's at 15° an element: 2⁻⁸ of that of the helix above.
+    // The error of the integration, and that of the mesh at 15° an element, which is 2⁻⁸ of that of
+    // the helix above.
     let granted = known.error + 1e-11;
-    assert!(turned < granted && moved < granted, "{turned:e} {moved:e} against {granted:e}");
+    assert_abs_diff_eq!(known.value.0, base, epsilon = granted);
+    assert_abs_diff_eq!(known.value.1, rod.tip(), epsilon = granted * length);
 }
 
-/// A law that yields in shear and stretch as one does in a soft section, the more the farther from the base, as the integration has it.
+/// A law whose stiffness to bending, shear and stretch falls by half from the base to the apex.
 fn softening(length: f64) -> Graded<Timoshenko<LinearElastic>, impl Fn(&Tissue) -> f64> {
     Graded { law: law(0.5, 0.8), factor: move |tissue: &Tissue| 1.0 + tissue.initial_apex_distance / length }
 }
@@ -247,7 +279,7 @@ fn softening(length: f64) -> Graded<Timoshenko<LinearElastic>, impl Fn(&Tissue) 
 proptest! {
     #![proptest_config(cases(16))]
     #[test]
-    fn a_rod_in_space_under_several_loads_is_in_balance_whichever_way_the_scene_is_turned(
+    fn rotated_scenes_with_several_loads_satisfy_the_balance_equations(
         turn in prop::array::uniform3(-2.0..2.0_f64),
         (push, wind) in (prop::array::uniform3(-0.06..0.06_f64), prop::array::uniform3(-0.04..0.04_f64)),
         bent in prop::array::uniform3(-1.0..1.0_f64),
@@ -258,14 +290,15 @@ proptest! {
             let loads = (apical(turn * Vector3::from(push)), Distributed(turn * Vector3::from(wind)));
             let mut rod = straight(length, turn * horizontal(), elements);
             rod.set_intrinsic(|point| bent * point.apex_distance);
-            let _ = tight().solve(&mut rod, &law, &loads, &weightless()).expect("an equilibrium");
+            let _ = solve_tight(&mut rod, &law, &loads, &weightless()).expect("an equilibrium");
             rod
         };
         let rod = solve(UnitQuaternion::identity(), 24);
         let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
         let turned = solve(turn, 24);
-        // Rounding of 24 elements, as much as the tangent amplifies it.
-        prop_assert!((turn * rod.tip() - turned.tip()).norm() < 1e-12, "{} {}", rod.tip(), turned.tip());
+        // Rounding of 24 elements, amplified by the inverse of the tangent.
+        let image = turn * rod.tip();
+        prop_assert!(abs_diff_eq!(image, turned.tip(), epsilon = 1e-12), "{image} against {}", turned.tip());
         let stiffness = SOFT.stiffness(RADIUS);
         let factor = |s: f64| 1.0 + (length - s) / length;
         let known = back_to_base_of_line(
@@ -278,7 +311,8 @@ proptest! {
         );
         let base = rod.frames()[0].to_rotation_matrix().into_inner();
         let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm());
-        // On the way back an error of the apex grows by less than a hundred at these loads; half as many elements bound the mesh's.
+        // At these loads, an error of the apex grows by less than a factor of 100 on the way to the
+        // base. The change from a mesh with half as many elements bounds the error of the mesh.
         let mesh = (solve(UnitQuaternion::identity(), 12).tip() - rod.tip()).norm();
         let granted = known.error + 100.0 * (mesh + 1e-14);
         prop_assert!(missed < granted && granted < 1e-8, "{missed:e} against {granted:e}");
@@ -286,7 +320,7 @@ proptest! {
 }
 
 #[test]
-fn positions_are_of_order_2_p_and_profiles_of_order_p_plus_2() {
+fn tips_converge_at_order_2p_and_profiles_at_order_p_plus_2() {
     let environment = Still::tilted(FRAC_PI_2).environment(0.0);
     let (length, weight) = (2.0, Weight { density: 0.004 });
     let law = softening(length);
@@ -294,12 +328,12 @@ fn positions_are_of_order_2_p_and_profiles_of_order_p_plus_2() {
         let taper = |s: f64| Section::ellipse(RADIUS * (1.2 - 0.2 * s), RADIUS);
         let nodes = Rod::equal_nodes(length, elements);
         let mut rod = Rod::straight(&nodes, taper, horizontal(), order).expect("a rod");
-        let _ = tight().solve(&mut rod, &law, &weight, &environment).expect("sags");
+        let _ = solve_tight(&mut rod, &law, &weight, &environment).expect("an equilibrium");
         rod
     };
     let finest = solve(Order::Eight, 64);
     assert!((finest.tip() - Vector3::x() * length).norm() > 0.2 * length, "{}", finest.tip());
-    // At places that are ends of no element: a third of the length.
+    // A third of the length is not an end of an element on any mesh.
     let at = length / 3.0;
     let place = |rod: &Rod| Profile::of(rod, &law, &weight, &environment).at(at).expect("a number").position;
     let reference = place(&finest);
@@ -310,8 +344,9 @@ fn positions_are_of_order_2_p_and_profiles_of_order_p_plus_2() {
             let errors: Vec<f64> = rods.iter().map(error).filter(|e| (2e-13..1e-2).contains(e)).collect();
             let [.., first, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
             let observed = (first / last).log2();
-            // Places within elements lie elsewhere in them on every mesh, so that the observed order goes up and down.
-            assert!(observed > expected - 0.5, "{order:?}: {observed} for {expected}, {errors:?}");
+            // The place has another position within its element on every mesh, so that the observed
+            // order varies.
+            assert!(observed > expected - 0.5, "{order:?}: observed {observed} against {expected}, from {errors:?}");
         };
         observed(&|rod| (rod.tip() - finest.tip()).norm(), 2.0 * p);
         observed(&|rod| (place(rod) - reference).norm(), (p + 2.0).min(2.0 * p));
@@ -320,13 +355,13 @@ fn positions_are_of_order_2_p_and_profiles_of_order_p_plus_2() {
 }
 
 #[test]
-fn what_resists_without_end_is_the_rod_that_neither_shears_nor_stretches() {
+fn infinite_shear_and_stretching_stiffness_reproduces_the_inextensible_rod() {
     let rigid =
         Timoshenko { law: SOFT, youngs_modulus: f64::INFINITY, shear_modulus: f64::INFINITY, shear_factor: 1.0 };
     let load = (apical(Vector3::new(0.01, 0.02, -0.05)), Weight { density: 1e-3 });
     let solve = |law: &dyn Constitutive| {
         let mut rod = straight(2.0, horizontal(), 6);
-        let found = tight().solve(&mut rod, &law, &load, &Still::upright().environment(0.0)).expect("bends");
+        let found = solve_tight(&mut rod, law, &load, &Still::upright().environment(0.0)).expect("an equilibrium");
         (rod, found)
     };
     let ((with, found), (without, other)) = (solve(&rigid), solve(&SOFT));
@@ -337,9 +372,10 @@ fn what_resists_without_end_is_the_rod_that_neither_shears_nor_stretches() {
 }
 
 #[test]
-fn parameters_that_make_no_sense_are_refused() {
+fn invalid_parameters_are_refused() {
     let sound = Timoshenko::circular(SOFT);
-    assert!(sound.check().is_ok() && (sound.shear_factor - 7.8 / 8.8).abs() < 1e-15);
+    assert!(sound.check().is_ok());
+    assert_abs_diff_eq!(sound.shear_factor, 7.8 / 8.8, epsilon = 1e-15);
     for bad in [0.0, -1.0, f64::NAN] {
         for law in [
             Timoshenko { youngs_modulus: bad, ..sound },
@@ -350,13 +386,13 @@ fn parameters_that_make_no_sense_are_refused() {
             assert!(law.check().is_err(), "{law:?}");
         }
     }
-    // Factors that are not: named with the place when no equilibrium is found, and when a shoot is built.
+    // A factor that is not positive is refused when a shoot is built.
     let broken = Graded { law: sound, factor: |tissue: &Tissue| tissue.initial_apex_distance - 0.1 };
     let error = morphorod::Shoot::builder(broken).length(1.0).radius(0.1).into_dyn().build().unwrap_err();
     assert!(error.to_string().contains("stiffness"), "{error}");
     let environment: Environment = weightless();
     let mut rod = straight(2.0, horizontal(), 4);
     let before = rod.clone();
-    let error = tight().solve(&mut rod, &sound, &apical(Vector3::x() * f64::NAN), &environment).unwrap_err();
+    let error = solve_tight(&mut rod, &sound, &apical(Vector3::x() * f64::NAN), &environment).unwrap_err();
     assert!(matches!(error, EquilibriumError::NotFinite { .. }) && rod == before, "{error}");
 }

@@ -1,7 +1,9 @@
-//! Shoots far too long to stand: they go on from one shape to another, and say so.
+//! Shoots far above their critical length snap from one stable shape to another, and the integrator
+//! counts the snaps.
 
 use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, steering};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Weight};
@@ -12,7 +14,8 @@ use nalgebra::Vector3;
 /// Greenhill's length of the default rod, m: (7.837 E I/q)^(1/3).
 const CRITICAL: f64 = 0.079333;
 
-/// A shoot that steers, so many times as long as it can stand, after a day.
+/// The tip after a day of a shoot with tropisms whose length is given in units of the critical
+/// length, and the statistics.
 fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, Statistics), IntegrationError> {
     let length = times * CRITICAL;
     let mut shoot = Shoot::builder(YOUNG)
@@ -32,10 +35,11 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
 }
 
 #[test]
-fn a_shoot_at_many_times_its_critical_length_finds_its_next_shape() {
-    // It hangs over, and swings and snaps from side to side, for hours. On a base that leans both meshes snap alike, and end alike:
-    // at rest sixteen elements err by 6e-8 of the length under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"); here it is 26 to 212,
-    // and what a snap leaves of that is forgotten in memories of 12 min.
+fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
+    // The shoot hangs over and snaps from side to side for hours. On a tilted base both meshes give
+    // the same snaps and final shapes. In equilibrium, sixteen elements err by 6e-8 of the length
+    // under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"). Here q ℓ³/(E I) is 26 to 212, and
+    // the effect of a snap decays with memories of 12 min.
     for (times, elements) in [(1.5, [32, 16]), (2.0, [32, 16]), (3.0, [48, 32])] {
         let (fine, with_fine) = after_a_day(times, 0.3, elements[0]).unwrap();
         let (coarse, with_coarse) = after_a_day(times, 0.3, elements[1]).unwrap();
@@ -45,19 +49,21 @@ fn a_shoot_at_many_times_its_critical_length_finds_its_next_shape() {
         );
         assert!(with_fine.snaps > 0 && with_fine.snaps == with_coarse.snaps);
         assert!(with_fine.largest_jump > 0.1 * CRITICAL && with_fine.largest_jump < 2.0 * times * CRITICAL);
-        assert!((fine - coarse).norm() < 3e-7 * times * CRITICAL, "{times}: {fine:?}, {coarse:?}");
+        assert!(abs_diff_eq!(fine, coarse, epsilon = 3e-7 * times * CRITICAL), "{times}: {fine} against {coarse}");
     }
-    // Five times as long it still does, where elements at the base are short enough.
+    // At five times the critical length the run succeeds with elements that are short enough at the
+    // base.
     assert!(after_a_day(5.0, 0.3, 32).is_ok());
-    // Where they are not, one of them would turn by π: an error that says so, and soon.
+    // With longer elements, one of them would turn by π, which is an error.
     let error = after_a_day(10.0, 0.3, 8).unwrap_err();
     assert!(error.to_string().contains("would turn by π"), "{error}");
 }
 
 #[test]
-fn a_snap_is_counted_and_dated() {
-    // A shoot too long to stand is bent to one side by a force that turns round: it snaps through once, and hangs to the other
-    // side then. With a section that is broader across it stays in the plane.
+fn snap_is_counted_with_its_time_and_jump() {
+    // A force whose sign reverses bends a shoot above its critical length. The shoot snaps through
+    // once and then hangs to the other side. The section is broader across the plane, so that the
+    // shoot stays in it.
     let force = |t: f64| Vector3::new(2e-5 * (1.0 - t / HOUR), 0.0, 0.0);
     let mut shoot = Shoot::builder(YOUNG)
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
@@ -73,9 +79,9 @@ fn a_snap_is_counted_and_dated() {
     assert!(after.snaps == 1 && shoot.tip().x < 0.0, "{after:?}, {:?}", shoot.tip());
     let when = after.last_snap.unwrap();
     assert!(when > HOUR && when < 4.0 * HOUR);
-    // The tip goes over from one side to the other.
+    // The tip moves from one side to the other.
     assert!(after.largest_jump > 0.5 * shoot.tip().x.abs(), "{after:?}");
-    // To the step, the time does not depend on the elements or the step.
+    // The time of the snap does not depend on the elements or the step, to within one step.
     let mut fine = Shoot::builder(YOUNG)
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
         .length(0.085)
@@ -85,13 +91,15 @@ fn a_snap_is_counted_and_dated() {
         .build()
         .unwrap();
     let again = MethodOfSteps::new(20.0).advance(&mut fine, 4.0 * HOUR).unwrap();
-    assert!(again.snaps == 1 && (again.last_snap.unwrap() - when).abs() <= 60.0, "{again:?}");
+    assert_eq!(again.snaps, 1, "{again:?}");
+    assert_abs_diff_eq!(again.last_snap.unwrap(), when, epsilon = 60.0);
 }
 
 #[test]
-fn a_buckled_shoot_bends_on_in_its_plane_without_snaps() {
-    // It grows on an upright base from 0.99 to 1.14 of its critical length: it falls once, in the plane of d1, and bends ever
-    // further from then on. A turn about the vertical costs nothing, which is neither a snap nor a reason to leave the plane.
+fn buckled_shoot_keeps_bending_in_its_plane_without_snaps() {
+    // The shoot grows on an upright base from 0.99 to 1.14 of its critical length. It buckles once,
+    // in the plane of d1, and then bends further. A rotation about the vertical is neutral. It must
+    // not be counted as a snap or move the shoot out of the plane.
     for (order, step) in [(Order::Four, 100.0), (Order::Four, 1000.0), (Order::Eight, 90.0), (Order::Eight, 1000.0)] {
         let mut shoot = Shoot::builder(YOUNG)
             .length(0.99 * CRITICAL)
@@ -105,9 +113,9 @@ fn a_buckled_shoot_bends_on_in_its_plane_without_snaps() {
         let found = MethodOfSteps::new(step).advance(&mut shoot, 8.0 * HOUR).unwrap();
         let tip = shoot.tip();
         assert!(tip.x.abs() > 0.8 * shoot.rod().length(), "{tip:?}");
-        // Rounding alone turns it.
+        // Only rounding rotates the shoot out of its plane.
         assert!(tip.y.abs() < 1e-6 * tip.x.abs(), "{order:?}, {step} s: {tip:?}");
-        // The step behind the fall may start from upright shapes that are extrapolated.
+        // The step after buckling may start from extrapolated upright shapes.
         let critical_at = 0.01 * CRITICAL / 0.03 * 20.0 * HOUR;
         let last = found.last_snap.unwrap();
         assert!(found.snaps <= 2, "{order:?}, {step} s: {} snaps", found.snaps);

@@ -1,19 +1,21 @@
-//! What an equilibrium keeps when the whole scene is turned, mirrored or measured in other units.
+//! Equilibria under symmetries: rotation and mirroring of the whole scene, and changes of units.
 
 use crate::fixtures::rods;
 use crate::fixtures::rods::{GRAVITY, MODULUS, RADIUS, bending_stiffness, cases, young_tissue};
-use morphorod::constitutive::LinearElastic;
+use approx::abs_diff_eq;
+use morphorod::constitutive::{Constitutive, LinearElastic};
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
-use morphorod::load::{ApicalForce, Distributed, Weight};
+use morphorod::load::{ApicalForce, Distributed, Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::{Environment, Order};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Tolerance of the frames, rad: what rounding allows where a direction is a thousand times softer than the others.
+/// Tolerance of the frames, rad. Rounding permits no smaller one if one direction is a thousand
+/// times softer than the others.
 const PRECISION: f64 = 1e-12;
 
-/// A shoot in a scene; everything that a symmetry may act upon.
+/// A shoot in a scene, with all parameters that a symmetry may transform.
 #[derive(Debug, Clone)]
 struct Case {
     length: f64,
@@ -29,7 +31,7 @@ struct Case {
 }
 
 impl Case {
-    /// The rod at rest, from a straight guess.
+    /// The equilibrium from a straight initial guess.
     fn solve(&self) -> (Rod, Equilibrium) {
         let mut rod = Rod::uniform(self.length, self.radius, self.base, 12, Order::default()).expect("a rod");
         rod.set_intrinsic(|point| self.strain[0] + self.strain[1] * (1.0 - point.apex_distance / self.length));
@@ -41,8 +43,9 @@ impl Case {
         let tissue = LinearElastic { youngs_modulus: self.modulus, poissons_ratio: 0.3 };
         let force = self.apical;
         let loads = (Weight { density: self.density }, ApicalForce(move |_: f64| force), Distributed(self.distributed));
+        let (law, load): (&dyn Constitutive, &dyn Load) = (&tissue, &loads);
         NewtonSolver::with_tolerance(PRECISION)
-            .solve(rod, &tissue, &loads, &Environment { time: 0.0, gravity: self.gravity })
+            .solve(rod, &law, &load, &Environment { time: 0.0, gravity: self.gravity })
             .expect("an equilibrium")
     }
 }
@@ -55,8 +58,8 @@ fn rotation() -> impl Strategy<Value = UnitQuaternion<f64>> {
     vector(3.0).prop_map(UnitQuaternion::from_scaled_axis)
 }
 
-/// Shoots of 6 cm under weights up to half as heavy again as upright self-buckling, other loads of the same size, bent
-/// by up to a radian of their own.
+/// Shoots of 6 cm under weights up to 1.5 times the self-buckling load, other loads of the same
+/// size, and intrinsic bends of up to a radian.
 fn case() -> impl Strategy<Value = Case> {
     let length = 0.06;
     let force = 3.0 * bending_stiffness() / (length * length);
@@ -76,8 +79,8 @@ fn case() -> impl Strategy<Value = Case> {
     })
 }
 
-/// What the two answers promise: their errors, thrice for what an estimate is worth, and the rounding that the softest
-/// direction magnifies, by the inverse of its margin.
+/// A bound on the difference of two equilibria: three times their error estimates, and the rounding
+/// that the softest direction magnifies by the inverse of its margin.
 fn promised(a: &Equilibrium, b: &Equilibrium) -> f64 {
     3.0 * (a.error + b.error) + 8.0 * f64::EPSILON / a.inertia.margin.min(b.inertia.margin)
 }
@@ -91,7 +94,7 @@ proptest! {
     #![proptest_config(cases(48))]
 
     #[test]
-    fn turning_the_whole_scene_turns_the_answer(case in case(), turn in rotation()) {
+    fn rotating_the_scene_rotates_the_equilibrium(case in case(), turn in rotation()) {
         let (rod, found) = case.solve();
         let turned = Case {
             base: turn * case.base,
@@ -104,19 +107,22 @@ proptest! {
         let difference = apart(rod.frames().iter().map(|f| turn * f), image.frames().iter());
         let promise = promised(&found, &again);
         prop_assert!(difference < promise, "{difference:e} against {promise:e}");
-        prop_assert!((turn * rod.tip() - image.tip()).norm() < promise * case.length);
-        // The same work too: counts may only differ where rounding decides, in the last iteration.
+        let (expected, found_tip) = (turn * rod.tip(), image.tip());
+        let bound = promise * case.length;
+        prop_assert!(abs_diff_eq!(expected, found_tip, epsilon = bound), "{expected} against {found_tip}");
+        // The counts may differ only by the last iteration, which rounding decides.
         prop_assert!(found.iterations.abs_diff(again.iterations) <= 1, "{} {}", found.iterations, again.iterations);
-        // A solved rod that is turned with its scene is at rest.
+        // A solved rod that is rotated with its scene is in equilibrium.
         let mut carried = rod.clone();
         carried.set_base(turned.base).unwrap();
         prop_assert_eq!(turned.equilibrate(&mut carried).iterations, 1);
     }
 
     #[test]
-    fn mirroring_the_scene_mirrors_the_answer(case in case()) {
-        // The mirror Q flips d1 of the base. A strain is an axial vector, u → −Q u; with the directors −Q d1, Q d2, Q d3,
-        // which are right-handed, its components are u1, −u2, −u3 and the base stays.
+    fn mirroring_the_scene_mirrors_the_equilibrium(case in case()) {
+        // The mirror Q reverses d1 of the base. A strain is an axial vector, u → −Q u. In the
+        // right-handed directors −Q d1, Q d2, Q d3 its components are u1, −u2, −u3, and the base is
+        // unchanged.
         let axis = case.base * Vector3::x();
         let mirror = Matrix3::identity() - axis * axis.transpose() * 2.0;
         let flip = |u: Vector3<f64>| Vector3::new(u.x, -u.y, -u.z);
@@ -129,8 +135,9 @@ proptest! {
         };
         let ((rod, found), (image, again)) = (case.solve(), mirrored.solve());
         let promise = promised(&found, &again);
-        let difference = (mirror * rod.tip() - image.tip()).norm() / case.length;
-        prop_assert!(difference < promise, "{difference:e} against {promise:e}");
+        let (expected, found_tip) = (mirror * rod.tip(), image.tip());
+        let bound = promise * case.length;
+        prop_assert!(abs_diff_eq!(expected, found_tip, epsilon = bound), "{expected} against {found_tip}");
         let axes = |f: &UnitQuaternion<f64>| {
             let m = f.to_rotation_matrix().into_inner();
             mirror * m * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0))
@@ -141,8 +148,9 @@ proptest! {
     }
 
     #[test]
-    fn other_units_of_length_and_force_change_no_bit(case in case(), length in -30..30_i32, force in -30..30_i32) {
-        // Powers of two, so that every product scales without rounding: moduli are forces over squared lengths, and so on.
+    fn power_of_two_units_reproduce_the_equilibrium_bit_for_bit(case in case(), length in -30..30_i32, force in -30..30_i32) {
+        // Powers of two scale every product without rounding. Moduli are forces over squared
+        // lengths.
         let (l, f) = (2_f64.powi(length), 2_f64.powi(force));
         let scaled = Case {
             length: case.length * l,
@@ -162,8 +170,9 @@ proptest! {
     }
 
     #[test]
-    fn loads_add(case in case(), share in 0.0..1.0_f64) {
-        // The weight per length of a uniform shoot is a distributed load, and any load may be given in parts.
+    fn split_loads_give_the_same_equilibrium(case in case(), share in 0.0..1.0_f64) {
+        // The weight per length of a uniform shoot is a distributed load, and any load may be
+        // split.
         let weight = case.gravity * (case.density * std::f64::consts::PI * case.radius * case.radius);
         let split = Case { density: case.density * share, ..case.clone() };
         let split = Case { distributed: case.distributed + weight * (1.0 - share), ..split };
@@ -175,25 +184,18 @@ proptest! {
 }
 
 #[test]
-fn a_load_may_be_boxed_and_left_out() {
+fn boxed_and_absent_loads_act_like_plain_loads() {
     let rod = || Rod::uniform(0.06, RADIUS, UnitQuaternion::identity(), 8, Order::default()).expect("a rod");
     let push = |_: f64| Vector3::new(1e-5, 2e-5, 0.0);
     let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -GRAVITY) };
     let weight = Weight { density: 1000.0 };
-    let boxed: Box<dyn morphorod::load::Load> = Box::new(ApicalForce(push));
+    let boxed: Box<dyn Load> = Box::new(ApicalForce(push));
     let absent: Option<Distributed> = None;
     let (mut plain, mut dressed) = (rod(), rod());
-    let one = NewtonSolver::with_tolerance(PRECISION).solve(
-        &mut plain,
-        &young_tissue(),
-        &(weight, ApicalForce(push)),
-        &environment,
-    );
-    let other = NewtonSolver::with_tolerance(PRECISION).solve(
-        &mut dressed,
-        &young_tissue(),
-        &(weight, boxed, (), absent),
-        &environment,
-    );
+    let law: &dyn Constitutive = &young_tissue();
+    let solve =
+        |rod: &mut Rod, load: &dyn Load| NewtonSolver::with_tolerance(PRECISION).solve(rod, &law, &load, &environment);
+    let one = solve(&mut plain, &(weight, ApicalForce(push)));
+    let other = solve(&mut dressed, &(weight, boxed, (), absent));
     assert_eq!((one, plain), (other, dressed));
 }

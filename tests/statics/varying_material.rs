@@ -1,8 +1,10 @@
-//! Sections, stiffness and density that vary along the shoot and stay with the tissue.
+//! Sections, stiffnesses and densities that vary along the shoot and move with the tissue.
 
 use std::f64::consts::PI;
 
+use crate::fixtures::rods::solve_tight;
 use crate::fixtures::shoots::{RADIUS, YOUNG};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{NoGrowth, Ongoing, UniformGrowth};
@@ -16,16 +18,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 const LENGTH: f64 = 0.1;
 const GRAVITY: f64 = 9.81;
 
-/// The shape at rest of a straight upright rod.
-fn at_rest<S: Into<Section>>(
-    section: impl Fn(f64) -> S,
-    law: &impl Constitutive,
-    load: &impl Load,
-    order: Order,
-) -> Rod {
+/// The equilibrium of an upright rod that is straight without load.
+fn at_rest<S: Into<Section>>(section: impl Fn(f64) -> S, law: &dyn Constitutive, load: &dyn Load, order: Order) -> Rod {
     let nodes = Rod::equal_nodes(LENGTH, 16);
     let mut rod = Rod::straight(&nodes, section, UnitQuaternion::identity(), order).unwrap();
-    let _ = NewtonSolver::with_tolerance(1e-14).solve(&mut rod, law, load, &Still::upright().environment(0.0)).unwrap();
+    let _ = solve_tight(&mut rod, law, load, &Still::upright().environment(0.0)).unwrap();
     rod
 }
 
@@ -34,38 +31,41 @@ fn pull(x: f64, y: f64, z: f64) -> ApicalForce<impl Fn(f64) -> Vector3<f64>> {
 }
 
 #[test]
-fn an_ellipse_bends_in_either_plane_as_a_circle_of_its_stiffness() {
-    // Nearly round and lightly loaded: a thin blade that is bent in its stiff plane gives way sideways.
+fn elliptic_section_bends_like_a_circular_one_of_equal_stiffness() {
+    // The section is nearly round and lightly loaded, because a thin blade that is bent in its
+    // stiff plane buckles sideways.
     let (a, b) = (1.2e-3, 1e-3);
     let blade = |_: f64| Section::ellipse(a, b);
-    // Along e1 it bends about d2, with I2 = π a³ b/4; along e2 about d1, with I1 = π a b³/4.
+    // A force along e1 bends it about d2, with I2 = π a³ b/4. A force along e2 bends it about d1,
+    // with I1 = π a b³/4.
     for (force, moment) in [(pull(1e-3, 0.0, 0.0), a.powi(3) * b), (pull(0.0, 1e-3, 0.0), a * b.powi(3))] {
         let circle = LinearElastic { youngs_modulus: 1e7 * moment / RADIUS.powi(4), ..YOUNG };
         let elliptic = at_rest(blade, &YOUNG, &force, Order::Eight);
         let circular = at_rest(|_| RADIUS, &circle, &force, Order::Eight);
         assert!(circular.tip().xy().norm() > 0.005);
         // Both are solved to 1e-14 rad, and the plane problem is the same.
-        let apart = (elliptic.tip() - circular.tip()).norm();
-        assert!(apart < 1e-13 * LENGTH, "{apart} m");
+        assert_abs_diff_eq!(elliptic.tip(), circular.tip(), epsilon = 1e-13 * LENGTH);
     }
 }
 
 #[test]
-fn a_twisted_ellipse_has_saint_venants_torsion_constant() {
+fn torsion_constant_of_an_ellipse_is_saint_venants() {
     // From S. Timoshenko and J. N. Goodier, Theory of Elasticity, §106: J = π a³ b³/(a² + b²).
     let (a, b): (f64, f64) = (1.5e-3, 0.7e-3);
     let expected = PI * a.powi(3) * b.powi(3) / (a * a + b * b);
     let section = Section::ellipse(a, b);
-    assert!((section.torsion_constant() / expected - 1.0).abs() < 1e-14);
+    assert_relative_eq!(section.torsion_constant(), expected, epsilon = 0.0, max_relative = 1e-14);
     let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.3 };
-    assert!((law.stiffness(section).z / (1e7 / 2.6 * expected) - 1.0).abs() < 1e-14);
-    assert!((law.stiffness(RADIUS).z / law.stiffness(RADIUS).x - 1.0 / 1.3).abs() < 1e-14, "a circle: J = 2 I");
+    assert_relative_eq!(law.stiffness(section).z, 1e7 / 2.6 * expected, epsilon = 0.0, max_relative = 1e-14);
+    // A circle has J = 2 I.
+    assert_abs_diff_eq!(law.stiffness(RADIUS).z / law.stiffness(RADIUS).x, 1.0 / 1.3, epsilon = 1e-14);
 }
 
 #[test]
-fn a_graded_cantilever_bends_as_beam_theory_says() {
-    // E I = E I₀ (1 + c σ) with σ = ℓ − s and a small force F across the tip: θ' = F σ/(E I₀ (1 + c σ)), so that the deflection
-    // is ∫ σ θ' dσ = (F/E I₀) ∫ σ²/(1 + c σ) dσ = (F/(E I₀ c³)) (x²/2 − x + ln(1 + x)), x = c ℓ.
+fn cantilever_of_graded_stiffness_matches_beam_theory() {
+    // E I = E I₀ (1 + c σ) with σ = ℓ − s and a small force F across the tip: θ' = F σ/(E I₀ (1 + c
+    // σ)), so that the deflection is ∫ σ θ' dσ = (F/E I₀) ∫ σ²/(1 + c σ) dσ = (F/(E I₀ c³)) (x²/2 −
+    // x + ln(1 + x)), x = c ℓ.
     let (force, c) = (1e-9, 25.0);
     let graded = Graded { law: YOUNG, factor: |tissue: &Tissue| 1.0 + c * tissue.initial_apex_distance };
     let x: f64 = c * LENGTH;
@@ -75,21 +75,23 @@ fn a_graded_cantilever_bends_as_beam_theory_says() {
         let tip = at_rest(|_| RADIUS, &graded, &pull(force, 0.0, 0.0), order).tip();
         errors.push((tip.x / deflection - 1.0).abs());
     }
-    // A deflection of 5e-6 of the length bends the theory by the square of that; sixteen elements of order eight resolve the rest.
+    // Beam theory errs by the square of the relative deflection of 5e-6. Sixteen elements of order
+    // eight resolve the rest.
     assert!(deflection < 1e-5 * LENGTH && errors[3] < 1e-10, "{errors:?}");
     assert!(errors[0] > 1e-5 && errors.is_sorted_by(|a, b| a > b), "{errors:?}");
 }
 
 #[test]
-fn a_blade_that_tapers_bends_as_beam_theory_says() {
-    // a₁ = a (1 + c σ) and a₂ constant: I2 grows as (1 + c σ)³, and ∫ σ²/(1 + c σ)³ dσ = (ln(1 + x) + 2/(1 + x) − 1/(2 (1 + x)²) − 3/2)/c³.
+fn tapering_blade_matches_beam_theory() {
+    // With a₁ = a (1 + c σ) and a₂ constant, I2 grows as (1 + c σ)³. The integral is
+    // ∫ σ²/(1 + c σ)³ dσ = (ln(1 + x) + 2/(1 + x) − 1/(2 (1 + x)²) − 3/2)/c³.
     let (force, c) = (1e-9, 25.0);
     let blade = |s: f64| Section::ellipse(RADIUS * (1.0 + c * (LENGTH - s)), RADIUS);
     let y: f64 = 1.0 + c * LENGTH;
     let integral = (y.ln() + 2.0 / y - 0.5 / (y * y) - 1.5) / c.powi(3);
     let tip = at_rest(blade, &YOUNG, &pull(force, 0.0, 0.0), Order::Eight).tip();
     let deflection = force / YOUNG.stiffness(RADIUS).x * integral;
-    assert!((tip.x / deflection - 1.0).abs() < 1e-10, "{} for {deflection}", tip.x);
+    assert_relative_eq!(tip.x, deflection, epsilon = 0.0, max_relative = 1e-10);
 }
 
 /// The force in a shoot at its base, N.
@@ -98,9 +100,10 @@ fn weight_at_base(rod: &Rod, load: &impl Load) -> f64 {
 }
 
 #[test]
-fn density_stays_with_the_tissue_as_it_grows() {
-    // ρ = ρ₀ (1 + c S) with S = ℓ₀ − σ₀, and every point of the zone moves as σ = σ₀ exp(t/τ): after an hour the weight of the zone is
-    // g A ρ₀ ∫ (1 + c (ℓ₀ − σ exp(−t/τ))) dσ over (0, ℓg), and that of tissue that has left it follows from when it left.
+fn density_moves_with_the_growing_tissue() {
+    // With ρ = ρ₀ (1 + c S) and S = ℓ₀ − σ₀, every point of the zone moves as σ = σ₀ exp(t/τ). The
+    // weight of the zone is g A ρ₀ ∫ (1 + c (ℓ₀ − σ exp(−t/τ))) dσ over (0, ℓg). The weight of mature
+    // tissue follows from its exit time.
     let (length, zone, time, c, hours) = (0.05, 0.06, 20.0 * 3600.0, 8.0, 30.0);
     let growth = UniformGrowth { zone_length: zone, time };
     let density = move |tissue: &Tissue| 1000.0 * (1.0 + c * (length - tissue.initial_apex_distance));
@@ -115,7 +118,8 @@ fn density_stays_with_the_tissue_as_it_grows() {
     let t = hours * 3600.0;
     let statistics = MethodOfSteps::new(900.0).advance(&mut shoot, t).unwrap();
     assert!(statistics.splits > 0 && statistics.merges > 0);
-    // What has left: between full (ℓ = ℓg) and now the zone sheds its end, at ℓg/τ, where σ₀ = ℓg exp(−t*/τ).
+    // From the time `full`, when ℓ = ℓg, tissue leaves the zone at the speed ℓg/τ. At t* it has σ₀
+    // = ℓg exp(−t*/τ).
     let full = time * f64::ln(zone / length);
     let in_zone = zone * (1.0 + c * length) - c * f64::exp(-t / time) * zone * zone / 2.0;
     let left = zone / time
@@ -123,30 +127,32 @@ fn density_stays_with_the_tissue_as_it_grows() {
     let area = PI * (2.0 * RADIUS).powi(2);
     let expected = GRAVITY * area * 1000.0 * (in_zone + left);
     let found = weight_at_base(shoot.rod(), &GradedWeight(density));
-    // Elements of order eight hold σ₀, an exponential of s in mature tissue, to 1e-8; merging keeps its mean.
-    assert!((found / expected - 1.0).abs() < 1e-8, "{found} N for {expected} N");
-    // A uniform density is a uniform density.
+    // Elements of order eight represent σ₀, an exponential of s in mature tissue, to 1e-8. Merging
+    // keeps its mean.
+    assert_relative_eq!(found, expected, epsilon = 0.0, max_relative = 1e-8);
+    // A constant graded density equals the same uniform density.
     let (graded, uniform) = (GradedWeight(|_: &Tissue| 1000.0), Weight { density: 1000.0 });
-    let ratio = weight_at_base(shoot.rod(), &graded) / weight_at_base(shoot.rod(), &uniform);
-    assert!((ratio - 1.0).abs() < 1e-13, "{ratio}");
+    let (graded, uniform) = (weight_at_base(shoot.rod(), &graded), weight_at_base(shoot.rod(), &uniform));
+    assert_relative_eq!(graded, uniform, epsilon = 0.0, max_relative = 1e-13);
 }
 
 #[test]
-fn stiffness_and_section_stay_with_the_tissue_as_it_grows() {
+fn tapered_section_moves_with_the_growing_tissue() {
     let growth = UniformGrowth { zone_length: 0.06, time: 20.0 * 3600.0 };
     let taper = |s: f64| Section::ellipse(1e-3 * (1.0 - 8.0 * s), 0.8e-3 * (1.0 - 6.0 * s));
     let mut shoot = Shoot::builder(YOUNG).length(0.05).section(taper).growth(growth).into_dyn().build().unwrap();
     let _ = MethodOfSteps::new(900.0).advance(&mut shoot, 30.0 * 3600.0).unwrap();
     for point in shoot.rod().points() {
         let expected = taper(0.05 - point.initial_apex_distance);
-        // Both are linear in the name of the place, so splitting and merging treat them alike: rounding.
-        assert!((point.section.along_d1 - expected.along_d1).abs() < 1e-16);
-        assert!((point.section.along_d2 - expected.along_d2).abs() < 1e-16);
+        // Both are linear in the initial apex distance, so that splitting and merging change them
+        // by rounding alone.
+        assert_abs_diff_eq!(point.section.along_d1, expected.along_d1, epsilon = 1e-16);
+        assert_abs_diff_eq!(point.section.along_d2, expected.along_d2, epsilon = 1e-16);
     }
 }
 
-/// How fast a shoot without load that leans along e1 + e2 begins to bend, 1/(m s).
-fn bending_rate(law: impl TropismLaw, section: Section) -> Vector3<f64> {
+/// The initial rate at which an unloaded shoot that leans along e1 + e2 bends, 1/(m s).
+fn bending_rate(law: impl TropismLaw + Send + Sync + 'static, section: Section) -> Vector3<f64> {
     let base = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.5);
     let mut shoot = Shoot::builder(YOUNG)
         .length(0.05)
@@ -154,6 +160,7 @@ fn bending_rate(law: impl TropismLaw, section: Section) -> Vector3<f64> {
         .growth(Ongoing(UniformGrowth { zone_length: 0.06, time: 72e3 }))
         .tropism(law)
         .scene(Still { base: base * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.7), ..Still::upright() })
+        .into_dyn()
         .build()
         .unwrap();
     let _ = MethodOfSteps::new(60.0).advance(&mut shoot, 120.0).unwrap();
@@ -161,9 +168,10 @@ fn bending_rate(law: impl TropismLaw, section: Section) -> Vector3<f64> {
 }
 
 #[test]
-fn growth_differs_across_the_semi_axis_that_bends() {
-    // Equation (7): r u̇1* = −β REGR M[h2] differs across d2, r u̇2* = β REGR M[h1] across d1. The memory fills from zero at the
-    // same pace in both, so the two rates compare as h2/a2 and h1/a1; (5) in the same way.
+fn differential_growth_scales_with_the_semi_axis_across_which_it_acts() {
+    // In equation (7), r u̇1* = −β REGR M[h2] differs across d2, and r u̇2* = β REGR M[h1] across
+    // d1. Both memories start at zero and have the same time constant. The two rates are therefore
+    // in proportion to h2/a2 and h1/a1. The same holds for (5).
     let (a, b) = (1e-3, 0.25e-3);
     let gravity = || {
         Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(Memory { time: 60.0, delay: 60.0 })
@@ -174,14 +182,15 @@ fn growth_differs_across_the_semi_axis_that_bends() {
         (bending_rate(oscillator(), Section::circle(RADIUS)), bending_rate(oscillator(), Section::ellipse(a, b))),
     ] {
         assert!(round.x != 0.0 && round.y != 0.0);
-        // The shoots bend by 1e-4 rad meanwhile, which changes what gravity asks for by as much.
-        assert!((flat.x / round.x / (RADIUS / b) - 1.0).abs() < 1e-3, "{flat} for {round}");
-        assert!((flat.y / round.y / (RADIUS / a) - 1.0).abs() < 1e-3, "{flat} for {round}");
+        // The shoots bend by 1e-4 rad in this time, which changes the response to gravity by as
+        // much.
+        assert_relative_eq!(flat.x / round.x, RADIUS / b, epsilon = 0.0, max_relative = 1e-3);
+        assert_relative_eq!(flat.y / round.y, RADIUS / a, epsilon = 0.0, max_relative = 1e-3);
     }
 }
 
 #[test]
-fn a_bad_place_is_named() {
+fn errors_of_varying_material_name_the_quantity_and_the_place() {
     let build = |factor: f64| {
         let law = Graded {
             law: YOUNG,
@@ -198,7 +207,7 @@ fn a_bad_place_is_named() {
         named(build(bad).unwrap_err(), "stiffness");
         let heavy = GradedWeight(move |tissue: &Tissue| if tissue.initial_apex_distance < 0.02 { bad } else { 1.0 });
         let built = Shoot::builder(YOUNG).length(LENGTH).radius(RADIUS).load(heavy).into_dyn().build();
-        // A density may be zero, or negative: buoyancy.
+        // A density may be zero, or negative for buoyancy.
         if bad.is_finite() {
             assert!(built.is_ok())
         } else {
@@ -211,7 +220,7 @@ fn a_bad_place_is_named() {
 }
 
 #[test]
-fn a_section_that_jumps_at_a_node_survives_growth() {
+fn section_that_jumps_at_a_node_is_kept_through_growth_and_merging() {
     let grown = |merge_tolerance: f64, thin: f64| {
         let nodes: Vec<f64> = (0..=10).map(|i| 0.005 * f64::from(i)).collect();
         let mut shoot = Shoot::builder(YOUNG)
@@ -231,17 +240,17 @@ fn a_section_that_jumps_at_a_node_survives_growth() {
     for thin in [5e-4, 2e-4] {
         let (merged, all) = (grown(1e-4, thin), grown(0.0, thin));
         assert!(merged.rod().elements() < all.rod().elements() / 2);
-        assert!((merged.tip() - all.tip()).norm() < 1e-6 * 0.1, "{} {}", merged.tip(), all.tip());
-        assert!((merged.rod().volume() / all.rod().volume() - 1.0).abs() < 1e-9);
+        assert_abs_diff_eq!(merged.tip(), all.tip(), epsilon = 1e-6 * 0.1);
+        assert_relative_eq!(merged.rod().volume(), all.rod().volume(), epsilon = 0.0, max_relative = 1e-9);
         let least = merged.rod().points().iter().map(|point| point.section.radius()).fold(1.0, f64::min);
-        assert!((least / thin - 1.0).abs() < 1e-12, "{least}");
+        assert_relative_eq!(least, thin, epsilon = 0.0, max_relative = 1e-12);
         let kept = merged.state().clone();
         merged.clone().restore(&kept).unwrap();
     }
 }
 
 #[test]
-fn a_section_that_jumps_within_an_element_is_refused() {
+fn section_that_jumps_within_an_element_is_refused() {
     let jump = |s: f64| if s < 0.042 { 1e-3 } else { 1e-4 };
     let error = Shoot::builder(YOUNG).length(0.05).taper(jump).into_dyn().build().unwrap_err();
     assert!(error.to_string().contains("put nodes where it jumps") && error.place.is_some(), "{error}");
@@ -250,28 +259,20 @@ fn a_section_that_jumps_within_an_element_is_refused() {
 }
 
 #[test]
-fn a_weight_by_its_density_acts_in_company_too() {
-    let tip = |load: &dyn Fn(&mut morphorod::rod::Rod)| {
-        let base = morphorod::Still::tilted(1.0).base;
-        let mut rod = morphorod::rod::Rod::uniform(0.06, 5e-4, base, 8, morphorod::Order::Eight).unwrap();
-        load(&mut rod);
+fn graded_weight_acts_alike_alone_in_a_tuple_and_in_an_option() {
+    let scene = Still::tilted(1.0);
+    let tip = |load: &dyn Load| {
+        let mut rod = Rod::uniform(0.06, RADIUS, scene.base, 8, Order::Eight).unwrap();
+        let mut solver = NewtonSolver::with_tolerance(1e-13);
+        let law: &dyn Constitutive = &YOUNG;
+        let _ = solver.solve(&mut rod, &law, &load, &scene.environment(0.0)).unwrap();
         rod.tip()
     };
-    let solve = |rod: &mut morphorod::rod::Rod, load: &dyn morphorod::load::Load| {
-        use morphorod::Scene;
-        use morphorod::equilibrium::EquilibriumSolver;
-        let tissue = morphorod::constitutive::LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
-        let environment = morphorod::Still::tilted(1.0).environment(0.0);
-        let mut solver = morphorod::equilibrium::NewtonSolver::with_tolerance(1e-13);
-        let _ = solver.solve(rod, &tissue, &load, &environment).unwrap();
-    };
-    let graded = || morphorod::load::GradedWeight(|_: &morphorod::constitutive::Tissue| 1000.0);
-    let whole = tip(&|rod| solve(rod, &morphorod::load::Weight { density: 1000.0 }));
-    let alone = tip(&|rod| solve(rod, &graded()));
-    let beside = tip(&|rod| solve(rod, &(graded(), None::<morphorod::load::Weight>)));
-    let perhaps = tip(&|rod| solve(rod, &Some(graded())));
-    for found in [alone, beside, perhaps] {
-        // Sums of the same numbers, and the tolerance of two equilibria.
-        assert!((found - whole).norm() < 1e-12 * 0.06 + 1e-13, "{found:?} {whole:?}");
+    let graded = || GradedWeight(|_: &Tissue| 1000.0);
+    let uniform = tip(&Weight { density: 1000.0 });
+    let (alone, in_tuple, in_option) = (tip(&graded()), tip(&(graded(), None::<Weight>)), tip(&Some(graded())));
+    for found in [alone, in_tuple, in_option] {
+        // The sums have the same terms. The tolerance of two equilibria is added.
+        assert_abs_diff_eq!(found, uniform, epsilon = 1e-12 * 0.06 + 1e-13);
     }
 }
