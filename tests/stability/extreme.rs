@@ -4,7 +4,7 @@
 //! `MORPHOROD_CASES=1000 cargo test --workspace --test all stability::extreme` analyses more random shoots.
 
 use crate::fixtures::upright;
-use approx::{assert_abs_diff_eq, relative_eq};
+use approx::relative_eq;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
