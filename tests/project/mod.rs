@@ -1,4 +1,5 @@
-//! The project itself: its layers and its list of tests.
+//! The project itself: its layers, its manifest and the program `sweep`.
 
 mod layers;
 mod manifest;
+mod sweep;
