@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn span_ends_exactly_at_its_last_value() {
-        // 0.1 and 0.7 have no exact binary representation, so that a sum of steps would miss the end.
+        // 0.1 and 0.7 have no exact binary representation: a sum of steps would miss the end.
         let span = Span { from: 0.1, to: 0.7, count: 7 };
         assert_eq!((span.at(0), span.at(6), span.values().len()), (0.1, 0.7, 7));
     }

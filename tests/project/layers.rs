@@ -1,4 +1,5 @@
-//! The layers of `ARCHITECTURE.md`: a module imports only from lower layers, and imports within a folder have no cycles.
+//! The layers of `ARCHITECTURE.md`: a module imports only from lower layers, and imports within a
+//! folder have no cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -37,7 +38,8 @@ fn sources() -> Vec<(PathBuf, String)> {
     found
 }
 
-/// Identifiers that follow `prefix`. For a list in braces the result contains the first identifier of each item.
+/// Identifiers that follow `prefix`. For a list in braces the result contains the first identifier
+/// of each item.
 fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
     let name = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut found = BTreeSet::new();
@@ -129,7 +131,8 @@ fn imports_between_folders_of_a_module_have_no_cycles() {
     for (path, code) in sources() {
         let inside: Vec<_> = path.strip_prefix(&root).unwrap().iter().collect();
         let ([own, ..], true) = (&inside[..], inside.len() > 1) else { continue };
-        // The file or folder names its siblings by the path from the crate or from the parent module.
+        // The file or folder names its siblings by the path from the crate or from the parent
+        // module.
         let room = root.join(own).join(inside[1]);
         let mut named = names_after(&code, &format!("crate::{}::", own.to_str().unwrap()));
         match inside.len() {
@@ -152,7 +155,8 @@ fn imports_between_folders_of_a_module_have_no_cycles() {
     assert!(imports.is_empty(), "cyclic imports among {imports:?}");
 }
 
-/// Repeatedly removes entries that import no remaining entry. The entries that remain are cycles and entries that import them.
+/// Repeatedly removes entries that import no remaining entry. The entries that remain are cycles
+/// and entries that import them.
 fn remove_acyclic(imports: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) {
     loop {
         let free: Vec<PathBuf> = imports.iter().filter(|(_, to)| to.is_empty()).map(|(path, _)| path.clone()).collect();

@@ -1,4 +1,5 @@
-//! The program `sweep` on the command line: interrupted and resumed sweeps, sweeps in parts, invalid files and options.
+//! The program `sweep` on the command line: interrupted and resumed sweeps, sweeps in parts,
+//! invalid files and options.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -84,8 +85,8 @@ fn killed_sweep_resumes_to_the_results_of_an_uninterrupted_sweep() {
     let expected = results(&whole);
 
     let killed = folder("killed");
-    // Random delays by a linear congruential generator (Knuth, The Art of Computer Programming 2, 3.3.4). The clock is the seed, so
-    // that they differ in every run.
+    // Random delays by a linear congruential generator (Knuth, The Art of Computer Programming 2,
+    // 3.3.4). The clock is the seed, so that they differ in every run.
     let mut seed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().subsec_nanos() as u64;
     let mut kills = Vec::new();
     while rows(&killed) < 8 && kills.len() < 30 {

@@ -1,5 +1,5 @@
-//! Cases in which a stability analysis could silently give a wrong answer: laws with unstable variables, laws that depend on
-//! time, coarse meshes, and roots that are hard to find.
+//! Cases in which a stability analysis could silently give a wrong answer: laws with unstable
+//! variables, laws that depend on time, coarse meshes, and roots that are hard to find.
 
 use std::f64::consts::PI;
 use std::sync::{Arc, Mutex};
@@ -21,7 +21,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
-/// Linearisation about the upright shape of a shoot with the given laws, growth time (h), length (m) and number of elements.
+/// Linearisation about the upright shape of a shoot with the given laws, growth time (h), length
+/// (m) and number of elements.
 fn analyse(
     laws: impl TropismLaw + Send + Sync + 'static,
     load: impl Load + Send + Sync + 'static,
@@ -47,7 +48,8 @@ const WEIGHT: Weight = Weight { density: 1000.0 };
 const BENDING: Remembered<Proprioception> =
     Remembered { response: Proprioception { sensitivity: 20.0 }, memory: MEMORY };
 
-/// A law in one plane that perceives either the strain or the tilt, through two variables with linear dynamics.
+/// A law in one plane that perceives either the strain or the tilt, through two variables with
+/// linear dynamics.
 struct Own {
     /// Whether the law perceives the strain. Otherwise it perceives the tilt of the frame.
     strain: bool,
@@ -83,7 +85,8 @@ impl TropismLaw for Own {
 
 #[test]
 fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
-    // ẏ = μ y + x/τ with μ > 0. For any feedback g > 0 both roots of λ² − μ λ + g have a positive real part.
+    // ẏ = μ y + x/τ with μ > 0. For any feedback g > 0 both roots of λ² − μ λ + g have a positive
+    // real part.
     let law = |rate: f64| Own {
         strain: true,
         sensitivity: 1.0,
@@ -96,7 +99,8 @@ fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
         let answer = analyse(law(rate), (), Still::upright(), 20.0, 0.05, 3).unwrap().unstable().unwrap();
         assert!(matches!(answer, Unstable::Infinite { abscissa } if abscissa > 0.0), "{answer:?}");
     }
-    // For a resonator, y'' = w² (x − y) − c y', with unit gain the feedback loop is stable if c > 1/τg (Routh).
+    // For a resonator, y'' = w² (x − y) − c y', with unit gain the feedback loop is stable if c >
+    // 1/τg (Routh).
     let resonator = |damping: f64| Own {
         strain: true,
         sensitivity: 1.0,
@@ -138,7 +142,8 @@ fn roots_of_two_planes_with_different_laws_are_counted_separately_beside_a_slow_
 
 #[test]
 fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_and_without_memory() {
-    // The reference is the rightmost root of 1 + b = 0, by Newton's method from 400 initial guesses.
+    // The reference is the rightmost root of 1 + b = 0, by Newton's method from 400 initial
+    // guesses.
     for (time, delay, hours) in [(100.0, 900.0, 40.0), (300.0, 900.0, 40.0), (720.0, 720.0, 20.0)] {
         let memory = Memory { time, delay };
         let laws = Proprioception { sensitivity: 20.0 }.remembered(memory);
@@ -181,7 +186,8 @@ fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_a
 
 #[test]
 fn onset_of_a_real_root_is_found_at_zero_frequency() {
-    /// Bends every point in the direction in which the apex is tilted: u̇* = k REGR M[tilt of the apex].
+    /// Bends every point in the direction in which the apex is tilted: u̇* = k REGR M[tilt of the
+    /// apex].
     struct Topple(f64);
     impl TropismLaw for Topple {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
@@ -204,7 +210,8 @@ fn onset_of_a_real_root_is_found_at_zero_frequency() {
     // At λ = 0 the strain is uniform, and η θ' = k θ(ℓ) = k ℓ θ'.
     let expected = 20.0 / length;
     for found in [onset(family, 100.0, 900.0).unwrap(), crossings(family, 100.0, 900.0).unwrap()[0]] {
-        // The search places the root on the axis to 1e-11 of 1/(720 s). The root moves by 1e-7/s if k changes by one.
+        // The search places the root on the axis to 1e-11 of 1/(720 s). The root moves by 1e-7/s if
+        // k changes by one.
         assert_relative_eq!(found.parameter, expected, epsilon = 0.0, max_relative = 1e-8);
         assert_eq!(found.frequency, 0.0, "{found:?}");
     }
@@ -240,8 +247,8 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }
 
-/// Growth with a daily rhythm. It does not move a straight upright shoot, but its response differs from the response at the mean
-/// growth rate.
+/// Growth with a daily rhythm. It does not move a straight upright shoot, but its response differs
+/// from the response at the mean growth rate.
 #[test]
 fn growth_rate_that_depends_on_time_is_refused_as_forced() {
     #[derive(Debug, Clone)]
@@ -301,8 +308,8 @@ fn small_closed_stability_boundary_is_followed_all_around() {
 
 #[test]
 fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
-    // β, η, τm and τr of both laws, τg (h), length (m). Finer meshes find dozens of unstable roots, or report that they are too
-    // coarse.
+    // β, η, τm and τr of both laws, τg (h), length (m). Finer meshes find dozens of unstable roots,
+    // or report that they are too coarse.
     let cases = [
         (2.280_986, 1.754_145_65, [951.073, 1974.152], 11_348.48 / HOUR, 0.042_481_8),
         (2.0, 5.0, [720.0, 1440.0], 2.0, 0.07),
@@ -342,8 +349,8 @@ fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
         Linearisation::about(&shoot)
     };
     let [coarse, fine] = [4, 6].map(|elements| linear(0.068, elements).unwrap().rightmost().unwrap().value);
-    // The order is eight, which leaves an error of 1e-6 on four elements. `approx` cannot compare complex numbers without its
-    // feature `num-complex`.
+    // The order is eight, which leaves an error of 1e-6 on four elements. `approx` cannot compare
+    // complex numbers without its feature `num-complex`.
     assert!((coarse - fine).norm() < 1e-6 * fine.norm(), "{coarse} and {fine}");
     let found = crossings(|length| linear(length, 4), 0.060, 0.068).unwrap();
     assert!(!found.is_empty());
@@ -391,7 +398,8 @@ fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
         *delay.lock().unwrap() = 720.0;
         let mut built_before = shoot().unwrap();
         let _ = StationarySolver::default().solve(&mut built_before).unwrap();
-        // The delay becomes invalid after the shoot was built. No shoot can be built with an invalid delay.
+        // The delay becomes invalid after the shoot was built. No shoot can be built with an
+        // invalid delay.
         *delay.lock().unwrap() = invalid;
         assert!(matches!(Linearisation::about(&built_before), Err(StabilityError::Parameter(_))), "{invalid}");
         assert!(shoot().is_err(), "{invalid}");

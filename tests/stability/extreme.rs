@@ -1,7 +1,9 @@
-//! Stability analysis with extreme parameters: delays much longer than memories, material points that all differ, and search
-//! ranges with many roots at one end. The results agree with other methods, and no analysis exceeds the bound on the work.
+//! Stability analysis with extreme parameters: delays much longer than memories, material points
+//! that all differ, and search ranges with many roots at one end. The results agree with other
+//! methods, and no analysis exceeds the bound on the work.
 //!
-//! `MORPHOROD_CASES=1000 cargo test --workspace --test all stability::extreme` analyses more random shoots.
+//! `MORPHOROD_CASES=1000 cargo test --workspace --test all stability::extreme` analyses more random
+//! shoots.
 
 use crate::fixtures::upright;
 use approx::relative_eq;
@@ -18,7 +20,8 @@ use proptest::prelude::*;
 use crate::fixtures::random::number;
 use crate::fixtures::upright::continuous::Upright;
 
-/// Parameters of a shoot on a tilted base, with statoliths, and with proprioception of the same memory.
+/// Parameters of a shoot on a tilted base, with statoliths, and with proprioception of the same
+/// memory.
 #[derive(Debug, Clone, Copy)]
 struct Leaning {
     memory: Memory,
@@ -81,7 +84,8 @@ impl Leaning {
         Ok(shoot)
     }
 
-    /// The rightmost root of τg λ (1 + τm λ) + η exp(−λτr) = 0, by Newton's method from 6000 initial guesses.
+    /// The rightmost root of τg λ (1 + τm λ) + η exp(−λτr) = 0, by Newton's method from 6000
+    /// initial guesses.
     fn essential(&self) -> Complex<f64> {
         let Memory { time, delay } = self.memory;
         let unit = time.max(delay).recip();
@@ -110,8 +114,9 @@ fn essential_spectrum_is_exact_for_delays_much_longer_than_memories() {
         let linear = Linearisation::about(&leaning.shoot().unwrap()).unwrap();
         let found = linear.essential_spectrum().unwrap()[0];
         let expected = leaning.essential();
-        // The local problem contains proprioception only, not the statoliths of the tilted shoot. The finite differences of the
-        // laws have a relative error of 1e-9. `approx` cannot compare complex numbers without its feature `num-complex`.
+        // The local problem contains proprioception only, not the statoliths of the tilted shoot.
+        // The finite differences of the laws have a relative error of 1e-9. `approx` cannot compare
+        // complex numbers without its feature `num-complex`.
         assert!((found - expected).norm() < 1e-7 * expected.norm(), "{delay} s: {found} against {expected}");
         assert_eq!(matches!(linear.unstable(), Ok(Unstable::Infinite { .. })), expected.re > 0.0, "{delay} s");
     }
@@ -119,14 +124,15 @@ fn essential_spectrum_is_exact_for_delays_much_longer_than_memories() {
 
 #[test]
 fn essential_spectrum_is_found_at_every_point_of_a_nonuniform_growth_zone() {
-    // With a linear profile REGR is 2 (1 − σ/ℓg)/τg at a distance σ from the apex. The local problem is that of uniform growth
-    // at this rate. Its root at the fastest point of the mesh, which is next to the apex, is the rightmost or the leftmost.
+    // With a linear profile REGR is 2 (1 − σ/ℓg)/τg at a distance σ from the apex. The local
+    // problem is that of uniform growth at this rate. Its root at the fastest point of the mesh,
+    // which is next to the apex, is the rightmost or the leftmost.
     let leaning = Leaning { elements: 5, tilt: 0.0, ..LONG };
     let profile = LinearProfile { zone_length: 0.1, time: leaning.growth_time };
     let shoot = leaning.with(profile, SettledStatoliths).unwrap();
     let found = Linearisation::about(&shoot).unwrap().essential_spectrum().unwrap();
-    // Distance of the last Gauss point of order eight from the apex, as a fraction of the element: (1 − x)/2 for the largest
-    // Legendre node x.
+    // Distance of the last Gauss point of order eight from the apex, as a fraction of the element:
+    // (1 − x)/2 for the largest Legendre node x.
     let nearest = 0.069_431_844_202_973_71 * leaning.length / 5.0;
     let growth_time = leaning.growth_time / (2.0 * (1.0 - nearest / 0.1));
     let expected = Leaning { growth_time, ..leaning }.essential();
@@ -168,14 +174,16 @@ fn roots_left_of_zero_are_refused_without_proprioception() {
         .build()
         .unwrap();
     let linear = Linearisation::about(&shoot).unwrap();
-    // The continuous problem has infinitely many roots to the right of any such line. Roots of a mesh there are artefacts.
+    // The continuous problem has infinitely many roots to the right of any such line. Roots of a
+    // mesh there are artefacts.
     assert!(matches!(linear.roots(-1e-4), Err(StabilityError::Parameter(_))));
     assert_eq!(linear.rightmost().unwrap_err(), StabilityError::NoIsolatedRoot);
     assert!(linear.roots(1e-8).unwrap().is_empty());
 }
 
-/// Factor by which a small disturbance grows between two times, by time integration: the ratio of the largest displacements of
-/// the tip in two windows, each of which is twice the slowest time scale long.
+/// Factor by which a small disturbance grows between two times, by time integration: the ratio of
+/// the largest displacements of the tip in two windows, each of which is twice the slowest time
+/// scale long.
 fn growth_in_time(leaning: &Leaning) -> f64 {
     let mut shoot = leaning.shoot().unwrap();
     let rest = shoot.tip();
@@ -197,9 +205,10 @@ fn growth_in_time(leaning: &Leaning) -> f64 {
     largest(&mut shoot, 12.0 * slowest) / first
 }
 
-/// Number of random shoots. A dozen takes less than two seconds. Proptest draws other parameters in every run, and the ranges
-/// are the same for any number: a defect that affects one shoot in six fails a run of twelve with a probability of 0.9, and a
-/// rarer one fails after a few runs. The extremes that are known have tests of their own above.
+/// Number of random shoots. A dozen takes less than two seconds. Proptest draws other parameters in
+/// every run, and the ranges are the same for any number: a defect that affects one shoot in six
+/// fails a run of twelve with a probability of 0.9, and a rarer one fails after a few runs. The
+/// extremes that are known have tests of their own above.
 fn cases() -> u32 {
     number("MORPHOROD_CASES", 12) as u32
 }
@@ -239,7 +248,8 @@ proptest! {
         let linear = Linearisation::about(&shoot).unwrap();
         let essential = linear.essential_spectrum().unwrap().first().copied();
         let expected = leaning.essential();
-        // Two roots that nearly coincide on the real axis move by the square root of the relative error 1e-9 of the differences.
+        // Two roots that nearly coincide on the real axis move by the square root of the relative
+        // error 1e-9 of the differences.
         let near = 1e-4 * expected.norm();
         let left = -0.9 / time.max(leaning.avalanche_time);
         let found = essential.is_some_and(|essential| (essential - expected).norm() < near);
@@ -259,8 +269,8 @@ proptest! {
 
 #[test]
 fn unstable_roots_are_counted_exactly_when_disturbances_grow_in_time() {
-    // Delays from a tenth to a hundred times the memory time. The first three shoots are stable; in the last one waves of any
-    // length grow.
+    // Delays from a tenth to a hundred times the memory time. The first three shoots are stable; in
+    // the last one waves of any length grow.
     let with = |time: f64, delay: f64| Leaning { memory: Memory { time, delay }, ..LONG };
     for (leaning, unstable) in [
         (with(2540.0, 254.0), false),

@@ -1,4 +1,5 @@
-//! Laws of a user in the linear problem, with and without analytical derivatives, and stability boundaries in two parameters.
+//! Laws of a user in the linear problem, with and without analytical derivatives, and stability
+//! boundaries in two parameters.
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -13,8 +14,8 @@ use nalgebra::Vector3;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
-/// Gravitropism that saturates. Its variables are two concentrations c of the order of `scale` C, and
-/// u̇* = REGR (β/r) tanh(c/C).
+/// Gravitropism that saturates. Its variables are two concentrations c of the order of `scale` C,
+/// and u̇* = REGR (β/r) tanh(c/C).
 #[derive(Clone, Copy)]
 struct Saturating {
     sensitivity: f64,
@@ -86,12 +87,13 @@ fn analytical_derivatives_of_a_law_give_the_onset_also_for_tiny_variables() {
         let law = Saturating { sensitivity: 0.8, scale, memory: MEMORY, own };
         onset(|length| problem(law, length), 0.055, 0.075).map(|found| found.parameter)
     };
-    // In the upright shape tanh is linear. Differences with a step of 1e-4 of the scale have a relative error of 1e-8/3, which
-    // changes the length by less.
+    // In the upright shape tanh is linear. Differences with a step of 1e-4 of the scale have a
+    // relative error of 1e-8/3, which changes the length by less.
     assert_relative_eq!(at(1.0, false).unwrap(), expected, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(at(1.0, true).unwrap(), expected, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(at(1e-9, true).unwrap(), expected, epsilon = 0.0, max_relative = 1e-8);
-    // With the tiny scale a step of 1e-4 is far in the saturation, and hardly any gravitropism is left.
+    // With the tiny scale a step of 1e-4 is far in the saturation, and hardly any gravitropism is
+    // left.
     let wrong = at(1e-9, false);
     let accidental = wrong.as_ref().is_ok_and(|length| abs_diff_eq!(*length, expected, epsilon = 1e-2 * expected));
     assert!(!accidental, "{wrong:?}");
@@ -133,8 +135,9 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
     };
     let curve = follow(0.01);
     for point in &curve {
-        // The period follows from x tan x = 1 and is the same everywhere. A point lies within 1e-9 of the rectangle's sides of
-        // the curve, which changes the frequency by the same fraction. The differences in the matrix have an error of 1e-9.
+        // The period follows from x tan x = 1 and is the same everywhere. A point lies within 1e-9
+        // of the rectangle's sides of the curve, which changes the frequency by the same fraction.
+        // The differences in the matrix have an error of 1e-9.
         let period = std::f64::consts::TAU / point.frequency / MINUTE;
         let agrees = relative_eq!(period, 87.638_358_711_642_3, epsilon = 0.0, max_relative = 1e-8);
         assert!(agrees, "{point:?}: {period} min");
@@ -143,7 +146,8 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
     assert_abs_diff_eq!(curve[0].parameters[0], 20.0, epsilon = 0.1);
     let last = curve[curve.len() - 1].parameters;
     assert_eq!(last[0], high[0]);
-    // At the last point a search in the length alone finds the same onset. The growth time of 40 h lies between two points.
+    // At the last point a search in the length alone finds the same onset. The growth time of 40 h
+    // lies between two points.
     let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameter;
     assert_relative_eq!(last[1], found, epsilon = 0.0, max_relative = 1e-8);
     let around = curve.windows(2).find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0).unwrap();
@@ -155,8 +159,8 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
 
 #[test]
 fn stability_boundary_is_followed_around_a_fold() {
-    // At this length the growth time at onset is 20 h. With τg = 15 h (1 + (q − 1)² + 0.1 p) the boundary in (p, q) is a
-    // parabola with a fold at q = 1.
+    // At this length the growth time at onset is 20 h. With τg = 15 h (1 + (q − 1)² + 0.1 p) the
+    // boundary in (p, q) is a parabola with a fold at q = 1.
     let family = |p: f64, q: f64| {
         let hours = 15.0 * (1.0 + (q - 1.0).powi(2) + 0.1 * p);
         linear_problem(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
@@ -171,8 +175,8 @@ fn stability_boundary_is_followed_around_a_fold() {
     let curve = boundary(family, &settings).unwrap();
     for point in &curve {
         let [p, q] = point.parameters;
-        // The relative error of the length is 1e-9 on three elements. The slope of the growth time against the length multiplies
-        // it by 10, and p by another 10.
+        // The relative error of the length is 1e-9 on three elements. The slope of the growth time
+        // against the length multiplies it by 10, and p by another 10.
         let expected = 10.0 * (1.0 / 3.0 - (q - 1.0).powi(2));
         assert!(abs_diff_eq!(p, expected, epsilon = 1e-5), "{point:?}: {expected}");
     }
@@ -215,7 +219,8 @@ fn boundary_points_are_accurate_with_long_continuation_steps() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
-    // Long steps need several corrections each. The corrector stops when it expects the next correction to be small.
+    // Long steps need several corrections each. The corrector stops when it expects the next
+    // correction to be small.
     for step in [0.03, 0.1] {
         let settings = BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 };
         let curve = boundary(family, &settings).unwrap();
@@ -223,8 +228,9 @@ fn boundary_points_are_accurate_with_long_continuation_steps() {
             let [hours, length] = point.parameters;
             // The reference is another method on the same mesh, with an error of 1e-11.
             let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameter;
-            // The bound is 1e-9 of the sides normal to the curve. From 20 h on the scaled slope of the curve is less than one,
-            // so that the error along the length is at most √2 times as large.
+            // The bound is 1e-9 of the sides normal to the curve. From 20 h on the scaled slope of
+            // the curve is less than one, so that the error along the length is at most √2 times as
+            // large.
             let off = (length - found).abs() / (high[1] - low[1]);
             assert!(off < 1.5e-9, "{step}, {point:?}: {off:e}");
         }

@@ -1,5 +1,6 @@
-//! Onset of oscillations of the upright shoot, compared with the linear theory of Agostinelli, DeSimone and Noselli (2021),
-//! section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, solved to ten digits by other codes.
+//! Onset of oscillations of the upright shoot, compared with the linear theory of Agostinelli,
+//! DeSimone and Noselli (2021), section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, solved to
+//! ten digits by other codes.
 
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
@@ -12,12 +13,14 @@ use nalgebra::Complex;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
-/// Period at onset (s) for equal memories, τm = τr = 12 min. With x = ωτr it satisfies x tan x = 1 for any length and growth time.
+/// Period at onset (s) for equal memories, τm = τr = 12 min. With x = ωτr it satisfies x tan x = 1
+/// for any length and growth time.
 const PERIOD: f64 = 87.638_358_711_642_3 * MINUTE;
 
 #[test]
 fn length_and_period_at_onset_agree_with_linear_theory() {
-    // τg (h), η, length at onset (m) and search range. The paper prints the lengths 6.56 and 7.24 cm.
+    // τg (h), η, length at onset (m) and search range. The paper prints the lengths 6.56 and 7.24
+    // cm.
     let cases = [
         (20.0, 20.0, 0.065_614_866_491, [0.060, 0.070]),
         (40.0, 20.0, 0.072_407_759_341, [0.066, 0.077]),
@@ -26,7 +29,8 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
     ];
     for (hours, eta, length, [from, to]) in cases {
         let found = onset(|l| linear_problem(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4), from, to).unwrap();
-        // Seven digits are promised. Four elements of order eight and differences with an error of 1e-9 leave 1e-9.
+        // Seven digits are promised. Four elements of order eight and differences with an error of
+        // 1e-9 leave 1e-9.
         for (value, expected) in [(found.parameter, length), (found.period(), PERIOD)] {
             let agrees = relative_eq!(value, expected, epsilon = 0.0, max_relative = 1e-8);
             assert!(agrees, "{hours} h, η = {eta}: {value} against {expected}, {found:?}");
@@ -50,7 +54,8 @@ fn length_at_onset_converges_at_least_at_order_eight() {
         let family = |l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, elements);
         (onset(family, 0.06, 0.07).unwrap().parameter / 0.065_614_866_491 - 1.0).abs()
     };
-    // On these coarse meshes the errors (1e-5 to 1e-9) are far above the error 1e-10 of the differences in the matrix.
+    // On these coarse meshes the errors (1e-5 to 1e-9) are far above the error 1e-10 of the
+    // differences in the matrix.
     let (one, three) = (error(1), error(3));
     let order = (one / three).ln() / 3.0_f64.ln();
     assert!(order > 7.5, "observed order {order}: errors {one:e} and {three:e}");
@@ -85,7 +90,8 @@ fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisatio
 
 #[test]
 fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
-    // With τr = 0 the equation 1 + b = 0 is τg λ (1 + λ τm) + η = 0, which is stable at any growth time.
+    // With τr = 0 the equation 1 + b = 0 is τg λ (1 + λ τm) + η = 0, which is stable at any growth
+    // time.
     let (eta, time) = (20.0, 720.0);
     for hours in [0.5, 3.0, 20.0] {
         let growth_time: f64 = hours * HOUR;
@@ -93,7 +99,8 @@ fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
         let root = linear.essential_spectrum().unwrap()[0];
         let expected =
             0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
-        // The analytical derivatives of the law are exact. Newton's method leaves 1e-13 of a root of 1e-3/s.
+        // The analytical derivatives of the law are exact. Newton's method leaves 1e-13 of a root
+        // of 1e-3/s.
         assert!(abs_diff_eq!(root.re, expected.re, epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert!(abs_diff_eq!(root.im, expected.im.abs(), epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert_eq!(linear.unstable().unwrap(), Unstable::Finite(0));
@@ -105,7 +112,8 @@ fn onset_of_negative_proprioception_is_at_zero_frequency() {
     // With η < 0 a bend increases itself, and the shoot is unstable without oscillations.
     let family = |eta: f64| weightless(eta, 20.0 * HOUR, MEMORY);
     let found = onset(family, 5.0, -5.0).unwrap();
-    // Near zero λ ≈ −η/τg. The search places it on the axis to 1e-11 of the slowest rate, 1/(720 s), so that |η| < 1e-9.
+    // Near zero λ ≈ −η/τg. The search places it on the axis to 1e-11 of the slowest rate, 1/(720
+    // s), so that |η| < 1e-9.
     assert!(found.essential);
     assert_abs_diff_eq!(found.parameter, 0.0, epsilon = 1e-8);
     assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
@@ -113,9 +121,10 @@ fn onset_of_negative_proprioception_is_at_zero_frequency() {
 
 #[test]
 fn rigid_shoot_with_gravitropism_alone_is_stable() {
-    // The shoot is stable in the limit of infinite stiffness. For growth times from three hours on, tissue a million times
-    // stiffer than real tissue is rigid enough. Faster growth amplifies waves by exp(2 β ℓ τm/(r τg)) along the shoot, and the
-    // remaining elasticity becomes noticeable.
+    // The shoot is stable in the limit of infinite stiffness. For growth times from three hours on,
+    // tissue a million times stiffer than real tissue is rigid enough. Faster growth amplifies
+    // waves by exp(2 β ℓ τm/(r τg)) along the shoot, and the remaining elasticity becomes
+    // noticeable.
     for hours in [3.0, 5.0, 10.0, 20.0, 40.0, 100.0, 1000.0] {
         for elements in [2, 3, 4, 8] {
             let mut stiff = YOUNG;

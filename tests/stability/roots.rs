@@ -1,5 +1,5 @@
-//! Characteristic roots compared with time integration, and their number compared with the number of roots of the continuous
-//! problem in the unstable half plane.
+//! Characteristic roots compared with time integration, and their number compared with the number
+//! of roots of the continuous problem in the unstable half plane.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -32,8 +32,9 @@ fn shoot(length: f64, lean: f64, elements: usize, laws: impl TropismLaw + Send +
         .unwrap()
 }
 
-/// The root λ measured by time integration, and the nearest root of the linear problem. The stationary shoot is slightly
-/// disturbed, and x(k + 1) = a x(k) + b x(k − 1) is fitted to the displacement of the tip after a waiting time.
+/// The root λ measured by time integration, and the nearest root of the linear problem. The
+/// stationary shoot is slightly disturbed, and x(k + 1) = a x(k) + b x(k − 1) is fitted to the
+/// displacement of the tip after a waiting time.
 fn root_in_time(
     length: f64,
     lean: f64,
@@ -44,8 +45,8 @@ fn root_in_time(
     let _ = StationarySolver::default().solve(&mut shoot).unwrap();
     let roots = Linearisation::about(&shoot).unwrap().roots(-2e-4).unwrap();
     let rest = shoot.tip();
-    // The disturbance lies in the plane of the tilt. It is small: cubic terms are 1e-8 of it even after a growth by a factor
-    // of 100.
+    // The disturbance lies in the plane of the tilt. It is small: cubic terms are 1e-8 of it even
+    // after a growth by a factor of 100.
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
     let mut run = MethodOfSteps::new(60.0);
     run.solver.tolerance = 1e-13;
@@ -70,7 +71,8 @@ fn root_in_time(
     let z = (Complex::from(fit[0]) + Complex::from(fit[0] * fit[0] + 4.0 * fit[1]).sqrt()) / 2.0;
     let found = z.ln() / every;
     let found = Complex::new(found.re, found.im.abs());
-    // On a tilted base oscillations in the plane of the tilt and across it belong to different roots.
+    // On a tilted base oscillations in the plane of the tilt and across it belong to different
+    // roots.
     let nearest = roots.iter().map(|root| root.value).min_by(|a, b| (a - found).norm().total_cmp(&(b - found).norm()));
     (found, nearest.expect("roots right of the line"))
 }
@@ -90,13 +92,15 @@ fn growth_rate_and_frequency_of_small_disturbances_are_those_of_a_root() {
         ("unequal kernels and statoliths", root_in_time(0.063, 0.0, unequal, 12.0 * HOUR)),
     ];
     for (name, (found, expected)) in cases {
-        // The contribution of other roots has decayed to 1e-4. The error of time steps of 60 s is 1e-5.
+        // The contribution of other roots has decayed to 1e-4. The error of time steps of 60 s is
+        // 1e-5.
         let error = (found - expected).norm() / expected.norm();
         assert!(error < 1e-3, "{name}: {found} in time, {expected} from the linear problem");
     }
 }
 
-/// Gravitropism whose bending direction is rotated about d3 by an angle (rad), which distinguishes the two senses of rotation.
+/// Gravitropism whose bending direction is rotated about d3 by an angle (rad), which distinguishes
+/// the two senses of rotation.
 #[derive(Clone, Copy)]
 struct Screwed(f64);
 
@@ -120,7 +124,8 @@ fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
         let root = Linearisation::about(&shoot).unwrap().rightmost().unwrap();
         let Polarisation::Turning(sense) = root.polarisation else { panic!("{:?}", root.polarisation) };
         assert!(root.growth_rate() > 0.0 && root.multiplicity == 1);
-        // Long after a disturbance to one side only the growing mode remains. The tip rotates with its sense and its period.
+        // Long after a disturbance to one side only the growing mode remains. The tip rotates with
+        // its sense and its period.
         shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
         let mut integrator = MethodOfSteps::new(120.0);
         let _ = integrator.start(&mut shoot, &SteadyHistory).unwrap();
@@ -128,7 +133,8 @@ fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
         let (before, start) = (shoot.tip(), shoot.time());
         let _ = integrator.advance(&mut shoot, start + 0.125 * root.period()).unwrap();
         let turned = before.cross(&shoot.tip()).z / (before.xy().norm() * shoot.tip().xy().norm());
-        // After an eighth of a period the angle is 45°. The mode of the other sense has decayed to one percent.
+        // After an eighth of a period the angle is 45°. The mode of the other sense has decayed to
+        // one percent.
         assert_abs_diff_eq!(turned.abs(), 0.5_f64.sqrt(), epsilon = 0.05);
         let counterclockwise = sense == Handedness::Counterclockwise;
         assert_eq!(turned > 0.0, counterclockwise, "{angle}: {turned} for {sense:?}");
@@ -157,7 +163,8 @@ fn roots_are_double_on_an_upright_base_and_single_on_a_tilted_base() {
 
 #[test]
 fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_stiffness() {
-    // From a horizontal base η θ' = −(β/r) sin θ. With k = β/(ηr) the tip is ((2/k) atan tanh(kℓ/2), ln cosh(kℓ)/k).
+    // From a horizontal base η θ' = −(β/r) sin θ. With k = β/(ηr) the tip is ((2/k) atan
+    // tanh(kℓ/2), ln cosh(kℓ)/k).
     let (k, length): (f64, f64) = (0.8 / (20.0 * 5e-4), 0.05);
     let exact = Vector3::new(2.0 / k * (k * length / 2.0).tanh().atan(), 0.0, (k * length).cosh().ln() / k);
     for scale in [1e-2, 1e-1, 1.0, 10.0, 100.0] {
@@ -185,8 +192,9 @@ fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_sti
     }
 }
 
-/// The continuous problem of the upright shoot, EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, θ(0) = 0. The classical Runge–Kutta
-/// method evaluates its characteristic function (1 + b) θ'(ℓ) + a θ(ℓ) for θ'(0) = 1.
+/// The continuous problem of the upright shoot, EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, θ(0) =
+/// 0. The classical Runge–Kutta method evaluates its characteristic function (1 + b) θ'(ℓ) + a θ(ℓ)
+/// for θ'(0) = 1.
 struct Continuous {
     beta: f64,
     eta: f64,
@@ -244,9 +252,10 @@ impl Continuous {
     /// Change of the argument of the characteristic function between two points.
     fn turn(&self, a: (Complex<f64>, Complex<f64>), b: (Complex<f64>, Complex<f64>), depth: u32) -> f64 {
         let change = (b.1 / a.1).arg();
-        // A side has at least 256 steps. In a step the argument changes by at most 0.2. The phase of the short waves changes by at
-        // most 0.5, since it changes fast next to the essential spectrum. Without proprioception the essential spectrum is at
-        // zero, where the short waves have no amplitude.
+        // A side has at least 256 steps. In a step the argument changes by at most 0.2. The phase
+        // of the short waves changes by at most 0.5, since it changes fast next to the essential
+        // spectrum. Without proprioception the essential spectrum is at zero, where the short waves
+        // have no amplitude.
         let waves = (self.wave(b.0) - self.wave(a.0)).norm() * self.length;
         let short = self.eta == 0.0 || waves < 0.5;
         if depth >= 8 && (change.abs() < 0.2 && short || depth > 40) {
@@ -257,15 +266,15 @@ impl Continuous {
         self.turn(a, middle, depth + 1) + self.turn(middle, b, depth + 1)
     }
 
-    /// Largest rounding error of the counts in the cells of a grid over the unstable half plane, and the number of roots in all
-    /// cells.
+    /// Largest rounding error of the counts in the cells of a grid over the unstable half plane,
+    /// and the number of roots in all cells.
     fn search(&self) -> (f64, usize) {
         let unit = 1.0 / self.memory.delay;
         let mut sum = 0.0;
         let mut largest = 0.0_f64;
         for re in [6e-6, 0.6, 6.0].windows(2) {
-            // A response that is k periods too late oscillates k times in a delay: |Im λ| = 2πk/τr. The real axis is inside the
-            // first cell, so that no root lies on an edge.
+            // A response that is k periods too late oscillates k times in a delay: |Im λ| = 2πk/τr.
+            // The real axis is inside the first cell, so that no root lies on an edge.
             for im in [-6e-3, 1.5, 3.0, 4.5, 6.0, 12.0, 24.0, 48.0, 96.0].windows(2) {
                 let count = self.count(Complex::new(re[0], im[0]) * unit, Complex::new(re[1], im[1]) * unit);
                 largest = largest.max((count - count.round()).abs());
@@ -276,8 +285,8 @@ impl Continuous {
     }
 }
 
-/// Number of unstable roots on the first two meshes that resolve the relevant waves, and the largest real part of the essential
-/// spectrum.
+/// Number of unstable roots on the first two meshes that resolve the relevant waves, and the
+/// largest real part of the essential spectrum.
 fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
     let mut counts = Vec::new();
     let mut essential = f64::NEG_INFINITY;
@@ -325,8 +334,8 @@ proptest! {
         let memory = Memory { time: 60.0 * minutes * ratio, delay: 60.0 * minutes };
         let problem = Continuous { beta, eta, memory, growth_time: hours * HOUR, length };
         let (counts, essential) = unstable(&problem);
-        // The essential spectrum must be to the left of the axis. If it is closer than a fiftieth of the rate of the memory, the
-        // waves are too short for 64 elements.
+        // The essential spectrum must be to the left of the axis. If it is closer than a fiftieth
+        // of the rate of the memory, the waves are too short for 64 elements.
         prop_assume!(essential < -0.02 / memory.time);
         let (rounding, found) = problem.search();
         prop_assert!(rounding < 1e-6);
@@ -338,8 +347,8 @@ proptest! {
 #[test]
 fn unstable_roots_are_counted_next_to_the_essential_spectrum_and_without_proprioception() {
     let greenhill = 0.079_328_85;
-    // Growth time (h), length over Greenhill's length, η, and the number of roots of the continuous problem in the first
-    // quadrant.
+    // Growth time (h), length over Greenhill's length, η, and the number of roots of the continuous
+    // problem in the first quadrant.
     let cases = [
         (4.2, 0.98, 20.0, 8),
         (4.2, 0.2, 20.0, 0),
@@ -359,8 +368,8 @@ fn unstable_roots_are_counted_next_to_the_essential_spectrum_and_without_proprio
 
 #[test]
 fn every_counted_root_is_found_and_coarse_meshes_are_reported() {
-    // Gravitropism alone in a fast growing shoot has short waves. Four elements then have spurious roots to the right of the
-    // axis.
+    // Gravitropism alone in a fast growing shoot has short waves. Four elements then have spurious
+    // roots to the right of the axis.
     let gravity = || Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
     let fast = |length: f64, hours: f64, elements: usize| {
         let shoot = Shoot::builder(YOUNG)

@@ -1,4 +1,5 @@
-//! Transient growth of disturbances, compared with a closed form and with time integration, and refused requests.
+//! Transient growth of disturbances, compared with a closed form and with time integration, and
+//! refused requests.
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::LinearElastic;
@@ -31,7 +32,8 @@ fn upright(stiffness: f64, growth_time: f64, eta: f64, elements: usize) -> Shoot
     shoot
 }
 
-/// Without weight and gravitropism every disturbance satisfies τ ü + u̇ + b u = 0 with u̇(0) = −b u(0) and b = η/τg.
+/// A shoot without weight and gravitropism has a closed form: every disturbance satisfies τ ü + u̇
+/// + b u = 0 with u̇(0) = −b u(0) and b = η/τg.
 #[test]
 fn transient_growth_without_weight_has_a_closed_form() {
     let (tau, eta, growth_time) = (14400.0, 20.0, 20.0 * HOUR);
@@ -52,19 +54,22 @@ fn transient_growth_without_weight_has_a_closed_form() {
     let exact = |t: f64| ((-decay * t).exp() * ((omega * t).cos() + sine * (omega * t).sin())).abs();
     let off = |(t, gain): &(f64, f64)| (gain - exact(*t)).abs();
     let worst = found.history.iter().map(off).fold(0.0, f64::max);
-    // The estimate is the difference between the sum and the sum of half as many terms. Errors decrease as the square of the
-    // number of terms, so that the error is at most a third of the difference. The iteration of the series leaves 1e-6.
+    // The estimate is the difference between the sum and the sum of half as many terms. Errors
+    // decrease as the square of the number of terms, so that the error is at most a third of the
+    // difference. The iteration of the series leaves 1e-6.
     assert!(worst < found.error.max(1e-6) && found.error <= 1e-4, "{worst:e}, estimated {:e}", found.error);
     // The gain is largest where u̇ = 0, after half an oscillation.
     let time = (std::f64::consts::PI - (b / (decay * sine + omega)).atan()) / omega;
     assert_abs_diff_eq!(found.gain, exact(time), epsilon = 1e-4);
     assert!(found.gain > 1.2, "{}", found.gain);
-    // Near its maximum the gain changes with the square of the time. An error of 1e-4 of the gain moves the maximum by this time.
+    // Near its maximum the gain changes with the square of the time. An error of 1e-4 of the gain
+    // moves the maximum by this time.
     let flat = (2e-4_f64).sqrt() / omega;
     assert_abs_diff_eq!(found.time, time, epsilon = flat);
 }
 
-/// Integrates the disturbance with the largest gain in time, and compares the displacement of the tip with the gains.
+/// Integrates the disturbance with the largest gain in time, and compares the displacement of the
+/// tip with the gains.
 fn assert_gain_is_reached_in_time(mut shoot: Shoot<DynLaws>, least: f64, most: f64) {
     let linear = Linearisation::about(&shoot).unwrap();
     assert_eq!(linear.unstable().unwrap(), Unstable::Finite(0));
@@ -92,7 +97,8 @@ fn assert_gain_is_reached_in_time(mut shoot: Shoot<DynLaws>, least: f64, most: f
     }
     let _ = run.advance(&mut shoot, found.time).unwrap();
     let moved = (shoot.tip() - rest).norm() / size;
-    // The tolerance covers the error of the time steps, 2e-4 at this growth rate, and the error of the gain.
+    // The tolerance covers the error of the time steps, 2e-4 at this growth rate, and the error of
+    // the gain.
     assert_relative_eq!(moved, found.gain, epsilon = 0.0, max_relative = 1e-3);
 }
 

@@ -1,7 +1,8 @@
-//! Oscillations found in tip tracks: synthetic tracks with known components, simulated shoots with known orbits, and invalid
-//! tracks.
+//! Oscillations found in tip tracks: synthetic tracks with known components, simulated shoots with
+//! known orbits, and invalid tracks.
 //!
-//! `MORPHOROD_CASES=1000 cargo test --workspace --test all tracking::orbit -- --nocapture` draws more tracks.
+//! `MORPHOROD_CASES=1000 cargo test --workspace --test all tracking::orbit -- --nocapture` draws
+//! more tracks.
 
 use crate::fixtures::shoots;
 use std::f64::consts::TAU;
@@ -48,7 +49,8 @@ impl Part {
     }
 }
 
-/// A track with known components, as trackers record it: with uneven times, a gap, lost frames, drift, noise and outliers.
+/// A track with known components, as trackers record it: with uneven times, a gap, lost frames,
+/// drift, noise and outliers.
 fn tracked(draw: &mut Draw) -> (Vec<Part>, PlanePath) {
     let slow = draw.log(600.0, 3e4);
     let fast = draw.chance(0.6).then(|| slow / draw.uniform(1.5, 5.0));
@@ -177,8 +179,8 @@ fn share_of_a_period_is_its_fraction_of_the_power() {
     assert_eq!(still.share(1440.0, &Search::default()), Ok(0.0));
 }
 
-/// The shoot of 6.59 cm has a circular orbit with the exact period 87.6383587116423 min and radius 14.6226216 mm
-/// (`circular_orbit`).
+/// The shoot of 6.59 cm has a circular orbit with the exact period 87.6383587116423 min and radius
+/// 14.6226216 mm (`circular_orbit`).
 #[test]
 fn period_and_radius_of_a_simulated_circular_orbit_are_exact() {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
@@ -200,7 +202,8 @@ fn period_and_radius_of_a_simulated_circular_orbit_are_exact() {
     assert!(matches!(found.pattern(), Pattern::Circular { roundness } if roundness > 0.9999), "{found:?}");
 }
 
-/// The growing shoot first follows its internal oscillator of 24 min. Later self-sustained oscillations dominate.
+/// The growing shoot first follows its internal oscillator of 24 min. Later self-sustained
+/// oscillations dominate.
 #[test]
 fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
     let mut shoot = growing().load(WEIGHT).into_dyn().build().unwrap();
@@ -224,8 +227,8 @@ fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
 }
 
-/// "Video 4": a kick along (2, 1, 0), and a perpendicular one after 30 h. The shoot first oscillates in a plane and later
-/// approaches a circular orbit.
+/// "Video 4": a kick along (2, 1, 0), and a perpendicular one after 30 h. The shoot first
+/// oscillates in a plane and later approaches a circular orbit.
 #[test]
 fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
     let kick = |direction: Vector3<f64>, start: f64| Pulse { peak: direction * 1e-5, start, duration: 12.0 * MINUTE };
@@ -247,10 +250,10 @@ fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
         let path = Path::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
         (off, path.oscillations(&Search::default()).unwrap())
     };
-    let (off, swings) = follow(10.0, 29.9);
+    let (off, planar) = follow(10.0, 29.9);
     assert!(off < 1e-6, "{off:e} rad off its plane");
-    let ellipse = swings.oscillations[0].ellipse;
-    assert!(ellipse.roundness() < 1e-6, "{swings:?}");
+    let ellipse = planar.oscillations[0].ellipse;
+    assert!(ellipse.roundness() < 1e-6, "{planar:?}");
     assert_abs_diff_eq!(ellipse.direction, 0.5_f64.atan(), epsilon = 1e-6);
     let (_, circles) = follow(108.0, 120.0);
     let roundness = circles.oscillations[0].ellipse.roundness();
@@ -258,8 +261,8 @@ fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
     assert!(matches!(circles.pattern(), Pattern::Circular { .. }) && roundness > 0.999, "{circles:?}");
 }
 
-/// Below onset the tip of a shoot with an internal oscillator moves on an ellipse with the period of the oscillator. Its size is
-/// that of the linear response of the shoot without the oscillator.
+/// Below onset the tip of a shoot with an internal oscillator moves on an ellipse with the period
+/// of the oscillator. Its size is that of the linear response of the shoot without the oscillator.
 #[test]
 fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
     let (length, alpha, period) = (0.06, 0.01, 24.0 * MINUTE);
@@ -297,8 +300,8 @@ fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
     assert!(linear.response(TAU / period, &twist).unwrap_err().to_string().contains("gradient"));
 }
 
-/// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit, and an internal oscillator of 20 min in the same or in
-/// the opposite sense.
+/// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit, and an internal
+/// oscillator of 20 min in the same or in the opposite sense.
 #[test]
 fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
     let read = |sense: Handedness| {
@@ -336,7 +339,7 @@ fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
 }
 
 #[test]
-fn counterclockwise_is_seen_against_the_viewing_axis() {
+fn right_handed_rotation_about_the_viewing_axis_is_counterclockwise() {
     let times: Vec<f64> = (0..100).map(f64::from).collect();
     for axis in [Vector3::z(), Vector3::x(), Vector3::new(1.0, -2.0, 0.5), -Vector3::z()] {
         let about = nalgebra::Unit::new_normalize(axis);
@@ -396,8 +399,8 @@ fn invalid_tracks_and_search_settings_are_refused() {
     assert!(path.seen_along(&Vector3::zeros()).is_err());
 }
 
-/// A length of 6.45 cm is below the onset at 6.56 cm. Oscillations after a kick have the decay rate and the frequency of the
-/// rightmost root.
+/// A length of 6.45 cm is below the onset at 6.56 cm. Oscillations after a kick have the decay rate
+/// and the frequency of the rightmost root.
 #[test]
 fn oscillations_below_onset_decay_at_the_rate_of_the_rightmost_root() {
     let kick = Pulse { peak: Vector3::new(1e-7, 0.0, 0.0), start: 0.0, duration: 12.0 * MINUTE };
@@ -411,7 +414,8 @@ fn oscillations_below_onset_decay_at_the_rate_of_the_rightmost_root() {
         run.advance(&mut shoot, every * f64::from(k)).unwrap();
         seen.push(shoot.tip().x);
     }
-    // A damped oscillation satisfies x(t + 2h) = a x(t + h) + b x(t). Both coefficients are fitted by least squares.
+    // A damped oscillation satisfies x(t + 2h) = a x(t + h) + b x(t). Both coefficients are fitted
+    // by least squares.
     let rows = seen.len() - 2;
     let matrix = DMatrix::from_fn(rows, 2, |i, j| seen[i + 1 - j]);
     let right = DVector::from_fn(rows, |i, _| seen[i + 2]);
@@ -421,7 +425,8 @@ fn oscillations_below_onset_decay_at_the_rate_of_the_rightmost_root() {
     let z = Complex::new(0.5 * a, (-b - 0.25 * a * a).sqrt());
     let measured = z.ln() / every;
     assert!(root.re < 0.0, "{root}");
-    // A relative error of 1e-3 of both parts is promised. Steps of a minute leave a relative error of 1e-6 of the frequency.
+    // A relative error of 1e-3 of both parts is promised. Steps of a minute leave a relative error
+    // of 1e-6 of the frequency.
     assert_relative_eq!(measured.re, root.re, epsilon = 0.0, max_relative = 1e-3);
     assert_relative_eq!(measured.im, root.im, epsilon = 0.0, max_relative = 1e-4);
 }

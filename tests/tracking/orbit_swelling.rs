@@ -1,4 +1,5 @@
-//! An oscillation whose amplitude grows or decays is found as one oscillation, and not as two of nearly the same period.
+//! An oscillation whose amplitude grows or decays is found as one oscillation, and not as two of
+//! nearly the same period.
 
 use std::f64::consts::TAU;
 
@@ -15,14 +16,15 @@ const FAST: f64 = 24.0 * MINUTE;
 /// Radius of the second oscillation, m.
 const RADIUS: f64 = 5e-3;
 
-/// Sum of an elliptic oscillation, which grows by a factor e^`swells` over the duration, and of the second oscillation.
+/// Sum of an elliptic oscillation, which grows by a factor e^`swells` over the duration, and of the
+/// second oscillation.
 fn swelling(period: f64, swells: f64, phase: f64) -> PlanePath {
     let times: Vec<f64> = (0..=(LONG / STEP) as u32).map(|k| STEP * f64::from(k)).collect();
     let at = |t: &f64| {
         let (sine, cosine) = (TAU * t / period + phase).sin_cos();
         let (fast, beside) = (TAU * t / FAST).sin_cos();
-        let swing = Rotation2::new(0.4) * Vector2::new(cosine, 0.3 * sine) * (swells * (t / LONG - 0.5)).exp();
-        swing * 8e-3 + Vector2::new(beside, fast) * RADIUS
+        let slow = Rotation2::new(0.4) * Vector2::new(cosine, 0.3 * sine) * (swells * (t / LONG - 0.5)).exp();
+        slow * 8e-3 + Vector2::new(beside, fast) * RADIUS
     };
     PlanePath::new(times.clone(), times.iter().map(at).collect()).unwrap()
 }
@@ -46,6 +48,7 @@ fn oscillation_with_growing_amplitude_is_found_as_one() {
         }
     }
     println!("largest component {:.3} of the track, shares differ by {:.3}", furthest.0, furthest.1);
-    // Sidebands of the growing oscillation that the track resolves remain. They hold at most a twentieth of the power.
+    // Sidebands of the growing oscillation that the track resolves remain. They hold at most a
+    // twentieth of the power.
     assert!(furthest.0 < 1.0 && furthest.1 < 0.06, "{furthest:?}");
 }

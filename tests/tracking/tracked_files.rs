@@ -1,4 +1,5 @@
-//! Files of tracked positions and centre lines: accepted tables, messages for invalid tables, and curvature along the arc.
+//! Files of tracked positions and centre lines: accepted tables, messages for invalid tables, and
+//! curvature along the arc.
 
 // The readers belong to the examples; each test and each example uses a part of them.
 #[allow(dead_code)]
@@ -28,7 +29,8 @@ fn pixels() -> Layout<'static> {
 
 #[test]
 fn positions_in_pixels_and_frames_are_converted() {
-    // The table has a byte order mark, a comment, blanks, quotes, Windows line ends, an unused column, and columns in another order.
+    // The table has a byte order mark, a comment, blanks, quotes, Windows line ends, an unused
+    // column, and columns in another order.
     let text = "\u{feff}# a remark\r\ny, \"frame\",quality,x\r\n20,0,0.9,10\r\n\r\n30,2,0.8,-5.5\r\n";
     let found = tracks(text, &pixels()).unwrap();
     assert_eq!(found.len(), 1);
@@ -56,7 +58,7 @@ fn positions_in_space_and_several_tracks_are_read() {
     let found = tracks(text, &Layout { track: Some("id"), ..pixels() }).unwrap();
     assert_eq!(found.iter().map(|track| track.name.as_str()).collect::<Vec<_>>(), ["b", "a"]);
     assert_eq!(found[1].times, [0.0, 60.0]);
-    assert!((found[0].positions[1][0] - 4e-4).abs() < 1e-18);
+    assert_abs_diff_eq!(found[0].positions[1][0], 4e-4, epsilon = 1e-18);
 }
 
 #[test]
@@ -107,7 +109,7 @@ fn table_of_the_example_tracked_tip_is_read() {
     let found = read_tracks(file, &layout).unwrap();
     assert_eq!(found.iter().map(|track| track.name.as_str()).collect::<Vec<_>>(), ["tip", "stake"]);
     assert!(found.iter().all(|track| track.times.len() > 900));
-    // Without the column of track names the times of the two tracks repeat.
+    // The times of the two tracks repeat if the column of track names is not given.
     let error = read_tracks(file, &Layout { track: None, ..layout }).unwrap_err();
     assert!(matches!(error, TrackError::NotLater { line: 5, .. }), "{error}");
 }
@@ -124,8 +126,8 @@ fn centre_lines_are_grouped_by_their_times() {
     assert_eq!(centre_lines(text, &pixels(), "other").unwrap_err(), TrackError::Empty);
 }
 
-/// Noisy points along a line with a given direction angle. The angle is integrated with a thousandth of the distance between
-/// points.
+/// Noisy points along a line with a given direction angle. The angle is integrated with a
+/// thousandth of the distance between points.
 fn line(count: usize, apart: f64, noise: f64, angle: impl Fn(f64) -> f64) -> Vec<[f64; 3]> {
     let mut draw = Draw::new(11);
     let (mut x, mut y) = (0.0, 0.0);
@@ -146,14 +148,15 @@ fn line(count: usize, apart: f64, noise: f64, angle: impl Fn(f64) -> f64) -> Vec
 
 #[test]
 fn curvature_of_a_circular_arc_is_constant() {
-    // An arc of radius 5 cm and length 10 cm with points every 0.5 mm, smoothed over 2 mm, in both senses of rotation.
+    // An arc of radius 5 cm and length 10 cm with points every 0.5 mm, smoothed over 2 mm, in both
+    // senses of rotation.
     for sign in [1.0, -1.0] {
         let found = curvature(&line(201, 5e-4, 0.0, |s| sign * s / 0.05), 2e-3).unwrap();
         for (k, place) in found.iter().enumerate() {
             // Smoothing shortens the arc at most by a fraction (width/radius)².
             assert!(abs_diff_eq!(place.arc_length, 5e-4 * k as f64, epsilon = 2e-3 * 0.1), "{k}: {place:?}");
-            // Far from the ends smoothing reduces the curvature by (width/radius)²/2 = 8e-4. Near the ends the cubic has an error
-            // of a few times (width/radius)².
+            // Far from the ends smoothing reduces the curvature by (width/radius)²/2 = 8e-4. Near
+            // the ends the cubic has an error of a few times (width/radius)².
             let curvature = place.curvature[2] * sign * 0.05;
             assert!(abs_diff_eq!(curvature, 1.0, epsilon = 0.02), "{k}: {place:?}");
             if (40..160).contains(&k) {
@@ -179,7 +182,8 @@ fn curvature_of_a_noisy_clothoid_has_the_predicted_error() {
     let inner: Vec<f64> =
         found[40..161].iter().map(|place| place.curvature[2] - (slope * place.arc_length - 20.0)).collect();
     let deviation = (inner.iter().map(|x| x * x).sum::<f64>() / inner.len() as f64).sqrt();
-    // There are about eight independent values, so that the relative error of their mean square is one half.
+    // There are about eight independent values, so that the relative error of their mean square is
+    // one half.
     println!("{deviation:.3} of {expected:.3} per metre");
     assert!(deviation < 1.6 * expected && deviation > 0.4 * expected, "{deviation} {expected}");
     assert!(found.windows(2).all(|pair| pair[1].arc_length > pair[0].arc_length));

@@ -1,4 +1,5 @@
-//! Tracks with few frames or with noise: detection of outliers, and shares of periods that are absent.
+//! Tracks with few frames or with noise: detection of outliers, and shares of periods that are
+//! absent.
 
 use crate::fixtures::random::{Draw, circle, path};
 use morphorod::orbit::{Band, PlanePath, Search};
@@ -10,8 +11,9 @@ const PERIOD: f64 = 90.0 * MINUTE;
 
 #[test]
 fn outlier_closer_than_the_next_position_is_found_by_local_parabolas() {
-    // There are twelve frames in a period, and the band begins at 2.25 intervals. The second neighbours are further away than 0.6
-    // of that. They are used all the same, since they are within three intervals.
+    // There are twelve frames in a period, and the band begins at 2.25 intervals. The second
+    // neighbours are further away than 0.6 of that. They are used all the same, since they are
+    // within three intervals.
     let every = 20.0 * MINUTE;
     let band = Band { shortest: 2.25 * every, longest: 8.0 * HOUR };
     let radius = 3e-3;
@@ -19,8 +21,9 @@ fn outlier_closer_than_the_next_position_is_found_by_local_parabolas() {
     assert!(clean.tracked(&band).unwrap().outliers.is_empty());
     for spoiled in [40, 71, 100] {
         let mut positions = clean.positions().to_vec();
-        // Neighbours are 2 sin(π/12) = 0.52 radii apart. The median of five positions has an error of a considerable part of that
-        // everywhere, so that it cannot detect such a small outlier. A parabola through the neighbours can.
+        // Neighbours are 2 sin(π/12) = 0.52 radii apart. The median of five positions has an error
+        // of a considerable part of that everywhere, so that it cannot detect such a small outlier.
+        // A parabola through the neighbours can.
         positions[spoiled] *= 1.3;
         let spoiled_path = PlanePath::new(clean.times().to_vec(), positions).unwrap();
         assert_eq!(spoiled_path.tracked(&band).unwrap().outliers, [spoiled]);
@@ -35,7 +38,8 @@ fn share_of_an_absent_period_in_noise_is_zero() {
         let share = |period: f64| noisy.share(period, &Search::default()).unwrap();
         // Only the noise is missing, 1e-4 of 3e-3.
         assert!(share(PERIOD) > 0.99, "{seed}");
-        // Noise contributes to every period, but less than the error of the contribution. The share is zero, not a small number.
+        // Noise contributes to every period, but less than the error of the contribution. The share
+        // is zero, not a small number.
         for period in [24.0 * MINUTE, 37.0 * MINUTE, 200.0 * MINUTE] {
             assert_eq!(share(period), 0.0, "{seed}: {period} s");
         }

@@ -1,7 +1,8 @@
-//! Quantities that tracking pipelines report, compared with closed forms: waves, chirps, circles, drift, white noise, gaps and
-//! outliers.
+//! Quantities that tracking pipelines report, compared with closed forms: waves, chirps, circles,
+//! drift, white noise, gaps and outliers.
 //!
-//! `MORPHOROD_CASES=1000 cargo test --workspace --test all tracked_paths -- --nocapture` draws more random tracks.
+//! `MORPHOROD_CASES=1000 cargo test --workspace --test all tracked_paths -- --nocapture` draws more
+//! random tracks.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -23,25 +24,26 @@ fn planar_wave_has_its_period_amplitude_and_wavelet_power() {
     let wave = path(720, 120.0, |t| Vector2::new(3e-3 * (TAU * t / PERIOD + 0.4).cos(), 0.0));
     let found = wave.tracked(&BAND).unwrap();
     let period = found.period.unwrap();
-    // The maximum is that of a parabola through three scales, which are a sixteenth of an octave apart. Its error δ² f'''/6 f''
-    // is 1e-3.
+    // The maximum is that of a parabola through three scales, which are a sixteenth of an octave
+    // apart. Its error δ² f'''/6 f'' is 1e-3.
     assert!(found.nutates);
     assert_relative_eq!(period.median, PERIOD, epsilon = 0.0, max_relative = 1e-3);
     assert!(period.range() < 2e-3 * PERIOD, "{period:?}");
-    // At √2 scales from an end the component with the opposite sense contributes less than e⁻¹/(12 √(2π)) = 1.2 %.
+    // At √2 scales from an end the component with the opposite sense contributes less than e⁻¹/(12
+    // √(2π)) = 1.2 %.
     assert_abs_diff_eq!(found.amplitude.unwrap(), 3e-3, epsilon = 0.012 * 3e-3);
     assert!(found.band_power > 0.999, "{}", found.band_power);
     assert_eq!(found.sense, None);
     assert_abs_diff_eq!(found.sampling.unwrap(), 2.0 * 120.0 / period.median, epsilon = 1e-12);
-    // The power is largest at the scale period/1.033, by which scales are converted into periods, and not at the scale of the centre
-    // frequency.
+    // The power is largest at the scale period/1.033, by which scales are converted into periods,
+    // and not at the scale of the centre frequency.
     let middle = found.scalogram.times.len() / 2;
     let power: Vec<f64> = found.scalogram.power.iter().map(|row| row[middle]).collect();
     let top = (0..power.len()).max_by(|i, j| power[*i].total_cmp(&power[*j])).unwrap();
     let step = (found.scalogram.periods[1] / found.scalogram.periods[0]).ln();
     assert_abs_diff_eq!(found.scalogram.periods[top].ln(), PERIOD.ln(), epsilon = 0.51 * step);
-    // By the definition of the transform the power of a wave at this scale is √π s/δt times the variance, times
-    // exp(−(6 − (6 + √38)/2)²) = 0.9933.
+    // The definition of the transform gives the power of a wave at this scale: √π s/δt times the
+    // variance, times exp(−(6 − (6 + √38)/2)²) = 0.9933.
     let scale = PERIOD / (4.0 * PI / (6.0 + 38.0_f64.sqrt()));
     let expected = 0.9933 * PI.sqrt() * scale / 120.0;
     assert_abs_diff_eq!(power[top], expected, epsilon = 0.02 * expected);
@@ -49,8 +51,8 @@ fn planar_wave_has_its_period_amplitude_and_wavelet_power() {
 
 #[test]
 fn cone_of_influence_is_that_of_torrence_and_compo() {
-    // By Torrence and Compo the power of a discontinuity falls by e² over √2 scales. The power of a short pulse falls by the same
-    // factor.
+    // The power of a discontinuity falls by e² over √2 scales (Torrence and Compo). The power of a
+    // short pulse falls by the same factor.
     let mut wave = path(1001, 60.0, |_| Vector2::zeros());
     let mut positions = wave.positions().to_vec();
     // Three displaced positions in a row, which the median of five does not reject as outliers.
@@ -61,7 +63,8 @@ fn cone_of_influence_is_that_of_torrence_and_compo() {
     for (j, period) in found.periods.iter().enumerate() {
         let scale = period / 1.03304;
         if scale < 1200.0 || *period > 8000.0 {
-            // Below this scale the times are too far apart and the pulse is not short. Above it, a part of the pulse is drift.
+            // Below this scale the times are too far apart and the pulse is not short. Above it, a
+            // part of the pulse is drift.
             continue;
         }
         let at = |t: f64| {
@@ -83,7 +86,8 @@ fn cone_of_influence_is_that_of_torrence_and_compo() {
 
 #[test]
 fn period_and_amplitude_of_a_chirp_are_followed() {
-    // The period grows linearly from 60 to 120 min in 48 h. The phase is the integral of the angular frequency.
+    // The period grows linearly from 60 to 120 min in 48 h. The phase is the integral of the
+    // angular frequency.
     let (first, rate) = (60.0 * MINUTE, 60.0 * MINUTE / (48.0 * HOUR));
     let chirp = path(1440, 120.0, |t| {
         let (sine, cosine) = (TAU * (1.0 + rate * t / first).ln() / rate).sin_cos();
@@ -93,11 +97,13 @@ fn period_and_amplitude_of_a_chirp_are_followed() {
     assert!(found.nutates);
     for place in &found.ridge {
         let period = first + rate * place.time;
-        // At √2 scales from an end 8 % of the Gaussian are outside the track. This moves its centre by 0.16 scales, where the period
-        // differs by 0.3 %. The component with the opposite sense contributes 1.2 %.
+        // At √2 scales from an end 8 % of the Gaussian are outside the track. This moves its centre
+        // by 0.16 scales, where the period differs by 0.3 %. The component with the opposite sense
+        // contributes 1.2 %.
         assert!(abs_diff_eq!(place.period, period, epsilon = 0.012 * period), "{place:?} {period}");
-        // The opposite sense contributes 1.2 % again. The frequency changes within the wavelet, which reduces the amplitude by
-        // (dω/dt s²)²/4 = 0.4 %. The error of 1 % of the period changes it by up to 0.6 %.
+        // The opposite sense contributes 1.2 % again. The frequency changes within the wavelet,
+        // which reduces the amplitude by (dω/dt s²)²/4 = 0.4 %. The error of 1 % of the period
+        // changes it by up to 0.6 %.
         assert!(abs_diff_eq!(place.ellipse.major, 2e-3, epsilon = 0.03 * 2e-3), "{place:?}");
     }
     let quartiles = found.period.unwrap();
@@ -134,7 +140,8 @@ fn velocity_of_circular_motion_turns_once_in_a_period() {
         let found = found.tracked(&BAND).unwrap();
         assert_eq!(found.sense, Some(sense));
         let known = (found.ridge[found.ridge.len() - 1].time - found.ridge[0].time) / PERIOD;
-        // The direction of the velocity on an ellipse differs from its phase by up to a quarter of a turn.
+        // The direction of the velocity on an ellipse differs from its phase by up to a quarter of
+        // a turn.
         assert_abs_diff_eq!(found.turns, sign * known, epsilon = 0.3);
         assert_eq!(found.direction.len(), found.ridge.len());
         let turned = found.direction[found.direction.len() - 1] - found.direction[0];
@@ -154,12 +161,14 @@ fn amplitude_of_a_drifting_tip_is_that_of_its_circles() {
     let found = tip.tracked(&BAND).unwrap();
     let amplitude = found.amplitude.unwrap();
     assert!(span / amplitude > 20.0, "{span} {amplitude}");
-    // The maximum of the envelope exceeds its mean because of noise in the band. Of noise of 0.05 mm a wavelet with s = 45 positions
-    // leaves 2 · 0.05/√(2 √π · 45) = 0.008 mm at each scale. The tolerance is about three times that.
+    // The maximum of the envelope exceeds its mean because of noise in the band. Of noise of 0.05
+    // mm a wavelet with s = 45 positions leaves 2 · 0.05/√(2 √π · 45) = 0.008 mm at each scale. The
+    // tolerance is about three times that.
     assert_abs_diff_eq!(amplitude, 1e-3, epsilon = 0.03 * 1e-3);
     assert_relative_eq!(found.period.unwrap().median, PERIOD, epsilon = 0.0, max_relative = 3e-3);
     assert_eq!(found.sense, Some(Handedness::Counterclockwise));
-    // The spectrum has 400 lines beyond the band. The relative error of their median is about 1/√400.
+    // The spectrum has 400 lines beyond the band. The relative error of their median is about
+    // 1/√400.
     assert_abs_diff_eq!(found.noise_floor.unwrap(), 5e-5, epsilon = 0.1 * 5e-5);
     // The daily oscillation is drift. It is removed up to 0.4 %, which is 1e-2 mm.
     assert!(found.band_power > 0.98, "{}", found.band_power);
@@ -167,16 +176,18 @@ fn amplitude_of_a_drifting_tip_is_that_of_its_circles() {
 
 #[test]
 fn white_noise_is_not_reported_as_nutation() {
-    // Forty tracks of each kind take less than two seconds. If a defect let the method report nutation for one track in five, more
-    // than two of 40 would be reported with a probability of 99 %. At the rate of one percent a seed other than the default fails
-    // by chance in one of a hundred runs for each kind, unless there are more tracks.
+    // Forty tracks of each kind take less than two seconds. If a defect let the method report
+    // nutation for one track in five, more than two of 40 would be reported with a probability of
+    // 99 %. At the rate of one percent a seed other than the default fails by chance in one of a
+    // hundred runs for each kind, unless there are more tracks.
     let (cases, seed) = (number("MORPHOROD_CASES", 40), number("MORPHOROD_SEED", 1));
     let band = Band { shortest: 1800.0, longest: 14400.0 };
     let mut reported = [0; 4];
     let mut floors = 0.0;
     for case in 0..cases {
         let mut draw = Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(case));
-        // Noise at even times, at random times, along a line, and added to a drift with a third of the frames lost.
+        // Noise at even times, at random times, along a line, and added to a drift with a third of
+        // the frames lost.
         let even = path(300, 300.0, |_| draw.normal());
         let mut times: Vec<f64> = (0..300).map(|_| draw.uniform(0.0, 90000.0)).collect();
         times.sort_unstable_by(f64::total_cmp);
@@ -200,8 +211,8 @@ fn white_noise_is_not_reported_as_nutation() {
     println!("nutation is reported for {reported:?} of {cases} tracks of noise");
     // In a thousand tracks of each kind fewer than one in a hundred is reported.
     assert!(reported.iter().all(|reported| *reported as f64 <= 0.05 * cases as f64), "{reported:?}");
-    // For even times the floor is the standard deviation of the noise. The mean of 40 medians of 99 lines has an error of one
-    // percent.
+    // For even times the floor is the standard deviation of the noise. The mean of 40 medians of 99
+    // lines has an error of one percent.
     assert_abs_diff_eq!(floors / cases as f64, 1.0, epsilon = 0.03);
 }
 
@@ -229,8 +240,8 @@ fn gaps_lost_frames_and_outliers_do_not_change_period_and_amplitude() {
         let period = found.period.unwrap();
         assert!(relative_eq!(period.median, PERIOD, epsilon = 0.0, max_relative = 3e-3), "{seed}: {period:?}");
         assert!(period.range() < 0.02 * PERIOD, "{seed}: {period:?}");
-        // The noise is twice that of the test with drift, the amplitude three times. The component with the opposite sense
-        // contributes near gaps.
+        // The noise is twice that of the test with drift, the amplitude three times. The component
+        // with the opposite sense contributes near gaps.
         let amplitude = found.amplitude.unwrap();
         assert!(abs_diff_eq!(amplitude, 3e-3, epsilon = 0.04 * 3e-3), "{seed}: {amplitude}");
         // A few consecutive frames are also lost by chance.
@@ -249,7 +260,8 @@ fn gaps_lost_frames_and_outliers_do_not_change_period_and_amplitude() {
 fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
     let duration = 2000.0 * 60.0;
     let middle = 900..1100;
-    // A local parabola with Gaussian weights has a closed form: the share (1 + u) e⁻ᵘ of a wave is drift.
+    // A local parabola with Gaussian weights has a closed form: the share (1 + u) e⁻ᵘ of a wave is
+    // drift.
     for ratio in [0.4, 0.5, 1.0, 2.0, 4.0] {
         let period = 12000.0;
         let wave = path(2001, 60.0, |t| circle(t, ratio * period, 1.0));
@@ -271,7 +283,8 @@ fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
     let smooth = PlanePath::new(times.clone(), times.iter().map(at).collect()).unwrap();
     let left = smooth.without_drift(12000.0).unwrap();
     assert!(left.positions().iter().all(|p| p.norm() < 1e-10), "{left:?}");
-    // On a circle with 50 positions the mean of seven consecutive positions has the radius sin(7π/50)/(7 sin(π/50)).
+    // On a circle with 50 positions the mean of seven consecutive positions has the radius
+    // sin(7π/50)/(7 sin(π/50)).
     let mean = path(300, 60.0, |t| circle(t, 3000.0, 1.0)).moving_average(7).unwrap();
     let known = (7.0 * PI / 50.0).sin() / (7.0 * (PI / 50.0).sin());
     for p in mean.positions() {
@@ -302,8 +315,8 @@ fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
 #[test]
 fn windows_show_changes_of_the_period_and_gaps() {
     // The period is 24 min for 10 h, then 88 min. There are no frames between 20 and 24 h.
-    let swing = |t: f64| if t < 10.0 * HOUR { circle(t, 24.0 * MINUTE, 1e-3) } else { circle(t, 88.0 * MINUTE, 2e-3) };
-    let all = path(3601, 30.0, swing);
+    let motion = |t: f64| if t < 10.0 * HOUR { circle(t, 24.0 * MINUTE, 1e-3) } else { circle(t, 88.0 * MINUTE, 2e-3) };
+    let all = path(3601, 30.0, motion);
     let kept: Vec<usize> = (0..3601).filter(|k| !(20.0 * HOUR..24.0 * HOUR).contains(&all.times()[*k])).collect();
     let times: Vec<f64> = kept.iter().map(|k| all.times()[*k]).collect();
     let tip = PlanePath::new(times, kept.iter().map(|k| all.positions()[*k]).collect()).unwrap();
@@ -374,7 +387,8 @@ fn short_coarse_tracks_and_invalid_bands_are_refused() {
     assert!(matches!(fine.between(0.0, 60.0).direction(), Err(OrbitError::TooFew { positions: 1, needed: 2 })));
 }
 
-/// Any track gives finite numbers or an error: huge and tiny lengths, bursts, single positions, few distinct values.
+/// Any track gives finite numbers or an error: huge and tiny lengths, bursts, single positions, few
+/// distinct values.
 #[test]
 fn random_tracks_give_finite_numbers_or_errors() {
     for seed in 0..number("MORPHOROD_CASES", 200) {
@@ -387,8 +401,8 @@ fn random_tracks_give_finite_numbers_or_errors() {
         for _ in 0..draw.log(1.0, 400.0) as usize {
             t += if draw.chance(0.05) { draw.log(1.0, 1e3) * steps } else { draw.uniform(0.2, 1.0) * steps };
             times.push(t);
-            let swing = Vector2::new((t / steps).sin(), (t / steps / 7.0).cos());
-            let position = if draw.chance(0.3) { draw.vector(1.0).xy() } else { swing };
+            let wave = Vector2::new((t / steps).sin(), (t / steps / 7.0).cos());
+            let position = if draw.chance(0.3) { draw.vector(1.0).xy() } else { wave };
             positions.push((position * levels).map(f64::round) / levels * size);
         }
         times.dedup();
