@@ -98,14 +98,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_span_ends_where_it_should() {
-        // 0.1 and 0.7 are not binary: a sum of steps would miss the end.
+    fn span_ends_exactly_at_its_last_value() {
+        // 0.1 and 0.7 have no exact binary representation: a sum of steps would miss the end.
         let span = Span { from: 0.1, to: 0.7, count: 7 };
         assert_eq!((span.at(0), span.at(6), span.values().len()), (0.1, 0.7, 7));
     }
 
     #[test]
-    fn every_row_is_in_one_part() {
+    fn every_row_belongs_to_exactly_one_part() {
         for of in 1..6 {
             let parts: Vec<Part> = (1..=of).map(|number| Part { number, of }).collect();
             for row in 0..20 {
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_out_of_range_are_no_part() {
+    fn invalid_parts_are_refused() {
         for text in ["0/4", "5/4", "a/b", "1/0", "0/0", "3", "1/2/3", "-1/4", "", "/", "1.5/4"] {
             assert_eq!(Part::read(text), None, "{text}");
         }

@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_comes_back_bit_by_bit() {
+    fn written_row_is_read_back_bit_by_bit() {
         let back = read(&GRID, 1, &text()).unwrap();
         assert_eq!(write(&GRID, 1, &back), text());
         assert_eq!(back[2][2], -1e-5 * (1.0 / 3.0));
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn every_cut_and_every_changed_byte_is_noticed() {
+    fn truncated_and_changed_rows_are_refused() {
         let whole = text();
         for cut in 0..whole.len() {
             assert!(read(&GRID, 1, &whole[..cut]).is_err(), "cut after {cut} bytes");
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_of_other_sweeps_are_refused_by_what_differs() {
+    fn rows_of_other_sweeps_are_refused_with_the_setting_that_differs() {
         let mut other = GRID;
         other.time = 43.2e3;
         let reason = read(&other, 1, &text()).unwrap_err();

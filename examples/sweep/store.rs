@@ -72,11 +72,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_reads_while_a_file_is_written_finds_all_of_it() {
+    fn file_is_complete_whenever_it_is_read_during_writing() {
         let folder = std::env::temp_dir().join(format!("morphorod-whole-{}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         let file = folder.join("file");
-        // Long enough that writing takes many times as long as opening.
+        // The texts are long, so that writing takes many times as long as opening a file.
         let texts = ["a", "b"].map(|letter| letter.repeat(1 << 20));
         write_whole(&file, &texts[0]).unwrap();
         std::thread::scope(|scope| {
@@ -86,7 +86,7 @@ mod tests {
                 assert!(texts.contains(&found), "{} of {} bytes", found.len(), texts[0].len());
             }
         });
-        // Nothing else is left.
+        // No temporary files remain.
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         fs::remove_dir_all(&folder).unwrap();
     }

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_piece_is_done_once() {
+    fn every_piece_of_work_is_done_once() {
         for threads in [1, 2, 7] {
             let mut seen = vec![0; 100];
             let done: Result<(), ()> = share(
@@ -76,14 +76,14 @@ mod tests {
     }
 
     #[test]
-    fn an_error_ends_the_work() {
+    fn error_of_a_piece_or_of_the_caller_ends_the_work() {
         let begun = AtomicUsize::new(0);
         let work = |k: usize| {
             begun.fetch_add(1, Ordering::Relaxed);
             if k == 3 { Err("three") } else { Ok(k) }
         };
         assert_eq!(share(1, 1_000_000, work, |_, _| Ok(())), Err("three"));
-        // One thread does one piece after the other, and none after its own error.
+        // A single thread does the pieces in order, and no piece after its own error.
         assert_eq!(begun.into_inner(), 4);
         assert_eq!(share(2, 1000, Ok, |k, _| if k == 5 { Err("five") } else { Ok(()) }), Err("five"));
     }

@@ -1,11 +1,11 @@
-//! The layers of `ARCHITECTURE.md`: a module imports only from below, and files of one folder import each other in no
-//! circle.
+//! The layers of `ARCHITECTURE.md`: a module imports only from lower layers, and imports within a
+//! folder have no cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// From the ground up; modules of one line do not know each other.
+/// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
 const LAYERS: [&[&str]; 10] = [
     &["error", "pointers", "quadrature", "so3"],
     &["reference_element", "scene", "section"],
@@ -19,7 +19,7 @@ const LAYERS: [&[&str]; 10] = [
     &["guide"],
 ];
 
-/// All files of the library, with their code up to the unit tests, without comments.
+/// All files of the library with their code, without comments and unit tests.
 fn sources() -> Vec<(PathBuf, String)> {
     let (mut folders, mut found) = (vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")], Vec::new());
     while let Some(folder) = folders.pop() {
@@ -38,8 +38,8 @@ fn sources() -> Vec<(PathBuf, String)> {
     found
 }
 
-/// The names that follow `prefix`, each up to the first character that no name has; of a list in braces, the first name of
-/// each item.
+/// Identifiers that follow `prefix`. For a list in braces the result contains the first identifier
+/// of each item.
 fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
     let name = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut found = BTreeSet::new();
@@ -48,7 +48,7 @@ fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
             found.insert(name(rest));
             continue;
         };
-        // Up to the brace that closes the list; what stands in further braces belongs to the item before them.
+        // Text in nested braces belongs to the item before them.
         let (mut depth, mut item) = (0, String::new());
         for c in list.chars() {
             match c {
@@ -66,11 +66,11 @@ fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
     found
 }
 
-/// Which file of a folder each name comes from that its `mod.rs` hands on.
-fn handed_on(folder: &Path) -> BTreeMap<String, PathBuf> {
-    let face = fs::read_to_string(folder.join("mod.rs")).unwrap_or_default();
+/// File of a folder that defines each name that `mod.rs` of the folder exports again.
+fn reexported(folder: &Path) -> BTreeMap<String, PathBuf> {
+    let text = fs::read_to_string(folder.join("mod.rs")).unwrap_or_default();
     let mut found = BTreeMap::new();
-    for rest in face.split("use ").skip(1) {
+    for rest in text.split("use ").skip(1) {
         let (file, names) = rest.split(';').next().unwrap().split_once("::").unwrap_or_default();
         let path = folder.join(file.to_owned() + ".rs");
         if path.exists() {
@@ -80,58 +80,59 @@ fn handed_on(folder: &Path) -> BTreeMap<String, PathBuf> {
     found
 }
 
-/// The module of a file: its folder under `src`, or its name.
+/// Module of a file: its folder in `src`, or the name of the file.
 fn module(path: &Path) -> String {
     let inside = path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")).unwrap();
     inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs").to_owned()
 }
 
 #[test]
-fn modules_import_from_below() {
+fn modules_import_only_from_lower_layers() {
     let layer = |name: &str| LAYERS.iter().position(|layer| layer.contains(&name));
-    let mut arrows = 0;
+    let mut imports = 0;
     for (path, code) in sources() {
         let from = module(&path);
         if from == "lib" {
             continue;
         }
-        let floor = layer(&from).unwrap_or_else(|| panic!("{from} is in no layer"));
+        let own = layer(&from).unwrap_or_else(|| panic!("{from} is in no layer"));
         let lower = |name: &String| name.starts_with(|c: char| c.is_lowercase());
         for to in names_after(&code, "crate::").into_iter().filter(|to| lower(to) && *to != from) {
             let below = layer(&to).unwrap_or_else(|| panic!("{}: crate::{to} is in no layer", path.display()));
-            assert!(below < floor, "{} imports {to}, which does not lie below {from}", path.display());
-            arrows += 1;
+            assert!(below < own, "{} imports {to}, which is not in a lower layer than {from}", path.display());
+            imports += 1;
         }
     }
-    assert!(arrows > 100, "only {arrows} imports were read");
+    assert!(imports > 100, "only {imports} imports were read");
 }
 
 #[test]
-fn files_of_a_folder_import_each_other_in_no_circle() {
+fn imports_between_files_of_a_folder_have_no_cycles() {
     let mut imports: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
     for (path, code) in sources() {
-        // By the file's name, or by way of what `mod.rs` hands on.
-        let faces = handed_on(path.parent().unwrap());
-        let sibling = |name: String| match faces.get(&name) {
+        // A name is that of a file, or `mod.rs` exports it again from a file.
+        let exported = reexported(path.parent().unwrap());
+        let sibling = |name: String| match exported.get(&name) {
             Some(file) => file.clone(),
             None => path.with_file_name(name + ".rs"),
         };
         let siblings = names_after(&code, "super::").into_iter().map(sibling);
         imports.insert(path.clone(), siblings.filter(|file| file.exists() && *file != path).collect());
     }
-    take_away(&mut imports);
-    assert!(imports.is_empty(), "circles among {:?}", imports.keys());
+    remove_acyclic(&mut imports);
+    assert!(imports.is_empty(), "cyclic imports among {:?}", imports.keys());
 }
 
-/// A folder inside a module counts as one with all its files.
+/// All files of a folder inside a module count as one.
 #[test]
-fn folders_of_a_module_import_each_other_in_no_circle() {
+fn imports_between_folders_of_a_module_have_no_cycles() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
     let mut imports: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
     for (path, code) in sources() {
         let inside: Vec<_> = path.strip_prefix(&root).unwrap().iter().collect();
         let ([own, ..], true) = (&inside[..], inside.len() > 1) else { continue };
-        // A file or a folder beside others of the module, which it names by the crate's path, or as what stands above it.
+        // The file or folder names its siblings by the path from the crate or from the parent
+        // module.
         let room = root.join(own).join(inside[1]);
         let mut named = names_after(&code, &format!("crate::{}::", own.to_str().unwrap()));
         match inside.len() {
@@ -144,18 +145,19 @@ fn folders_of_a_module_import_each_other_in_no_circle() {
             if folder.is_dir() { folder } else { folder.with_extension("rs") }
         };
         let found = named.into_iter().map(beside).filter(|to| to.exists() && *to != room);
-        // The face of a module hands on what is in it.
+        // `mod.rs` of a module imports its parts in order to export them again.
         if !room.ends_with("mod.rs") {
             imports.entry(room.clone()).or_default().extend(found);
         }
     }
-    assert!(imports.keys().filter(|room| room.is_dir()).count() >= 5, "folders were found");
-    take_away(&mut imports);
-    assert!(imports.is_empty(), "circles among {imports:?}");
+    assert!(imports.keys().filter(|room| room.is_dir()).count() >= 5, "too few folders were found");
+    remove_acyclic(&mut imports);
+    assert!(imports.is_empty(), "cyclic imports among {imports:?}");
 }
 
-/// Takes away what imports nothing that is left, until nothing can be.
-fn take_away(imports: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) {
+/// Repeatedly removes entries that import no remaining entry. The entries that remain are cycles
+/// and entries that import them.
+fn remove_acyclic(imports: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) {
     loop {
         let free: Vec<PathBuf> = imports.iter().filter(|(_, to)| to.is_empty()).map(|(path, _)| path.clone()).collect();
         if free.is_empty() {

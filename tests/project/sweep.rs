@@ -1,4 +1,5 @@
-//! The program `sweep` as a user meets it: killed and resumed, in parts, with files that are not sound.
+//! The program `sweep` on the command line: interrupted and resumed sweeps, sweeps in parts,
+//! invalid files and options.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// A folder of one test, empty at its beginning.
+/// Empty folder for one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = fs::remove_dir_all(&folder);
@@ -14,7 +15,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// A small grid: eight rows of four shoots, an hour each.
+/// Command for a sweep over a small grid: eight rows of four shoots, simulated for an hour.
 fn sweep(out: &Path, options: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sweep"));
     command.args(["--lengths", "4", "--etas", "8", "--hours", "1", "--elements", "4", "--eta-from", "20"]);
@@ -26,13 +27,13 @@ fn run(out: &Path, options: &[&str]) -> Output {
     sweep(out, options).output().unwrap()
 }
 
-/// Runs to a good end.
+/// Runs a sweep that must succeed.
 fn succeed(out: &Path, options: &[&str]) {
     let end = run(out, options);
     assert!(end.status.success(), "{options:?}: {}", String::from_utf8_lossy(&end.stderr));
 }
 
-/// Runs to an error, and gives its message.
+/// Runs a sweep that must fail, and returns its error message.
 fn fail(out: &Path, options: &[&str]) -> String {
     let end = run(out, options);
     let message = String::from_utf8_lossy(&end.stderr).into_owned();
@@ -41,22 +42,23 @@ fn fail(out: &Path, options: &[&str]) -> String {
     message
 }
 
-/// Table and picture.
+/// Contents of the table and of the picture.
 fn results(out: &Path) -> [Vec<u8>; 2] {
     ["sweep.csv", "sweep.svg"].map(|name| fs::read(out.join(name)).unwrap())
 }
 
+/// Number of complete row files.
 fn rows(out: &Path) -> usize {
     let names = fs::read_dir(out.join("rows")).map(|all| all.map(|entry| entry.unwrap().file_name())).into_iter();
     names.flatten().filter(|name| name.to_string_lossy().starts_with("row-")).count()
 }
 
 #[test]
-fn threads_parts_and_kills_leave_no_trace_in_the_table() {
+fn results_do_not_depend_on_threads_or_parts() {
     let whole = folder("whole");
     succeed(&whole, &["--threads", "1"]);
     let expected = results(&whole);
-    // Eight rows of four shoots below one line of names.
+    // Eight rows of four shoots below a header.
     assert_eq!(expected[0].iter().filter(|byte| **byte == b'\n').count(), 33);
 
     let threads = folder("threads");
@@ -70,20 +72,21 @@ fn threads_parts_and_kills_leave_no_trace_in_the_table() {
     let message = fail(&parts, &["--merge"]);
     assert!(message.contains("2 of 8 rows are missing: 3, 6"), "{message}");
     assert!(!parts.join("sweep.csv").exists());
-    // Parts of another division go on where those have ended.
+    // A different division into parts computes the missing rows.
     succeed(&parts, &["--shard", "1/1"]);
     succeed(&parts, &["--merge"]);
     assert!(results(&parts) == expected, "parts");
 }
 
 #[test]
-fn a_sweep_that_is_killed_goes_on_to_the_same_table() {
+fn killed_sweep_resumes_to_the_results_of_an_uninterrupted_sweep() {
     let whole = folder("uninterrupted");
     succeed(&whole, &[]);
     let expected = results(&whole);
 
     let killed = folder("killed");
-    // Delays by a linear congruence (Knuth, The Art of Computer Programming 2, 3.3.4) from the clock: others in every run.
+    // Random delays by a linear congruential generator (Knuth, The Art of Computer Programming 2,
+    // 3.3.4). The clock is the seed, so that they differ in every run.
     let mut seed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().subsec_nanos() as u64;
     let mut kills = Vec::new();
     while rows(&killed) < 8 && kills.len() < 30 {
@@ -96,14 +99,14 @@ fn a_sweep_that_is_killed_goes_on_to_the_same_table() {
         let _ = child.wait().unwrap();
         kills.push((delay, rows(&killed)));
     }
-    // Whatever stands in the folder now is sound, so that this neither fails nor begins anew.
+    // All files in the folder are valid, so that this run neither fails nor starts again.
     succeed(&killed, &[]);
-    assert!(results(&killed) == expected, "killed at (delay, rows then) {kills:?}");
-    assert!(kills.len() > 1, "ended before it could be killed twice: {kills:?}");
+    assert!(results(&killed) == expected, "killed at (delay, number of rows) {kills:?}");
+    assert!(kills.len() > 1, "the sweep ended before it was killed twice: {kills:?}");
 }
 
 #[test]
-fn rows_that_are_there_are_not_computed_again() {
+fn existing_rows_are_not_computed_again() {
     let out = folder("skipped");
     succeed(&out, &["--shard", "1/2"]);
     let end = run(&out, &[]);
@@ -112,21 +115,21 @@ fn rows_that_are_there_are_not_computed_again() {
 }
 
 #[test]
-fn unsound_rows_are_refused_and_kept() {
-    let out = folder("unsound");
+fn invalid_row_files_are_refused_and_kept() {
+    let out = folder("invalid");
     succeed(&out, &[]);
     let file = out.join("rows/row-0007.csv");
-    let sound = fs::read(&file).unwrap();
-    let mut changed = sound.clone();
-    changed[sound.len() / 2] ^= 4;
-    let unsound: [(&str, &[u8]); 5] = [
-        ("cut short", &sound[..sound.len() / 2]),
+    let valid = fs::read(&file).unwrap();
+    let mut changed = valid.clone();
+    changed[valid.len() / 2] ^= 4;
+    let invalid: [(&str, &[u8]); 5] = [
+        ("cut short", &valid[..valid.len() / 2]),
         ("damaged", &changed),
         ("no row of a sweep", b""),
         ("not text", &[0xff; 100]),
-        ("has format", &String::from_utf8(sound.clone()).unwrap().replace("format 1", "format 7").into_bytes()),
+        ("has format", &String::from_utf8(valid.clone()).unwrap().replace("format 1", "format 7").into_bytes()),
     ];
-    for (reason, bytes) in unsound {
+    for (reason, bytes) in invalid {
         fs::write(&file, bytes).unwrap();
         for options in [&[][..], &["--merge"], &["--shard", "1/8"]] {
             let message = fail(&out, options);
@@ -134,11 +137,11 @@ fn unsound_rows_are_refused_and_kept() {
         }
         assert_eq!(fs::read(&file).unwrap(), bytes, "{reason}: the file has changed");
     }
-    // The row of another place, and a sweep with other settings.
+    // A row of another position in the grid, and a sweep with other settings.
     fs::copy(out.join("rows/row-0008.csv"), &file).unwrap();
     let message = fail(&out, &[]);
     assert!(message.contains("row-0007.csv") && message.contains("row: 8 of 8"), "{message}");
-    fs::write(&file, &sound).unwrap();
+    fs::write(&file, &valid).unwrap();
     let before = results(&out);
     let message = fail(&out, &["--beta", "1.5"]);
     assert!(message.contains("row-0001.csv") && message.contains("gravitropic sensitivity: 1.5e0"), "{message}");
@@ -147,7 +150,7 @@ fn unsound_rows_are_refused_and_kept() {
 }
 
 #[test]
-fn what_makes_no_sense_on_the_command_line_is_named() {
+fn invalid_options_are_refused_by_name() {
     let out = folder("refused");
     for part in ["0/4", "5/4", "a/b", "4", "1/0"] {
         let message = fail(&out, &["--shard", part]);
@@ -162,7 +165,7 @@ fn what_makes_no_sense_on_the_command_line_is_named() {
         let message = fail(&out, &[option, value]);
         assert!(message.contains(option), "{message}");
     }
-    // Only the library knows that a step must not exceed the delay.
+    // The library, and not the program, checks that a step does not exceed the delay.
     let message = fail(&out, &["--step", "1000", "--threads", "2"]);
     assert!(message.contains("1000 s") && message.contains("720 s"), "{message}");
     assert_eq!(rows(&out), 0);

@@ -1,8 +1,10 @@
-//! Where an analysis of stability could go wrong without a word: what grows by itself, what is forced, what hides.
+//! Cases in which a stability analysis could silently give a wrong answer: laws with unstable
+//! variables, laws that depend on time, coarse meshes, and roots that are hard to find.
 
-use std::cell::Cell;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::load::{ApicalForce, Load, Weight};
@@ -19,10 +21,12 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
-fn analyse<T: TropismLaw, L: Load, S: Scene>(
-    laws: T,
-    load: L,
-    scene: S,
+/// Linearisation about the upright shape of a shoot with the given laws, growth time (h), length
+/// (m) and number of elements.
+fn analyse(
+    laws: impl TropismLaw + Send + Sync + 'static,
+    load: impl Load + Send + Sync + 'static,
+    scene: impl Scene + Send + Sync + 'static,
     hours: f64,
     length: f64,
     elements: usize,
@@ -35,6 +39,7 @@ fn analyse<T: TropismLaw, L: Load, S: Scene>(
         .tropism(laws)
         .load(load)
         .scene(scene)
+        .into_dyn()
         .build()?;
     Linearisation::about(&shoot)
 }
@@ -43,12 +48,13 @@ const WEIGHT: Weight = Weight { density: 1000.0 };
 const BENDING: Remembered<Proprioception> =
     Remembered { response: Proprioception { sensitivity: 20.0 }, memory: MEMORY };
 
-/// Feels the turn or the strain about d2 (and d1 if it is not of one plane), through variables of its own.
+/// A law in one plane that perceives either the strain or the tilt, through two variables with
+/// linear dynamics.
 struct Own {
-    /// Reads the strain, or the turn of the frame.
+    /// Whether the law perceives the strain. Otherwise it perceives the tilt of the frame.
     strain: bool,
     sensitivity: f64,
-    /// ẏ1 = a11 y1 + a12 y2 + b1 x and so on; y1 is read.
+    /// Matrix a in ẏ_i = a_i1 y1 + a_i2 y2 + b_i x, where b is `drive`. The gradient depends on y1.
     matrix: [[f64; 2]; 2],
     drive: [f64; 2],
     delay: f64,
@@ -78,8 +84,9 @@ impl TropismLaw for Own {
 }
 
 #[test]
-fn variables_that_grow_by_themselves_are_unstable_at_every_point() {
-    // ẏ = μ y + x/τ with μ > 0, whatever it is fed back to: D = λ² − μ λ + g has both its roots on the right.
+fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
+    // ẏ = μ y + x/τ with μ > 0. For any feedback g > 0 both roots of λ² − μ λ + g have a positive
+    // real part.
     let law = |rate: f64| Own {
         strain: true,
         sensitivity: 1.0,
@@ -92,7 +99,8 @@ fn variables_that_grow_by_themselves_are_unstable_at_every_point() {
         let answer = analyse(law(rate), (), Still::upright(), 20.0, 0.05, 3).unwrap().unstable().unwrap();
         assert!(matches!(answer, Unstable::Infinite { abscissa } if abscissa > 0.0), "{answer:?}");
     }
-    // A resonator, y'' = w² (x − y) − c y': with gain one it is damped if c > 1/τg (Routh).
+    // For a resonator, y'' = w² (x − y) − c y', with unit gain the feedback loop is stable if c >
+    // 1/τg (Routh).
     let resonator = |damping: f64| Own {
         strain: true,
         sensitivity: 1.0,
@@ -109,7 +117,7 @@ fn variables_that_grow_by_themselves_are_unstable_at_every_point() {
 }
 
 #[test]
-fn planes_that_differ_are_no_twins_however_slow_another_law_is() {
+fn roots_of_two_planes_with_different_laws_are_counted_separately_beside_a_slow_third_law() {
     let plane = |plane, time: f64, delay| Own {
         strain: false,
         sensitivity: 0.8,
@@ -133,8 +141,9 @@ fn planes_that_differ_are_no_twins_however_slow_another_law_is() {
 }
 
 #[test]
-fn the_essential_spectrum_is_found_left_of_the_slowest_rate_and_without_memory() {
-    // 1 + b = 0 by Newton's method from many places, against what the crate says.
+fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_and_without_memory() {
+    // The reference is the rightmost root of 1 + b = 0, by Newton's method from 400 initial
+    // guesses.
     for (time, delay, hours) in [(100.0, 900.0, 40.0), (300.0, 900.0, 40.0), (720.0, 720.0, 20.0)] {
         let memory = Memory { time, delay };
         let laws = Proprioception { sensitivity: 20.0 }.remembered(memory);
@@ -155,7 +164,7 @@ fn the_essential_spectrum_is_found_left_of_the_slowest_rate_and_without_memory()
                 best = best.max(z.re);
             }
         }
-        assert!((found.re - best).abs() < 1e-10, "{time} s, {delay} s: {found} against {best}");
+        assert!(abs_diff_eq!(found.re, best, epsilon = 1e-10), "{time} s, {delay} s: {found} against {best}");
     }
     /// Proprioception without memory or delay: λ = −η/τg.
     struct AtOnce;
@@ -171,12 +180,14 @@ fn the_essential_spectrum_is_found_left_of_the_slowest_rate_and_without_memory()
         }
     }
     let found = analyse(AtOnce, (), Still::upright(), 20.0, 0.05, 2).unwrap().essential_spectrum().unwrap()[0];
-    assert!((found.re * 72e3 / -20.0 - 1.0).abs() < 1e-8 && found.im == 0.0, "{found}");
+    assert_relative_eq!(found.re, -20.0 / 72e3, epsilon = 0.0, max_relative = 1e-8);
+    assert_eq!(found.im, 0.0);
 }
 
 #[test]
-fn an_isolated_root_crosses_at_zero() {
-    /// Bends every point further the way the apex leans: u̇* = k REGR M[tilt of the apex].
+fn onset_of_a_real_root_is_found_at_zero_frequency() {
+    /// Bends every point in the direction in which the apex is tilted: u̇* = k REGR M[tilt of the
+    /// apex].
     struct Topple(f64);
     impl TropismLaw for Topple {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
@@ -196,18 +207,19 @@ fn an_isolated_root_crosses_at_zero() {
     }
     let length = 0.05;
     let family = |k: f64| analyse((Topple(k), BENDING), (), Still::upright(), 20.0, length, 3);
-    // At λ = 0 the strain is uniform, η θ' = k θ(ℓ) = k ℓ θ'.
+    // At λ = 0 the strain is uniform, and η θ' = k θ(ℓ) = k ℓ θ'.
     let expected = 20.0 / length;
     for found in [onset(family, 100.0, 900.0).unwrap(), crossings(family, 100.0, 900.0).unwrap()[0]] {
-        // On the axis to 1e-11 of 1/720 s, where the root moves by 1e-7/s for a change of one in k.
-        assert!((found.parameter / expected - 1.0).abs() < 1e-8, "{found:?}");
+        // The search places the root on the axis to 1e-11 of 1/(720 s). The root moves by 1e-7/s if
+        // k changes by one.
+        assert_relative_eq!(found.parameter, expected, epsilon = 0.0, max_relative = 1e-8);
         assert_eq!(found.frequency, 0.0, "{found:?}");
     }
 }
 
 #[test]
-fn what_depends_on_time_is_forced() {
-    /// Gravity that turns once in an hour, as on a clinostat.
+fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
+    /// Gravity that rotates once in an hour, as on a clinostat.
     struct Clinostat;
     impl Scene for Clinostat {
         fn gravity(&self, t: f64) -> Vector3<f64> {
@@ -223,11 +235,11 @@ fn what_depends_on_time_is_forced() {
     let pull = ApicalForce(|t: f64| Vector3::new(1e-7 * (2.0 * PI * t / 1440.0).sin(), 0.0, 0.0));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
-    // A pull along the shoot, which does not bend it as it stands.
+    // A force along the shoot, which does not bend the upright shape.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-7 * (2.0 * PI * t / 1440.0).sin()));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
-    // However little it changes: by 1e-11 of itself.
+    // A force that changes by 1e-11 of its magnitude.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-3 * (1.0 + 1e-11 * (2.0 * PI * t / 1440.0).sin())));
     let answer = analyse(laws(), ((), pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
@@ -235,9 +247,10 @@ fn what_depends_on_time_is_forced() {
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }
 
-/// Days and nights of growth: nothing shows on a shoot that stands, but its answers are not those of a mean.
+/// Growth with a daily rhythm. It does not move a straight upright shoot, but its response differs
+/// from the response at the mean growth rate.
 #[test]
-fn growth_by_the_clock_is_forced() {
+fn growth_rate_that_depends_on_time_is_refused_as_forced() {
     #[derive(Debug, Clone)]
     struct Days;
     impl GrowthLaw for Days {
@@ -263,8 +276,8 @@ fn growth_by_the_clock_is_forced() {
 }
 
 #[test]
-fn a_small_closed_boundary_is_followed_all_around() {
-    // The length is the one at onset on a circle of radius r in (a, b).
+fn small_closed_stability_boundary_is_followed_all_around() {
+    // The length equals the length at onset on a circle of the given radius in the plane (a, b).
     let radius = 0.05_f64;
     let family = |a: f64, b: f64| {
         let length = 0.065_614_866_491 + 0.004 * ((a * a + b * b) / (radius * radius) - 1.0);
@@ -286,7 +299,7 @@ fn a_small_closed_boundary_is_followed_all_around() {
         });
         let round = 2.0 * PI * radius;
         let traveled: f64 = chords.sum();
-        // All around, up to the last step and to what chords are shorter than arcs.
+        // The tolerance covers the last step and the difference between chords and arcs.
         assert!(traveled > 0.8 * round && traveled < 1.3 * round, "{step}: {traveled} of {round}");
     }
     let answer = boundary(family, &settings([3.0, 0.0], 0.05));
@@ -294,8 +307,9 @@ fn a_small_closed_boundary_is_followed_all_around() {
 }
 
 #[test]
-fn coarse_meshes_do_not_pass_for_stable() {
-    // β, η, τm, τr of both, τg (h), length. Finer meshes find dozens of unstable roots, or find themselves too coarse.
+fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
+    // β, η, τm and τr of both laws, τg (h), length (m). Finer meshes find dozens of unstable roots,
+    // or report that they are too coarse.
     let cases = [
         (2.280_986, 1.754_145_65, [951.073, 1974.152], 11_348.48 / HOUR, 0.042_481_8),
         (2.0, 5.0, [720.0, 1440.0], 2.0, 0.07),
@@ -310,17 +324,17 @@ fn coarse_meshes_do_not_pass_for_stable() {
                 Proprioception { sensitivity: eta }.remembered(memory),
             );
             let answer = analyse(laws, WEIGHT, Still::upright(), hours, length, elements).unwrap().unstable();
-            let told = matches!(answer, Err(StabilityError::UnderResolved { .. }) | Ok(Unstable::Infinite { .. }));
-            assert!(told, "β {beta}, {elements} elements: {answer:?}");
+            let noticed = matches!(answer, Err(StabilityError::UnderResolved { .. }) | Ok(Unstable::Infinite { .. }));
+            assert!(noticed, "β {beta}, {elements} elements: {answer:?}");
         }
     }
 }
 
 #[test]
-fn a_righted_shoot_with_slow_statoliths_has_its_roots() {
+fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
     let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
     let laws = (Gravitropism { sensitivity: 0.8, perception: statoliths }.remembered(MEMORY), BENDING);
-    let growth = |length: f64, elements: usize| {
+    let linear = |length: f64, elements: usize| {
         let mut shoot = Shoot::builder(YOUNG)
             .length(length)
             .radius(5e-4)
@@ -334,26 +348,27 @@ fn a_righted_shoot_with_slow_statoliths_has_its_roots() {
         let _ = StationarySolver::default().solve(&mut shoot)?;
         Linearisation::about(&shoot)
     };
-    let [coarse, fine] = [4, 6].map(|elements| growth(0.068, elements).unwrap().rightmost().unwrap().value);
-    // Order eight: 1e-6 of the root on four elements.
+    let [coarse, fine] = [4, 6].map(|elements| linear(0.068, elements).unwrap().rightmost().unwrap().value);
+    // The order is eight, which leaves an error of 1e-6 on four elements. `approx` cannot compare
+    // complex numbers without its feature `num-complex`.
     assert!((coarse - fine).norm() < 1e-6 * fine.norm(), "{coarse} and {fine}");
-    let found = crossings(|length| growth(length, 4), 0.060, 0.068).unwrap();
+    let found = crossings(|length| linear(length, 4), 0.060, 0.068).unwrap();
     assert!(!found.is_empty());
 }
 
 #[test]
-fn a_stationary_shoot_may_be_twisted_and_a_delay_must_make_sense() {
-    /// Asks for a twist of 10/m, and has an odd delay.
-    struct Twist<'a> {
-        delay: &'a Cell<f64>,
+fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
+    /// Drives the twist to 10/m. The test changes the delay after the shoot has been built.
+    struct Twist {
+        delay: Arc<Mutex<f64>>,
     }
-    impl TropismLaw for Twist<'_> {
+    impl TropismLaw for Twist {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
             Vector3::z() * (-5.0 * past[0])
         }
         fn declare(&self, to: &mut Declaration) {
             to.stimuli(1);
-            to.variable(Variable::read_after(self.delay.get()));
+            to.variable(Variable::read_after(*self.delay.lock().unwrap()));
         }
         fn sense(&self, site: &Site, stimuli: &mut [f64]) {
             stimuli[0] = site.strain.z - 10.0;
@@ -365,26 +380,28 @@ fn a_stationary_shoot_may_be_twisted_and_a_delay_must_make_sense() {
             rates[0] = (x[0] - y[0]) / 720.0;
         }
     }
-    let delay = Cell::new(720.0);
+    let delay = Arc::new(Mutex::new(720.0));
     let shoot = || {
         Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
             .length(0.05)
             .radius(5e-4)
             .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
-            .tropism(Twist { delay: &delay })
+            .tropism(Twist { delay: Arc::clone(&delay) })
+            .into_dyn()
             .build()
     };
     let mut twisted = shoot().unwrap();
     let _ = StationarySolver::default().solve(&mut twisted).unwrap();
-    assert!((twisted.rod().strain(0, 0).unwrap().z - 10.0).abs() < 1e-6);
+    assert_abs_diff_eq!(twisted.rod().strain(0, 0).unwrap().z, 10.0, epsilon = 1e-6);
     assert!(Linearisation::about(&twisted).is_ok());
-    for odd in [f64::NAN, -100.0] {
-        delay.set(720.0);
-        let mut shoot_of_sound_laws = shoot().unwrap();
-        let _ = StationarySolver::default().solve(&mut shoot_of_sound_laws).unwrap();
-        // A law that changes its mind; a shoot is not built of an odd one in the first place.
-        delay.set(odd);
-        assert!(matches!(Linearisation::about(&shoot_of_sound_laws), Err(StabilityError::Parameter(_))), "{odd}");
-        assert!(shoot().is_err(), "{odd}");
+    for invalid in [f64::NAN, -100.0] {
+        *delay.lock().unwrap() = 720.0;
+        let mut built_before = shoot().unwrap();
+        let _ = StationarySolver::default().solve(&mut built_before).unwrap();
+        // The delay becomes invalid after the shoot was built. No shoot can be built with an
+        // invalid delay.
+        *delay.lock().unwrap() = invalid;
+        assert!(matches!(Linearisation::about(&built_before), Err(StabilityError::Parameter(_))), "{invalid}");
+        assert!(shoot().is_err(), "{invalid}");
     }
 }

@@ -1,5 +1,7 @@
-//! Laws written downstream in the linear problem: as they are, and with derivatives of their own.
+//! Laws of a user in the linear problem, with and without analytical derivatives, and stability
+//! boundaries in two parameters.
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundaryPoint, BoundarySettings, Linearisation, StabilityError, boundary, onset};
@@ -12,12 +14,14 @@ use nalgebra::Vector3;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
-/// Gravitropism that saturates: the signal that it keeps is a tiny concentration c, and u̇* = (β/r) tanh(c/C).
+/// Gravitropism that saturates. Its variables are two concentrations c of the order of `scale` C,
+/// and u̇* = REGR (β/r) tanh(c/C).
 #[derive(Clone, Copy)]
 struct Saturating {
     sensitivity: f64,
     scale: f64,
     memory: Memory,
+    /// Whether the law supplies analytical derivatives.
     own: bool,
 }
 
@@ -62,7 +66,8 @@ impl TropismLaw for Saturating {
     }
 }
 
-fn problem(gravity: impl TropismLaw, length: f64) -> Result<Linearisation, StabilityError> {
+/// Linear problem of the upright shoot of a length (m) with another law for gravitropism.
+fn problem(gravity: impl TropismLaw + Send + Sync + 'static, length: f64) -> Result<Linearisation, StabilityError> {
     let shoot = Shoot::builder(YOUNG)
         .length(length)
         .radius(5e-4)
@@ -70,27 +75,32 @@ fn problem(gravity: impl TropismLaw, length: f64) -> Result<Linearisation, Stabi
         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 20.0 * HOUR }))
         .tropism((gravity, Proprioception { sensitivity: 20.0 }.remembered(MEMORY)))
         .load(Weight { density: 1000.0 })
+        .into_dyn()
         .build()?;
     Linearisation::about(&shoot)
 }
 
 #[test]
-fn a_law_is_as_good_with_its_own_derivative_and_better_where_its_scale_is_tiny() {
+fn analytical_derivatives_of_a_law_give_the_onset_also_for_tiny_variables() {
     let expected = 0.065_614_866_491;
     let at = |scale: f64, own: bool| {
         let law = Saturating { sensitivity: 0.8, scale, memory: MEMORY, own };
-        onset(|length| problem(law, length), 0.055, 0.075).map(|found| found.parameter / expected - 1.0)
+        onset(|length| problem(law, length), 0.055, 0.075).map(|found| found.parameter)
     };
-    // Upright, tanh is linear. Differences at 1e-4 of the scale err by 1e-8/3 of its slope, which moves the length by less.
-    assert!(at(1.0, false).unwrap().abs() < 1e-8);
-    assert!(at(1.0, true).unwrap().abs() < 1e-8);
-    assert!(at(1e-9, true).unwrap().abs() < 1e-8);
-    // A step of 1e-4 is far beyond the saturation then: hardly any gravitropism is left.
-    assert!(!at(1e-9, false).is_ok_and(|error| error.abs() < 1e-2));
+    // In the upright shape tanh is linear. Differences with a step of 1e-4 of the scale have a
+    // relative error of 1e-8/3, which changes the length by less.
+    assert_relative_eq!(at(1.0, false).unwrap(), expected, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(at(1.0, true).unwrap(), expected, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(at(1e-9, true).unwrap(), expected, epsilon = 0.0, max_relative = 1e-8);
+    // With the tiny scale a step of 1e-4 is far in the saturation, and hardly any gravitropism is
+    // left.
+    let wrong = at(1e-9, false);
+    let accidental = wrong.as_ref().is_ok_and(|length| abs_diff_eq!(*length, expected, epsilon = 1e-2 * expected));
+    assert!(!accidental, "{wrong:?}");
 }
 
 #[test]
-fn a_derivative_that_is_not_finite_is_told() {
+fn infinite_derivative_of_a_law_is_refused() {
     struct Broken;
     impl TropismLaw for Broken {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
@@ -108,7 +118,7 @@ fn a_derivative_that_is_not_finite_is_told() {
 }
 
 #[test]
-fn the_boundary_of_stability_goes_through_the_known_onsets_and_ends_on_the_side() {
+fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_rectangle() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
@@ -125,29 +135,32 @@ fn the_boundary_of_stability_goes_through_the_known_onsets_and_ends_on_the_side(
     };
     let curve = follow(0.01);
     for point in &curve {
-        // x tan x = 1, the same period everywhere. A point is 1e-9 of the rectangle's sides from the curve, where the
-        // frequency changes by as much of itself; differences that make the matrix err by 1e-9.
+        // The period follows from x tan x = 1 and is the same everywhere. A point lies within 1e-9
+        // of the rectangle's sides of the curve, which changes the frequency by the same fraction.
+        // The differences in the matrix have an error of 1e-9.
         let period = std::f64::consts::TAU / point.frequency / MINUTE;
-        assert!((period / 87.638_358_711_642_3 - 1.0).abs() < 1e-8, "{point:?}: {period} min");
+        let agrees = relative_eq!(period, 87.638_358_711_642_3, epsilon = 0.0, max_relative = 1e-8);
+        assert!(agrees, "{point:?}: {period} min");
     }
-    // The first point is the one next to the start, the last one on the side.
-    assert!((curve[0].parameters[0] - 20.0).abs() < 0.1);
+    // The first point is next to the initial guess, the last one on the edge.
+    assert_abs_diff_eq!(curve[0].parameters[0], 20.0, epsilon = 0.1);
     let last = curve[curve.len() - 1].parameters;
     assert_eq!(last[0], high[0]);
-    // Where it ends is where a search in the length alone finds the onset, and 40 h lies between two of its points.
+    // At the last point a search in the length alone finds the same onset. The growth time of 40 h
+    // lies between two points.
     let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameter;
-    assert!((last[1] / found - 1.0).abs() < 1e-8, "{} against {found}", last[1]);
+    assert_relative_eq!(last[1], found, epsilon = 0.0, max_relative = 1e-8);
     let around = curve.windows(2).find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0).unwrap();
     assert!(around[0].parameters[1] < 0.072_407_759_341 && around[1].parameters[1] > 0.072_407_759_341);
-    // Two linearisations a point, and a few to set out and to end.
+    // Each point takes two linearisations, and both ends take a few more.
     let points = curve.len();
     assert!(linearisations <= 3 * points + 10, "{linearisations} linearisations for {points} points");
 }
 
 #[test]
-fn a_boundary_goes_around_a_fold() {
-    // At a fixed length the growth time at onset is one number, 20 h. With τg = 15 h (1 + (q − 1)² + 0.1 p) the boundary in
-    // (p, q) is a parabola that folds at q = 1.
+fn stability_boundary_is_followed_around_a_fold() {
+    // At this length the growth time at onset is 20 h. With τg = 15 h (1 + (q − 1)² + 0.1 p) the
+    // boundary in (p, q) is a parabola with a fold at q = 1.
     let family = |p: f64, q: f64| {
         let hours = 15.0 * (1.0 + (q - 1.0).powi(2) + 0.1 * p);
         linear_problem(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
@@ -162,15 +175,17 @@ fn a_boundary_goes_around_a_fold() {
     let curve = boundary(family, &settings).unwrap();
     for point in &curve {
         let [p, q] = point.parameters;
-        // Three elements leave 1e-9 of the length, times the slope of growth time by length (10) and the factor 10.
-        assert!((p - 10.0 * (1.0 / 3.0 - (q - 1.0).powi(2))).abs() < 1e-5, "{point:?}");
+        // The relative error of the length is 1e-9 on three elements. The slope of the growth time
+        // against the length multiplies it by 10, and p by another 10.
+        let expected = 10.0 * (1.0 / 3.0 - (q - 1.0).powi(2));
+        assert!(abs_diff_eq!(p, expected, epsilon = 1e-5), "{point:?}: {expected}");
     }
     let last = curve[curve.len() - 1].parameters;
-    assert!(last[0] == 0.0 && last[1] > 1.5, "past the fold at q = 1: {last:?}");
+    assert!(last[0] == 0.0 && last[1] > 1.5, "the curve ends before the fold at q = 1: {last:?}");
 }
 
 #[test]
-fn a_boundary_says_what_is_wrong() {
+fn invalid_boundary_settings_and_unstable_families_are_refused() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
     let settings = BoundarySettings {
@@ -192,7 +207,7 @@ fn a_boundary_says_what_is_wrong() {
         assert!(matches!(follow(wrong), Err(StabilityError::Parameter(_))), "{wrong:?}");
     }
     let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
-    // Too long: it buckles, and the family says so.
+    // The shoots of this family are longer than the buckling length.
     assert!(matches!(
         boundary(|_, _| problem(gravity, 0.081), &settings),
         Err(StabilityError::MechanicallyUnstable { .. })
@@ -200,19 +215,22 @@ fn a_boundary_says_what_is_wrong() {
 }
 
 #[test]
-fn points_of_a_boundary_are_near_to_it_even_if_steps_are_long() {
+fn boundary_points_are_accurate_with_long_continuation_steps() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
-    // Long steps need several corrections each, which end when the next one is expected to be small.
+    // Long steps need several corrections each. The corrector stops when it expects the next
+    // correction to be small.
     for step in [0.03, 0.1] {
         let settings = BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 };
         let curve = boundary(family, &settings).unwrap();
         for point in &curve {
             let [hours, length] = point.parameters;
-            // Another method on the same mesh, good to 1e-11.
+            // The reference is another method on the same mesh, with an error of 1e-11.
             let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameter;
-            // 1e-9 of the sides across the curve, which climbs by less than a side a side from 20 h on: √2 times that along the length.
+            // The bound is 1e-9 of the sides normal to the curve. From 20 h on the scaled slope of
+            // the curve is less than one, so that the error along the length is at most √2 times as
+            // large.
             let off = (length - found).abs() / (high[1] - low[1]);
             assert!(off < 1.5e-9, "{step}, {point:?}: {off:e}");
         }

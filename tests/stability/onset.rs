@@ -1,5 +1,6 @@
-//! Where the upright shoot begins to oscillate, against the linear theory of Agostinelli, DeSimone and Noselli (2021),
-//! section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, solved to ten digits by other codes.
+//! Onset of oscillations of the upright shoot, compared with the linear theory of Agostinelli,
+//! DeSimone and Noselli (2021), section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, solved to
+//! ten digits by other codes.
 
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
@@ -7,16 +8,19 @@ use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unst
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use nalgebra::Complex;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
 
-/// Equal kernels, τm = τr = 12 min: onset at x tan x = 1 with x = ωτr, whatever the length and the growth time.
+/// Period at onset (s) for equal memories, τm = τr = 12 min. With x = ωτr it satisfies x tan x = 1
+/// for any length and growth time.
 const PERIOD: f64 = 87.638_358_711_642_3 * MINUTE;
 
 #[test]
-fn length_and_period_at_onset_are_those_of_the_linear_theory() {
-    // τg (h), η, length (m) and its range. The lengths are printed as 6.56 and 7.24 cm in the paper.
+fn length_and_period_at_onset_agree_with_linear_theory() {
+    // τg (h), η, length at onset (m) and search range. The paper prints the lengths 6.56 and 7.24
+    // cm.
     let cases = [
         (20.0, 20.0, 0.065_614_866_491, [0.060, 0.070]),
         (40.0, 20.0, 0.072_407_759_341, [0.066, 0.077]),
@@ -25,48 +29,52 @@ fn length_and_period_at_onset_are_those_of_the_linear_theory() {
     ];
     for (hours, eta, length, [from, to]) in cases {
         let found = onset(|l| linear_problem(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4), from, to).unwrap();
-        // Promised are seven digits; four elements of order eight and differences of 1e-9 leave 1e-9.
-        assert!((found.parameter / length - 1.0).abs() < 1e-8, "{hours} h, η = {eta}: {found:?}");
-        assert!((found.period() / PERIOD - 1.0).abs() < 1e-8, "{hours} h, η = {eta}: {found:?}");
+        // Seven digits are promised. Four elements of order eight and differences with an error of
+        // 1e-9 leave 1e-9.
+        for (value, expected) in [(found.parameter, length), (found.period(), PERIOD)] {
+            let agrees = relative_eq!(value, expected, epsilon = 0.0, max_relative = 1e-8);
+            assert!(agrees, "{hours} h, η = {eta}: {value} against {expected}, {found:?}");
+        }
         assert!(!found.essential);
     }
 }
 
 #[test]
-fn slow_statoliths_bring_the_onset_forward() {
+fn slow_statoliths_reduce_the_length_at_onset() {
     let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
     let found = onset(|l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, statoliths, 4), 0.06, 0.07).unwrap();
-    // Ten and nine digits are known of length and period.
-    assert!((found.parameter / 0.064_595_221_175 - 1.0).abs() < 1e-8, "{found:?}");
-    assert!((found.period() / (92.769_230_7 * MINUTE) - 1.0).abs() < 1e-8, "{found:?}");
+    // The length is known to ten digits, the period to nine.
+    assert_relative_eq!(found.parameter, 0.064_595_221_175, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(found.period(), 92.769_230_7 * MINUTE, epsilon = 0.0, max_relative = 1e-8);
 }
 
 #[test]
-fn the_length_at_onset_converges_at_the_order_of_the_shape_at_least() {
+fn length_at_onset_converges_at_least_at_order_eight() {
     let error = |elements| {
         let family = |l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, elements);
         (onset(family, 0.06, 0.07).unwrap().parameter / 0.065_614_866_491 - 1.0).abs()
     };
-    // Coarse meshes, whose errors (1e-5 to 1e-9) are far above the 1e-10 of the differences that make the matrix.
+    // On these coarse meshes the errors (1e-5 to 1e-9) are far above the error 1e-10 of the
+    // differences in the matrix.
     let (one, three) = (error(1), error(3));
     let order = (one / three).ln() / 3.0_f64.ln();
     assert!(order > 7.5, "observed order {order}: errors {one:e} and {three:e}");
 }
 
 #[test]
-fn in_microgravity_all_waves_begin_to_oscillate_at_once() {
+fn onset_in_microgravity_is_that_of_the_essential_spectrum() {
     let family = |growth_time: f64| weightless(20.0, growth_time, MEMORY);
     let found = onset(family, 2.0 * HOUR, 6.0 * HOUR).unwrap();
     assert!(found.essential);
-    // The root of 1 + b(iω) = 0; the paper prints 3.5 h.
-    assert!((found.parameter / HOUR - 3.524_494_109_609_37).abs() < 1e-9, "{}", found.parameter / HOUR);
-    assert!((found.period() / PERIOD - 1.0).abs() < 1e-9);
+    // The growth time follows from 1 + b(iω) = 0. The paper prints 3.5 h.
+    assert_abs_diff_eq!(found.parameter / HOUR, 3.524_494_109_609_37, epsilon = 1e-9);
+    assert_relative_eq!(found.period(), PERIOD, epsilon = 0.0, max_relative = 1e-9);
     assert!(
         matches!(family(3.0 * HOUR).unwrap().unstable().unwrap(), Unstable::Infinite { abscissa } if abscissa > 0.0)
     );
 }
 
-/// A weightless shoot that senses its bending only.
+/// Linear problem of a weightless shoot with proprioception only.
 fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisation, StabilityError> {
     let shoot = Shoot::builder(YOUNG)
         .length(0.05)
@@ -81,8 +89,9 @@ fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisatio
 }
 
 #[test]
-fn without_delay_the_essential_spectrum_is_that_of_a_quadratic() {
-    // 1 + b = 0 with τr = 0 is τg λ (1 + λ τm) + η = 0: stable at any growth time.
+fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
+    // With τr = 0 the equation 1 + b = 0 is τg λ (1 + λ τm) + η = 0, which is stable at any growth
+    // time.
     let (eta, time) = (20.0, 720.0);
     for hours in [0.5, 3.0, 20.0] {
         let growth_time: f64 = hours * HOUR;
@@ -90,26 +99,32 @@ fn without_delay_the_essential_spectrum_is_that_of_a_quadratic() {
         let root = linear.essential_spectrum().unwrap()[0];
         let expected =
             0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
-        // The law's own derivatives are exact; Newton's method leaves 1e-13 of a root of 1e-3/s.
-        assert!((root.re - expected.re).abs() < 1e-14 && (root.im - expected.im.abs()).abs() < 1e-14, "{root}");
+        // The analytical derivatives of the law are exact. Newton's method leaves 1e-13 of a root
+        // of 1e-3/s.
+        assert!(abs_diff_eq!(root.re, expected.re, epsilon = 1e-14), "{hours} h: {root} against {expected}");
+        assert!(abs_diff_eq!(root.im, expected.im.abs(), epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert_eq!(linear.unstable().unwrap(), Unstable::Finite(0));
     }
 }
 
 #[test]
-fn a_crossing_at_zero_has_no_frequency() {
-    // A shoot that bends further when it is bent (η < 0) is unstable without a swing.
+fn onset_of_negative_proprioception_is_at_zero_frequency() {
+    // With η < 0 a bend increases itself, and the shoot is unstable without oscillations.
     let family = |eta: f64| weightless(eta, 20.0 * HOUR, MEMORY);
     let found = onset(family, 5.0, -5.0).unwrap();
-    // λ ≈ −η/τg next to zero, and it is on the axis to 1e-11 of the slowest rate, 1/720 s: |η| < 1e-9.
-    assert!(found.essential && found.parameter.abs() < 1e-8, "{found:?}");
+    // Near zero λ ≈ −η/τg. The search places it on the axis to 1e-11 of the slowest rate, 1/(720
+    // s), so that |η| < 1e-9.
+    assert!(found.essential);
+    assert_abs_diff_eq!(found.parameter, 0.0, epsilon = 1e-8);
     assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
 }
 
 #[test]
-fn a_rigid_shoot_with_gravitropism_alone_is_always_stable() {
-    // Stable in the limit of any stiffness. A million times stiffer than real tissue is as good as rigid from three
-    // hours on; faster growth amplifies waves by exp(2 β ℓ τm/(r τg)) along the shoot, and the rest of its elasticity tells.
+fn rigid_shoot_with_gravitropism_alone_is_stable() {
+    // The shoot is stable in the limit of infinite stiffness. For growth times from three hours on,
+    // tissue a million times stiffer than real tissue is rigid enough. Faster growth amplifies
+    // waves by exp(2 β ℓ τm/(r τg)) along the shoot, and the remaining elasticity becomes
+    // noticeable.
     for hours in [3.0, 5.0, 10.0, 20.0, 40.0, 100.0, 1000.0] {
         for elements in [2, 3, 4, 8] {
             let mut stiff = YOUNG;
@@ -125,7 +140,7 @@ fn a_rigid_shoot_with_gravitropism_alone_is_always_stable() {
                 .build()
                 .unwrap();
             let linear = Linearisation::about(&shoot).unwrap();
-            // Counted right of 1e-6/τm.
+            // Roots are counted to the right of 1e-6/τm.
             assert_eq!(linear.unstable().unwrap(), Unstable::Finite(0), "τg = {hours} h, {elements} elements");
             assert!(matches!(linear.rightmost(), Err(StabilityError::NoIsolatedRoot)));
         }
@@ -133,12 +148,12 @@ fn a_rigid_shoot_with_gravitropism_alone_is_always_stable() {
 }
 
 #[test]
-fn ranges_and_laws_without_an_onset_are_told() {
+fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
     let upright = |l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let error = onset(upright, 0.05, 0.06).unwrap_err();
     assert!(matches!(error, StabilityError::NoCrossing { unstable_from: 0, unstable_to: 0, .. }), "{error}");
     assert!(matches!(onset(upright, f64::NAN, 0.06), Err(StabilityError::Parameter(_))));
-    // Past Greenhill's length (7.93 cm) an upright shoot falls before it oscillates.
+    // Beyond Greenhill's length (7.93 cm) an upright shoot buckles.
     assert!(matches!(upright(0.08), Err(StabilityError::MechanicallyUnstable { negative: 2 })));
 
     let shoot = |law: bool, tilt: f64| {
@@ -157,7 +172,7 @@ fn ranges_and_laws_without_an_onset_are_told() {
             .unwrap()
     };
     let forced = Linearisation::about(&shoot(true, 0.0)).unwrap_err();
-    // The oscillator's gradient turns on a circle of radius α/r = 400/m.
+    // The gradient of the oscillator rotates on a circle of radius α/r = 400/m.
     assert!(matches!(forced, StabilityError::Forced { change } if change > 100.0 && change <= 800.0), "{forced}");
     let mut tilted = shoot(false, 0.5);
     let before = tilted.state().clone();

@@ -1,7 +1,11 @@
-//! What the mesh puts answers of the module `stability` off: estimates against the continuous problem, and tolerances.
+//! Discretisation errors of the module `stability`: estimates compared with the continuous problem,
+//! and refinement to a tolerance.
+//!
+//! `MORPHOROD_CASES=200 cargo test --workspace --test all stability::refinement` draws more shoots.
 
 use std::f64::consts::TAU;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::{Graded, Tissue};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::{PointForce, Weight};
@@ -10,14 +14,15 @@ use morphorod::stability::{
     crossings, onset,
 };
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
-use morphorod::{Shoot, Still};
+use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
+use crate::fixtures::random::number;
 use crate::fixtures::upright::continuous::Upright;
 use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
-/// Short waves: four elements put the length at onset off by 2e-4 of it.
+/// A shoot with short waves. On four elements the relative error of the length at onset is 2e-4.
 const SHORT_WAVES: Upright = Upright {
     beta: 1.911,
     eta: 3.1276,
@@ -26,19 +31,20 @@ const SHORT_WAVES: Upright = Upright {
     growth_time: 24_089.0,
 };
 
-/// The errors of a crossing against the continuous problem, relative: length and frequency.
+/// Relative errors of length and frequency of a crossing, compared with the continuous problem.
 fn errors(shoot: &Upright, found: &Onset) -> [f64; 2] {
     let (length, frequency) = shoot.crossing(found.parameter, found.frequency);
     [(found.parameter / length - 1.0).abs(), (found.frequency / frequency - 1.0).abs()]
 }
 
-/// Whether an estimate is that of an error but for a factor of 0.3 to 30. Below 3e-10 differences tell more than the mesh.
+/// Whether an estimate agrees with an error up to a factor between 0.3 and 30. Below 3e-10 the
+/// error of the finite differences dominates the error of the mesh.
 fn is_near(estimate: f64, error: f64) -> bool {
     estimate > 0.3 * error.min(3e-10) && (error < 3e-10 || (0.3..30.0).contains(&(estimate / error)))
 }
 
 #[test]
-fn the_estimate_on_a_mesh_is_its_error() {
+fn error_estimates_of_an_onset_agree_with_the_errors() {
     for elements in [4, 6, 8, 12, 16] {
         let found = onset(|length| SHORT_WAVES.linear(length, elements), 0.02, 0.03).unwrap();
         assert_eq!((found.parameter_error, found.frequency_error, found.elements), (None, None, elements));
@@ -46,8 +52,10 @@ fn the_estimate_on_a_mesh_is_its_error() {
         assert_eq!((checked.parameter, checked.frequency), (found.parameter, found.frequency));
         let [length, frequency] = errors(&SHORT_WAVES, &found);
         let estimate = checked.parameter_error.unwrap() / found.parameter;
-        // Errors from 2e-4 down to 4e-9; the finer mesh has less than a hundredth of them.
-        assert!((estimate / length - 1.0).abs() < 0.1, "{elements} elements: {estimate:e} for {length:e}");
+        // The errors are 2e-4 to 4e-9. The error of the finer mesh is less than a hundredth of
+        // that.
+        let agrees = abs_diff_eq!(estimate, length, epsilon = 0.1 * length);
+        assert!(agrees, "{elements} elements: {estimate:e} for {length:e}");
         let estimate = checked.frequency_error.unwrap() / found.frequency;
         assert!(is_near(estimate, frequency), "{elements} elements: {estimate:e} for {frequency:e}");
     }
@@ -59,7 +67,7 @@ fn the_estimate_on_a_mesh_is_its_error() {
 }
 
 #[test]
-fn a_tolerance_chooses_the_mesh() {
+fn refinement_to_a_tolerance_chooses_the_mesh() {
     let mut last = 0;
     for tolerance in [1e-3, 1e-5, 1e-7, 1e-9] {
         let found = Refinement::to(tolerance).onset(|l, n| SHORT_WAVES.linear(l, n), 0.02, 0.03).unwrap();
@@ -68,13 +76,14 @@ fn a_tolerance_chooses_the_mesh() {
         assert!(is_near(found.parameter_error.unwrap() / found.parameter, length), "{length:e}: {found:?}");
         assert!(found.elements > last, "{found:?}");
         last = found.elements;
-        // The search on four elements takes some fifteen, each finer mesh three at most.
+        // The search on four elements takes about fifteen linearisations, each finer mesh at most
+        // three.
         assert!(found.linearisations < 40, "{found:?}");
     }
 }
 
 #[test]
-fn tolerances_that_nobody_can_meet_are_told() {
+fn unattainable_tolerances_and_unsuitable_meshes_are_refused() {
     let family = |length: f64, elements: usize| SHORT_WAVES.linear(length, elements);
     for tolerance in [0.0, -1e-6, f64::NAN, f64::INFINITY, 9.9e-10] {
         let error = Refinement::to(tolerance).onset(family, 0.02, 0.03).unwrap_err();
@@ -82,31 +91,32 @@ fn tolerances_that_nobody_can_meet_are_told() {
     }
     let bounded = Refinement { last: 8, ..Refinement::to(1e-8) };
     let error = bounded.onset(family, 0.02, 0.03).unwrap_err();
-    // 9e-7 is the error on eight elements.
-    let told =
+    // The error on eight elements is 9e-7.
+    let reported =
         matches!(error, StabilityError::ToleranceNotMet { error, elements: 8, .. } if error > 3e-7 && error < 3e-5);
-    assert!(told, "{error}");
-    // Nothing, less than the first mesh, and one mesh alone: the next would have 126 elements.
+    assert!(reported, "{error}");
+    // No elements, fewer elements than the first mesh, and a single mesh: the second one would have
+    // 126 elements.
     let alone = Refinement { first: 63, last: 64, ..bounded };
     for meshes in [Refinement { first: 0, ..bounded }, Refinement { last: 4, ..bounded }, alone] {
         assert!(matches!(meshes.onset(family, 0.02, 0.03), Err(StabilityError::Parameter(_))));
     }
-    // A family that does not refine.
+    // A family that ignores the number of elements.
     let answer = bounded.onset(|length, _| SHORT_WAVES.linear(length, 4), 0.02, 0.03);
     assert!(matches!(answer, Err(StabilityError::Parameter(_))), "{answer:?}");
     let none = Refinement::to(1e-6).onset(family, 0.015, 0.02).unwrap_err();
     assert!(matches!(none, StabilityError::NoCrossing { .. }), "{none}");
 }
 
-/// Cases of the property test; MORPHOROD_CASES asks for more.
+/// Number of random shoots.
 fn cases() -> u32 {
-    std::env::var("MORPHOROD_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(20)
+    number("MORPHOROD_CASES", 20) as u32
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, max_global_rejects: 100_000, ..ProptestConfig::default() })]
     #[test]
-    fn tolerances_are_met_and_estimates_are_near(
+    fn onsets_of_random_shoots_meet_their_tolerance(
         (beta, eta, hours) in (0.3..2.0_f64, 2.0..30.0_f64, 3.0..48.0_f64),
         gravity in (300.0..1500.0_f64, 300.0..1800.0_f64),
         bending in (300.0..1500.0_f64, 300.0..1800.0_f64),
@@ -116,7 +126,8 @@ proptest! {
         let shoot = Upright {
             beta, eta, gravity: memory(gravity), bending: memory(bending), growth_time: hours * HOUR,
         };
-        // Next to the essential spectrum and with none in the range there is no answer.
+        // There is no result if the range holds no onset, or if the onset is too close to the
+        // essential spectrum.
         let meshes = Refinement { last: 32, ..Refinement::to(10_f64.powf(-digits)) };
         let answer = meshes.onset(|length, n| shoot.linear(length, n), 0.015, 0.078);
         prop_assume!(answer.is_ok());
@@ -129,14 +140,14 @@ proptest! {
 }
 
 #[test]
-fn roots_have_errors_and_tolerances() {
-    // What 24 elements say is good to 1e-10 of the root.
+fn roots_have_error_estimates_and_meet_tolerances() {
+    // The relative error of the root on 24 elements is 1e-10.
     let exact = SHORT_WAVES.linear(0.0275, 24).unwrap().rightmost().unwrap().value;
     let rough = SHORT_WAVES.linear(0.0275, 4).unwrap().rightmost().unwrap();
     assert!(rough.error.is_none());
     let rough = rough.with_error(&SHORT_WAVES.linear(0.0275, 8).unwrap()).unwrap();
     let (estimate, error) = (rough.error.unwrap(), (rough.value - exact).norm());
-    assert!((estimate / error - 1.0).abs() < 0.1, "{estimate:e} for {error:e}");
+    assert_abs_diff_eq!(estimate, error, epsilon = 0.1 * error);
     let no_finer = rough.with_error(&SHORT_WAVES.linear(0.0275, 4).unwrap());
     assert!(matches!(no_finer, Err(StabilityError::Parameter(_))));
     for tolerance in [1e-4, 1e-7] {
@@ -145,15 +156,16 @@ fn roots_have_errors_and_tolerances() {
         let error = (found.value - exact).norm();
         assert!(error < tolerance * exact.norm() && is_near(found.error.unwrap() / exact.norm(), error / exact.norm()));
         let all = meshes.roots(|n| SHORT_WAVES.linear(0.0275, n), 0.0).unwrap();
-        // All of them may need another mesh than the first.
+        // The search for all roots may choose another mesh than the search for the rightmost one.
+        // `approx` cannot compare complex numbers without its feature `num-complex`.
         assert!((all[0].value - exact).norm() < tolerance * exact.norm());
         assert!(all.iter().all(|root| root.error.unwrap() < tolerance * root.value.norm()));
     }
 }
 
 #[test]
-fn crossings_at_zero_and_of_the_essential_spectrum_have_no_error_but_rounding() {
-    // A shoot that bends further when it is bent.
+fn error_estimates_of_essential_crossings_are_rounding_errors() {
+    // For η < 0 a bend increases itself.
     let weightless = |eta: f64, growth_time: f64, elements: usize| {
         let shoot = Shoot::builder(YOUNG)
             .length(0.05)
@@ -168,37 +180,44 @@ fn crossings_at_zero_and_of_the_essential_spectrum_have_no_error_but_rounding() 
     };
     let meshes = Refinement::to(1e-7);
     let found = meshes.onset(|eta, n| weightless(eta, 20.0 * HOUR, n), 5.0, -5.0).unwrap();
-    assert!(found.essential && found.parameter.abs() < 1e-8, "{found:?}");
+    assert!(found.essential, "{found:?}");
+    assert_abs_diff_eq!(found.parameter, 0.0, epsilon = 1e-8);
     assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
-    // 1e-10 of the larger end of a range that holds zero.
+    // For a range that contains zero the estimate is 1e-10 of the end of larger magnitude.
     assert_eq!(found.parameter_error, Some(5e-10));
     let found = meshes.onset(|hours, n| weightless(20.0, hours * HOUR, n), 2.0, 6.0).unwrap();
-    assert!(found.essential && (found.parameter / 3.524_494_109_609_37 - 1.0).abs() < 1e-9, "{found:?}");
+    assert!(found.essential, "{found:?}");
+    assert_relative_eq!(found.parameter, 3.524_494_109_609_37, epsilon = 0.0, max_relative = 1e-9);
     let error = found.parameter_error.unwrap() / found.parameter;
-    // The rounding of differences, on the first mesh that has an estimate.
-    assert!((error / 1e-10 - 1.0).abs() < 1e-6 && found.elements == 6, "{found:?}");
+    // The estimate is the rounding error of the differences. It comes from the first mesh that can
+    // have an estimate.
+    assert_relative_eq!(error, 1e-10, epsilon = 0.0, max_relative = 1e-6);
+    assert_eq!(found.elements, 6);
 }
 
 #[test]
-fn next_to_buckling_a_crossing_is_that_of_the_continuous_problem() {
-    // Gravity alone. The characteristic function has no singularity where the shoot buckles; the response X has.
-    let found = |ratio: f64, from: f64, to: f64| {
+fn crossing_next_to_buckling_agrees_with_the_continuous_problem() {
+    // Only gravitropism acts. The response X has a singularity where the shoot buckles, the
+    // characteristic function has none.
+    let lengths = |ratio: f64, from: f64, to: f64| {
         let length = ratio * 0.079_334_124;
         let shoot =
             |hours: f64| Upright { beta: 0.8, eta: 0.0, gravity: MEMORY, bending: MEMORY, growth_time: hours * HOUR };
         let found = crossings(|hours| shoot(hours).linear(length, 12), from, to).unwrap();
         assert_eq!(found.len(), 1, "{found:?}");
-        shoot(found[0].parameter).crossing(length, found[0].frequency).0 / length - 1.0
+        [shoot(found[0].parameter).crossing(length, found[0].frequency).0, length]
     };
     for ratio in [0.97, 0.99, 0.999] {
-        let error = found(ratio, 8.0, 9.0);
-        // Twelve elements leave 3e-8. With bends of 3e-5 rad whatever they lead to it was 3e-3 at 0.999.
-        assert!(error.abs() < 1e-7, "{ratio}: {error:e}");
+        let [exact, length] = lengths(ratio, 8.0, 9.0);
+        // The error on twelve elements is 3e-8. Finite differences with bends of 3e-5 rad,
+        // regardless of the displacements that follow, once gave an error of 3e-3 at 0.999.
+        let agrees = relative_eq!(exact, length, epsilon = 0.0, max_relative = 1e-7);
+        assert!(agrees, "{ratio}: {length} against {exact}");
     }
 }
 
 #[test]
-fn a_boundary_meets_its_tolerance_at_every_point() {
+fn stability_boundary_meets_its_tolerance_at_every_point() {
     let shoot = |hours: f64| Upright { growth_time: hours * HOUR, ..SHORT_WAVES };
     let start = onset(|length| SHORT_WAVES.linear(length, 4), 0.02, 0.03).unwrap();
     let hours = SHORT_WAVES.growth_time / HOUR;
@@ -220,23 +239,27 @@ fn a_boundary_meets_its_tolerance_at_every_point() {
     assert!(error(&coarse[0])[0] > 1e-4);
     let checked = coarse[0].with_error(|h, l| family(h, l, 4), |h, l| family(h, l, 8)).unwrap();
     assert_eq!(checked.point, coarse[0]);
-    // The shortest way is a little shorter than that along the length.
+    // The estimate is the shortest distance to the curve, which is a little less than the distance
+    // along the length.
     let estimate = checked.parameter_errors[1] / coarse[0].parameters[1];
     assert!((0.3..1.1).contains(&(estimate / error(&coarse[0])[0])), "{estimate:e} {:?}", error(&coarse[0]));
     let found = Refinement::to(1e-6).boundary(family, &settings).unwrap();
     assert_eq!(found.points.len(), coarse.len());
     for refined in &found.points {
         let [length, frequency] = error(&refined.point);
-        // Growth time and length meet the tolerance; on a curve of slope one the length at a growth time is twice as far off.
+        // Growth time and length both meet the tolerance. On a curve of slope one the error of the
+        // length at a given growth time is at most twice the tolerance.
         assert!(length < 2e-6 && frequency < 2e-6, "{length:e} {frequency:e} {refined:?}");
         assert!(refined.elements > 4 && TAU / refined.point.frequency > 0.0);
     }
-    // Two on the coarse mesh and one on the fine one, a climb of four meshes at every sixteenth.
+    // Each point takes two linearisations on the coarse mesh and one on the fine mesh. Every
+    // sixteenth point is refined through four meshes.
     assert!(found.linearisations < 6 * found.points.len(), "{}", found.linearisations);
 }
 
-/// A shoot that leans, with a node where a force pulls and tissue that stiffens along it.
-fn leaning(elements: usize) -> Result<Shoot<impl morphorod::Model>, StabilityError> {
+/// A stationary shoot on a tilted base, with a point force at a node and stiffness that varies
+/// along the shoot.
+fn leaning(elements: usize) -> Result<Shoot<DynLaws>, StabilityError> {
     let graded = Graded { law: YOUNG, factor: |tissue: &Tissue| 1.0 + 10.0 * tissue.initial_apex_distance };
     let mut shoot = Shoot::builder(graded)
         .length(0.06)
@@ -259,7 +282,7 @@ fn leaning(elements: usize) -> Result<Shoot<impl morphorod::Model>, StabilityErr
 }
 
 #[test]
-fn a_mesh_that_is_cut_answers_as_one_that_is_built() {
+fn refined_linearisation_of_a_shoot_converges_to_that_of_a_finer_shoot() {
     let shoot = leaning(2).unwrap();
     let before = shoot.state().clone();
     let root = |linear: &Linearisation| linear.rightmost().unwrap().value;
@@ -273,19 +296,21 @@ fn a_mesh_that_is_cut_answers_as_one_that_is_built() {
         if parts == 1 {
             assert_eq!(error, coarse);
         } else {
-            // Order eight: a hundredth at least, down to the rounding of differences.
+            // The order is eight, so that the error decreases at least by a factor of 100, down to
+            // the rounding of differences.
             assert!(error < (0.01 * coarse).max(1e-8), "{parts}: {error:e} after {coarse:e}");
         }
     }
     assert_eq!(shoot.state(), &before);
     assert!(matches!(Linearisation::refined(&shoot, 0), Err(StabilityError::Parameter(_))));
     assert!(matches!(Linearisation::refined(&shoot, usize::MAX), Err(StabilityError::Parameter(_))));
-    // One that is not stationary is not made so.
+    // A shoot that is not stationary is refused.
     let mut moving = leaning(2).unwrap();
     moving.set_intrinsic(|point| point.intrinsic * 0.9);
     let answer = Linearisation::refined(&moving, 2);
     assert!(matches!(answer, Err(StabilityError::NotStationary { .. })), "{answer:?}");
-    // It serves a family, too.
+    // The refined linearisation can be used as a family of meshes. The difference of complex
+    // numbers is bounded by hand, since `approx` needs its feature `num-complex` for them.
     let found =
         Refinement { first: 1, ..Refinement::to(1e-6) }.rightmost(|parts| Linearisation::refined(&shoot, parts));
     assert!((found.unwrap().value - exact).norm() < 1e-6 * exact.norm());

@@ -1,4 +1,5 @@
-//! Files of tracked positions and centre lines: what is read, what is refused and how it is said, and curvature along the arc.
+//! Files of tracked positions and centre lines: accepted tables, messages for invalid tables, and
+//! curvature along the arc.
 
 // The readers belong to the examples; each test and each example uses a part of them.
 #[allow(dead_code)]
@@ -8,11 +9,13 @@ mod centre_lines;
 #[path = "../../examples/common/tracks.rs"]
 mod tracks;
 
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
+
 use crate::fixtures::random::Draw;
 use centre_lines::{centre_lines, curvature};
 use tracks::{Layout, TrackError, read_tracks, tracks};
 
-/// Frames of a minute, pixels of 0.1 mm, y down.
+/// Layout of a table with frames of one minute and pixels of 0.1 mm. The axis y points down.
 fn pixels() -> Layout<'static> {
     Layout {
         time: "frame",
@@ -25,20 +28,21 @@ fn pixels() -> Layout<'static> {
 }
 
 #[test]
-fn positions_in_pixels_and_frames() {
-    // Columns in any order, blanks, quotes, remarks, a mark of the encoding, lines that end as on Windows, columns that nobody asks for.
+fn positions_in_pixels_and_frames_are_converted() {
+    // The table has a byte order mark, a comment, blanks, quotes, Windows line ends, an unused
+    // column, and columns in another order.
     let text = "\u{feff}# a remark\r\ny, \"frame\",quality,x\r\n20,0,0.9,10\r\n\r\n30,2,0.8,-5.5\r\n";
     let found = tracks(text, &pixels()).unwrap();
     assert_eq!(found.len(), 1);
     assert_eq!(found[0].times, [0.0, 120.0]);
     let known = [[1e-3, -2e-3, 0.0], [-5.5e-4, -3e-3, 0.0]];
     for (p, q) in found[0].positions.iter().flatten().zip(known.iter().flatten()) {
-        assert!((p - q).abs() < 1e-18, "{p} {q}");
+        assert_abs_diff_eq!(p, q, epsilon = 1e-18);
     }
 }
 
 #[test]
-fn positions_in_space_and_several_tracks() {
+fn positions_in_space_and_several_tracks_are_read() {
     let text = "t,x,y,z\n0,1,2,3\n0.5,4,5,6\n";
     let plain = Layout {
         time: "t",
@@ -54,20 +58,20 @@ fn positions_in_space_and_several_tracks() {
     let found = tracks(text, &Layout { track: Some("id"), ..pixels() }).unwrap();
     assert_eq!(found.iter().map(|track| track.name.as_str()).collect::<Vec<_>>(), ["b", "a"]);
     assert_eq!(found[1].times, [0.0, 60.0]);
-    assert!((found[0].positions[1][0] - 4e-4).abs() < 1e-18);
+    assert_abs_diff_eq!(found[0].positions[1][0], 4e-4, epsilon = 1e-18);
 }
 
 #[test]
-fn what_is_no_table_of_positions_is_told_by_line_and_column() {
-    let told = |text: &str| tracks(text, &pixels()).unwrap_err().to_string();
+fn invalid_tables_are_refused_with_line_and_column() {
+    let message = |text: &str| tracks(text, &pixels()).unwrap_err().to_string();
     let head = "frame,x,y\n";
-    assert_eq!(told(""), "the table has no rows below a header");
-    assert_eq!(told(head), told("# only\n"));
-    assert!(told("frame;x;y\n0;1;2\n").contains("';'"), "{}", told("frame;x;y\n0;1;2\n"));
-    assert!(told("frame\tx\ty\n0\t1\t2\n").contains("commas"));
-    assert_eq!(told("frame,x,z\n0,1,2\n"), "there is no column 'y'; there are 'frame', 'x', 'z'");
-    assert_eq!(told("frame,x,y,x\n0,1,2,3\n"), "there are two columns 'x'");
-    assert_eq!(told(&format!("# r\n{head}0,1,2\n1,2\n")), "line 4 has 2 fields, but the header has 3");
+    assert_eq!(message(""), "the table has no rows below a header");
+    assert_eq!(message(head), message("# only\n"));
+    assert!(message("frame;x;y\n0;1;2\n").contains("';'"), "{}", message("frame;x;y\n0;1;2\n"));
+    assert!(message("frame\tx\ty\n0\t1\t2\n").contains("commas"));
+    assert_eq!(message("frame,x,z\n0,1,2\n"), "there is no column 'y'; there are 'frame', 'x', 'z'");
+    assert_eq!(message("frame,x,y,x\n0,1,2,3\n"), "there are two columns 'x'");
+    assert_eq!(message(&format!("# r\n{head}0,1,2\n1,2\n")), "line 4 has 2 fields, but the header has 3");
     for text in ["abc", "", "NaN", "inf", "1e999", "1.5mm"] {
         let error = tracks(&format!("{head}0,1,2\n1,{text},2\n"), &pixels()).unwrap_err();
         assert_eq!(error, TrackError::NoNumber { line: 3, column: "x".into(), text: text.into() });
@@ -83,12 +87,12 @@ fn what_is_no_table_of_positions_is_told_by_line_and_column() {
 }
 
 #[test]
-fn scale_frame_time_and_signs_are_asked_for() {
+fn missing_and_invalid_scale_frame_time_and_signs_are_refused() {
     let text = "frame,x,y\n0,1,2\n1,2,3\n";
-    let told = |layout: Layout| tracks(text, &layout).unwrap_err().to_string();
-    assert!(told(Layout { seconds: None, ..pixels() }).contains("time of a frame"));
-    assert!(told(Layout { metres: None, ..pixels() }).contains("scale"));
-    assert!(told(Layout { signs: None, ..pixels() }).contains("where the axes point was not given"));
+    let message = |layout: Layout| tracks(text, &layout).unwrap_err().to_string();
+    assert!(message(Layout { seconds: None, ..pixels() }).contains("time of a frame"));
+    assert!(message(Layout { metres: None, ..pixels() }).contains("scale"));
+    assert!(message(Layout { signs: None, ..pixels() }).contains("where the axes point was not given"));
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(tracks(text, &Layout { seconds: Some(value), ..pixels() }), Err(TrackError::Senseless(..))));
         assert!(matches!(tracks(text, &Layout { metres: Some(value), ..pixels() }), Err(TrackError::Senseless(..))));
@@ -99,13 +103,13 @@ fn scale_frame_time_and_signs_are_asked_for() {
 }
 
 #[test]
-fn the_table_of_the_example_is_read() {
+fn table_of_the_example_tracked_tip_is_read() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/tracked_tip/shoot_from_above.csv");
     let layout = Layout { track: Some("track"), seconds: Some(120.0), ..pixels() };
     let found = read_tracks(file, &layout).unwrap();
     assert_eq!(found.iter().map(|track| track.name.as_str()).collect::<Vec<_>>(), ["tip", "stake"]);
     assert!(found.iter().all(|track| track.times.len() > 900));
-    // Two tracks that are not told apart: a time that repeats.
+    // The times of the two tracks repeat if the column of track names is not given.
     let error = read_tracks(file, &Layout { track: None, ..layout }).unwrap_err();
     assert!(matches!(error, TrackError::NotLater { line: 5, .. }), "{error}");
 }
@@ -115,21 +119,22 @@ fn centre_lines_are_grouped_by_their_times() {
     let text = "frame,x,y\n0,0,0\n0,0,-1\n1,0,0\n1,1,-1\n1,2,-2\n";
     let found = centre_lines(text, &pixels(), "").unwrap();
     assert_eq!(found.iter().map(|line| (line.time, line.points.len())).collect::<Vec<_>>(), [(0.0, 2), (60.0, 3)]);
-    // y of an image points down: the second point is above the base.
+    // The axis y of an image points down, so that the second point is above the base.
     assert_eq!(found[0].points[1], [0.0, 1e-4, 0.0]);
     let error = centre_lines("frame,x,y\n1,0,0\n0,0,-1\n", &pixels(), "").unwrap_err();
     assert!(matches!(error, TrackError::NotLater { line: 3, .. }), "{error}");
     assert_eq!(centre_lines(text, &pixels(), "other").unwrap_err(), TrackError::Empty);
 }
 
-/// Points with noise along a line whose direction angle is given; by steps of a thousandth of the distance between points.
+/// Noisy points along a line with a given direction angle. The angle is integrated with a
+/// thousandth of the distance between points.
 fn line(count: usize, apart: f64, noise: f64, angle: impl Fn(f64) -> f64) -> Vec<[f64; 3]> {
     let mut draw = Draw::new(11);
     let (mut x, mut y) = (0.0, 0.0);
     let fine = apart / 1000.0;
     let mut points = Vec::new();
     for k in 0..count {
-        // A uniform distribution of standard deviation `noise`.
+        // The noise is uniform with standard deviation `noise`.
         let mut off = || draw.uniform(-1.0, 1.0) * noise * 3.0_f64.sqrt();
         points.push([x + off(), y + off(), 0.0]);
         for i in 0..1000 {
@@ -142,55 +147,60 @@ fn line(count: usize, apart: f64, noise: f64, angle: impl Fn(f64) -> f64) -> Vec
 }
 
 #[test]
-fn the_curvature_of_an_arc_of_a_circle() {
-    // A radius of 5 cm, 10 cm of it every 0.5 mm, smoothed over 2 mm; it turns clockwise, then counterclockwise.
+fn curvature_of_a_circular_arc_is_constant() {
+    // An arc of radius 5 cm and length 10 cm with points every 0.5 mm, smoothed over 2 mm, in both
+    // senses of rotation.
     for sign in [1.0, -1.0] {
         let found = curvature(&line(201, 5e-4, 0.0, |s| sign * s / 0.05), 2e-3).unwrap();
         for (k, place) in found.iter().enumerate() {
-            // The arc is longer than its smoothed line by (width/radius)² or less.
-            assert!((place.arc_length - 5e-4 * k as f64).abs() < 2e-3 * 0.1, "{place:?}");
-            // Inside by (width/radius)²/2 = 8e-4 less; at the ends a cubic misses (width/radius)² times a few.
-            assert!((place.curvature[2] * sign * 0.05 - 1.0).abs() < 0.02, "{k}: {place:?}");
+            // Smoothing shortens the arc at most by a fraction (width/radius)².
+            assert!(abs_diff_eq!(place.arc_length, 5e-4 * k as f64, epsilon = 2e-3 * 0.1), "{k}: {place:?}");
+            // Far from the ends smoothing reduces the curvature by (width/radius)²/2 = 8e-4. Near
+            // the ends the cubic has an error of a few times (width/radius)².
+            let curvature = place.curvature[2] * sign * 0.05;
+            assert!(abs_diff_eq!(curvature, 1.0, epsilon = 0.02), "{k}: {place:?}");
             if (40..160).contains(&k) {
-                assert!((place.curvature[2] * sign * 0.05 - 1.0).abs() < 1e-3, "{k}: {place:?}");
+                assert!(abs_diff_eq!(curvature, 1.0, epsilon = 1e-3), "{k}: {place:?}");
             }
         }
-        assert!((found[200].arc_length / 0.1 - 1.0).abs() < 2e-3);
+        assert_relative_eq!(found[200].arc_length, 0.1, epsilon = 0.0, max_relative = 2e-3);
     }
-    // The same arc in another plane: the norm.
+    // The same arc in another plane. The first component is the norm.
     let tilted: Vec<[f64; 3]> = line(201, 5e-4, 0.0, |s| s / 0.05).iter().map(|p| [0.0, p[0], p[1]]).collect();
     let middle = curvature(&tilted, 2e-3).unwrap()[100];
-    assert!((middle.curvature[0] * 0.05 - 1.0).abs() < 1e-3 && middle.curvature[2].abs() < 1e-9, "{middle:?}");
+    assert_abs_diff_eq!(middle.curvature[0] * 0.05, 1.0, epsilon = 1e-3);
+    assert_abs_diff_eq!(middle.curvature[2], 0.0, epsilon = 1e-9);
 }
 
 #[test]
-fn the_curvature_of_a_clothoid_with_noise() {
-    // From −20 to 20 per metre over 10 cm; noise of 20 µm, smoothed over 5 mm.
+fn curvature_of_a_noisy_clothoid_has_the_predicted_error() {
+    // The curvature grows from −20/m to 20/m over 10 cm. The noise is 20 µm, smoothed over 5 mm.
     let (slope, noise, width, apart) = (400.0, 2e-5, 5e-3, 5e-4);
     let found = curvature(&line(201, apart, noise, |s| -20.0 * s + 0.5 * slope * s * s), width).unwrap();
-    // As the reader says: ε √(3 δ/(8 √π w⁵)).
+    // The documentation of `curvature` gives the standard deviation ε √(3 δ/(8 √π w⁵)).
     let expected = noise * (3.0 * apart / (8.0 * std::f64::consts::PI.sqrt() * width.powi(5))).sqrt();
     let inner: Vec<f64> =
         found[40..161].iter().map(|place| place.curvature[2] - (slope * place.arc_length - 20.0)).collect();
     let deviation = (inner.iter().map(|x| x * x).sum::<f64>() / inner.len() as f64).sqrt();
-    // Some 8 independent values: their mean square is known to one half.
+    // There are about eight independent values, so that the relative error of their mean square is
+    // one half.
     println!("{deviation:.3} of {expected:.3} per metre");
     assert!(deviation < 1.6 * expected && deviation > 0.4 * expected, "{deviation} {expected}");
     assert!(found.windows(2).all(|pair| pair[1].arc_length > pair[0].arc_length));
 }
 
 #[test]
-fn what_has_no_curvature() {
+fn curvature_is_refused_for_invalid_widths_and_too_few_points() {
     let arc = line(50, 1e-3, 0.0, |s| s / 0.05);
     for width in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(curvature(&arc, width).is_none(), "{width}");
     }
-    // Too few points, within reach or at all, and points that coincide.
+    // Too few points within the width, too few points in total, and coinciding points.
     assert!(curvature(&arc, 1e-4).is_none());
     assert!(curvature(&arc[..3], 1e-2).is_none());
     assert!(curvature(&[[1.0, 2.0, 0.0]; 20], 1e-2).is_none());
     assert_eq!(curvature(&[], 1e-2), Some(vec![]));
-    // A straight line has none: an answer.
+    // The curvature of a straight line is zero.
     let straight = curvature(&line(50, 1e-3, 0.0, |_| 1.0), 5e-3).unwrap();
     assert!(straight.iter().all(|place| place.curvature[2].abs() < 1e-9), "{straight:?}");
 }
