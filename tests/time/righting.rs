@@ -102,8 +102,8 @@ fn step_evaluates_one_tangent_and_one_gradient() {
     let mut shoot = righting().into_dyn().build().unwrap();
     let cost = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * HOUR).unwrap();
     assert_eq!(cost.equilibria, cost.steps + 1);
-    // The first equilibrium takes three iterations from a straight shoot. When the response begins, after one delay, the
-    // initial guess does not include it for two or three steps.
+    // The first equilibrium takes three iterations from a straight shoot. The one at which the response begins, after one delay,
+    // takes two or three, because its initial guess does not include the response.
     for count in [cost.iterations, cost.factorisations, cost.evaluations] {
         assert!(count <= cost.equilibria + 6, "{cost:?}");
     }
@@ -137,7 +137,7 @@ fn steady_history_bends_the_shoot_at_a_constant_rate_for_one_delay() {
 }
 
 #[test]
-fn varying_given_history_is_integrated_exactly() {
+fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
     // With y = y0 exp(t/σ) on [−τr, 0] in the memory of h1 alone, until t = τr
     // u2* = (β y0/(r τg)) σ (exp((t − τr)/σ) − exp(−τr/σ)).
     let (scale, y0) = (6.0 * MINUTE, 0.3);
