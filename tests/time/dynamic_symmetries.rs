@@ -193,6 +193,6 @@ fn handedness_and_phase_of_the_oscillator_change_the_solution() {
     let tip = |case: Case| *case.run().positions.last().unwrap();
     let (plain, reversed) = (tip(case), tip(Case { handedness: Handedness::Clockwise, ..case }));
     let shifted = tip(Case { phase: case.phase + PI, ..case });
-    // Distances bounded from below, which approx does not express.
+    // Distances are bounded from below. The `_ne` macros of approx would require one component to differ by as much.
     assert!((plain - reversed).norm() > 1e-4 && (plain - shifted).norm() > 1e-4);
 }
