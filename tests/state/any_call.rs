@@ -1,5 +1,5 @@
-//! Safe calls with wrong sizes, indices, times and numbers: each returns a result or an error without a panic, and an error leaves
-//! the shoot unchanged.
+//! Safe calls with wrong sizes, indices, times and numbers: each returns a result or an error
+//! without a panic, and an error leaves the shoot unchanged.
 
 use std::sync::{Arc, LazyLock};
 

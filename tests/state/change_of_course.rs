@@ -23,7 +23,8 @@ fn run(shoot: &mut Shoot<impl Model>, until: f64) {
     let _ = MethodOfSteps::new(STEP).advance(shoot, until).expect("advances");
 }
 
-/// Gravitropism and proprioception, multiplied by a factor from `CHANGE` on. The law announces this discontinuity.
+/// Gravitropism and proprioception, multiplied by a factor from `CHANGE` on. The law announces this
+/// discontinuity.
 struct Weakened(f64);
 
 impl TropismLaw for Weakened {
@@ -59,8 +60,8 @@ fn parameter_set_by_hand_acts_like_a_law_that_announces_its_change() {
     let model = shoot.model().clone().with_tropism((gravitropism, proprioception)).into_dyn();
     shoot.set_model(model).unwrap();
     run(&mut shoot, END);
-    // The same steps and the same numbers, except that the announced law is evaluated a few units of rounding of time beside
-    // its change.
+    // The same steps and the same numbers, except that the announced law is evaluated a few units
+    // of rounding of time beside its change.
     assert_abs_diff_eq!(shoot.tip(), announced.tip(), epsilon = 1e-15);
     // The change moves the tip visibly.
     let mut unchanged = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
@@ -280,7 +281,8 @@ fn change_of_laws_keeps_fourth_order_in_time() {
 
 #[test]
 fn setting_the_same_laws_again_is_accepted_on_coarse_meshes() {
-    // On coarse meshes the elements add up to the length of the zone only to the accuracy of the mesh.
+    // On coarse meshes the elements add up to the length of the zone only to the accuracy of the
+    // mesh.
     for order in Order::ALL {
         let mut shoot = Shoot::builder(YOUNG)
             .length(0.05)

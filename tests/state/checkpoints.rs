@@ -1,4 +1,5 @@
-//! Checkpoints: valid ones restore every bit, and each kind of invalid one is refused with its own error.
+//! Checkpoints: valid ones restore every bit, and each kind of invalid one is refused with its own
+//! error.
 
 use crate::fixtures::shoots::{HOUR, growing, righting};
 use morphorod::checkpoint::{CheckpointError, from_bytes, to_bytes};
@@ -68,7 +69,8 @@ fn truncated_foreign_and_newer_files_are_refused_with_distinct_errors() {
     assert!(matches!(refused(&to_bytes(&(small(), 1.0)).unwrap()), CheckpointError::Content(_)));
 }
 
-/// Final state of a run that stops after `stop` steps and continues in a new shoot from the bytes of its state.
+/// Final state of a run that stops after `stop` steps and continues in a new shoot from the bytes
+/// of its state.
 fn resumed<M: Model>(make: impl Fn() -> Shoot<M>, run: &(impl Integrator + Clone), end: f64, stop: usize) -> State {
     let mut shoot = make();
     let mut first = run.clone();

@@ -1,4 +1,5 @@
-//! States that are damaged or belong to another shoot: the error names the cause, and the shoot is unchanged.
+//! States that are damaged or belong to another shoot: the error names the cause, and the shoot is
+//! unchanged.
 
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
@@ -181,8 +182,9 @@ mod written {
         Swap,
     }
 
-    /// Damages a list or a number at the end of a random walk through the state, so that short parts are damaged as often
-    /// as long ones. A list on the walk is itself damaged every third time.
+    /// Damages a list or a number at the end of a random walk through the state, so that short
+    /// parts are damaged as often as long ones. A list on the walk is itself damaged every third
+    /// time.
     fn damage(node: &mut Value, kind: Damage, walk: &[usize]) {
         let Some((at, rest)) = walk.split_first() else { return };
         let lists = matches!(kind, Damage::Drop | Damage::Duplicate | Damage::Swap);

@@ -1,5 +1,5 @@
-//! The state of a shoot is a plain value: saved, restored, compared, written and read, it has the same future to the bit.
-//! An error leaves it unchanged.
+//! The state of a shoot is a plain value: saved, restored, compared, written and read, it has the
+//! same future to the bit. An error leaves it unchanged.
 
 use crate::fixtures::shoots::{
     BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
@@ -48,8 +48,8 @@ where
 #[test]
 fn growing_shoot_resumed_from_a_state_repeats_the_uninterrupted_run() {
     let shoot = || growing().elements(4).into_dyn().build().unwrap();
-    // Times before and after the first point has left the zone (1.16 h), during the doubling steps of the start, and at
-    // no multiple of the step.
+    // Times before and after the first point has left the zone (1.16 h), during the doubling steps
+    // of the start, and at no multiple of the step.
     for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
         assert_repeats(shoot(), || MethodOfSteps::new(90.0), t1, t2);
     }
@@ -91,7 +91,8 @@ fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
     let mut alone = with_memory(30.0);
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
-    // The same integrator advances two shoots in turn, in equal steps, and in between one with other elements.
+    // The same integrator advances two shoots in turn, in equal steps, and in between one with
+    // other elements.
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
     for t in [0.5 * HOUR, HOUR] {
@@ -151,7 +152,8 @@ impl Scene for BrokenPot {
 
 #[test]
 fn error_during_a_run_leaves_the_shoot_unchanged() {
-    // A load that becomes NaN half an hour after the start, on a shoot whose elements are cut before.
+    // A load that becomes NaN half an hour after the start, on a shoot whose elements are cut
+    // before.
     let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
     let mut shoot = growing().load(load).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
@@ -167,7 +169,8 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
         assert!(&kept == shoot.state());
     }
 
-    // A solver with too few iterations. With enough of them the run continues like an undisturbed one.
+    // A solver with too few iterations. With enough of them the run continues like an undisturbed
+    // one.
     let shoot = || righting().into_dyn().build().unwrap();
     let mut steady = shoot();
     let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
@@ -217,8 +220,9 @@ fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
 /// The name of a format, and a function that writes a state in it and reads the result.
 type Format = (&'static str, fn(&State) -> State);
 
-/// Text and binary formats. Binary formats contain neither names nor lengths of fields, so every field must be written, in order.
-/// Text keeps all digits by the feature `float_roundtrip` of `serde_json`.
+/// Text and binary formats. Binary formats contain neither names nor lengths of fields, so every
+/// field must be written, in order. Text keeps all digits by the feature `float_roundtrip` of
+/// `serde_json`.
 const FORMATS: [Format; 3] = [
     ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
     ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
@@ -236,7 +240,8 @@ fn bytes(state: &State) -> Vec<u8> {
     postcard::to_allocvec(state).unwrap()
 }
 
-/// Writes and reads the state of a shoot in all formats, and continues from each for `further` seconds.
+/// Writes and reads the state of a shoot in all formats, and continues from each for `further`
+/// seconds.
 fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, further: f64) {
     let (kept, t) = (shoot.state(), shoot.state().time());
     let on = |kept: &State| {
@@ -260,7 +265,8 @@ fn state_written_and_read_again_is_the_same_in_every_format() {
     // The state before the start of an integrator.
     assert_reads(&shoot, build, HOUR);
     let mut run = MethodOfSteps::new(90.0);
-    // The exit time of tissue in the zone is infinity, which JSON lacks. After 1.16 h some tissue has left the zone.
+    // The exit time of tissue in the zone is infinity, which JSON lacks. After 1.16 h some tissue
+    // has left the zone.
     for (t, some_has_left) in [(0.0, false), (0.5 * HOUR, false), (1.7 * HOUR, true)] {
         run.advance(&mut shoot, t).unwrap();
         let (inside, outside): (Vec<f64>, _) =

@@ -1,5 +1,5 @@
-//! Invalid parameters are refused with an error that names the parameter, its value and the requirement. Nothing panics, and no
-//! state contains NaN.
+//! Invalid parameters are refused with an error that names the parameter, its value and the
+//! requirement. Nothing panics, and no state contains NaN.
 
 use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
 use approx::assert_relative_eq;
@@ -15,7 +15,8 @@ const NOT_POSITIVE: [f64; 6] = [0.0, -0.0, -1.0, f64::INFINITY, f64::NEG_INFINIT
 const NEGATIVE: [f64; 4] = [-1e-9, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 const NOT_FINITE: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 
-/// Fails unless the error contains a parameter's name with the given words, its value and a requirement.
+/// Fails unless the error contains a parameter's name with the given words, its value and a
+/// requirement.
 fn assert_names(error: &ParameterError, words: &str, value: f64) {
     assert!(error.name.contains(words), "“{error}” does not name the {words}");
     assert!(

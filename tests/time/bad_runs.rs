@@ -1,5 +1,5 @@
-//! Runs with invalid settings, or through invalid states, end in an error that names the cause and leave the shoot unchanged.
-//! None panics, hangs or returns NaN.
+//! Runs with invalid settings, or through invalid states, end in an error that names the cause and
+//! leave the shoot unchanged. None panics, hangs or returns NaN.
 
 use std::sync::mpsc;
 use std::time::Duration;
@@ -57,7 +57,8 @@ fn step_longer_than_the_shortest_delay_is_refused() {
     let own = |delay: f64| Memory { time: 720.0, delay };
     let gravity = |delay: f64| Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(own(delay));
     let bend = |delay: f64| Proprioception { sensitivity: ETA }.remembered(own(delay));
-    // The shortest delay limits the step. Statoliths act through the memory and have no delay of their own.
+    // The shortest delay limits the step. Statoliths act through the memory and have no delay of
+    // their own.
     let mut shoot = righting().tropism((gravity(720.0), bend(300.0))).into_dyn().build().unwrap();
     let before = shoot.state().clone();
     let error = MethodOfSteps::new(301.0).advance(&mut shoot, HOUR).unwrap_err();
@@ -106,7 +107,8 @@ fn given_history_with_nan_or_infinity_is_refused() {
 
 #[test]
 fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
-    // One element cannot represent the shape of a shoot a million times as dense as water. The solver has three iterations.
+    // One element cannot represent the shape of a shoot a million times as dense as water. The
+    // solver has three iterations.
     let mut shoot = righting().elements(1).load(Weight { density: 1e9 }).into_dyn().build().unwrap();
     let before = shoot.state().clone();
     let mut run = MethodOfSteps::new(90.0);
@@ -151,8 +153,8 @@ fn factors() -> impl Strategy<Value = Vec<f64>> {
     )
 }
 
-/// Multiplies all parameters by factors. Fails unless four runs of two steps each end in a sound state, or in an error that leaves
-/// the shoot unchanged.
+/// Multiplies all parameters by factors. Fails unless four runs of two steps each end in a sound
+/// state, or in an error that leaves the shoot unchanged.
 fn assert_error_or_sound(f: &[f64], tilt: f64) {
     let memory = Memory { time: 720.0 * f[5], delay: 720.0 * f[6] };
     // A zone much shorter than the shoot would make very many elements.
@@ -200,7 +202,8 @@ proptest! {
 
 #[test]
 fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
-    // Cases found by the test above in thirty thousand: factors of length, radius, zone, E, τg, τm, τr, α, β, τa, η, ρ.
+    // Cases found by the test above in thirty thousand: factors of length, radius, zone, E, τg, τm,
+    // τr, α, β, τa, η, ρ.
     const CASES: [([f64; 12], f64); 4] = [
         // An avalanche of 0.7 ns in steps of 90 s.
         ([4.327, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 6.0085e-12, 1.0, 1.0], 2.9312),

@@ -1,4 +1,5 @@
-//! Laws with discontinuities, coded with `<` or `<=`, at the start of a run, inside it and at its end.
+//! Laws with discontinuities, coded with `<` or `<=`, at the start of a run, inside it and at its
+//! end.
 
 use crate::fixtures::shoots::{HOUR, WEIGHT, order, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
@@ -47,7 +48,8 @@ fn tip(scene: impl Scene + Send + Sync + 'static, mut run: impl Integrator, end:
 
 #[test]
 fn base_tilted_for_half_an_hour_keeps_fourth_order_however_the_condition_is_coded() {
-    // The second case is tilted as the run starts. The times of the third coincide with no step, and their difference is rounded.
+    // The second case is tilted as the run starts. The times of the third coincide with no step,
+    // and their difference is rounded.
     for (from, until) in [(1800.0, 3600.0), (0.0, 1800.0), (1234.567, 3034.5670000000005)] {
         let steps = [120.0, 60.0, 30.0, 15.0];
         let best = tip(Turned::tilted(0.5, from, until), MethodOfSteps::new(3.75), 3.0 * HOUR);
@@ -63,14 +65,16 @@ fn base_tilted_for_half_an_hour_keeps_fourth_order_however_the_condition_is_code
             }
             errors.push((expected - best).norm());
         }
-        // Fourth order. The last error is far above rounding and the error of the reference, 256 times smaller.
+        // Fourth order. The last error is far above rounding and the error of the reference, 256
+        // times smaller.
         assert!(order(&errors) > 3.5 && errors[3] > 1e-13, "{from} s: {errors:?}");
     }
 }
 
 #[test]
 fn base_tilted_at_the_start_acts_like_one_tilted_later() {
-    // The first equilibrium is upright, where nothing moves: a later tilt gives the same motion, later.
+    // The first equilibrium is upright, where nothing moves: a later tilt gives the same motion,
+    // later.
     let after = |from: f64| tip(Turned::tilted(0.5, from, f64::INFINITY), Iterated::new(22.5), from + HOUR);
     // Rounding of the times, at 7e-6 m/s, and of the tip.
     let at_start = after(0.0);

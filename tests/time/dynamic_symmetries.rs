@@ -1,5 +1,5 @@
-//! Symmetries of the growing, steering, loaded shoot: rotating the scene rotates the solution, reflecting it reflects the
-//! solution, and changed units of length, time and force change nothing.
+//! Symmetries of the growing, steering, loaded shoot: rotating the scene rotates the solution,
+//! reflecting it reflects the solution, and changed units of length, time and force change nothing.
 
 use std::f64::consts::PI;
 
@@ -76,10 +76,11 @@ impl Case {
     }
 }
 
-/// Tolerance of angles, rad. The algebraic error, at most Newton's tolerance of 1e-11 rad, and rounding differ between the two runs
-/// in each of ninety steps. In two hours the shoot magnifies these errors by a small factor only. (At 180 s the statoliths are near
-/// the ratio of step to avalanche time at which the integrator begins to halve: two runs that differ by rounding may decide
-/// differently, and then differ by the error of the step, 1e-8.)
+/// Tolerance of angles, rad. The algebraic error, at most Newton's tolerance of 1e-11 rad, and
+/// rounding differ between the two runs in each of ninety steps. In two hours the shoot magnifies
+/// these errors by a small factor only. (At 180 s the statoliths are near the ratio of step to
+/// avalanche time at which the integrator begins to halve: two runs that differ by rounding may
+/// decide differently, and then differ by the error of the step, 1e-8.)
 const ANGLE: f64 = 1e-10;
 
 fn assert_same(expected: impl Iterator<Item = (Vector3<f64>, Matrix3<f64>)>, found: &Answer) {
@@ -124,10 +125,11 @@ proptest! {
         assert_same(one.positions.iter().zip(&one.frames).map(|(x, frame)| (turn * x, matrix * frame)), &other);
     }
 
-    /// The reflection Q flips d1 of the base, or d2. Directors dj become Q dj, except that the flipped one becomes −Q dj, so that
-    /// the frame stays right-handed. The axial vector u becomes −Q u: along the new directors, the component about the flipped one
-    /// stays and the other two change sign. An oscillator (cos φ, sin φ) becomes (cos φ, −sin φ) or (−cos φ, sin φ): the opposite
-    /// handedness, and for d2 an additional phase of π.
+    /// The reflection Q flips d1 of the base, or d2. Directors dj become Q dj, except that the
+    /// flipped one becomes −Q dj, so that the frame stays right-handed. The axial vector u becomes
+    /// −Q u: along the new directors, the component about the flipped one stays and the other two
+    /// change sign. An oscillator (cos φ, sin φ) becomes (cos φ, −sin φ) or (−cos φ, sin φ): the
+    /// opposite handedness, and for d2 an additional phase of π.
     #[test]
     fn reflecting_the_scene_and_the_oscillator_reflects_the_solution(
         case in cases(), normal in vector(1.0), second in any::<bool>(),
@@ -161,7 +163,8 @@ proptest! {
 
 #[test]
 fn extreme_units_of_length_change_nothing() {
-    // In large units of length strains are numbers of 1e4, while the normals of statoliths are numbers below 1.
+    // In large units of length strains are numbers of 1e4, while the normals of statoliths are
+    // numbers below 1.
     let case = Case {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base: UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.7276, -0.2724, 0.6296, 0.0)),
@@ -193,6 +196,7 @@ fn handedness_and_phase_of_the_oscillator_change_the_solution() {
     let tip = |case: Case| *case.run().positions.last().unwrap();
     let (plain, reversed) = (tip(case), tip(Case { handedness: Handedness::Clockwise, ..case }));
     let shifted = tip(Case { phase: case.phase + PI, ..case });
-    // Distances are bounded from below. The `_ne` macros of approx would require one component to differ by as much.
+    // Distances are bounded from below. The `_ne` macros of approx would require one component to
+    // differ by as much.
     assert!((plain - reversed).norm() > 1e-4 && (plain - shifted).norm() > 1e-4);
 }

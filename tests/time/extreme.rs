@@ -1,5 +1,6 @@
-//! Unusual cases: sudden and rotating scenes, stiff and slow laws, tissue that grows fast or for long, a shoot that
-//! collapses, a mesh of one element. The state stays sound and a run with shorter steps or more elements agrees.
+//! Unusual cases: sudden and rotating scenes, stiff and slow laws, tissue that grows fast or for
+//! long, a shoot that collapses, a mesh of one element. The state stays sound and a run with
+//! shorter steps or more elements agrees.
 
 use crate::fixtures::shoots;
 use std::f64::consts::{PI, TAU};
@@ -21,8 +22,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// Tips at the times (s). Fails unless every state is sound and, if statoliths are the first variables (`piles`), the normal of
-/// every pile is a unit vector.
+/// Tips at the times (s). Fails unless every state is sound and, if statoliths are the first
+/// variables (`piles`), the normal of every pile is a unit vector.
 fn sound_tips(mut shoot: Shoot<impl Model>, step: f64, times: &[f64], piles: bool) -> Vec<Vector3<f64>> {
     let mut run = MethodOfSteps::new(step);
     let tip = |t: &f64| {
@@ -73,7 +74,8 @@ fn sudden_tilt_of_the_base_keeps_the_default_accuracy() {
         let error = distance(&found, &sound_tips(shoot(), 22.5, &times, false));
         assert!(error < DEFAULT_ERROR, "{degrees}°: {error:e} m");
     }
-    // The jump takes effect just after its time. A state at that time shows the base after the jump.
+    // The jump takes effect just after its time. A state at that time shows the base after the
+    // jump.
     let mut shoot = growing().scene(Tilted(1.0)).into_dyn().build().unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut shoot, 1.5 * HOUR).unwrap();
     assert_abs_diff_eq!(shoot.rod().frames()[0].angle(), 1.0, epsilon = 1e-15);
@@ -81,7 +83,8 @@ fn sudden_tilt_of_the_base_keeps_the_default_accuracy() {
 
 #[test]
 fn shoot_turned_exactly_upside_down_stays_sound() {
-    // In a plane and without imperfection, only rounding makes the shoot leave this equilibrium: no finer run is comparable.
+    // In a plane and without imperfection, only rounding makes the shoot leave this equilibrium: no
+    // finer run is comparable.
     let laws = steering(STATOLITHS);
     let shoot = reduced(0.065, 20.0 * HOUR).tropism(laws).scene(Tilted(PI)).into_dyn().build().unwrap();
     let tips = sound_tips(shoot, 90.0, &hours([1.5, 1.6, 2.0, 4.0, 8.0, 16.0]), true);
@@ -143,8 +146,8 @@ fn fast_statoliths_approach_settled_statoliths_in_proportion_to_the_avalanche_ti
     };
     let limit = sound_tips(righting().elements(2).into_dyn().build().unwrap(), 30.0, &times, false);
     let off = [1.0, 0.1, 1e-2, 1e-3].map(|tau| distance(&sound_tips(shoot(tau), 30.0, &times, true), &limit));
-    // The pile lags by τa, 1/30 to 1/30000 of the step, and the distance is proportional to it: 9.4 µm at 1 s, down to
-    // the difference of 1e-10 m between two ways of integrating one memory.
+    // The pile lags by τa, 1/30 to 1/30000 of the step, and the distance is proportional to it: 9.4
+    // µm at 1 s, down to the difference of 1e-10 m between two ways of integrating one memory.
     for pair in off.windows(2) {
         assert!(abs_diff_eq!(pair[0] / pair[1], 10.0, epsilon = 0.2), "{off:?}");
     }
@@ -182,7 +185,8 @@ fn memory_far_shorter_than_the_step_costs_little_accuracy() {
         let shoot = righting().elements(4).tropism(laws()).into_dyn().build().unwrap();
         sound_tips(shoot, step, &hours([1.0, 2.0, 4.0, 6.0]), false)
     };
-    // The memory fills in 1 s, while the first step is 1.4 s: 5 % of the motion in 1 s, (β/(r τg)) ℓ²/2 · 1 s = 2.8e-5 m.
+    // The memory fills in 1 s, while the first step is 1.4 s: 5 % of the motion in 1 s, (β/(r τg))
+    // ℓ²/2 · 1 s = 2.8e-5 m.
     let error = distance(&run(90.0), &run(11.25));
     assert!(error < 1.4e-6, "{error:e} m");
 }
@@ -199,7 +203,8 @@ fn strong_fast_oscillator_keeps_the_default_accuracy() {
 
 #[test]
 fn ten_growth_times_have_the_exact_length_and_a_converged_tip() {
-    // The zone is renewed ten times: every point that is in it at the end was within ℓg exp(−10) of the apex.
+    // The zone is renewed ten times: every point that is in it at the end was within ℓg exp(−10) of
+    // the apex.
     let shoot = |elements: usize| {
         let (gravitropism, proprioception) = steering(STATOLITHS);
         Shoot::builder(YOUNG)
@@ -245,8 +250,9 @@ fn several_elements_may_leave_the_growth_zone_in_one_step() {
     for elements in [1, 4, 16] {
         let mut last = shoot(elements);
         let _ = MethodOfSteps::new(90.0).advance(&mut last, 2400.0).unwrap();
-        // Tissue that leaves the zone in one step is stretched by up to exp(0.15). Its length is a sum over the four Gauss points
-        // of an element, with a relative error of (0.15)⁸ · 1.6e-17 · 8!, about a hundred times over.
+        // Tissue that leaves the zone in one step is stretched by up to exp(0.15). Its length is a
+        // sum over the four Gauss points of an element, with a relative error of (0.15)⁸ · 1.6e-17
+        // · 8!, about a hundred times over.
         assert!(
             relative_eq!(last.rod().length(), 0.17, epsilon = 0.0, max_relative = 1e-11),
             "{elements} elements: {} m",
@@ -263,7 +269,8 @@ fn zone_of_one_element_is_accurate_to_the_order_of_the_element() {
     let times = hours([1.0, 4.0, 10.0]);
     let one = sound_tips(growing().elements(1).into_dyn().build().unwrap(), 90.0, &times, false);
     let many = sound_tips(growing().elements(8).into_dyn().build().unwrap(), 90.0, &times, false);
-    // Eighth order, 1e-9 of the length with four elements: 4⁸ times that with one, repeated by the feedback.
+    // Eighth order, 1e-9 of the length with four elements: 4⁸ times that with one, repeated by the
+    // feedback.
     let error = distance(&one, &many);
     assert!(error < 5e-4 * 0.0855, "{error:e} m");
 }
@@ -281,12 +288,14 @@ fn collapsing_soft_shoot_stays_sound_or_ends_in_a_recoverable_error() {
             .build()
             .unwrap()
     };
-    // Two and five times softer than a shoot that just stands: it bends down, swings over and never stands again.
+    // Two and five times softer than a shoot that just stands: it bends down, swings over and never
+    // stands again.
     for modulus in [5e6, 2e6] {
         let tips = sound_tips(shoot(modulus), 90.0, &hours([0.0, 0.5, 1.0, 2.0, 4.0, 8.0]), false);
         assert!(tips.iter().all(|tip| tip.z < 0.04), "{tips:?}");
     }
-    // Such soft shoots may snap to a shape that the solver does not find. The error is then recoverable.
+    // Such soft shoots may snap to a shape that the solver does not find. The error is then
+    // recoverable.
     for modulus in [1e6, 1e5, 1e4] {
         let mut soft = shoot(modulus);
         let mut run = MethodOfSteps::new(90.0);

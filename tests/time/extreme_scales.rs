@@ -1,5 +1,5 @@
-//! Times, stiffnesses and sizes far from those of plants. Each case is compared with its limit, or with the same case on another
-//! mesh or in other units.
+//! Times, stiffnesses and sizes far from those of plants. Each case is compared with its limit, or
+//! with the same case on another mesh or in other units.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -44,7 +44,8 @@ fn delay_longer_than_the_run_leaves_the_shoot_unchanged() {
 
 #[test]
 fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
-    // y = x t/τ from an empty past while the shape has hardly changed: the strain is that of x (t − d)²/(2τ).
+    // y = x t/τ from an empty past while the shape has hardly changed: the strain is that of x (t −
+    // d)²/(2τ).
     let moved = |time: f64| {
         let laws = remembering(Memory { time, delay: 720.0 });
         tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR)
@@ -131,13 +132,15 @@ fn twisted_rods_of_all_poissons_ratios_converge() {
         shoot
     };
     let twisted = |poissons_ratio: f64, elements: usize| tip_at(rod(poissons_ratio, elements), 60.0, 0.0);
-    // Near −1 Newton's method needs more and more iterations, 700 here: a step twists by the square of its size.
+    // Near −1 Newton's method needs more and more iterations, 700 here: a step twists by the square
+    // of its size.
     let limit = twisted(-1.0 + 1e-8, 16);
     for ratio in [0.5, 0.0, -0.9, -0.99, -0.999_999] {
         let (coarse, fine) = (twisted(ratio, 8), twisted(ratio, 16));
         // The tolerance of equilibria, relative to the length.
         assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-9 * 0.06), "ν = {ratio}: {coarse:?} against {fine:?}");
-        // K3 is proportional to 1/(1 + ν): the limit has no twist, and the distance to it is proportional to 1 + ν.
+        // K3 is proportional to 1/(1 + ν): the limit has no twist, and the distance to it is
+        // proportional to 1 + ν.
         let share = (fine - limit).norm() / (1.0 + ratio);
         assert!((1.8e-3..4.2e-3).contains(&share), "ν = {ratio}: {share:e}");
     }
@@ -147,7 +150,8 @@ fn twisted_rods_of_all_poissons_ratios_converge() {
     assert!(error.is_recoverable() && before == *shoot.state(), "{error}");
 }
 
-/// Equilibrium of a rod clamped upright, from a straight initial guess, and its number of unstable directions.
+/// Equilibrium of a rod clamped upright, from a straight initial guess, and its number of unstable
+/// directions.
 fn upright(length: f64, branch: Branch) -> (Rod, Result<usize, EquilibriumError>) {
     let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, 8, Order::Eight).unwrap();
     let mut solver = NewtonSolver::with_tolerance(1e-13);
@@ -165,7 +169,8 @@ fn stability_is_correct_a_millionth_of_the_length_from_buckling() {
         let (rod, found) = upright(length, Branch::Nearest);
         assert_eq!(found.unwrap(), unstable, "{share:e}");
         assert!(rod.tip().xy().norm() < 1e-12 * length, "symmetry is preserved");
-        // The default branch is stable. It leans by an angle of the order of the square root of the relative excess length.
+        // The default branch is stable. It leans by an angle of the order of the square root of the
+        // relative excess length.
         let (rod, found) = upright(length, Branch::default());
         assert_eq!(found.unwrap(), 0, "{share:e}");
         let lean = rod.tip().xy().norm() / length;

@@ -1,4 +1,5 @@
-//! Failures provoked in the middle of a call: the shoot is unchanged to the bit, and a shorter step may succeed.
+//! Failures provoked in the middle of a call: the shoot is unchanged to the bit, and a shorter step
+//! may succeed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,7 +15,8 @@ use morphorod::rod::Rod;
 use morphorod::tropism::{Declaration, Growing, Site, Size, TropismLaw};
 use nalgebra::Vector3;
 
-/// Solver that fails at some of the requested equilibria, counted from one, as if it had run out of iterations.
+/// Solver that fails at some of the requested equilibria, counted from one, as if it had run out of
+/// iterations.
 #[derive(Clone)]
 struct Flaky {
     solver: NewtonSolver,
@@ -57,7 +59,8 @@ fn failed_call_leaves_the_shoot_unchanged_wherever_it_fails() {
         let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
         assert!(matches!(error, IntegrationError::Equilibrium { .. }) && error.is_recoverable(), "{error}");
         assert!(shoot.state() == start.state(), "failure {at}");
-        // The integrator keeps nothing of the failed call: the same call now succeeds with the result of an undisturbed run.
+        // The integrator keeps nothing of the failed call: the same call now succeeds with the
+        // result of an undisturbed run.
         run.advance(&mut shoot, 2.0 * HOUR).unwrap();
         let mut calm = start.clone();
         MethodOfSteps::new(120.0).advance(&mut calm, 2.0 * HOUR).unwrap();
@@ -96,7 +99,8 @@ fn failed_step_is_retried_with_half_its_length() {
 
 #[test]
 fn cuts_of_a_failed_step_are_not_counted() {
-    // Tissue leaves the zone after 1.2 hours, and every step then cuts an element. The cut of the failed step is undone.
+    // Tissue leaves the zone after 1.2 hours, and every step then cuts an element. The cut of the
+    // failed step is undone.
     let run = |fails: std::ops::Range<usize>| {
         let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));

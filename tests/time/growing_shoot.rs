@@ -1,14 +1,16 @@
-//! The growing shoot of the paper's supplementary video 2: it elongates, steers, stiffens, sags and nutates.
+//! The growing shoot of the paper's supplementary video 2: it elongates, steers, stiffens, sags and
+//! nutates.
 
 use crate::fixtures::shoots::{HOUR, assert_sound, growing, tips};
 use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use nalgebra::Vector3;
 
-/// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0 = 6.8 cm, ℓg = 7 cm,
-/// α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral load of 1e-6 N/m along −e2 and an apical
-/// load of 1e-7 N along −e1 and along −e2, default past. Converged to 2e-9 m in time step, mesh and order by a code that
-/// is unrelated to this crate. A third code agrees to 2e-7 m, its own limit.
+/// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0
+/// = 6.8 cm, ℓg = 7 cm, α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral
+/// load of 1e-6 N/m along −e2 and an apical load of 1e-7 N along −e1 and along −e2, default past.
+/// Converged to 2e-9 m in time step, mesh and order by a code that is unrelated to this crate. A
+/// third code agrees to 2e-7 m, its own limit.
 const REFERENCE: [[f64; 5]; 11] = [
     [0.0, 0.068000000000, -0.000056885129, -0.000071669657, 0.067999927291],
     [3600.0, 0.069721428196, 0.001021192878, 0.000253087255, 0.069712529847],
@@ -37,10 +39,11 @@ fn tip_matches_the_reference_at_every_hour() {
     let mut shoot = growing().into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
     let error = largest_error(&tips);
-    // The crate promises 1e-5 m at its defaults. 90 s are a sixteenth of the oscillator's period, with a
-    // fourth-order error of 1e-6 m on the tip's swing of a centimetre.
+    // The crate promises 1e-5 m at its defaults. 90 s are a sixteenth of the oscillator's period,
+    // with a fourth-order error of 1e-6 m on the tip's swing of a centimetre.
     assert!(error < 1e-5, "{error:e} m");
-    // One equilibrium a step. The initial guess, extrapolated from the last five, leaves one iteration.
+    // One equilibrium a step. The initial guess, extrapolated from the last five, leaves one
+    // iteration.
     assert_eq!(statistics.equilibria, statistics.steps + 1);
     assert!(statistics.steps < 410, "{statistics:?}");
     assert!(
@@ -53,8 +56,9 @@ fn tip_matches_the_reference_at_every_hour() {
 
 #[test]
 fn step_of_a_quarter_of_a_period_takes_one_newton_iteration() {
-    // No polynomial in time extrapolates an oscillation of four steps a period, but the intrinsic strain at the end of a step is known.
-    // Initial guesses are then off by about 5e-3 rad, and one or two chord steps, each with one gradient, reach 1e-8 rad.
+    // No polynomial in time extrapolates an oscillation of four steps a period, but the intrinsic
+    // strain at the end of a step is known. Initial guesses are then off by about 5e-3 rad, and one
+    // or two chord steps, each with one gradient, reach 1e-8 rad.
     let mut shoot = growing().into_dyn().build().unwrap();
     let cost = MethodOfSteps::new(360.0).advance(&mut shoot, 10.0 * HOUR).unwrap();
     assert!(cost.iterations <= cost.equilibria + 3 && cost.factorisations <= cost.equilibria + 3, "{cost:?}");
@@ -138,10 +142,12 @@ fn number_of_mature_elements_follows_the_slow_swings_not_the_ripples() {
         let _ = tips(&mut shoot, 90.0, &[t]);
         let rod = shoot.rod();
         let growing = rod.elements() - rod.first_growing();
-        // Elements are halved at an eighth of the zone, so lengths are between a sixteenth and an eighth; the boundary cuts one more.
+        // Elements are halved at an eighth of the zone, so lengths are between a sixteenth and an
+        // eighth; the boundary cuts one more.
         assert!((8..=17).contains(&growing), "{growing} elements in the zone at {t} s");
-        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm. Its loss does not depend on the length of the element.
-        // The slow swing, of 90 min and 2.6 mm, must be resolved to 2e-3 rad: an element of eighth order covers nearly two swings.
+        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm. Its loss does not
+        // depend on the length of the element. The slow swing, of 90 min and 2.6 mm, must be
+        // resolved to 2e-3 rad: an element of eighth order covers nearly two swings.
         let mature = rod.first_growing();
         let swings = (rod.length() - 0.07) / 2.6e-3;
         assert!((mature as f64) < 0.6 * swings + 8.0, "{mature} elements for {swings} swings");
@@ -151,9 +157,10 @@ fn number_of_mature_elements_follows_the_slow_swings_not_the_ripples() {
 
 #[test]
 fn merging_preserves_the_bending_of_fresh_tissue() {
-    // The default tolerance against a hundredth of it, after 40 h. The lost part of the intrinsic strain has zero moments. The bend of
-    // an element may change by 1e-6 of itself, and bends of a radian in all on an arm of 14 cm give 1.4e-7 m, which the
-    // slow swing magnifies slightly. If that bound is removed, the tip is 1e-5 m off.
+    // The default tolerance against a hundredth of it, after 40 h. The lost part of the intrinsic
+    // strain has zero moments. The bend of an element may change by 1e-6 of itself, and bends of a
+    // radian in all on an arm of 14 cm give 1.4e-7 m, which the slow swing magnifies slightly. If
+    // that bound is removed, the tip is 1e-5 m off.
     let tip = |tolerance: f64| {
         let mut shoot = growing().elements(8).merge_tolerance(tolerance).into_dyn().build().unwrap();
         tips(&mut shoot, 90.0, &[40.0 * HOUR]).0[0]

@@ -1,4 +1,5 @@
-//! Features that a scene lacks cost nothing: counts of work, which depend on no machine, for scenes from a bare rod to the full shoot.
+//! Features that a scene lacks cost nothing: counts of work, which depend on no machine, for scenes
+//! from a bare rod to the full shoot.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,7 +11,8 @@ use morphorod::load::Whirl;
 use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot, ShootBuilder, Still};
 
-/// Statistics of two hours in steps of 90 s on four elements of order eight, and the bytes of the final state per material point.
+/// Statistics of two hours in steps of 90 s on four elements of order eight, and the bytes of the
+/// final state per material point.
 fn count(builder: ShootBuilder<DynLaws>) -> (Statistics, usize) {
     let mut shoot = builder.build().unwrap();
     let cost = MethodOfSteps::new(90.0).advance(&mut shoot, 2.0 * HOUR).unwrap();
@@ -26,7 +28,8 @@ fn rod() -> ShootBuilder<DynLaws> {
     Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).scene(Still::tilted(0.1)).into_dyn()
 }
 
-/// `cargo test -p morphorod-tests --test all ladder -- --nocapture` prints the table of docs/performance.md.
+/// `cargo test -p morphorod-tests --test all ladder -- --nocapture` prints the table of
+/// docs/performance.md.
 #[test]
 fn each_added_feature_adds_only_its_own_cost() {
     let growth = UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR };
@@ -39,7 +42,8 @@ fn each_added_feature_adds_only_its_own_cost() {
     // Nothing acts: the initial guess is the solution, and one tangent confirms it.
     assert!(bare.iterations == bare.equilibria && bare.halvings == 0, "{bare:?}");
     let (heavy, heavy_bytes) = count(rod().load(WEIGHT).into_dyn());
-    // The shape is constant: no history is stored, and every equilibrium but the first needs only one tangent.
+    // The shape is constant: no history is stored, and every equilibrium but the first needs only
+    // one tangent.
     assert!(heavy.equilibria == bare.equilibria && heavy_bytes == bare_bytes);
     assert!(heavy.iterations < heavy.equilibria + 6, "{heavy:?}");
     let (growing, growing_bytes) = count(rod().load(WEIGHT).growth(growth).into_dyn());

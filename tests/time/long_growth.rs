@@ -1,4 +1,5 @@
-//! Growth over up to a hundred growth times: lengths and the tissue near the apex, against closed forms and quadrature.
+//! Growth over up to a hundred growth times: lengths and the tissue near the apex, against closed
+//! forms and quadrature.
 
 use std::sync::Arc;
 
@@ -42,8 +43,8 @@ fn shoot(growth: AnyGrowth, length: f64, elements: usize, order: Order) -> Shoot
     builder.growth(growth).into_dyn().build().unwrap()
 }
 
-/// Distances of the ends of growing elements from the apex, m, with the apex last. The sum starts at the apex, where lengths are
-/// small.
+/// Distances of the ends of growing elements from the apex, m, with the apex last. The sum starts
+/// at the apex, where lengths are small.
 fn zone_nodes(rod: &Rod) -> Vec<f64> {
     let mut distances = vec![0.0];
     for e in (rod.first_growing()..rod.elements()).rev() {
@@ -53,8 +54,8 @@ fn zone_nodes(rod: &Rod) -> Vec<f64> {
     distances
 }
 
-/// Time (s) that tissue takes from `a` to `b` (m from the apex) under a law that does not depend on time: ∫ dσ/V, on pieces on
-/// which the integrand is smooth.
+/// Time (s) that tissue takes from `a` to `b` (m from the apex) under a law that does not depend on
+/// time: ∫ dσ/V, on pieces on which the integrand is smooth.
 fn travel(law: &dyn GrowthLaw, a: f64, b: f64) -> f64 {
     let ((x, w), pieces) = (gauss(8), 32);
     let ratio = (b / a).ln() / f64::from(pieces);
@@ -63,15 +64,18 @@ fn travel(law: &dyn GrowthLaw, a: f64, b: f64) -> f64 {
     each.map(|(sigma, w)| w * ratio * sigma / law.apical_speed(sigma, 0.0)).sum()
 }
 
-/// Growth times of a run under a law whose motion the crate integrates numerically. It takes 512 Runge–Kutta steps for each material
-/// point and growth time, so a hundred growth times take 4 to 9 s; `MORPHOROD_LONG=1` requests them.
+/// Growth times of a run under a law whose motion the crate integrates numerically. It takes 512
+/// Runge–Kutta steps for each material point and growth time, so a hundred growth times take 4 to 9
+/// s; `MORPHOROD_LONG=1` requests them.
 ///
-/// Twenty growth times still show the defects that such a law can have and the others cannot. The motion of tissue is compared over
-/// a tenth of a growth time, with a bound for that interval alone: a wrong motion or stretch fails at once, and one of elements that
-/// have grown from tissue at the apex fails after 10 or 20 growth times, when most of the zone has been renewed. Elements near the apex
-/// that are cut once in a growth time, instead of once in an octave of σ, exceed the bound on the nodes, 16 beyond two for each element.
-/// Rounding of lengths that adds up over a thousand steps is a matter of code that all laws share; the uniform law and the linear
-/// profile test it over a hundred growth times.
+/// Twenty growth times still show the defects that such a law can have and the others cannot. The
+/// motion of tissue is compared over a tenth of a growth time, with a bound for that interval
+/// alone: a wrong motion or stretch fails at once, and one of elements that have grown from tissue
+/// at the apex fails after 10 or 20 growth times, when most of the zone has been renewed. Elements
+/// near the apex that are cut once in a growth time, instead of once in an octave of σ, exceed the
+/// bound on the nodes, 16 beyond two for each element. Rounding of lengths that adds up over a
+/// thousand steps is a matter of code that all laws share; the uniform law and the linear profile
+/// test it over a hundred growth times.
 fn growth_times_of_integrated_laws() -> u32 {
     if long() { 100 } else { 20 }
 }
@@ -102,7 +106,8 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
                 nodes[0]
             );
             most = most.max(nodes.len());
-            // Initial apex distances in the zone decrease strictly towards the apex, however small they have become.
+            // Initial apex distances in the zone decrease strictly towards the apex, however small
+            // they have become.
             let names = rod.points()[rod.zone()].iter().map(|point| point.initial_apex_distance);
             assert!(names.clone().all(|name| name > 0.0) && names.clone().zip(names.skip(1)).all(|(a, b)| a > b));
             if i % 10 != 0 {
@@ -127,13 +132,14 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
                 // The position error of an end is its delay multiplied by its speed.
                 let off = |from: f64, to: f64| (travel(&*law, from, to) - 0.1 * TIME) * law.apical_speed(to, 0.0);
                 let error = (off(ends[0], a) - off(ends[1], b)) / (a - b);
-                // Numerical integration of the motion has an error of 1e-13 in a growth time. Elements of a sixteenth of the zone
-                // magnify it.
+                // Numerical integration of the motion has an error of 1e-13 in a growth time.
+                // Elements of a sixteenth of the zone magnify it.
                 assert!(error.abs() < 1e-11, "{order:?}, {time} s, {ends:?}: {error:e}");
             }
         }
-        // Halves of the initial elements, and up to three more for every octave of σ over which the cosine profile stretches its apex
-        // unevenly; σ ~ t^(−1/2) passes five octaves in a hundred growth times.
+        // Halves of the initial elements, and up to three more for every octave of σ over which the
+        // cosine profile stretches its apex unevenly; σ ~ t^(−1/2) passes five octaves in a hundred
+        // growth times.
         assert!(most <= 2 * elements + 16, "{order:?}: {most} nodes in the zone");
         // The final state is valid: reading it again accepts it.
         let saved = serde_json::to_string(shoot.state()).unwrap();
@@ -163,7 +169,8 @@ fn user_defined_growth_stays_accurate_for_many_growth_times() {
 
 #[test]
 fn tiny_initial_apex_distances_keep_relative_accuracy() {
-    // Uniform growth: tissue now at σ was at σ exp(−t/τg) initially, a factor of 4e-44 after a hundred growth times.
+    // Uniform growth: tissue now at σ was at σ exp(−t/τg) initially, a factor of 4e-44 after a
+    // hundred growth times.
     let mut shoot = shoot(Arc::new(UNIFORM), 0.05, 8, Order::Eight);
     let mut run = MethodOfSteps::with_solver(TIME / 20.0, Unloaded);
     let time = 100.0 * TIME;
@@ -175,8 +182,8 @@ fn tiny_initial_apex_distances_keep_relative_accuracy() {
     }
 }
 
-/// Largest error of an apex distance after one growth time, relative to the zone, computed from the initial apex distance of the same
-/// tissue.
+/// Largest error of an apex distance after one growth time, relative to the zone, computed from the
+/// initial apex distance of the same tissue.
 fn position_error(law: AnyGrowth, elements: usize, order: Order) -> f64 {
     let mut shoot = shoot(law.clone(), 0.05, elements, order);
     MethodOfSteps::with_solver(TIME / 50.0, Unloaded).advance(&mut shoot, TIME).unwrap();
@@ -192,14 +199,15 @@ fn position_error(law: AnyGrowth, elements: usize, order: Order) -> f64 {
 fn positions_of_points_converge_at_the_order_of_the_elements() {
     for order in [Order::Two, Order::Four, Order::Six, Order::Eight] {
         let p = order.points() as i32;
-        // These meshes are fine enough to show the order and coarse enough for errors above rounding.
+        // These meshes are fine enough to show the order and coarse enough for errors above
+        // rounding.
         let meshes = if p > 2 { [2, 4, 8] } else { [8, 16, 32] };
         for (law, errors) in [
             ("linear", meshes.map(|elements| position_error(Arc::new(LINEAR), elements, order))),
             ("user-defined", meshes.map(|elements| position_error(Arc::new(Parabola), elements, order))),
         ] {
-            // The order of the elements, down to rounding. A half is subtracted because coarse and fine meshes are cut at
-            // different places.
+            // The order of the elements, down to rounding. A half is subtracted because coarse and
+            // fine meshes are cut at different places.
             let observed = shoots::order(&errors.map(|error| error.max(1e-14)));
             let least = if errors[2] < 1e-13 { 0.0 } else { f64::from(2 * p) - 0.5 };
             assert!(observed > least, "{law}, {order:?}: order {observed}, errors {errors:?}");
@@ -227,7 +235,8 @@ fn length_follows_the_closed_form_from_tiny_and_huge_initial_lengths() {
 
 #[test]
 fn growth_zone_shorter_than_an_element_grows_at_the_exact_rate() {
-    // The number of elements is that of the zone. With one element, the zone is a single element, the longest possible.
+    // The number of elements is that of the zone. With one element, the zone is a single element,
+    // the longest possible.
     let mut shoot = shoot(Arc::new(LINEAR), 1.0, 1, Order::Four);
     MethodOfSteps::with_solver(TIME / 20.0, Unloaded).advance(&mut shoot, 30.0 * TIME).unwrap();
     let exact = 1.0 + 30.0 * ZONE;

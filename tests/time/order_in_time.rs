@@ -1,5 +1,6 @@
-//! Fourth order in time over whole runs, including the start, jumps and exits from the growth zone: the slope over three
-//! halvings of the step, against a run with a much shorter step on elements of the same size.
+//! Fourth order in time over whole runs, including the start, jumps and exits from the growth zone:
+//! the slope over three halvings of the step, against a run with a much shorter step on elements of
+//! the same size.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,10 +16,12 @@ use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Respo
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
-/// Smallest accepted order. The scheme is of fourth order, but three halvings of usual steps do not reach the limit to all digits.
+/// Smallest accepted order. The scheme is of fourth order, but three halvings of usual steps do not
+/// reach the limit to all digits.
 const LEAST: f64 = 3.5;
 
-/// Largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for each step.
+/// Largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for
+/// each step.
 fn errors<I: Integrator>(
     shoot: impl Fn() -> Shoot<DynLaws>,
     integrator: impl Fn(f64) -> I,
@@ -122,7 +125,8 @@ fn both_integrators_agree_where_both_apply() {
 #[test]
 fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     let pulse = Pulse { peak: Vector3::new(2e-5, 1e-5, 0.0), start: 20.0 * MINUTE, duration: 12.0 * MINUTE };
-    // Two turns of 87.6 min end at 10512 s, no multiple of any step, and the force drops from 1e-5 N to zero.
+    // Two turns of 87.6 min end at 10512 s, no multiple of any step, and the force drops from 1e-5
+    // N to zero.
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
     // The pulse is a half sine of 12 min: the longest step is a fourth of it.
     let steps = [180.0, 90.0, 45.0, 22.5];
@@ -140,8 +144,9 @@ fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     assert_fourth_order("pulse, no delay", found);
 }
 
-/// A weightless shoot with proprioception alone obeys, point by point, u̇ = −(η/τg) y(t − τr), τm ẏ = u − y, with
-/// u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 + λτm), if −λ (1 + λτm) exp(λτr) is η/τg.
+/// A weightless shoot with proprioception alone obeys, point by point, u̇ = −(η/τg) y(t − τr), τm ẏ
+/// = u − y, with u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 + λτm), if −λ (1 + λτm)
+/// exp(λτr) is η/τg.
 struct Circling {
     memory: Memory,
     /// −Re λ and Im λ, 1/s.
@@ -202,8 +207,8 @@ impl Circling {
 
 #[test]
 fn weightless_shoot_converges_to_the_closed_form_at_fourth_order() {
-    // Equal kernels of 12 min: x tan x = 1 with x = ωτr = 0.860333589019380, a period of 87.6383587116423 min and a
-    // critical growth time of 3.52449410960937 h.
+    // Equal kernels of 12 min: x tan x = 1 with x = ωτr = 0.860333589019380, a period of
+    // 87.6383587116423 min and a critical growth time of 3.52449410960937 h.
     let equal = Circling::undamped(minutes(12.0, 12.0));
     assert_abs_diff_eq!(equal.rate * 720.0, 0.860333589019380, epsilon = 1e-14);
     assert_abs_diff_eq!(equal.growth_time / HOUR, 3.52449410960937, epsilon = 1e-13);
@@ -218,14 +223,16 @@ fn weightless_shoot_converges_to_the_closed_form_at_fourth_order() {
 
 #[test]
 fn delays_that_no_step_divides_keep_fourth_order() {
-    // The delays propagate kinks to 550 s and 71 s after the start. The integrator steps onto them, with equal steps around.
+    // The delays propagate kinks to 550 s and 71 s after the start. The integrator steps onto them,
+    // with equal steps around.
     let memory = |delay: f64| Memory { time: 726.0, delay };
     for (gravity, bend) in [(550.0, 550.0), (550.0, 71.0)] {
         let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).into_dyn().build().unwrap();
         let found = errors(shoot, Iterated::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
         // Rounding is 1e-16 m.
         assert!(order(&found) >= LEAST, "delays {gravity} s and {bend} s: {found:?}");
-        // With steps across the kinks, the errors with both delays at 550 s were 1.3e-7, 2.5e-8, 3.4e-9, 3.5e-11 m.
+        // With steps across the kinks, the errors with both delays at 550 s were 1.3e-7, 2.5e-8,
+        // 3.4e-9, 3.5e-11 m.
         assert!(found[2] < 1e-9, "{found:?}");
     }
 }
@@ -238,7 +245,8 @@ fn memories_far_shorter_than_a_step_keep_fourth_order() {
         let shoot = || righting().tropism(laws(memory, memory)).into_dyn().build().unwrap();
         let found = errors(shoot, MethodOfSteps::new, &[HOUR, 2.0 * HOUR], [240.0, 120.0, 60.0, 30.0], 5.0);
         assert_fourth_order("a short memory", found);
-        // The error of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this bound.
+        // The error of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this
+        // bound.
         assert!(found[3] < 1e-9 * 0.05, "{time} s: {found:?}");
     }
 }

@@ -1,4 +1,5 @@
-//! The righting response of a shoot laid on its side: reduced model, h = −ĝ, ℓ = 5 cm, τg = 20 h, horizontal base.
+//! The righting response of a shoot laid on its side: reduced model, h = −ĝ, ℓ = 5 cm, τg = 20 h,
+//! horizontal base.
 
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq};
@@ -7,8 +8,8 @@ use morphorod::integrator::{EmptyHistory, GivenHistory, Integrator, MethodOfStep
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
 use nalgebra::Vector3;
 
-/// Tip (x along the base tangent, z up, m) at full hours: the model of doi 10.3389/fpls.2021.608005, reduced, integrated
-/// by two unrelated codes to an error below 1e-8 m.
+/// Tip (x along the base tangent, z up, m) at full hours: the model of doi
+/// 10.3389/fpls.2021.608005, reduced, integrated by two unrelated codes to an error below 1e-8 m.
 const TABLE: [(f64, f64, f64); 4] = [
     (0.0, 0.048402645, -0.011718344),
     (4.0, 0.016944722, 0.041497416),
@@ -32,8 +33,9 @@ fn tip_matches_the_table() {
     }
 }
 
-/// Tip of the stationary shape, m: θ' = −k sin θ with θ(0) = π/2 and k = β/(ηr), for any weight and stiffness, has its tip at
-/// ((2/k) atan tanh(kℓ/2), ln cosh(kℓ)/k). With ℓ = 5 cm, r = 0.5 mm: (0.0191771143042, 0.0413398528227) m.
+/// Tip of the stationary shape, m: θ' = −k sin θ with θ(0) = π/2 and k = β/(ηr), for any weight and
+/// stiffness, has its tip at ((2/k) atan tanh(kℓ/2), ln cosh(kℓ)/k). With ℓ = 5 cm, r = 0.5 mm:
+/// (0.0191771143042, 0.0413398528227) m.
 fn stationary_tip(length: f64) -> Vector3<f64> {
     let k = BETA / (ETA * RADIUS);
     Vector3::new(2.0 / k * (0.5 * k * length).tanh().atan(), 0.0, (k * length).cosh().ln() / k)
@@ -52,15 +54,16 @@ fn righting_shoot_reaches_the_stationary_shape_for_any_memories() {
             .into_dyn()
             .build()
             .unwrap();
-        // The slowest mode decays in about an hour and has vanished after 100 h. 8 elements of order 8 are
-        // exact to 1e-11 m. 1e-10 m is 2e-9 of the length.
+        // The slowest mode decays in about an hour and has vanished after 100 h. 8 elements of
+        // order 8 are exact to 1e-11 m. 1e-10 m is 2e-9 of the length.
         let (tips, _) = tips(&mut shoot, 180.0, &[100.0 * HOUR]);
         let (tip, exact) = (tips[0], stationary_tip(0.05));
         assert!(abs_diff_eq!(tip, exact, epsilon = 1e-10), "{gravity:?} {bend:?}: {tip:?} against {exact:?}");
     }
 }
 
-/// The steady history of the righting shoot, point by point: up and bend as in the first equilibrium.
+/// The steady history of the righting shoot, point by point: up and bend as in the first
+/// equilibrium.
 fn as_it_is(_t: f64, site: &Site, variables: &mut [f64]) {
     let up = site.along_directors(&site.environment.up());
     variables.copy_from_slice(&[up.x, up.y, site.strain.x, site.strain.y]);
@@ -87,8 +90,8 @@ fn given_history_that_is_zero_or_constant_acts_like_the_empty_or_steady_history(
     };
     let [empty, zero, steady, constant] = [0, 1, 2, 3].map(tips_after);
     for i in 0..times.len() {
-        // Interpolation of a constant is exact. Rounding may change whether Newton's method meets its tolerance, 1e-11 rad
-        // over 5 cm.
+        // Interpolation of a constant is exact. Rounding may change whether Newton's method meets
+        // its tolerance, 1e-11 rad over 5 cm.
         assert_abs_diff_eq!(empty[i], zero[i], epsilon = 1e-12);
         assert_abs_diff_eq!(steady[i], constant[i], epsilon = 1e-12);
     }
@@ -101,8 +104,9 @@ fn step_evaluates_one_tangent_and_one_gradient() {
     let mut shoot = righting().into_dyn().build().unwrap();
     let cost = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * HOUR).unwrap();
     assert_eq!(cost.equilibria, cost.steps + 1);
-    // The first equilibrium takes three iterations from a straight shoot. The one at which the response begins, after one delay,
-    // takes two or three, because its initial guess does not include the response.
+    // The first equilibrium takes three iterations from a straight shoot. The one at which the
+    // response begins, after one delay, takes two or three, because its initial guess does not
+    // include the response.
     for count in [cost.iterations, cost.factorisations, cost.evaluations] {
         assert!(count <= cost.equilibria + 6, "{cost:?}");
     }
@@ -127,7 +131,8 @@ fn steady_history_bends_the_shoot_at_a_constant_rate_for_one_delay() {
     let past: Vec<Vec<f64>> = (0..32).map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
     run.advance(&mut shoot, MEMORY.delay).unwrap();
     for (point, y) in shoot.rod().points().iter().zip(past) {
-        // Equations (7) and (8) with constant memories: u* = (t/τg) (−β h2/r − η u1, β h1/r − η u2).
+        // Equations (7) and (8) with constant memories: u* = (t/τg) (−β h2/r − η u1, β h1/r − η
+        // u2).
         let gradient = [-BETA / RADIUS * y[1] - ETA * y[2], BETA / RADIUS * y[0] - ETA * y[3]];
         let exact = Vector3::new(gradient[0], gradient[1], 0.0) * (MEMORY.delay / (20.0 * HOUR));
         // Sums of about ten terms: a few ulp.
@@ -149,8 +154,9 @@ fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
         run.advance(&mut shoot, t).unwrap();
         let memory = ((t - MEMORY.delay) / scale).exp() - (-MEMORY.delay / scale).exp();
         let exact = BETA * y0 / (RADIUS * 20.0 * HOUR) * scale * memory;
-        // Sampled 64 times over τr = 2σ and interpolated by cubics: h⁴/384 of the fourth derivative, and slopes from
-        // five samples, h⁴/20 of the fifth at the end: (2/64)⁴/20 = 5e-8.
+        // Sampled 64 times over τr = 2σ and interpolated by cubics: h⁴/384 of the fourth
+        // derivative, and slopes from five samples, h⁴/20 of the fifth at the end: (2/64)⁴/20 =
+        // 5e-8.
         for point in shoot.rod().points() {
             assert_relative_eq!(point.intrinsic.y, exact, epsilon = 0.0, max_relative = 5e-8);
             assert_eq!(point.intrinsic.x, 0.0);
@@ -169,13 +175,14 @@ fn steps_that_do_not_divide_the_delays_are_as_accurate_as_those_that_do() {
         };
         let run =
             |step: f64| tips(&mut righting().elements(4).tropism(laws()).into_dyn().build().unwrap(), step, &times).0;
-        // 12 min is a multiple of 90 s, but not of 97 s and 113 s: the same fourth order with the same constant, up to a
-        // factor of 2 by which the error varies along the run. The reference uses 20 s, with an error 400 times smaller.
+        // 12 min is a multiple of 90 s, but not of 97 s and 113 s: the same fourth order with the
+        // same constant, up to a factor of 2 by which the error varies along the run. The reference
+        // uses 20 s, with an error 400 times smaller.
         let fine = run(20.0);
         let error = |step: f64| run(step).iter().zip(&fine).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         let (divisor, others) = (error(90.0), [error(97.0), error(113.0)]);
-        // Fourth order at an eighth of the memory time: (1/8)⁴/384 of the motion of 4 cm is 2.5e-8 m, with up to a factor of
-        // four for the two laws with memories of their own.
+        // Fourth order at an eighth of the memory time: (1/8)⁴/384 of the motion of 4 cm is 2.5e-8
+        // m, with up to a factor of four for the two laws with memories of their own.
         assert!(divisor < 1e-7, "{divisor:e}");
         for (step, other) in [97.0_f64, 113.0].into_iter().zip(others) {
             assert!(other < 2.0 * divisor * (step / 90.0).powi(4), "{step} s: {other:e} against {divisor:e}");

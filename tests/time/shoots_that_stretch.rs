@@ -1,4 +1,5 @@
-//! Shoots that shear and stretch: growth, steering, saved states, stability, and runs with a tolerance.
+//! Shoots that shear and stretch: growth, steering, saved states, stability, and runs with a
+//! tolerance.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,7 +14,8 @@ use morphorod::stability::{Linearisation, Root, StationarySolver};
 use morphorod::{DynLaws, Shoot, ShootBuilder, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Tissue a thousand times softer against shear and stretch than against bending, so that shear and stretch are large.
+/// Tissue a thousand times softer against shear and stretch than against bending, so that shear and
+/// stretch are large.
 fn soft() -> Timoshenko<LinearElastic> {
     let Timoshenko { law, youngs_modulus, shear_modulus, shear_factor } = Timoshenko::circular(YOUNG);
     Timoshenko { law, youngs_modulus: 1e-3 * youngs_modulus, shear_modulus: 1e-3 * shear_modulus, shear_factor }
@@ -71,11 +73,13 @@ fn resumed_run_of_a_stretching_shoot_repeats_the_uninterrupted_run() {
     let _ = MethodOfSteps::new(120.0).advance(&mut resumed, 8.0 * HOUR).unwrap();
     assert!(resumed.state() == shoot.state());
     assert!(merged.merges > 0 && merged.splits > 0, "{merged:?}");
-    // A load that jumps inside an element requires a node there. Cutting the element leaves the centre line unchanged.
+    // A load that jumps inside an element requires a node there. Cutting the element leaves the
+    // centre line unchanged.
     let clip = PointForce { initial_apex_distance: 0.0301, force: Vector3::x() * 1e-7 };
     let other = shoot.with_model(shoot.model().clone().with_load(clip).into_dyn()).unwrap();
     assert_eq!(other.rod().elements(), shoot.rod().elements() + 1);
-    // The parts interpolate a polynomial of degree p in rotations and p − 1 in the strain of the line by p points on either side.
+    // The parts interpolate a polynomial of degree p in rotations and p − 1 in the strain of the
+    // line by p points on either side.
     assert_abs_diff_eq!(other.tip(), shoot.tip(), epsilon = 1e-9 * s);
     assert_abs_diff_eq!(other.rod().centre_line_length(), shoot.rod().centre_line_length(), epsilon = 1e-9 * s);
 }
@@ -118,8 +122,9 @@ fn upright(law: impl Constitutive + Send + Sync + 'static, force: f64) -> Shoot<
 
 #[test]
 fn roots_of_a_stretching_shoot_are_those_of_a_rigid_line_under_haringx_force() {
-    // To first order a force P turns the frames as P (1 + P/(κ G A) − P/(E A)) would without shear and stretch, and
-    // the laws depend on frames and strains alone. The roots are the same up to the error of differences, 1e-9.
+    // To first order a force P turns the frames as P (1 + P/(κ G A) − P/(E A)) would without shear
+    // and stretch, and the laws depend on frames and strains alone. The roots are the same up to
+    // the error of differences, 1e-9.
     let area = PI * RADIUS * RADIUS;
     let (shear, stretch) = (soft().shear_factor * soft().shear_modulus * area, soft().youngs_modulus * area);
     let force = 1.2e-3;
@@ -132,12 +137,14 @@ fn roots_of_a_stretching_shoot_are_those_of_a_rigid_line_under_haringx_force() {
     let (soft_roots, rigid, wrong) =
         (roots(upright(soft(), force)), roots(upright(YOUNG, effective)), roots(upright(YOUNG, force)));
     assert!(!soft_roots.is_empty() && soft_roots.len() == rigid.len(), "{} {}", soft_roots.len(), rigid.len());
-    // Complex numbers: approx compares them only with a feature of num-complex that is off, so norms are compared.
+    // Complex numbers: approx compares them only with a feature of num-complex that is off, so
+    // norms are compared.
     for (a, b) in soft_roots.iter().zip(&rigid) {
         assert!((a.value - b.value).norm() < 1e-7 * b.value.norm(), "{} {}", a.value, b.value);
     }
     assert!((soft_roots[0].value - wrong[0].value).norm() > 1e-4 * wrong[0].value.norm());
-    // Below the force the line leans by 1 + P/(κ G A) − P/(E A) times the angle of the frames, above it by that angle.
+    // Below the force the line leans by 1 + P/(κ G A) − P/(E A) times the angle of the frames,
+    // above it by that angle.
     let middle = |root: &Root| root.displacement[4].dotc(&root.displacement[2]) / root.displacement[4].norm_squared();
     let (found, frames) = (middle(&soft_roots[0]), middle(&rigid[0]));
     let lean = frames * (effective / force);
@@ -164,7 +171,8 @@ fn first_equilibrium_of_a_stretching_shoot_keeps_the_tolerance() {
 
 #[test]
 fn crushed_tissue_is_an_error_that_leaves_the_shoot_unchanged() {
-    // The weight compresses the foot by ρ g ℓ/E = 0.4 % of its length, and the force compresses it to nothing.
+    // The weight compresses the foot by ρ g ℓ/E = 0.4 % of its length, and the force compresses it
+    // to nothing.
     let law = Timoshenko { youngs_modulus: 5e3, ..Timoshenko::circular(YOUNG) };
     let crush = |force: f64| {
         let mut shoot = Shoot::builder(law)

@@ -8,7 +8,8 @@ use morphorod::quadrature::gauss;
 use morphorod::{DynLaws, Shoot, Still, Turned};
 use nalgebra::Vector3;
 
-/// Shoot that grows and steers, with tissue that leaves the growth zone and a base that is tilted for a while.
+/// Shoot that grows and steers, with tissue that leaves the growth zone and a base that is tilted
+/// for a while.
 fn eventful() -> Shoot<DynLaws> {
     Shoot::builder(YOUNG)
         .length(0.05)
@@ -64,13 +65,15 @@ fn stop_at_an_angle_has_the_order_of_the_integrator() {
         let mut shoot = righting().into_dyn().build().unwrap();
         let up = |shoot: &Shoot<_>| (shoot.rod().apex_frame() * Vector3::z()).z - 60.0_f64.to_radians().sin();
         let _ = MethodOfSteps::new(step).advance_until(&mut shoot, 24.0 * HOUR, up).unwrap();
-        // The time is known to 1e-10 of the step, and the tip turns by less than 1e-3 rad in a second.
+        // The time is known to 1e-10 of the step, and the tip turns by less than 1e-3 rad in a
+        // second.
         assert!(up(&shoot) >= 0.0 && up(&shoot) < 3e-11);
         shoot.time()
     };
     let finest = time(15.0);
     let errors = [240.0, 120.0, 60.0].map(|step| (time(step) - finest).abs());
-    // The error is below a second of 1.4 hours with steps of four minutes, and decreases at fourth order.
+    // The error is below a second of 1.4 hours with steps of four minutes, and decreases at fourth
+    // order.
     assert!(errors[0] < 1.0, "{errors:?}");
     for pair in errors.windows(2) {
         assert!((pair[0] / pair[1]).log2() > 3.5, "{errors:?}");
@@ -258,7 +261,8 @@ fn any_change_of_sign_of_a_condition_is_located_in_bounded_work() {
         let mut steps = MethodOfSteps::new(180.0);
         let _ = steps.advance(&mut shoot, 2340.0).unwrap();
         let found = steps.advance_until(&mut shoot, HOUR, |shoot| condition(shoot.time())).unwrap();
-        // The time is known to 1e-10 of the step, or for flat conditions to the rounding of their values.
+        // The time is known to 1e-10 of the step, or for flat conditions to the rounding of their
+        // values.
         assert!(abs_diff_eq!(shoot.time(), at, epsilon = 1e-6), "condition {i}: {} against {at}", shoot.time());
         assert!(found.steps == 1 && found.equilibria < 110, "condition {i}: {found:?}");
     }

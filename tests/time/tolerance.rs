@@ -1,4 +1,5 @@
-//! Runs with a tolerance: the adaptive integrator keeps it, and its estimate is near the true error.
+//! Runs with a tolerance: the adaptive integrator keeps it, and its estimate is near the true
+//! error.
 
 use crate::fixtures::shoots;
 use std::f64::consts::FRAC_PI_2;
@@ -36,7 +37,8 @@ fn distance(a: &Path, b: &Path) -> f64 {
     a.iter().zip(b).map(at).fold(0.0, f64::max)
 }
 
-/// True error, against a fine run of fixed resolution, and error estimate of a run with each tolerance.
+/// True error, against a fine run of fixed resolution, and error estimate of a run with each
+/// tolerance.
 fn errors(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, step: f64, tolerances: &[f64]) -> Vec<(f64, f64)> {
     let mut fine = MethodOfSteps::new(step);
     fine.solver.tolerance = 1e-12;
@@ -76,8 +78,9 @@ fn tolerance_is_kept_and_the_estimate_is_near_the_true_error() {
     for (scene, errors) in all.iter().enumerate() {
         for ((error, estimate), tolerance) in errors.iter().zip(tolerances) {
             assert!(*error <= tolerance, "scene {scene}, {tolerance:e}: {error:e}");
-            // The promised range of the estimate. The estimate here belongs to a run without output times, the error to one with
-            // them. `random_shoots_keep_the_tolerance` compares an estimate with the error of its own run.
+            // The promised range of the estimate. The estimate here belongs to a run without output
+            // times, the error to one with them. `random_shoots_keep_the_tolerance` compares an
+            // estimate with the error of its own run.
             let ratio = estimate / error;
             assert!(
                 ratio > 0.3 && ratio < 60.0,
@@ -87,7 +90,8 @@ fn tolerance_is_kept_and_the_estimate_is_near_the_true_error() {
     }
 }
 
-/// Pseudo-random numbers that are the same in every run. Seeds of this test belong to this generator.
+/// Pseudo-random numbers that are the same in every run. Seeds of this test belong to this
+/// generator.
 struct Draw(u64);
 
 impl Draw {
@@ -179,8 +183,8 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
     judge(make, end, tolerance)
 }
 
-/// `MORPHOROD_CASES=200 cargo test -p morphorod-tests --test all tolerance::random -- --nocapture` draws more shoots and prints their
-/// errors and estimates.
+/// `MORPHOROD_CASES=200 cargo test -p morphorod-tests --test all tolerance::random -- --nocapture`
+/// draws more shoots and prints their errors and estimates.
 #[test]
 fn random_shoots_keep_the_tolerance() {
     let cases: u64 = std::env::var("MORPHOROD_CASES").map_or(24, |cases| cases.parse().unwrap());
@@ -191,14 +195,16 @@ fn random_shoots_keep_the_tolerance() {
     println!("{all} of {cases} shoots with a result, {kept} keep the tolerance, {near} estimates within 0.3 and 30");
     // The promise is 97 of 100. In a small sample one may fail.
     assert!(all - kept <= 1 + 3 * all / 100, "{kept} of {all}");
-    // Eight of ten: if the first trial is far better than requested, the estimate is off by larger factors.
+    // Eight of ten: if the first trial is far better than requested, the estimate is off by larger
+    // factors.
     assert!(near * 10 >= all * 8, "{near} of {all}");
     assert!(all as u64 * 10 >= cases * 9);
 }
 
 #[test]
 fn first_equilibrium_keeps_the_tolerance() {
-    // q ℓ³/(E I) from small values to 300, against 64 elements each 1.1 times as long as the one before.
+    // q ℓ³/(E I) from small values to 300, against 64 elements each 1.1 times as long as the one
+    // before.
     for density in [100.0, 1000.0, 66_000.0] {
         let ratio = 1.1_f64;
         let mut nodes: Vec<f64> = (0..=64).map(|i| 0.0659 * (ratio.powi(i) - 1.0) / (ratio.powi(64) - 1.0)).collect();
@@ -300,7 +306,8 @@ fn error_estimates_of_successive_calls_add_up() {
 fn trial_steps_are_at_most_half_of_the_work() {
     let mut shoot = growing().into_dyn().build().unwrap();
     let cost = Adaptive::new(1e-5).advance(&mut shoot, 10.0 * HOUR).unwrap();
-    // Measured: 222 coarse trial steps for 680 steps of the run, and 1.4 Newton iterations for each equilibrium.
+    // Measured: 222 coarse trial steps for 680 steps of the run, and 1.4 Newton iterations for each
+    // equilibrium.
     assert!(cost.trial_steps * 2 <= cost.steps, "{cost:?}");
     assert!(cost.steps < 900 && cost.iterations * 2 < cost.equilibria * 3, "{cost:?}");
     assert!(shoot.rod().elements() <= 24, "{}", shoot.rod().elements());
@@ -343,7 +350,8 @@ fn delays_and_time_spans_of_any_size_are_accepted() {
 
 #[test]
 fn almost_coincident_kinks_and_vanishing_loads_are_integrated() {
-    // The response to the beginning of the pulse, one delay later, occurs at its end or slightly beside it.
+    // The response to the beginning of the pulse, one delay later, occurs at its end or slightly
+    // beside it.
     for duration in [720.0, 720.0_f64.next_down(), 719.95, 720.05] {
         let pulse = Pulse { peak: Vector3::new(1e-6, 0.0, 0.0), start: 1000.1, duration };
         let mut shoot = righting().load((WEIGHT, pulse)).into_dyn().build().unwrap();
@@ -375,7 +383,8 @@ fn tolerance_is_kept_while_tissue_leaves_the_growth_zone() {
     for ((error, estimate), tolerance) in errors(make, 6.0 * HOUR, 15.0, &tolerances).iter().zip(tolerances) {
         assert!(*error <= tolerance && estimate / error > 0.3, "{tolerance:e}: {error:e}, {estimate:e}");
     }
-    // Steps of 45 s have an error of 2e-8 here. Interpolation of positions across kinks would require four times as many steps.
+    // Steps of 45 s have an error of 2e-8 here. Interpolation of positions across kinks would
+    // require four times as many steps.
     let cost = Adaptive::new(1e-6).advance(&mut make(8), 6.0 * HOUR).unwrap();
     assert!(cost.steps + cost.trial_steps < 1500, "{} and {}", cost.steps, cost.trial_steps);
 }
@@ -421,7 +430,8 @@ fn strongly_loaded_upright_shoot_is_refined_until_the_tolerance_is_met() {
 
 #[test]
 fn error_of_far_too_coarse_elements_is_not_attributed_to_the_steps() {
-    // If proprioception is zero, the tip curls more and more: runs with three and five elements differ by more than 0.02 of the length.
+    // If proprioception is zero, the tip curls more and more: runs with three and five elements
+    // differ by more than 0.02 of the length.
     let (gravitropism, _) = steering(SettledStatoliths);
     let make = |elements: usize| {
         let curls = (gravitropism, Proprioception { sensitivity: 0.0 }.remembered(shoots::MEMORY));
@@ -436,7 +446,8 @@ fn error_of_far_too_coarse_elements_is_not_attributed_to_the_steps() {
 
 #[test]
 fn motion_inside_merged_elements_is_below_the_tolerance() {
-    // A tilted shoot that leaves a smooth bend behind its zone: merging elements moves the line between their ends.
+    // A tilted shoot that leaves a smooth bend behind its zone: merging elements moves the line
+    // between their ends.
     let make = |elements: usize| {
         Shoot::builder(YOUNG)
             .length(0.04)
