@@ -1,13 +1,14 @@
-//! Safe calls with wrong sizes, indices, times and numbers: an answer or an error, never a panic, and the shoot as it was.
+//! Safe calls with wrong sizes, indices, times and numbers: each returns a result or an error
+//! without a panic, and an error leaves the shoot unchanged.
 
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use crate::fixtures::shoots::{HOUR, Reduced, YOUNG, growing, reduced};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth, length, trace};
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
-use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, PointForce, Pulse, Weight, Whirl};
+use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, PointForce, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::stability::{Linearisation, StationarySolver};
 use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
@@ -15,7 +16,7 @@ use morphorod::{DynLaws, Order, Profile, Scene, Section, Shoot, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Before its run, at its start, and on the way.
+/// The growing shoot before its run, at its start, and during the run.
 static GROWING: LazyLock<[Shoot<DynLaws>; 3]> = LazyLock::new(|| {
     [None, Some(0.0), Some(0.7 * HOUR)].map(|until| {
         let mut shoot = growing().elements(2).into_dyn().build().unwrap();
@@ -31,7 +32,7 @@ static REDUCED: LazyLock<Shoot<Reduced>> = LazyLock::new(|| {
     shoot
 });
 
-/// Numbers as they come and as they never should.
+/// Usual numbers and invalid ones.
 fn number() -> impl Strategy<Value = f64> {
     let odd = [
         0.0,
@@ -64,19 +65,19 @@ fn index() -> impl Strategy<Value = usize> {
     prop_oneof![4 => 0..12_usize, 1 => Just(usize::MAX), 1 => any::<u16>().prop_map(usize::from)]
 }
 
-/// Whether every number in what a shoot shows is finite.
+/// Whether the frames, the tip and the length of a rod are finite.
 fn sound(rod: &Rod) -> bool {
     let frames = rod.frames().iter().all(|frame| frame.norm().is_finite());
     frames && rod.tip().iter().all(|x| x.is_finite()) && rod.length().is_finite()
 }
 
-/// Reads a rod in every way.
+/// Calls every query of a rod.
 fn read_rod(rod: &Rod, [a, _, _, _]: [f64; 4], [i, j, ..]: [usize; 3]) {
     let _ = (rod.frame(i, a), rod.strain(i, j), rod.at(a), rod.locate(a), rod.arc_length_of(a));
     let _ = (rod.centre_line(), rod.centre_line_at(i % 5000), rod.growth_zone(), rod.volume(), rod.apex_frame());
 }
 
-/// Makes a rod, changes it, and lets it come to rest.
+/// Builds a rod, changes it, and solves for its equilibrium.
 fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let order = Order::ALL[k % 4];
     let base = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), a);
@@ -100,17 +101,19 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
             0 => solver.solve(&mut rod, &law, &Weight { density: d }, &environment),
             1 => Unloaded.solve(&mut rod, &law, &(), &environment),
             _ => {
-                let law = Graded { law: YOUNG, factor: |_: &Tissue| c };
-                solver.solve(&mut rod, &law, &Distributed(Vector3::x() * d), &environment)
+                let law: Arc<dyn Constitutive + Send + Sync> =
+                    Arc::new(Graded { law: YOUNG, factor: move |_: &Tissue| c });
+                let load: Arc<dyn Load + Send + Sync> = Arc::new(Distributed(Vector3::x() * d));
+                solver.solve(&mut rod, &law, &load, &environment)
             }
         };
         match answer {
             // Sums over a rod of the largest number overflow.
             Ok(_) => assert!(sound(&rod) || a > 1e300, "{rod:?}"),
-            // As it was, numbers that are none included.
+            // Printed forms are compared because NaN differs from itself.
             Err(_) => assert_eq!(format!("{rod:?}"), before),
         }
-        // The force of another rod.
+        // The internal force of another rod.
         let foreign = InternalForce::of(GROWING[0].rod(), &(), &environment);
         assert!(foreign.check(&rod).is_ok() == (rod.points().len() == GROWING[0].rod().points().len()));
         let _ = solver.equilibrate(&mut rod, &law, &foreign);
@@ -120,7 +123,7 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let _ = (profile.at(a), profile.at(c), profile.sample(i % 30));
 }
 
-/// Builds a shoot from anything.
+/// Builds a shoot from arbitrary numbers.
 fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let law =
         Lignifying { young: LinearElastic { youngs_modulus: 1e7, poissons_ratio: b }, mature_modulus: c, time: d };
@@ -161,7 +164,7 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
             .map(|shoot| shoot.time()),
     };
     assert!(built.is_err() || a > 0.0 && a.is_finite());
-    // Laws that are asked directly.
+    // Direct calls of laws.
     for law in [
         &UniformGrowth { zone_length: 0.07, time: 72e3 } as &dyn GrowthLaw,
         &LinearProfile { zone_length: 0.07, time: 72e3 },
@@ -173,11 +176,11 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     }
 }
 
-/// Moves a shoot to anywhere.
+/// Advances a shoot to arbitrary times.
 fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let mut moved = shoot.clone();
     let (now, before) = (shoot.time(), shoot.state().clone());
-    // Not so far that a case takes seconds.
+    // Limit the distance, so that no case takes seconds.
     let near = |t: f64| if (t - now).abs() < 3000.0 || !t.is_finite() { t } else { now + 1.0 };
     let step = if a > 0.0 && a < 60.0 { 60.0 + a } else { a };
     let (mut steps, mut iterated) = (MethodOfSteps::new(step), Iterated::new(step));
@@ -198,13 +201,13 @@ fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: 
     read_rod(moved.rod(), [a, b, c, d], [i, j, k]);
 }
 
-/// States of shoots that have nothing to do with each other, other laws, and their stability.
+/// Restores states of other shoots, sets other laws, and computes their stability.
 fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
     let mut shoot = REDUCED.clone();
     let before = shoot.state().clone();
     let foreign = &GROWING[i % 3];
     let restored = shoot.restore(foreign.state());
-    assert!(restored.is_ok() == (i % 3 == 0), "a history of other laws is foreign");
+    assert!(restored.is_ok() == (i % 3 == 0), "a state with a history of other laws is refused");
     if restored.is_err() {
         assert!(shoot.state() == &before);
     }
@@ -242,7 +245,7 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, max_shrink_iters: 200, ..ProptestConfig::default() })]
     #[test]
-    fn any_call_ends_in_an_answer_or_an_error(
+    fn any_call_returns_a_result_or_an_error(
         which in 0..5_u8, numbers in prop::array::uniform4(number()), indices in prop::array::uniform3(index()),
     ) {
         match which {

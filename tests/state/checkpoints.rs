@@ -1,11 +1,12 @@
-//! Checkpoints: what is sound comes back bit by bit, what is not is refused for the right reason.
+//! Checkpoints: valid ones restore every bit, and each kind of invalid one is refused with its own
+//! error.
 
 use crate::fixtures::shoots::{HOUR, growing, righting};
 use morphorod::checkpoint::{CheckpointError, from_bytes, to_bytes};
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
 use morphorod::{Model, Shoot, State};
 
-/// A state with a history, small enough to be damaged in every bit.
+/// State with a history, small enough for a test that damages each bit.
 fn small() -> State {
     let mut shoot = righting().elements(1).order(morphorod::Order::Two).into_dyn().build().unwrap();
     MethodOfSteps::new(720.0).advance(&mut shoot, HOUR).unwrap();
@@ -22,14 +23,14 @@ fn infinities_and_all_bits_are_kept() {
     let back: (f64, f64, f64, f64, f64) = from_bytes(&to_bytes(&odd).unwrap()).unwrap();
     let bits = |x: (f64, f64, f64, f64, f64)| [x.0, x.1, x.2, x.3, x.4].map(f64::to_bits);
     assert_eq!(bits(back), bits(odd));
-    // The growth of this shoot never ends, so that no point ever leaves the zone.
+    // No point of this shoot ever leaves the growth zone, so its exit time is infinite.
     let state = small();
     assert!(state.rod().points().iter().any(|point| point.exit_time == f64::INFINITY));
     assert!(from_bytes::<State>(&to_bytes(&state).unwrap()).unwrap() == state);
 }
 
 #[test]
-fn damage_in_any_bit_is_seen() {
+fn damage_of_any_single_bit_is_detected() {
     let sound = to_bytes(&small()).unwrap();
     for bit in 0..8 * sound.len() {
         let mut bytes = sound.clone();
@@ -46,7 +47,7 @@ fn damage_in_any_bit_is_seen() {
 }
 
 #[test]
-fn what_is_cut_short_or_something_else_is_named() {
+fn truncated_foreign_and_newer_files_are_refused_with_distinct_errors() {
     let sound = to_bytes(&small()).unwrap();
     for length in 0..sound.len() {
         match refused(&sound[..length]) {
@@ -58,17 +59,18 @@ fn what_is_cut_short_or_something_else_is_named() {
     let longer = [&sound[..], &[0]].concat();
     assert!(matches!(refused(&longer), CheckpointError::Length { .. }));
     assert_eq!(refused(b"PK\x03\x04 something else"), CheckpointError::Foreign);
-    // Of a version to come.
+    // A checkpoint of a later version.
     let mut newer = sound.clone();
     newer[9] += 1;
     let error = refused(&newer);
     assert!(matches!(error, CheckpointError::Format { found, known } if found == known + 1), "{error}");
-    // Sound, but of another type; or of a state that cannot be.
+    // A valid checkpoint of another type.
     assert!(matches!(refused(&to_bytes(&"a state").unwrap()), CheckpointError::Content(_)));
     assert!(matches!(refused(&to_bytes(&(small(), 1.0)).unwrap()), CheckpointError::Content(_)));
 }
 
-/// Runs to the end in steps, is stopped after `stop` of them and goes on from the bytes of its state in a new shoot.
+/// Final state of a run that stops after `stop` steps and continues in a new shoot from the bytes
+/// of its state.
 fn resumed<M: Model>(make: impl Fn() -> Shoot<M>, run: &(impl Integrator + Clone), end: f64, stop: usize) -> State {
     let mut shoot = make();
     let mut first = run.clone();
@@ -88,12 +90,12 @@ fn resumed<M: Model>(make: impl Fn() -> Shoot<M>, run: &(impl Integrator + Clone
 }
 
 #[test]
-fn a_run_that_is_killed_goes_on_as_if_nothing_had_been() {
+fn run_resumed_from_a_checkpoint_repeats_the_uninterrupted_run() {
     let make = || growing().elements(4).into_dyn().build().unwrap();
     let end = 2.0 * HOUR;
     let steps = MethodOfSteps::new(90.0);
     let whole = resumed(make, &steps, end, 0);
-    // Fifty moments that look random: multiples of the golden ratio.
+    // Fifty pseudo-random numbers of steps: multiples of the golden ratio.
     for k in 1..=50_u32 {
         let stop = (f64::from(k) * 0.618_034).fract() * 90.0;
         assert!(resumed(make, &steps, end, stop as usize) == whole, "after {stop} steps");

@@ -1,6 +1,8 @@
-//! States that are damaged, or of another shoot: an error that says what is wrong, and the shoot is as it was.
+//! States that are damaged or belong to another shoot: the error names the cause, and the shoot is
+//! unchanged.
 
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::{Rod, RodError};
@@ -9,10 +11,10 @@ use morphorod::{Order, Shoot, StateError};
 use nalgebra::{UnitQuaternion, Vector3};
 
 #[test]
-fn a_state_of_other_laws_is_refused() {
+fn state_of_other_laws_is_refused() {
     let mut foreign = growing().elements(4).into_dyn().build().unwrap();
     let mut shoot = righting().elements(4).into_dyn().build().unwrap();
-    // Before a run there is no history, and only the rod counts.
+    // Before a run there is no history, and only the rod is checked.
     shoot.restore(foreign.state()).unwrap();
     let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
@@ -26,7 +28,7 @@ fn a_state_of_other_laws_is_refused() {
 }
 
 #[test]
-fn a_state_of_another_mesh_is_taken() {
+fn state_of_another_mesh_is_accepted() {
     let mut run = MethodOfSteps::new(90.0);
     let mut coarse = growing().elements(2).order(Order::Four).into_dyn().build().unwrap();
     run.advance(&mut coarse, 1.5 * HOUR).unwrap();
@@ -37,11 +39,11 @@ fn a_state_of_another_mesh_is_taken() {
     run.advance(&mut shoot, 2.5 * HOUR).unwrap();
     run.advance(&mut coarse, 2.5 * HOUR).unwrap();
     assert!(shoot.rod().elements() > coarse.rod().elements());
-    assert!((shoot.tip() - coarse.tip()).norm() < 1e-3, "{} {}", shoot.tip(), coarse.tip());
+    assert_abs_diff_eq!(shoot.tip(), coarse.tip(), epsilon = 1e-3);
 }
 
 #[test]
-fn a_state_with_a_strain_that_is_no_number_is_refused() {
+fn state_with_a_nan_strain_is_refused() {
     let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     let kept = shoot.state().clone();
     shoot.set_intrinsic(|_| Vector3::repeat(f64::NAN));
@@ -53,17 +55,18 @@ fn a_state_with_a_strain_that_is_no_number_is_refused() {
     assert!(&kept == shoot.state());
 }
 
-/// Runs for days on coarse meshes; whatever state that leads to is one.
-fn assert_own_states_are_taken<G: GrowthLaw>(growth: impl Fn() -> G) {
+/// Runs for days on coarse meshes. Fails unless the shoot accepts each of its own states.
+fn assert_own_states_are_accepted(growth: impl GrowthLaw + Copy + Send + Sync + 'static) {
     for (order, elements) in [(Order::Two, 16), (Order::Eight, 2)] {
         let mut shoot = Shoot::builder(YOUNG)
             .length(0.05)
             .radius(RADIUS)
-            .growth(growth())
+            .growth(growth)
             .tropism(steering(SettledStatoliths))
             .load(WEIGHT)
             .elements(elements)
             .order(order)
+            .into_dyn()
             .build()
             .unwrap();
         let mut run = MethodOfSteps::new(600.0);
@@ -76,14 +79,14 @@ fn assert_own_states_are_taken<G: GrowthLaw>(growth: impl Fn() -> G) {
 }
 
 #[test]
-fn states_of_coarse_meshes_are_taken() {
+fn states_of_coarse_meshes_are_accepted() {
     let (zone_length, time) = (0.03, 20.0 * HOUR);
-    assert_own_states_are_taken(|| LinearProfile { zone_length, time });
-    assert_own_states_are_taken(|| CosineProfile { zone_length, time });
+    assert_own_states_are_accepted(LinearProfile { zone_length, time });
+    assert_own_states_are_accepted(CosineProfile { zone_length, time });
 }
 
 #[test]
-fn places_that_are_not_on_the_rod_have_no_answer() {
+fn queries_off_the_rod_return_none_or_its_nearest_end() {
     let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 3, Order::Four).unwrap();
     rod.set_intrinsic(|_| Vector3::x());
     assert!(rod.frame(2, 1.0).is_some() && rod.strain(2, 1).is_some());
@@ -96,13 +99,15 @@ fn places_that_are_not_on_the_rod_have_no_answer() {
     assert_eq!((rod.at(f64::NAN), rod.locate(f64::NAN)), (None, None));
     assert_eq!(rod.locate(f64::NEG_INFINITY), rod.locate(0.0));
     for s in [f64::INFINITY, 7.0] {
-        assert!(matches!(rod.locate(s), Some((2, x)) if (x - 1.0).abs() < 1e-14), "{s}");
+        let end = rod.locate(s);
+        assert!(matches!(end, Some((2, x)) if abs_diff_eq!(x, 1.0, epsilon = 1e-14)), "{s}: {end:?}");
     }
     assert_eq!(rod.at(-1.0).unwrap().0, Vector3::zeros());
     assert!(rod.centre_line_at(0).is_empty());
     assert_eq!(rod.centre_line_at(1), [Vector3::zeros()]);
     let ends = rod.centre_line_at(2);
-    assert!(ends.len() == 2 && ends[0] == Vector3::zeros() && (ends[1] - rod.tip()).norm() < 1e-15);
+    assert!(ends.len() == 2 && ends[0] == Vector3::zeros());
+    assert_abs_diff_eq!(ends[1], rod.tip(), epsilon = 1e-15);
 }
 
 mod written {
@@ -114,7 +119,7 @@ mod written {
 
     use super::*;
 
-    /// States before a run, at its start, and on the way, as they are written.
+    /// States before a run, at its start, and during the run, in their written form.
     static STATES: LazyLock<Vec<Value>> = LazyLock::new(|| {
         let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         let mut states = vec![serde_json::to_value(shoot.state()).unwrap()];
@@ -126,7 +131,7 @@ mod written {
     });
 
     fn read(value: &Value) -> Result<State, String> {
-        // By way of text, as from a file.
+        // Conversion to text, as in a file.
         serde_json::from_str(&value.to_string()).map_err(|error| error.to_string())
     }
 
@@ -139,7 +144,7 @@ mod written {
     }
 
     #[test]
-    fn messages_say_what_is_wrong() {
+    fn messages_name_the_damaged_part() {
         let message = refusal(|state| state["format"] = 7.into());
         assert!(message.contains("format 7; this version reads format 6"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
@@ -177,8 +182,9 @@ mod written {
         Swap,
     }
 
-    /// Damages a list or a number that is found by walking down at random, so that short parts of a state are hit as often
-    /// as long ones. A list on the way is damaged itself every third time.
+    /// Damages a list or a number at the end of a random walk through the state, so that short
+    /// parts are damaged as often as long ones. A list on the walk is itself damaged every third
+    /// time.
     fn damage(node: &mut Value, kind: Damage, walk: &[usize]) {
         let Some((at, rest)) = walk.split_first() else { return };
         let lists = matches!(kind, Damage::Drop | Damage::Duplicate | Damage::Swap);
@@ -225,7 +231,7 @@ mod written {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
 
         #[test]
-        fn a_damaged_state_is_an_error_or_a_state(
+        fn damaged_state_is_an_error_or_a_valid_state(
             which in 0..4_usize,
             damages in prop::collection::vec((kinds(), prop::collection::vec(any::<usize>(), 12)), 1..3),
         ) {
@@ -243,7 +249,7 @@ mod written {
                         prop_assert!(&before == shoot.state());
                     } else if MethodOfSteps::new(90.0).advance(&mut shoot, state.time() + 200.0).is_ok() {
                         let after = shoot.state().clone();
-                        // Finite throughout, and a state itself.
+                        // The new state is finite and valid.
                         prop_assert!(shoot.restore(&after).is_ok(), "{:?}", shoot.restore(&after));
                         prop_assert!(shoot.tip().iter().all(|x| x.is_finite()));
                     } else {

@@ -1,5 +1,5 @@
-//! The state of a shoot is a plain value: kept, given back, compared, written and read, it has the same future bit by bit;
-//! an error leaves it as it was.
+//! The state of a shoot is a plain value: saved, restored, compared, written and read, it has the
+//! same future to the bit. An error leaves it unchanged.
 
 use crate::fixtures::shoots::{
     BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
@@ -12,7 +12,7 @@ use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, Settled
 use morphorod::{Model, Scene, Shoot, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Runs on from a kept state in several ways, to `t2`; all must end in the same bits.
+/// Continues from a state at `t1` to `t2` in several ways. Fails unless all end in the same bits.
 fn assert_repeats<M: Model, I: Integrator>(mut shoot: Shoot<M>, integrator: impl Fn() -> I, t1: f64, t2: f64)
 where
     Shoot<M>: Clone,
@@ -24,13 +24,13 @@ where
     let copy = shoot.clone();
     run.advance(&mut shoot, t2).unwrap();
     let end = shoot.state().clone();
-    assert!(kept != end, "two times have one state");
-    // The same integrator, which has been further on meanwhile.
+    assert!(kept != end, "states at two times are equal");
+    // The same integrator, which has advanced further meanwhile.
     shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
     run.advance(&mut shoot, t2).unwrap();
     assert!(&end == shoot.state(), "restored");
-    // An integrator that has never seen the shoot.
+    // A new integrator.
     shoot.restore(&kept).unwrap();
     let _ = integrator().advance(&mut shoot, t2).unwrap();
     assert!(&end == shoot.state(), "with a fresh integrator");
@@ -38,7 +38,7 @@ where
     let mut copy = copy;
     let _ = integrator().advance(&mut copy, t2).unwrap();
     assert!(&end == copy.state(), "copied");
-    // A shoot of the same laws that has been somewhere else.
+    // A shoot of the same laws in another state.
     let _ = integrator().advance(&mut copy, t2 + 0.5 * HOUR).unwrap();
     copy.restore(&kept).unwrap();
     let _ = integrator().advance(&mut copy, t2).unwrap();
@@ -46,22 +46,22 @@ where
 }
 
 #[test]
-fn a_growing_shoot_goes_on_from_a_kept_state_bit_by_bit() {
+fn growing_shoot_resumed_from_a_state_repeats_the_uninterrupted_run() {
     let shoot = || growing().elements(4).into_dyn().build().unwrap();
-    // Before and after the first point has left the zone (1.16 h), in the middle of the doubling steps of the start, at
-    // no multiple of the step.
+    // Times before and after the first point has left the zone (1.16 h), during the doubling steps
+    // of the start, and at no multiple of the step.
     for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
         assert_repeats(shoot(), || MethodOfSteps::new(90.0), t1, t2);
     }
 }
 
 #[test]
-fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
+fn shoot_of_constant_length_resumed_from_a_state_repeats_the_uninterrupted_run() {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 0.5 };
     let shoot = || {
         reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).into_dyn().build()
     };
-    // At 43.8 min the load drops: before the jump, just on it, and a little after it.
+    // The load drops at 43.8 min: times before the jump, at it, and after it.
     for t1 in [43.0 * MINUTE, 43.8 * MINUTE, 44.0 * MINUTE] {
         assert_repeats(shoot().unwrap(), || MethodOfSteps::new(100.0), t1, 2.0 * HOUR);
     }
@@ -75,7 +75,7 @@ fn a_shoot_of_constant_length_goes_on_from_a_kept_state_bit_by_bit() {
 }
 
 #[test]
-fn an_integrator_remembers_nothing_of_another_shoot() {
+fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
     let with_memory = |minutes: f64| {
         let memory = Memory { time: minutes * MINUTE, delay: 12.0 * MINUTE };
         righting()
@@ -91,7 +91,8 @@ fn an_integrator_remembers_nothing_of_another_shoot() {
     let mut alone = with_memory(30.0);
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
-    // The same integrator carries two shoots in turn, in equal steps, and in between one with other elements.
+    // The same integrator advances two shoots in turn, in equal steps, and in between one with
+    // other elements.
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
     for t in [0.5 * HOUR, HOUR] {
@@ -113,7 +114,7 @@ fn states_that_differ_anywhere_are_not_equal() {
     assert!(&kept != shoot.state());
     shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
-    // Only the past differs.
+    // States that differ only in their history.
     let start = |settled: bool| {
         let mut shoot = righting().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
@@ -125,7 +126,7 @@ fn states_that_differ_anywhere_are_not_equal() {
 }
 
 #[test]
-fn advancing_to_the_present_changes_nothing() {
+fn advancing_to_the_present_time_changes_nothing() {
     let mut shoot = growing().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, 1.3 * HOUR).unwrap();
@@ -135,7 +136,7 @@ fn advancing_to_the_present_changes_nothing() {
     assert!(&kept == shoot.state());
 }
 
-/// A base that ceases to be a rotation after half an hour.
+/// Base that is no longer a rotation after half an hour.
 #[derive(Debug, Clone, Copy)]
 struct BrokenPot;
 
@@ -150,8 +151,9 @@ impl Scene for BrokenPot {
 }
 
 #[test]
-fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
-    // A load that becomes senseless half an hour after the start, on a shoot whose elements are cut before.
+fn error_during_a_run_leaves_the_shoot_unchanged() {
+    // A load that becomes NaN half an hour after the start, on a shoot whose elements are cut
+    // before.
     let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
     let mut shoot = growing().load(load).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
@@ -167,7 +169,8 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
         assert!(&kept == shoot.state());
     }
 
-    // A solver that is not given the iterations that it needs; given them, the run goes on as if nothing had been.
+    // A solver with too few iterations. With enough of them the run continues like an undisturbed
+    // one.
     let shoot = || righting().into_dyn().build().unwrap();
     let mut steady = shoot();
     let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
@@ -182,7 +185,7 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
     run.advance(&mut retried, HOUR).unwrap();
     assert!(steady.state() == retried.state());
 
-    // A base that is no rotation, with and without a solver that would notice.
+    // A base that is no rotation, with a solver that uses the base and one that does not.
     let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).into_dyn().build().unwrap();
     let before = pot.state().clone();
     assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
@@ -194,7 +197,7 @@ fn an_error_on_the_way_leaves_the_shoot_as_it_was() {
 }
 
 #[test]
-fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
+fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     let push = ApicalForce(|t: f64| Vector3::new(if t < 1800.0 { 0.0 } else { 1e-9 }, 0.0, 0.0));
     let mut shoot = Shoot::builder(YOUNG)
         .length(0.05)
@@ -214,11 +217,12 @@ fn an_unloaded_solver_refuses_a_load_that_begins_on_the_way() {
     assert!(&kept == shoot.state());
 }
 
-/// The name of a format, and what is read of a state that was written in it.
+/// The name of a format, and a function that writes a state in it and reads the result.
 type Format = (&'static str, fn(&State) -> State);
 
-/// Binary ones do not say what a field is called or how long it is, and
-/// read only what is written in full and in order. Text keeps all digits by the feature `float_roundtrip` of `serde_json`.
+/// Text and binary formats. Binary formats contain neither names nor lengths of fields, so every
+/// field must be written, in order. Text keeps all digits by the feature `float_roundtrip` of
+/// `serde_json`.
 const FORMATS: [Format; 3] = [
     ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
     ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
@@ -226,17 +230,18 @@ const FORMATS: [Format; 3] = [
         let config = bincode::config::standard();
         let written = bincode::serde::encode_to_vec(state, config).unwrap();
         let (read, length) = bincode::serde::decode_from_slice(&written, config).unwrap();
-        assert_eq!(length, written.len(), "something is left unread");
+        assert_eq!(length, written.len(), "a part of the state is not read");
         read
     }),
 ];
 
-/// All bits of a state: equal states may differ in the sign of a zero.
+/// All bits of a state. Equal states may differ in the sign of a zero.
 fn bytes(state: &State) -> Vec<u8> {
     postcard::to_allocvec(state).unwrap()
 }
 
-/// Writes and reads the state of a shoot in all formats, and runs on from each, for `further` seconds.
+/// Writes and reads the state of a shoot in all formats, and continues from each for `further`
+/// seconds.
 fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, further: f64) {
     let (kept, t) = (shoot.state(), shoot.state().time());
     let on = |kept: &State| {
@@ -254,13 +259,14 @@ fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, furthe
 }
 
 #[test]
-fn a_state_written_and_read_again_is_the_same_in_every_format() {
+fn state_written_and_read_again_is_the_same_in_every_format() {
     let build = || growing().elements(4).into_dyn().build().unwrap();
     let mut shoot = build();
-    // Before an integrator has seen it.
+    // The state before the start of an integrator.
     assert_reads(&shoot, build, HOUR);
     let mut run = MethodOfSteps::new(90.0);
-    // Infinity, which text does not have, is the exit time of what is in the zone. After 1.16 h some tissue has left it.
+    // The exit time of tissue in the zone is infinity, which JSON lacks. After 1.16 h some tissue
+    // has left the zone.
     for (t, some_has_left) in [(0.0, false), (0.5 * HOUR, false), (1.7 * HOUR, true)] {
         run.advance(&mut shoot, t).unwrap();
         let (inside, outside): (Vec<f64>, _) =
@@ -270,7 +276,7 @@ fn a_state_written_and_read_again_is_the_same_in_every_format() {
     }
 }
 
-/// Growth that has not begun: what is behind the zone left it ever so long ago.
+/// Growth that has not begun: the exit time of tissue behind the zone is −∞.
 #[derive(Debug, Clone, Copy)]
 struct Dormant;
 
@@ -284,7 +290,7 @@ impl GrowthLaw for Dormant {
 }
 
 #[test]
-fn exit_times_ever_so_long_ago_are_written_and_read() {
+fn infinitely_early_exit_times_are_written_and_read() {
     let shoot = || Shoot::builder(YOUNG).length(0.1).radius(RADIUS).growth(Dormant).tropism(steering(STATOLITHS));
     let build = || shoot().scene(Still::tilted(0.1)).into_dyn().build().unwrap();
     let mut shoot = build();

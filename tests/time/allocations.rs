@@ -1,4 +1,5 @@
-//! A time step after the first ones asks for no memory while elements and sparsity pattern stay as they are.
+//! Time steps after the first ones allocate no memory while elements and sparsity pattern are
+//! unchanged.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -10,7 +11,8 @@ use morphorod::tropism::Oscillator;
 use morphorod::{Model, Shoot};
 use nalgebra::Vector3;
 
-/// The system's allocator, which counts what a thread asks it for while the thread wants to know.
+/// The system's allocator with a count of the allocations of each thread, while the thread requests
+/// it.
 struct Counting;
 
 thread_local! {
@@ -21,7 +23,8 @@ fn count_one() {
     COUNT.with(|count| count.set(count.get().map(|n| n + 1)));
 }
 
-// SAFETY: every call goes to the system's allocator with the arguments that it was given; counting allocates nothing.
+// SAFETY: every call is forwarded to the system's allocator with the same arguments; counting
+// allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count_one();
@@ -43,7 +46,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How often `work` asks for memory.
+/// Number of allocations during `work`.
 fn allocations(work: impl FnOnce()) -> usize {
     COUNT.with(|count| count.set(Some(0)));
     work();
@@ -51,15 +54,16 @@ fn allocations(work: impl FnOnce()) -> usize {
 }
 
 #[test]
-fn the_counter_counts() {
+fn counter_counts_allocations() {
     assert_eq!(allocations(|| ()), 0);
     assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1.0)))), 1);
     assert_eq!(allocations(|| drop(std::hint::black_box(vec![1.0; 100]))), 1);
 }
 
-/// Allocations in calls that carry a shoot by the given numbers of steps, after its history has reached its full length.
+/// Allocations in calls that advance a shoot by the given numbers of steps, after its history has
+/// reached its full length.
 fn in_calls(mut shoot: Shoot<impl Model>, mut run: impl Integrator, step: f64, calls: &[u32]) -> Vec<usize> {
-    // The first steps double from a sixty-fourth on; then the history fills for one delay.
+    // The first steps double, starting from a sixty-fourth. Then the history fills for one delay.
     let mut until = 2.0 * MEMORY.delay + 4.0 * step;
     run.advance(&mut shoot, until).unwrap();
     for _ in 0..4 {
@@ -74,7 +78,7 @@ fn in_calls(mut shoot: Shoot<impl Model>, mut run: impl Integrator, step: f64, c
 }
 
 #[test]
-fn a_step_of_a_shoot_of_constant_length_asks_for_no_memory() {
+fn step_of_a_shoot_of_constant_length_allocates_no_memory() {
     let (gravitropism, proprioception) = steering(STATOLITHS);
     let push = ApicalForce(|t: f64| Vector3::new(1e-6 * (t / 500.0).sin(), 0.0, 0.0));
     let shoot = || {
@@ -91,8 +95,9 @@ fn a_step_of_a_shoot_of_constant_length_asks_for_no_memory() {
 }
 
 #[test]
-fn a_growing_shoot_asks_for_memory_less_than_once_in_a_step() {
-    // Every step cuts an element and most merge two; rows of the history and the sparsity pattern follow.
+fn growing_shoot_allocates_less_than_once_in_a_step() {
+    // Every step cuts an element and most merge two, which changes the rows of the history and the
+    // sparsity pattern.
     let found = in_calls(growing().build().unwrap(), MethodOfSteps::new(90.0), 90.0, &[100, 100]);
     assert!(found.iter().all(|n| *n < 100), "allocations in calls of 100 steps: {found:?}");
 }

@@ -1,7 +1,8 @@
-//! Parameters that make no sense are refused, naming the parameter, its value and what it must be; nothing panics and no
-//! state holds a number that is none.
+//! Invalid parameters are refused with an error that names the parameter, its value and the
+//! requirement. Nothing panics, and no state contains NaN.
 
 use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
+use approx::assert_relative_eq;
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -14,7 +15,8 @@ const NOT_POSITIVE: [f64; 6] = [0.0, -0.0, -1.0, f64::INFINITY, f64::NEG_INFINIT
 const NEGATIVE: [f64; 4] = [-1e-9, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 const NOT_FINITE: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 
-/// Fails unless the error names a parameter in the given words, its value and a requirement.
+/// Fails unless the error contains a parameter's name with the given words, its value and a
+/// requirement.
 fn assert_names(error: &ParameterError, words: &str, value: f64) {
     assert!(error.name.contains(words), "“{error}” does not name the {words}");
     assert!(
@@ -28,25 +30,25 @@ fn assert_names(error: &ParameterError, words: &str, value: f64) {
     assert!(text.contains(&value.to_string()) || text.contains(&format!("{value:e}")), "{text}");
 }
 
-/// Builds with every one of the values and fails unless each is refused by name.
+/// Builds with each of the values and fails unless each is refused by name.
 fn refused<T>(words: &str, values: &[f64], build: impl Fn(f64) -> Result<T, ParameterError>) {
     for value in values {
         match build(*value) {
-            Ok(_) => panic!("a {words} of {value} was taken"),
+            Ok(_) => panic!("a {words} of {value} was accepted"),
             Err(error) => assert_names(&error, words, *value),
         }
     }
 }
 
 #[test]
-fn geometry_and_material() {
+fn invalid_geometry_and_material_are_refused_by_name() {
     refused("length", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(x).radius(RADIUS).into_dyn().build());
     refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).into_dyn().build());
-    // A radius that makes no sense in one place only.
+    // A radius that is invalid in one place only.
     refused("radius", &NOT_POSITIVE, |x| {
         Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).into_dyn().build()
     });
-    // A value that was never given is not called a number.
+    // The message for a missing value contains no number.
     for (error, setter) in [
         (Shoot::builder(YOUNG).radius(RADIUS).into_dyn().build().unwrap_err(), "given by `length`"),
         (Shoot::builder(YOUNG).length(0.05).into_dyn().build().unwrap_err(), "given by `radius`"),
@@ -73,12 +75,12 @@ fn geometry_and_material() {
     refused("Poisson's ratio", &not_poisson, |x| lignifying(Lignifying { young: elastic(1e7, x), ..sound }));
 }
 
-fn grown<G: GrowthLaw>(law: G) -> Result<(), ParameterError> {
-    Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(law).build().map(|_| ())
+fn grown(law: impl GrowthLaw + Send + Sync + 'static) -> Result<(), ParameterError> {
+    Shoot::builder(YOUNG).length(0.05).radius(RADIUS).growth(law).into_dyn().build().map(|_| ())
 }
 
 #[test]
-fn growth() {
+fn invalid_growth_is_refused_by_name() {
     let (zone_length, time) = (0.07, 72e3);
     refused("length of the growth zone", &NOT_POSITIVE, |x| grown(UniformGrowth { zone_length: x, time }));
     refused("length of the growth zone", &NOT_POSITIVE, |x| grown(LinearProfile { zone_length: x, time }));
@@ -88,12 +90,12 @@ fn growth() {
     refused("growth time", &NOT_POSITIVE, |x| grown(LinearProfile { zone_length, time: x }));
     refused("growth time", &NOT_POSITIVE, |x| grown(CosineProfile { zone_length, time: x }));
     refused("growth time", &NOT_POSITIVE, |x| grown(Ongoing(UniformGrowth { zone_length, time: x })));
-    // The reduced model may not be longer than its zone; as long it may be.
+    // A shoot of the reduced model may be as long as its zone, but not longer.
     refused("length of a shoot of constant length", &[0.0701, 1.0], |x| reduced(x, 72e3).into_dyn().build());
     assert!(reduced(0.07, 72e3).into_dyn().build().is_ok());
 }
 
-/// A growth law of somebody else that checks nothing.
+/// User-defined growth law that checks nothing.
 struct Careless {
     zone: f64,
     rate: f64,
@@ -109,7 +111,7 @@ impl GrowthLaw for Careless {
 }
 
 #[test]
-fn growth_laws_that_check_nothing() {
+fn invalid_growth_of_a_law_that_checks_nothing_is_an_error() {
     refused("length of the growth zone", &[0.0, -1.0, f64::NAN], |x| grown(Careless { zone: x, rate: 1e-5 }));
     for rate in NOT_FINITE {
         for length in [0.05, 0.09] {
@@ -123,13 +125,14 @@ fn growth_laws_that_check_nothing() {
                 .build()
                 .unwrap();
             assert!(MethodOfSteps::new(100.0).advance(&mut shoot, 1000.0).is_err(), "grown at {rate}");
-            assert!(shoot.time() == 0.0 && (shoot.rod().length() / length - 1.0).abs() < 1e-14);
+            assert_eq!(shoot.time(), 0.0);
+            assert_relative_eq!(shoot.rod().length(), length, epsilon = 0.0, max_relative = 1e-14);
         }
     }
 }
 
 #[test]
-fn tropisms() {
+fn invalid_tropisms_are_refused_by_name() {
     let gravitropism = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths };
     let bend = Proprioception { sensitivity: 20.0 };
     refused("tropic sensitivity", &NOT_FINITE, |x| {
@@ -170,7 +173,7 @@ fn tropisms() {
     refused("oscillator", &NOT_FINITE, |x| {
         righting().tropism(Oscillator { phase: x, ..oscillator }).into_dyn().build()
     });
-    // Inside an option, a box, a tuple.
+    // The law inside an option, a box, a tuple.
     refused("oscillator", &NOT_POSITIVE, |x| {
         righting().tropism(Some(Oscillator { period: x, ..oscillator })).into_dyn().build()
     });
@@ -183,7 +186,7 @@ fn tropisms() {
 }
 
 #[test]
-fn loads_and_scene() {
+fn invalid_loads_and_scenes_are_refused_by_name() {
     refused("density", &NOT_POSITIVE, |x| righting().load(Weight { density: x }).into_dyn().build());
     refused("distributed load", &NOT_FINITE, |x| {
         righting().load(Distributed(Vector3::new(0.0, x, 0.0))).into_dyn().build()
@@ -217,7 +220,7 @@ fn loads_and_scene() {
 }
 
 #[test]
-fn steering_without_growth_is_asked_for_or_refused() {
+fn steering_without_growth_is_refused_unless_requested() {
     let shoot = || Shoot::builder(YOUNG).length(0.05).radius(RADIUS).tropism(Oscillator::new(0.2, 1440.0));
     let error = shoot().into_dyn().build().map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("growth of a shoot that steers"), "{error}");

@@ -1,26 +1,26 @@
-//! Laws that have discontinuities, in every spelling: `<` or `<=`, at the start of a run, inside it and at its end.
+//! Laws with discontinuities, coded with `<` or `<=`, at the start of a run, inside it and at its
+//! end.
 
 use crate::fixtures::shoots::{HOUR, WEIGHT, order, righting, steering};
+use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{Cut, Load};
-use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
-use morphorod::{Environment, Scene, Shoot, Still, Turned};
+use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, TropismLaw, Variable};
+use morphorod::{Environment, Scene, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use morphorod::tropism::SettledStatoliths;
-
-/// Whether something is the case at a time, from one time until another.
+/// A condition on time that holds between two times.
 type Spelling = fn(t: f64, from: f64, until: f64) -> bool;
 
 const SPELLINGS: [Spelling; 4] = [
     |t, from, until| t >= from && t < until,
     |t, from, until| t > from && t <= until,
     |t, from, until| t >= from && t <= until,
-    // Off by the rounding of a difference.
+    // The end is off by the rounding of a difference.
     |t, from, until| t - from >= 0.0 && t - from < until - from,
 ];
 
-/// A base that leans by half a radian for a while, or for good.
+/// Base that leans by half a radian from one time until another.
 struct Pot {
     leans: Spelling,
     from: f64,
@@ -39,16 +39,17 @@ impl Scene for Pot {
     }
 }
 
-/// The tip after some time (s), and the scene's shoot there.
-fn tip(scene: impl Scene, mut run: impl Integrator, end: f64) -> Vector3<f64> {
-    let mut shoot = righting().scene(scene).build().unwrap();
+/// Tip of the righting shoot in a scene at the time `end` (s).
+fn tip(scene: impl Scene + Send + Sync + 'static, mut run: impl Integrator, end: f64) -> Vector3<f64> {
+    let mut shoot = righting().scene(scene).into_dyn().build().unwrap();
     run.advance(&mut shoot, end).unwrap();
     shoot.tip()
 }
 
 #[test]
-fn a_pot_that_is_turned_for_half_an_hour() {
-    // The second case is turned as the run starts; times that no step meets, and whose difference is rounded.
+fn base_tilted_for_half_an_hour_keeps_fourth_order_however_the_condition_is_coded() {
+    // The second case is tilted as the run starts. The times of the third coincide with no step,
+    // and their difference is rounded.
     for (from, until) in [(1800.0, 3600.0), (0.0, 1800.0), (1234.567, 3034.5670000000005)] {
         let steps = [120.0, 60.0, 30.0, 15.0];
         let best = tip(Turned::tilted(0.5, from, until), MethodOfSteps::new(3.75), 3.0 * HOUR);
@@ -57,40 +58,48 @@ fn a_pot_that_is_turned_for_half_an_hour() {
             let expected = tip(Turned::tilted(0.5, from, until), MethodOfSteps::new(step), 3.0 * HOUR);
             for leans in SPELLINGS {
                 let found = tip(Pot { leans, from, until }, MethodOfSteps::new(step), 3.0 * HOUR);
-                assert!((found - expected).norm() < 1e-12, "{from} s, {step} s");
+                assert!(
+                    abs_diff_eq!(found, expected, epsilon = 1e-12),
+                    "from {from} s, steps of {step} s: {found:?} against {expected:?}"
+                );
             }
             errors.push((expected - best).norm());
         }
-        // Fourth order; the last error is far from rounding and from the error of the reference, 256 times smaller.
+        // Fourth order. The last error is far above rounding and the error of the reference, 256
+        // times smaller.
         assert!(order(&errors) > 3.5 && errors[3] > 1e-13, "{from} s: {errors:?}");
     }
 }
 
 #[test]
-fn a_base_that_leans_from_the_start_on_is_read_after_it() {
-    // The first equilibrium stands upright, where nothing moves: a later turn gives the same, later.
+fn base_tilted_at_the_start_acts_like_one_tilted_later() {
+    // The first equilibrium is upright, where nothing moves: a later tilt gives the same motion,
+    // later.
     let after = |from: f64| tip(Turned::tilted(0.5, from, f64::INFINITY), Iterated::new(22.5), from + HOUR);
     // Rounding of the times, at 7e-6 m/s, and of the tip.
-    assert!((after(0.0) - after(1e-3)).norm() < 1e-14, "{} against {}", after(0.0), after(1e-3));
-    assert!((after(0.0) - after(777.7)).norm() < 1e-14, "{} against {}", after(0.0), after(777.7));
+    let at_start = after(0.0);
+    assert_abs_diff_eq!(at_start, after(1e-3), epsilon = 1e-14);
+    assert_abs_diff_eq!(at_start, after(777.7), epsilon = 1e-14);
+    // A state at a discontinuity shows the scene after it.
     let mut shoot = righting().scene(Turned::tilted(0.5, 0.0, f64::INFINITY)).into_dyn().build().unwrap();
     MethodOfSteps::new(90.0).advance(&mut shoot, 0.0).unwrap();
-    assert!((shoot.rod().frames()[0].angle() - 0.5).abs() < 1e-15, "a state at a discontinuity shows what follows");
+    assert_abs_diff_eq!(shoot.rod().frames()[0].angle(), 0.5, epsilon = 1e-15);
 }
 
 #[test]
-fn a_state_at_a_discontinuity_shows_what_follows_it() {
+fn state_at_a_discontinuity_shows_the_scene_after_it() {
     for leans in SPELLINGS {
         let mut shoot = righting().scene(Pot { leans, from: 1800.0, until: 3600.0 }).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
         for (time, angle) in [(1800.0, 0.5), (3600.0, 0.0)] {
             run.advance(&mut shoot, time).unwrap();
-            assert!(shoot.time() == time && (shoot.rod().frames()[0].angle() - angle).abs() < 1e-15);
+            assert_eq!(shoot.time(), time);
+            assert_abs_diff_eq!(shoot.rod().frames()[0].angle(), angle, epsilon = 1e-15);
         }
     }
 }
 
-/// A push on the apex for a while.
+/// Force on the apex between 600 and 2400 s.
 struct Push(Spelling);
 
 impl Load for Push {
@@ -102,7 +111,7 @@ impl Load for Push {
     }
 }
 
-/// A lamp at the side of e1 that is on for a while.
+/// Lamp in the direction e1 that is on between 600 and 2400 s.
 struct Lamp(Spelling);
 
 impl TropismLaw for Lamp {
@@ -129,7 +138,7 @@ impl TropismLaw for Lamp {
 }
 
 #[test]
-fn loads_and_laws_that_are_switched_on_and_off() {
+fn switched_loads_and_laws_keep_fourth_order_however_the_condition_is_coded() {
     let run = |spelling: Spelling, step: f64| {
         let laws = (steering(SettledStatoliths), Lamp(spelling));
         let mut shoot = righting().tropism(laws).load((WEIGHT, Push(spelling))).into_dyn().build().unwrap();
@@ -140,14 +149,18 @@ fn loads_and_laws_that_are_switched_on_and_off() {
     let errors = [120.0, 60.0, 30.0, 15.0].map(|step| {
         let expected = run(SPELLINGS[0], step);
         for spelling in &SPELLINGS[1..] {
-            assert!((run(*spelling, step) - expected).norm() < 1e-12, "{step} s");
+            let found = run(*spelling, step);
+            assert!(
+                abs_diff_eq!(found, expected, epsilon = 1e-12),
+                "steps of {step} s: {found:?} against {expected:?}"
+            );
         }
         (expected - best).norm()
     });
     assert!(order(&errors) > 3.5 && errors[3] > 1e-13, "{errors:?}");
 }
 
-/// Announces what it is told to.
+/// Load without force that announces discontinuities by a given function.
 struct Announces<F>(F);
 
 impl<F: Fn(f64) -> f64> Load for Announces<F> {
@@ -160,23 +173,23 @@ impl<F: Fn(f64) -> f64> Load for Announces<F> {
 }
 
 #[test]
-fn announcements_that_make_no_sense() {
-    fn refused(announce: impl Fn(f64) -> f64) -> String {
-        let mut shoot = righting().load((WEIGHT, Announces(announce))).build().unwrap();
+fn invalid_announcements_of_discontinuities_are_errors() {
+    fn refused(announce: impl Fn(f64) -> f64 + Send + Sync + 'static) -> String {
+        let mut shoot = righting().load((WEIGHT, Announces(announce))).into_dyn().build().unwrap();
         let before = shoot.state().clone();
         let error = MethodOfSteps::new(90.0).advance(&mut shoot, 900.0).unwrap_err().to_string();
         assert!(shoot.state() == &before);
         assert!(error.contains("that the load announces") || error.contains("that a law announces"), "{error}");
         error
     }
-    // Without end, not a number, the same for ever, one that has passed.
+    // Endlessly many, not a number, always the same time, a time in the past.
     assert!(refused(f64::next_up).contains("without end"));
     assert!(refused(|_| f64::NAN).contains("NaN"));
     assert!(refused(|_| 200.0).contains("200"));
     assert!(refused(|t| if t < 300.0 { 300.0 } else { t - 1.0 }).contains("299"));
-    // Two that are one up to rounding are one.
+    // Two announced times that differ by rounding count as one.
     let two = |t: f64| [300.0, 300.0_f64.next_up()].into_iter().find(|time| *time > t).unwrap_or(f64::INFINITY);
-    let mut shoot: Shoot<_> = righting().load((WEIGHT, Announces(two))).into_dyn().build().unwrap();
+    let mut shoot = righting().load((WEIGHT, Announces(two))).into_dyn().build().unwrap();
     let statistics = MethodOfSteps::new(90.0).advance(&mut shoot, 900.0).unwrap();
     let mut once = righting()
         .load((WEIGHT, Announces(|t: f64| if t < 300.0 { 300.0 } else { f64::INFINITY })))

@@ -1,9 +1,10 @@
-//! Symmetries of the whole growing, steering, loaded shoot: turning the scene turns the answer, mirrors mirror it, and
-//! lengths, times and forces may be rescaled together.
+//! Symmetries of the growing, steering, loaded shoot: rotating the scene rotates the solution,
+//! reflecting it reflects the solution, and changed units of length, time and force change nothing.
 
 use std::f64::consts::PI;
 
 use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MINUTE};
+use approx::assert_abs_diff_eq;
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::growth::UniformGrowth;
@@ -14,7 +15,7 @@ use morphorod::{Shoot, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Two hours of a shoot 1 mm longer than its growth zone, and what is measured in other units.
+/// Two hours of a shoot 1 mm longer than its growth zone, in given units.
 #[derive(Debug, Clone, Copy)]
 struct Case {
     gravity: Vector3<f64>,
@@ -57,7 +58,7 @@ impl Case {
                     Proprioception { sensitivity: ETA }.remembered(memory),
                 ))
                 .load((
-                    // The weight of a volume, ρ g, is what counts.
+                    // Only the weight of a volume, ρ g, matters.
                     Weight { density: 1000.0 * n / m.powi(3) },
                     Distributed(self.wind * (n / m)),
                     ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
@@ -75,17 +76,18 @@ impl Case {
     }
 }
 
-/// Newton's tolerance is 1e-11 rad; it and rounding differ between the two runs in each of ninety steps, and two hours
-/// are too short for the shoot to magnify what is lost by more than a few. (At 180 s the statoliths are near the ratio of
-/// step to avalanche time where the integrator begins to halve: two runs that differ by rounding may decide differently,
-/// and then differ by the error of the step, 1e-8.)
+/// Tolerance of angles, rad. The algebraic error, at most Newton's tolerance of 1e-11 rad, and
+/// rounding differ between the two runs in each of ninety steps. In two hours the shoot magnifies
+/// these errors by a small factor only. (At 180 s the statoliths are near the ratio of step to
+/// avalanche time at which the integrator begins to halve: two runs that differ by rounding may
+/// decide differently, and then differ by the error of the step, 1e-8.)
 const ANGLE: f64 = 1e-10;
 
 fn assert_same(expected: impl Iterator<Item = (Vector3<f64>, Matrix3<f64>)>, found: &Answer) {
     let mut count = 0;
     for ((x, frame), (y, other)) in expected.zip(found.positions.iter().zip(&found.frames)) {
-        assert!((x - y).norm() < ANGLE * 0.066, "a position is off by {:e} m", (x - y).norm());
-        assert!((frame - other).norm() < 2.0 * ANGLE, "a frame is off by {:e}", (frame - other).norm());
+        assert_abs_diff_eq!(x, *y, epsilon = ANGLE * 0.066);
+        assert_abs_diff_eq!(frame, *other, epsilon = 2.0 * ANGLE);
         count += 1;
     }
     assert_eq!(count, found.positions.len());
@@ -110,7 +112,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn turning_the_scene_about_any_axis_turns_the_answer(case in cases(), turn in turn()) {
+    fn rotating_the_scene_about_any_axis_rotates_the_solution(case in cases(), turn in turn()) {
         let turned = Case {
             gravity: turn * case.gravity,
             base: turn * case.base,
@@ -123,12 +125,15 @@ proptest! {
         assert_same(one.positions.iter().zip(&one.frames).map(|(x, frame)| (turn * x, matrix * frame)), &other);
     }
 
-    /// The mirror Q that flips d1 of the base, or d2: what was along dj is now along Q dj, except that the flipped one
-    /// points to −Q dj, so that the frame stays right-handed. u is an axial vector and becomes −Q u, so along the new
-    /// directors the component about the flipped one stays and the other two change sign. An oscillator
-    /// (cos φ, sin φ) becomes (cos φ, −sin φ) or (−cos φ, sin φ): the opposite sense, and for d2 a phase of π besides.
+    /// The reflection Q flips d1 of the base, or d2. Directors dj become Q dj, except that the
+    /// flipped one becomes −Q dj, so that the frame stays right-handed. The axial vector u becomes
+    /// −Q u: along the new directors, the component about the flipped one stays and the other two
+    /// change sign. An oscillator (cos φ, sin φ) becomes (cos φ, −sin φ) or (−cos φ, sin φ): the
+    /// opposite handedness, and for d2 an additional phase of π.
     #[test]
-    fn mirrors_mirror_the_answer_with_the_oscillator_reversed(case in cases(), normal in vector(1.0), second in any::<bool>()) {
+    fn reflecting_the_scene_and_the_oscillator_reflects_the_solution(
+        case in cases(), normal in vector(1.0), second in any::<bool>(),
+    ) {
         prop_assume!(normal.norm() > 0.1);
         let normal = Unit::new_normalize(normal);
         let mirror = Matrix3::identity() - 2.0 * normal.as_ref() * normal.transpose();
@@ -149,7 +154,7 @@ proptest! {
     }
 
     #[test]
-    fn lengths_times_and_forces_may_be_rescaled_together(case in cases(), powers in prop::array::uniform3(-3.0..3.0)) {
+    fn changed_units_of_length_time_and_force_change_nothing(case in cases(), powers in prop::array::uniform3(-3.0..3.0)) {
         let rescaled = Case { units: powers.map(|p: f64| 10.0_f64.powf(p)), ..case };
         let (one, other) = (case.run(), rescaled.run());
         assert_same(one.positions.iter().copied().zip(one.frames.iter().copied()), &other);
@@ -157,8 +162,9 @@ proptest! {
 }
 
 #[test]
-fn the_unit_of_length_does_not_matter() {
-    // In units of a millimetre or less strains are numbers of 1e4, beside normals of statoliths that are numbers below 1.
+fn extreme_units_of_length_change_nothing() {
+    // In large units of length strains are numbers of 1e4, while the normals of statoliths are
+    // numbers below 1.
     let case = Case {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base: UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.7276, -0.2724, 0.6296, 0.0)),
@@ -176,8 +182,8 @@ fn the_unit_of_length_does_not_matter() {
 }
 
 #[test]
-fn the_oscillators_sense_and_phase_matter() {
-    // Or the mirrors would prove nothing.
+fn handedness_and_phase_of_the_oscillator_change_the_solution() {
+    // Otherwise the test of reflections would prove nothing.
     let case = Case {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base: UnitQuaternion::from_scaled_axis(Vector3::new(0.3, 0.2, 0.1)),
@@ -190,5 +196,7 @@ fn the_oscillators_sense_and_phase_matter() {
     let tip = |case: Case| *case.run().positions.last().unwrap();
     let (plain, reversed) = (tip(case), tip(Case { handedness: Handedness::Clockwise, ..case }));
     let shifted = tip(Case { phase: case.phase + PI, ..case });
+    // Distances are bounded from below. The `_ne` macros of approx would require one component to
+    // differ by as much.
     assert!((plain - reversed).norm() > 1e-4 && (plain - shifted).norm() > 1e-4);
 }

@@ -1,5 +1,5 @@
-//! Times, stiffnesses and sizes far from a plant's. Each case is held against what its limit says, or against the same case on another
-//! mesh or in other units.
+//! Times, stiffnesses and sizes far from those of plants. Each case is compared with its limit, or
+//! with the same case on another mesh or in other units.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -7,14 +7,15 @@ use crate::fixtures::shoots::{
     BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
     steering, tips,
 };
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq};
 use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::equilibrium::{Branch, EquilibriumSolver, NewtonSolver};
+use morphorod::equilibrium::{Branch, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
-use morphorod::{Model, Order, Scene, Shoot, Still};
+use morphorod::{DynLaws, Order, Scene, Shoot, Still};
 use nalgebra::Vector3;
 
 fn remembering(memory: Memory) -> impl morphorod::tropism::TropismLaw {
@@ -24,38 +25,40 @@ fn remembering(memory: Memory) -> impl morphorod::tropism::TropismLaw {
     )
 }
 
-fn tip_at(mut shoot: Shoot<impl Model>, step: f64, time: f64) -> Vector3<f64> {
+fn tip_at(mut shoot: Shoot<DynLaws>, step: f64, time: f64) -> Vector3<f64> {
     let tip = tips(&mut shoot, step, &[time]).0[0];
     assert_sound(&shoot);
     tip
 }
 
 #[test]
-fn a_delay_longer_than_the_run_steers_nothing() {
+fn delay_longer_than_the_run_leaves_the_shoot_unchanged() {
     let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
     for delay in [10.5 * HOUR, 1e3 * HOUR, 1e12] {
         let laws = remembering(Memory { time: 720.0, delay });
         let tip = tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 10.0 * HOUR);
-        // To the tolerance of the equilibria.
-        assert!((tip - rest).norm() < 1e-11, "{delay} s: {tip:?} {rest:?}");
+        // The tolerance of the equilibria.
+        assert!(abs_diff_eq!(tip, rest, epsilon = 1e-11), "{delay} s: {tip:?} against {rest:?}");
     }
 }
 
 #[test]
-fn a_memory_that_fills_far_too_slowly_steers_by_what_has_come_into_it() {
-    // y = x t/τ from an empty past, where the shape has not changed yet: the strain is that of x (t − d)²/(2τ).
+fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
+    // y = x t/τ from an empty past while the shape has hardly changed: the strain is that of x (t −
+    // d)²/(2τ).
     let moved = |time: f64| {
         let laws = remembering(Memory { time, delay: 720.0 });
         tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR)
     };
     let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
     let [first, second] = [1e9, 1e10].map(|time| (moved(time) - rest) * time);
-    // Up to the change of the shape by itself, 1e-4 of the first.
-    assert!((first - second).norm() < 1e-3 * first.norm() && first.z > 0.0, "{first:?} {second:?}");
+    // The effect of the changed shape is 1e-4 of the first.
+    assert!(first.z > 0.0, "{first:?}");
+    assert_abs_diff_eq!(first, second, epsilon = 1e-3 * first.norm());
 }
 
 #[test]
-fn a_feedback_that_diverges_ends_in_a_sound_shoot_or_in_an_error() {
+fn diverging_feedback_ends_in_a_sound_state_or_an_error() {
     for growth_time in [10.0 * HOUR, HOUR, 10.0 * MINUTE, MINUTE, 1.0] {
         let mut shoot = reduced(0.05, growth_time).scene(Still::tilted(0.1)).elements(8).into_dyn().build().unwrap();
         let before = shoot.state().clone();
@@ -69,7 +72,7 @@ fn a_feedback_that_diverges_ends_in_a_sound_shoot_or_in_an_error() {
 }
 
 #[test]
-fn a_circular_orbit_is_the_same_after_a_year() {
+fn circular_orbit_is_unchanged_after_a_year() {
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
     let mut shoot = reduced(0.0659, 20.0 * HOUR).elements(2).load((WEIGHT, whirl)).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(360.0);
@@ -78,15 +81,16 @@ fn a_circular_orbit_is_the_same_after_a_year() {
         assert_sound(&shoot);
         (shoot.tip().xy().norm(), shoot.tip().z)
     };
-    // The first call ends in a step of another length, after those of the kick's.
+    // The first call ends in a step of another length, after the steps during the kick.
     let _ = place(30.0 * DAY);
     let (half, year) = (place(180.0 * DAY), place(365.0 * DAY));
-    assert!((half.0 / year.0 - 1.0).abs() < 1e-9 && (half.1 / year.1 - 1.0).abs() < 1e-9, "{half:?} {year:?}");
-    assert!(year.0 > 0.01, "it circles");
+    assert_relative_eq!(half.0, year.0, epsilon = 0.0, max_relative = 1e-9);
+    assert_relative_eq!(half.1, year.1, epsilon = 0.0, max_relative = 1e-9);
+    assert!(year.0 > 0.01, "the tip circles");
 }
 
 #[test]
-fn mature_tissue_a_million_times_as_stiff() {
+fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
     let stiff = |ratio: f64, elements: usize| {
         let tissue = Lignifying { young: YOUNG, mature_modulus: ratio * YOUNG.youngs_modulus, time: HOUR };
         let (gravitropism, proprioception) = steering(STATOLITHS);
@@ -104,17 +108,16 @@ fn mature_tissue_a_million_times_as_stiff() {
         tip_at(shoot, 90.0, 10.0 * HOUR)
     };
     let (coarse, fine) = (stiff(1e6, 6), stiff(1e6, 12));
-    assert!((coarse - fine).norm() < 1e-6, "{coarse:?} {fine:?}");
-    // What is left of its compliance is 1e-6.
-    let rigid = stiff(1e9, 6);
-    assert!((coarse - rigid).norm() < 1e-6, "{coarse:?} {rigid:?}");
-    let soft = stiff(1.0, 6);
-    assert!((coarse - soft).norm() > 1e-4, "stiffness matters");
+    assert_abs_diff_eq!(coarse, fine, epsilon = 1e-6);
+    // The remaining compliance is 1e-6.
+    assert_abs_diff_eq!(coarse, stiff(1e9, 6), epsilon = 1e-6);
+    // The stiffness matters.
+    assert_abs_diff_ne!(coarse, stiff(1.0, 6), epsilon = 1e-4);
 }
 
 #[test]
-fn all_of_poissons_ratios() {
-    // Twisted by a force beside the plane of its bend.
+fn twisted_rods_of_all_poissons_ratios_converge() {
+    // A force perpendicular to the plane of its bend twists the rod.
     let rod = |poissons_ratio: f64, elements: usize| {
         let mut shoot = Shoot::builder(LinearElastic { poissons_ratio, ..YOUNG })
             .length(0.06)
@@ -129,13 +132,15 @@ fn all_of_poissons_ratios() {
         shoot
     };
     let twisted = |poissons_ratio: f64, elements: usize| tip_at(rod(poissons_ratio, elements), 60.0, 0.0);
-    // Next to −1 Newton's method needs ever more iterations, 700 here: a step that twists by its square is a long one.
+    // Near −1 Newton's method needs more and more iterations, 700 here: a step twists by the square
+    // of its size.
     let limit = twisted(-1.0 + 1e-8, 16);
     for ratio in [0.5, 0.0, -0.9, -0.99, -0.999_999] {
         let (coarse, fine) = (twisted(ratio, 8), twisted(ratio, 16));
-        // Of the length, as closely as equilibria are found.
-        assert!((coarse - fine).norm() < 1e-9 * 0.06, "ν = {ratio}: {coarse:?} {fine:?}");
-        // K3 goes as 1/(1 + ν): without twist in the end, and the distance to that falls with 1 + ν.
+        // The tolerance of equilibria, relative to the length.
+        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-9 * 0.06), "ν = {ratio}: {coarse:?} against {fine:?}");
+        // K3 is proportional to 1/(1 + ν): the limit has no twist, and the distance to it is
+        // proportional to 1 + ν.
         let share = (fine - limit).norm() / (1.0 + ratio);
         assert!((1.8e-3..4.2e-3).contains(&share), "ν = {ratio}: {share:e}");
     }
@@ -145,8 +150,9 @@ fn all_of_poissons_ratios() {
     assert!(error.is_recoverable() && before == *shoot.state(), "{error}");
 }
 
-/// The rod of a length, upright, and its number of unstable directions; from a straight guess.
-fn upright(length: f64, branch: Branch) -> (Rod, Result<usize, morphorod::equilibrium::EquilibriumError>) {
+/// Equilibrium of a rod clamped upright, from a straight initial guess, and its number of unstable
+/// directions.
+fn upright(length: f64, branch: Branch) -> (Rod, Result<usize, EquilibriumError>) {
     let mut rod = Rod::uniform(length, RADIUS, Still::upright().base, 8, Order::Eight).unwrap();
     let mut solver = NewtonSolver::with_tolerance(1e-13);
     solver.branch = branch;
@@ -155,27 +161,28 @@ fn upright(length: f64, branch: Branch) -> (Rod, Result<usize, morphorod::equili
 }
 
 #[test]
-fn a_millionth_of_its_length_from_buckling() {
+fn stability_is_correct_a_millionth_of_the_length_from_buckling() {
     // Greenhill's length of the default shoot, (7.83734744 E I/q)^⅓.
     let critical = 0.079_334_125_094;
     for (share, unstable) in [(1e-3, 2), (1e-6, 2), (-1e-6, 0), (-1e-3, 0)] {
         let length = critical * (1.0 + share);
         let (rod, found) = upright(length, Branch::Nearest);
         assert_eq!(found.unwrap(), unstable, "{share:e}");
-        assert!(rod.tip().xy().norm() < 1e-12 * length, "symmetry is kept");
-        // Who asks for a stable shape gets one, and it leans by as much as the square root of what it is too long by.
+        assert!(rod.tip().xy().norm() < 1e-12 * length, "symmetry is preserved");
+        // The default branch is stable. It leans by an angle of the order of the square root of the
+        // relative excess length.
         let (rod, found) = upright(length, Branch::default());
         assert_eq!(found.unwrap(), 0, "{share:e}");
         let lean = rod.tip().xy().norm() / length;
-        let expected = if share > 0.0 { (1.0 * share).sqrt() } else { 0.0 };
-        assert!((lean - expected).abs() <= 3.0 * expected, "{share:e}: {lean:e}");
+        let expected = if share > 0.0 { f64::sqrt(share) } else { 0.0 };
+        assert!(abs_diff_eq!(lean, expected, epsilon = 3.0 * expected), "{share:e}: {lean:e} against {expected:e}");
         assert!(share < 0.0 || lean > 0.3 * expected, "{share:e}: {lean:e}");
     }
 }
 
 #[test]
-fn bent_to_the_order_of_its_radius() {
-    // A circle of twice the radius of the section, eight times round.
+fn rod_bent_into_circles_of_twice_its_radius_closes() {
+    // Eight turns of a circle of twice the radius of the section.
     let (radius, turns) = (1e-3, 8.0);
     let length = turns * 2.0 * PI * 2.0 * radius;
     let mut shoot = Shoot::builder(YOUNG).length(length).radius(radius).elements(4).into_dyn().build().unwrap();
@@ -185,22 +192,22 @@ fn bent_to_the_order_of_its_radius() {
 }
 
 #[test]
-fn one_element_and_a_hundred_thousand() {
+fn one_element_and_a_hundred_thousand_elements_give_the_same_shape() {
     let hanging =
         |elements: usize| tip_at(righting().elements(elements).tropism(()).into_dyn().build().unwrap(), 60.0, 0.0);
     let reference = hanging(64);
     let (one, many) = (hanging(1), hanging(100_000));
-    assert!((one - reference).norm() < 2e-4 * 0.05, "{one:?} {reference:?}");
-    // Rounding adds up over the nodes.
-    assert!((many - reference).norm() < 1e-10 * 0.05, "{many:?} {reference:?}");
+    assert_abs_diff_eq!(one, reference, epsilon = 2e-4 * 0.05);
+    // Rounding errors add up over the nodes.
+    assert_abs_diff_eq!(many, reference, epsilon = 1e-10 * 0.05);
     let grown = |elements: usize| tip_at(growing().elements(elements).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR);
     let (one, eight) = (grown(1), grown(8));
-    assert!((one - eight).norm() < 5e-3 * 0.07, "{one:?} {eight:?}");
+    assert_abs_diff_eq!(one, eight, epsilon = 5e-3 * 0.07);
 }
 
 #[test]
-fn a_hundred_times_the_weight() {
-    // Hanging down, upright and level, each growing: 100 times the weight is q ℓ³/(E I) = 200 and more.
+fn shoots_of_a_hundred_times_the_weight_converge() {
+    // Shoots that hang, lie or stand: a hundred times the weight is q ℓ³/(E I) = 200 and more.
     for tilt in [3.0, FRAC_PI_2, 0.3] {
         let heavy = |elements: usize| {
             let shoot = reduced(0.05, 20.0 * HOUR)
@@ -213,15 +220,15 @@ fn a_hundred_times_the_weight() {
             tip_at(shoot, 90.0, 10.0 * HOUR)
         };
         let (coarse, fine) = (heavy(16), heavy(32));
-        assert!((coarse - fine).norm() < 1e-6, "{tilt}: {coarse:?} {fine:?}");
+        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-6), "tilt {tilt}: {coarse:?} against {fine:?}");
     }
 }
 
 #[test]
-fn kilometres_and_nanometres() {
+fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     let grown = |unit: f64| {
         let tissue = Lignifying {
-            // Weight against stiffness is ρ g ℓ³/(E r²).
+            // The ratio of weight to stiffness is ρ g ℓ³/(E r²).
             young: LinearElastic { youngs_modulus: 1e7 * unit, ..YOUNG },
             mature_modulus: 2e9 * unit,
             time: 6.0 * DAY,
@@ -247,8 +254,8 @@ fn kilometres_and_nanometres() {
     };
     let metre = grown(1.0);
     for unit in [1e5, 1e-7, 3e8, 1e-11] {
-        let off = (grown(unit) - metre).norm();
-        // The equilibria's tolerance is of angles, and rounding decides where the iteration ends.
-        assert!(off < 1e-9 * 0.07, "{unit:e}: {off:e}");
+        let found = grown(unit);
+        // The tolerance of equilibria is an angle, and rounding decides when the iteration ends.
+        assert!(abs_diff_eq!(found, metre, epsilon = 1e-9 * 0.07), "{unit:e}: {found:?} against {metre:?}");
     }
 }

@@ -1,9 +1,12 @@
-//! Failure on demand, in the middle of a call: the shoot is as it was, bit for bit, and a shorter step may succeed.
+//! Failures provoked in the middle of a call: the shoot is unchanged to the bit, and a shorter step
+//! may succeed.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::fixtures::shoots;
-use std::cell::Cell;
-
 use crate::fixtures::shoots::{HOUR, growing, righting};
+use approx::abs_diff_eq;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
@@ -12,7 +15,8 @@ use morphorod::rod::Rod;
 use morphorod::tropism::{Declaration, Growing, Site, Size, TropismLaw};
 use nalgebra::Vector3;
 
-/// A solver that fails at some of the equilibria that it is asked for, counted from one, as if it had run out of iterations.
+/// Solver that fails at some of the requested equilibria, counted from one, as if it had run out of
+/// iterations.
 #[derive(Clone)]
 struct Flaky {
     solver: NewtonSolver,
@@ -42,20 +46,21 @@ impl EquilibriumSolver for Flaky {
 }
 
 #[test]
-fn a_call_that_fails_changes_nothing_wherever_it_fails() {
+fn failed_call_leaves_the_shoot_unchanged_wherever_it_fails() {
     let start = {
         let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
         shoot
     };
-    // Twice: from the extrapolated guess, and from the last shape.
+    // Two failures: from the extrapolated guess, and from the last shape.
     for at in 1..30 {
         let mut shoot = start.clone();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(at..at + 2));
         let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
         assert!(matches!(error, IntegrationError::Equilibrium { .. }) && error.is_recoverable(), "{error}");
         assert!(shoot.state() == start.state(), "failure {at}");
-        // Nothing of it is left in the integrator: the same call succeeds now, as if nothing had been.
+        // The integrator keeps nothing of the failed call: the same call now succeeds with the
+        // result of an undisturbed run.
         run.advance(&mut shoot, 2.0 * HOUR).unwrap();
         let mut calm = start.clone();
         MethodOfSteps::new(120.0).advance(&mut calm, 2.0 * HOUR).unwrap();
@@ -64,8 +69,8 @@ fn a_call_that_fails_changes_nothing_wherever_it_fails() {
 }
 
 #[test]
-fn a_step_that_fails_is_tried_again_with_half_its_length() {
-    // Errors of steps of 120 s are 1e-7 m here; one step that is halved moves the tip by less.
+fn failed_step_is_retried_with_half_its_length() {
+    // Errors of steps of 120 s are 1e-7 m here. Halving one step moves the tip by less.
     let tip = |fails: std::ops::Range<usize>, retries: usize| {
         let mut shoot = righting().into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
@@ -78,23 +83,24 @@ fn a_step_that_fails_is_tried_again_with_half_its_length() {
         let (found, with_retries) = tip(at..at + 4, 5).unwrap();
         assert_eq!(with_retries.retries, 2, "failure {at}");
         assert!(with_retries.steps > cost.steps);
-        assert!((found - calm).norm() < 1e-7, "failure {at}: {:e}", (found - calm).norm());
-        // One is not enough.
+        assert!(abs_diff_eq!(found, calm, epsilon = 1e-7), "failure {at}: {found:?} against {calm:?}");
+        // One retry is not enough.
         assert!(matches!(tip(at..at + 4, 1).unwrap_err(), IntegrationError::Equilibrium { .. }));
     }
-    // Where it never succeeds the budget bounds the work.
+    // If no retry succeeds, their number bounds the work.
     let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = Iterated::with_solver(120.0, Flaky::new(10..usize::MAX));
     run.retries = 8;
     let before = shoot.clone();
     assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());
-    // Two guesses for every try.
+    // Two initial guesses for every trial.
     assert!(shoot.state() == before.state() && run.solver.asked <= 9 + 2 * (1 + 8), "{}", run.solver.asked);
 }
 
 #[test]
-fn what_a_failed_try_made_is_not_counted() {
-    // Tissue leaves the zone after 1.2 hours, and every step cuts an element: the one that fails, which is taken back, and those that stay.
+fn cuts_of_a_failed_step_are_not_counted() {
+    // Tissue leaves the zone after 1.2 hours, and every step then cuts an element. The cut of the
+    // failed step is undone.
     let run = |fails: std::ops::Range<usize>| {
         let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(fails));
@@ -106,14 +112,14 @@ fn what_a_failed_try_made_is_not_counted() {
     assert_eq!(cost.splits - calm.splits, cost.steps - calm.steps, "{calm:?}, {cost:?}");
 }
 
-/// A law that answers with something else than a number once it was asked so often.
-struct Failing<'a, L> {
+/// Law whose gradient is multiplied by `answer`, NaN or infinity, after `left` evaluations.
+struct Failing<L> {
     law: L,
-    left: &'a Cell<usize>,
+    left: Arc<AtomicUsize>,
     answer: f64,
 }
 
-impl<L: TropismLaw> TropismLaw for Failing<'_, L> {
+impl<L: TropismLaw> TropismLaw for Failing<L> {
     fn declare(&self, to: &mut Declaration) {
         self.law.declare(to);
     }
@@ -131,10 +137,10 @@ impl<L: TropismLaw> TropismLaw for Failing<'_, L> {
     }
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
         let gradient = self.law.gradient(at, past, now);
-        match self.left.get() {
+        match self.left.load(Ordering::Relaxed) {
             0 => gradient * self.answer,
             left => {
-                self.left.set(left - 1);
+                self.left.store(left - 1, Ordering::Relaxed);
                 gradient
             }
         }
@@ -142,14 +148,14 @@ impl<L: TropismLaw> TropismLaw for Failing<'_, L> {
 }
 
 #[test]
-fn a_law_that_answers_no_number_is_named_and_changes_nothing() {
+fn law_that_returns_nan_or_infinity_is_an_error_that_leaves_the_shoot_unchanged() {
     for answer in [f64::NAN, f64::INFINITY] {
-        let left = Cell::new(5000);
-        let law = Failing { law: shoots::steering(shoots::STATOLITHS), left: &left, answer };
-        let mut shoot = righting().tropism(law).build().unwrap();
+        let left = Arc::new(AtomicUsize::new(5000));
+        let law = Failing { law: shoots::steering(shoots::STATOLITHS), left: Arc::clone(&left), answer };
+        let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(120.0);
         run.retries = 3;
-        // Seven hours are 50,000 questions and more.
+        // Seven hours take 50,000 evaluations and more.
         let mut before = None;
         let error = loop {
             before.replace(shoot.state().clone());
@@ -157,11 +163,11 @@ fn a_law_that_answers_no_number_is_named_and_changes_nothing() {
             if let Err(error) = run.advance(&mut shoot, until) {
                 break error;
             }
-            assert!(shoot.time() < 7.0 * HOUR, "{}", left.get());
+            assert!(shoot.time() < 7.0 * HOUR, "{left:?} evaluations left");
         };
         assert!(matches!(error, IntegrationError::NotFinite { .. }), "{error}");
         assert!(before.is_some_and(|before| before == *shoot.state()));
-        left.set(usize::MAX);
+        left.store(usize::MAX, Ordering::Relaxed);
         let until = shoot.time() + HOUR;
         assert!(run.advance(&mut shoot, until).is_ok_and(|cost| cost.retries == 0));
     }

@@ -1,13 +1,16 @@
-//! The growing shoot of the paper's supplementary video 2: it elongates, steers, stiffens, sags and nutates.
+//! The growing shoot of the paper's supplementary video 2: it elongates, steers, stiffens, sags and
+//! nutates.
 
 use crate::fixtures::shoots::{HOUR, assert_sound, growing, tips};
+use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use nalgebra::Vector3;
 
-/// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0 = 6.8 cm, ℓg = 7 cm,
-/// α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral load of 1e-6 N/m along −e2 and an apical
-/// load of 1e-7 N along −e1 and along −e2, default past. Converged to 2e-9 m in time step, mesh and order by a code that
-/// is unrelated to this crate; a third one agrees to 2e-7 m, its own limit.
+/// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0
+/// = 6.8 cm, ℓg = 7 cm, α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral
+/// load of 1e-6 N/m along −e2 and an apical load of 1e-7 N along −e1 and along −e2, default past.
+/// Converged to 2e-9 m in time step, mesh and order by a code that is unrelated to this crate. A
+/// third code agrees to 2e-7 m, its own limit.
 const REFERENCE: [[f64; 5]; 11] = [
     [0.0, 0.068000000000, -0.000056885129, -0.000071669657, 0.067999927291],
     [3600.0, 0.069721428196, 0.001021192878, 0.000253087255, 0.069712529847],
@@ -32,14 +35,15 @@ fn largest_error(tips: &[Vector3<f64>]) -> f64 {
 }
 
 #[test]
-fn the_tip_passes_through_the_reference_at_every_hour() {
+fn tip_matches_the_reference_at_every_hour() {
     let mut shoot = growing().into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
     let error = largest_error(&tips);
-    // 1e-5 m is what the crate promises at its defaults. 90 s are a sixteenth of the oscillator's period, and the
-    // fourth-order error of that is 1e-6 m on the tip's swing of a centimetre.
+    // The crate promises 1e-5 m at its defaults. 90 s are a sixteenth of the oscillator's period,
+    // with a fourth-order error of 1e-6 m on the tip's swing of a centimetre.
     assert!(error < 1e-5, "{error:e} m");
-    // One equilibrium a step, which a guess extrapolated from the last five brings down to one iteration.
+    // One equilibrium a step. The initial guess, extrapolated from the last five, leaves one
+    // iteration.
     assert_eq!(statistics.equilibria, statistics.steps + 1);
     assert!(statistics.steps < 410, "{statistics:?}");
     assert!(
@@ -51,9 +55,10 @@ fn the_tip_passes_through_the_reference_at_every_hour() {
 }
 
 #[test]
-fn a_step_of_a_quarter_of_a_period_takes_one_newton_iteration() {
-    // No polynomial in time foresees an oscillation in four steps a period, but the intrinsic strain at the end of a step is known. Guesses
-    // are then some 5e-3 rad off, and one or two chord steps, each a gradient, prove 1e-8 rad.
+fn step_of_a_quarter_of_a_period_takes_one_newton_iteration() {
+    // No polynomial in time extrapolates an oscillation of four steps a period, but the intrinsic
+    // strain at the end of a step is known. Initial guesses are then off by about 5e-3 rad, and one
+    // or two chord steps, each with one gradient, reach 1e-8 rad.
     let mut shoot = growing().into_dyn().build().unwrap();
     let cost = MethodOfSteps::new(360.0).advance(&mut shoot, 10.0 * HOUR).unwrap();
     assert!(cost.iterations <= cost.equilibria + 3 && cost.factorisations <= cost.equilibria + 3, "{cost:?}");
@@ -61,18 +66,18 @@ fn a_step_of_a_quarter_of_a_period_takes_one_newton_iteration() {
 }
 
 #[test]
-fn refined_it_meets_the_reference_to_a_tenth_of_a_micrometre() {
+fn refined_run_matches_the_reference_to_a_tenth_of_a_micrometre() {
     let mut shoot = growing().elements(16).into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 45.0, &hours());
     let error = largest_error(&tips);
     // Half the step: a sixteenth of the error of 1e-6 m at 90 s, and the reference's own 2e-9 m.
     assert!(error < 1e-7, "{error:e} m");
-    // At half the step the extrapolated guess is so near that one iteration does.
+    // At half the step the extrapolated initial guess is so good that one iteration suffices.
     assert!(10 * statistics.iterations <= 11 * statistics.equilibria, "{statistics:?}");
 }
 
 #[test]
-fn the_length_follows_the_closed_form() {
+fn length_follows_the_closed_form() {
     // ℓ0 exp(t/τg) up to T0 = τg ln(ℓg/ℓ0) = 1.16 h, then ℓg (1 + (t − T0)/τg).
     let full = 40.0 * HOUR * (0.07_f64 / 0.068).ln();
     let mut shoot = growing().into_dyn().build().unwrap();
@@ -80,14 +85,14 @@ fn the_length_follows_the_closed_form() {
         let t = row[0];
         let exact = if t <= full { 0.068 * (t / 144e3).exp() } else { 0.07 * (1.0 + (t - full) / 144e3) };
         // The reference is printed to 1e-12 m.
-        assert!((exact - row[1]).abs() < 1e-12);
+        assert_abs_diff_eq!(exact, row[1], epsilon = 1e-12);
         let _ = tips(&mut shoot, 180.0, &[t]);
-        assert!((shoot.rod().length() / exact - 1.0).abs() < 1e-12);
+        assert_relative_eq!(shoot.rod().length(), exact, epsilon = 0.0, max_relative = 1e-12);
     }
 }
 
 #[test]
-fn the_boundary_of_the_growth_zone_is_always_between_two_elements() {
+fn boundary_of_the_growth_zone_is_always_between_two_elements() {
     let mut shoot = growing().into_dyn().build().unwrap();
     for t in [0.5, 1.0, 1.2, 1.5, 3.0, 6.1].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 100.0, &[t]);
@@ -96,19 +101,22 @@ fn the_boundary_of_the_growth_zone_is_always_between_two_elements() {
         let (mature, growing) = rod.points().split_at(first * rod.order().points());
         assert!(mature.iter().all(|point| point.exit_time <= t) && growing.iter().all(|p| p.exit_time.is_infinite()));
         if first > 0 {
-            // Sums of some fifty lengths.
-            let below = rod.length() - rod.centre_line()[first].0;
-            assert!((below / 0.07 - 1.0).abs() < 1e-12, "the zone is {below} m long at {t} s");
+            // Sums of about fifty lengths.
+            let zone = rod.length() - rod.centre_line()[first].0;
+            assert!(
+                relative_eq!(zone, 0.07, epsilon = 0.0, max_relative = 1e-12),
+                "the zone is {zone} m long at {t} s"
+            );
         } else {
-            assert!(t < 40.0 * HOUR * (0.07_f64 / 0.068).ln(), "nothing has left the zone after {t} s");
+            assert!(t < 40.0 * HOUR * (0.07_f64 / 0.068).ln(), "no tissue has left the zone after {t} s");
         }
-        // The nearer to the apex, the later a point has left.
+        // Exit times increase towards the apex.
         assert!(mature.windows(2).all(|pair| pair[0].exit_time < pair[1].exit_time));
     }
 }
 
 #[test]
-fn merging_mature_elements_changes_no_more_than_its_tolerance() {
+fn merging_mature_elements_moves_the_tip_by_less_than_its_tolerance() {
     let run = |tolerance: f64| {
         let mut shoot = growing().merge_tolerance(tolerance).into_dyn().build().unwrap();
         let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
@@ -116,28 +124,30 @@ fn merging_mature_elements_changes_no_more_than_its_tolerance() {
     };
     let (exact, statistics, all) = run(0.0);
     assert_eq!(statistics.merges, 0);
-    // Without merging every step leaves an element of its own behind the boundary.
+    // If nothing is merged, every step leaves an element behind the boundary.
     assert!(all > 350, "{all} elements");
     for tolerance in [1e-3, 1e-4, 1e-5] {
         let (tips, _, elements) = run(tolerance);
         let off = tips.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        // An angle of that size on the arm of the whole shoot.
+        // An angle of this tolerance on the arm of the whole shoot.
         assert!(off < tolerance * 0.0855, "tolerance {tolerance}: {off:e} m");
         assert!(elements < all / 4, "tolerance {tolerance}: {elements} of {all} elements are left");
     }
 }
 
 #[test]
-fn mature_elements_are_few_however_many_ripples_there_are() {
+fn number_of_mature_elements_follows_the_slow_swings_not_the_ripples() {
     let mut shoot = growing().elements(8).into_dyn().build().unwrap();
     for t in [10.0, 20.0, 40.0].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 90.0, &[t]);
         let rod = shoot.rod();
         let growing = rod.elements() - rod.first_growing();
-        // Halved at an eighth of the zone, so between a sixteenth and an eighth, and one that the boundary cuts.
+        // Elements are halved at an eighth of the zone, so lengths are between a sixteenth and an
+        // eighth; the boundary cuts one more.
         assert!((8..=17).contains(&growing), "{growing} elements in the zone at {t} s");
-        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm, in which no more is lost however long the element is.
-        // The slow swing, of 90 min and 2.6 mm, has to be followed to 2e-3 rad: an element of eighth order takes nearly two.
+        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm. Its loss does not
+        // depend on the length of the element. The slow swing, of 90 min and 2.6 mm, must be
+        // resolved to 2e-3 rad: an element of eighth order covers nearly two swings.
         let mature = rod.first_growing();
         let swings = (rod.length() - 0.07) / 2.6e-3;
         assert!((mature as f64) < 0.6 * swings + 8.0, "{mature} elements for {swings} swings");
@@ -146,14 +156,14 @@ fn mature_elements_are_few_however_many_ripples_there_are() {
 }
 
 #[test]
-fn merging_holds_the_stiffness_of_fresh_tissue() {
-    // After 40 h and at the default tolerance, against a hundredth of it. What is lost of the intrinsic strain has no moments; what
-    // an element bends by may change by 1e-6 of itself, and bends of a radian in all on an arm of 14 cm give 1.4e-7 m, which the
-    // slow swing magnifies a little. Without that bound the tip is 1e-5 m off.
+fn merging_preserves_the_bending_of_fresh_tissue() {
+    // The default tolerance against a hundredth of it, after 40 h. The lost part of the intrinsic
+    // strain has zero moments. The bend of an element may change by 1e-6 of itself, and bends of a
+    // radian in all on an arm of 14 cm give 1.4e-7 m, which the slow swing magnifies slightly. If
+    // that bound is removed, the tip is 1e-5 m off.
     let tip = |tolerance: f64| {
         let mut shoot = growing().elements(8).merge_tolerance(tolerance).into_dyn().build().unwrap();
         tips(&mut shoot, 90.0, &[40.0 * HOUR]).0[0]
     };
-    let off = (tip(1e-4) - tip(1e-6)).norm();
-    assert!(off < 2e-6, "{off:e} m");
+    assert_abs_diff_eq!(tip(1e-4), tip(1e-6), epsilon = 2e-6);
 }

@@ -1,4 +1,5 @@
-//! What a scene lacks costs nothing: a ladder of scenes, from a bare rod to the full shoot, by counts that no machine changes.
+//! Features that a scene lacks cost nothing: counts of work, which depend on no machine, for scenes
+//! from a bare rod to the full shoot.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,12 +7,13 @@ use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, 
 use morphorod::constitutive::Lignifying;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Statistics};
+use morphorod::load::Whirl;
 use morphorod::tropism::{Gravitropism, Oscillator, Proprioception, Response, SettledStatoliths};
-use morphorod::{Model, Shoot, ShootBuilder, Still};
+use morphorod::{DynLaws, Shoot, ShootBuilder, Still};
 
-/// Of two hours in steps of 90 s on four elements of order eight: what was counted, and the bytes of the state at the end for
-/// every material point.
-fn climb(builder: ShootBuilder<impl Model>) -> (Statistics, usize) {
+/// Statistics of two hours in steps of 90 s on four elements of order eight, and the bytes of the
+/// final state per material point.
+fn count(builder: ShootBuilder<DynLaws>) -> (Statistics, usize) {
     let mut shoot = builder.build().unwrap();
     let cost = MethodOfSteps::new(90.0).advance(&mut shoot, 2.0 * HOUR).unwrap();
     let bytes = postcard::to_allocvec(shoot.state()).unwrap().len() / shoot.rod().points().len();
@@ -22,59 +24,63 @@ fn climb(builder: ShootBuilder<impl Model>) -> (Statistics, usize) {
     (cost, bytes)
 }
 
-fn rod() -> ShootBuilder<morphorod::Laws<morphorod::constitutive::LinearElastic>> {
-    Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).scene(Still::tilted(0.1))
+fn rod() -> ShootBuilder<DynLaws> {
+    Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).scene(Still::tilted(0.1)).into_dyn()
 }
 
-/// `cargo test --workspace --test ladder -- --nocapture` prints the table of docs/performance.md.
+/// `cargo test -p morphorod-tests --test all ladder -- --nocapture` prints the table of
+/// docs/performance.md.
 #[test]
-fn every_rung_costs_what_it_adds() {
+fn each_added_feature_adds_only_its_own_cost() {
     let growth = UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR };
     let gravity = Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(MEMORY);
     let slow = Gravitropism { sensitivity: BETA, perception: STATOLITHS }.remembered(MEMORY);
     let bend = Proprioception { sensitivity: ETA }.remembered(MEMORY);
     let oscillator = Oscillator::new(0.2, 1440.0);
     let wood = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * DAY };
-    let (bare, bare_bytes) = climb(rod());
-    // Nothing acts: the first guess is the answer, with one tangent to prove it.
+    let (bare, bare_bytes) = count(rod());
+    // Nothing acts: the initial guess is the solution, and one tangent confirms it.
     assert!(bare.iterations == bare.equilibria && bare.halvings == 0, "{bare:?}");
-    let (heavy, heavy_bytes) = climb(rod().load(WEIGHT));
-    // At rest it stays: no history is kept of it, and no more tangents than equilibria but for the first.
+    let (heavy, heavy_bytes) = count(rod().load(WEIGHT).into_dyn());
+    // The shape is constant: no history is stored, and every equilibrium but the first needs only
+    // one tangent.
     assert!(heavy.equilibria == bare.equilibria && heavy_bytes == bare_bytes);
     assert!(heavy.iterations < heavy.equilibria + 6, "{heavy:?}");
-    let (growing, growing_bytes) = climb(rod().load(WEIGHT).growth(growth));
-    // It grows by 5 %: the same elements, and a little more for each new boundary.
+    let (growing, growing_bytes) = count(rod().load(WEIGHT).growth(growth).into_dyn());
+    // The shoot grows by 5 %: the elements stay, and each new boundary adds a few bytes.
     assert!(growing.equilibria == heavy.equilibria && growing_bytes < heavy_bytes + 64, "{growing:?} {growing_bytes}");
-    let (one, one_bytes) = climb(rod().load(WEIGHT).growth(growth).tropism(gravity));
-    // Two variables, their rates and two stimuli at some dozen levels.
+    let (one, one_bytes) = count(rod().load(WEIGHT).growth(growth).tropism(gravity).into_dyn());
+    // Two variables, their rates and two stimuli at about a dozen levels of the history.
     assert!(one.equilibria == growing.equilibria && one_bytes > growing_bytes, "{one:?} {one_bytes}");
-    let (two, two_bytes) = climb(rod().load(WEIGHT).growth(growth).tropism((gravity, bend)));
+    let (two, two_bytes) = count(rod().load(WEIGHT).growth(growth).tropism((gravity, bend)).into_dyn());
     assert!(two.equilibria == one.equilibria && two.halvings == 0, "{two:?}");
-    // As much again: two variables each.
+    // The second law adds as much as the first: each has two variables.
     let (first, second) = (one_bytes - growing_bytes, two_bytes - one_bytes);
     assert!(second.abs_diff(first) * 10 < first, "{first} and {second} bytes");
-    let (swinging, swinging_bytes) = climb(rod().load(WEIGHT).growth(growth).tropism((oscillator, gravity, bend)));
-    // It has no variables.
+    let (swinging, swinging_bytes) =
+        count(rod().load(WEIGHT).growth(growth).tropism((oscillator, gravity, bend)).into_dyn());
+    // The oscillator has no variables.
     assert!(swinging_bytes.abs_diff(two_bytes) * 100 < two_bytes, "{two_bytes} and {swinging_bytes} bytes");
-    let (settling, settling_bytes) = climb(rod().load(WEIGHT).growth(growth).tropism((oscillator, slow, bend)));
+    let (settling, settling_bytes) =
+        count(rod().load(WEIGHT).growth(growth).tropism((oscillator, slow, bend)).into_dyn());
     assert!(settling.equilibria == swinging.equilibria && settling_bytes > swinging_bytes, "{settling:?}");
     let whole = Shoot::builder(wood).length(0.068).radius(RADIUS).elements(4).scene(Still::tilted(0.1)).load(WEIGHT);
-    let (whole, _) = climb(whole.growth(growth).tropism((oscillator, slow, bend)));
+    let (whole, _) = count(whole.growth(growth).tropism((oscillator, slow, bend)).into_dyn());
     assert!(whole.equilibria == settling.equilibria, "{whole:?}");
-    // One tangent and one gradient a step, but for the start.
+    // One tangent and one gradient a step, except at the start.
     assert!(whole.iterations <= whole.equilibria + 12 && whole.evaluations <= whole.iterations + 24, "{whole:?}");
 }
 
 #[test]
-fn what_is_absent_changes_no_count() {
+fn absent_laws_change_no_count() {
     let constant = Ongoing(UniformGrowth { zone_length: 0.07, time: 20.0 * HOUR });
     let bend = Proprioception { sensitivity: ETA }.remembered(MEMORY);
     let with = || rod().load(WEIGHT).growth(constant).scene(Still::tilted(FRAC_PI_2));
-    let plain = climb(with().tropism(bend));
-    // Absent laws of every kind, beside the one that is there.
-    assert_eq!(climb(with().tropism((bend, ()))), plain);
-    assert_eq!(climb(with().tropism((None::<Oscillator>, bend, ((), ())))), plain);
-    assert_eq!(climb(with().tropism(bend).load((WEIGHT, ()))), plain);
-    assert_eq!(climb(with().tropism(bend).load((WEIGHT, None::<morphorod::load::Whirl>))), plain);
+    let plain = count(with().tropism(bend).into_dyn());
+    // Absent laws of every kind, beside the one that is present.
+    assert_eq!(count(with().tropism((bend, ())).into_dyn()), plain);
+    assert_eq!(count(with().tropism((None::<Oscillator>, bend, ((), ()))).into_dyn()), plain);
+    assert_eq!(count(with().tropism(bend).load((WEIGHT, ())).into_dyn()), plain);
+    assert_eq!(count(with().tropism(bend).load((WEIGHT, None::<Whirl>)).into_dyn()), plain);
     assert_eq!(size_of_val(&(bend, ())), size_of_val(&bend));
 }

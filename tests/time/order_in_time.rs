@@ -1,25 +1,29 @@
-//! Fourth order in time over whole runs, start, jumps and exits from the growth zone included: the slope through three
-//! halvings of the step, against a run with a much shorter step on elements of the same size.
+//! Fourth order in time over whole runs, including the start, jumps and exits from the growth zone:
+//! the slope over three halvings of the step, against a run with a much shorter step on elements of
+//! the same size.
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::fixtures::shoots::{
     BETA, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, order, reduced, righting, steering,
 };
+use approx::assert_abs_diff_eq;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{GivenHistory, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
-use morphorod::{Model, Shoot, Still};
+use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
-/// The scheme is of fourth order. Three halvings at steps that a user would take do not reach the limit to all digits.
+/// Smallest accepted order. The scheme is of fourth order, but three halvings of usual steps do not
+/// reach the limit to all digits.
 const LEAST: f64 = 3.5;
 
-/// The largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for every step.
-fn errors<M: Model, I: Integrator>(
-    shoot: impl Fn() -> Shoot<M>,
+/// Largest distance (m) of the tip at the times (s) from that of a run with the step `fine`, for
+/// each step.
+fn errors<I: Integrator>(
+    shoot: impl Fn() -> Shoot<DynLaws>,
     integrator: impl Fn(f64) -> I,
     times: &[f64],
     steps: [f64; 4],
@@ -41,30 +45,30 @@ fn assert_fourth_order(name: &str, errors: [f64; 4]) {
     let slope = order(&errors);
     println!("{name}: {slope:.2} {errors:?}");
     assert!(slope >= LEAST, "{name}: order {slope:.2}, errors {errors:?}");
-    // Far from rounding, or the slope would say nothing.
+    // Errors near rounding would have a meaningless slope.
     assert!(errors[3] > 1e-11, "{name}: {errors:?}");
 }
 
 const HOURS: [f64; 5] = [HOUR, 2.0 * HOUR, 4.0 * HOUR, 6.0 * HOUR, 8.0 * HOUR];
-/// Halves, quarters, … of the delay of 12 min.
+/// A half, a quarter, … of the delay of 12 min.
 const STEPS: [f64; 4] = [360.0, 180.0, 90.0, 45.0];
 
 #[test]
-fn the_righting_shoot() {
+fn righting_shoot_has_fourth_order() {
     let shoot = || righting().elements(4).into_dyn().build().unwrap();
     assert_fourth_order("righting", errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0));
 }
 
 #[test]
-fn statoliths_that_take_their_time() {
+fn righting_shoot_with_statoliths_has_fourth_order() {
     let shoot = || righting().elements(4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     assert_fourth_order("statoliths", errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0));
 }
 
 #[test]
-fn the_growing_shoot() {
+fn growing_shoot_has_fourth_order() {
     let shoot = || growing().merge_tolerance(1e-6).into_dyn().build().unwrap();
-    // The oscillator of 24 min asks for shorter steps. Merging to 1e-6 changes the tip by 1e-12 m.
+    // The oscillator of 24 min requires shorter steps. Merging to 1e-6 changes the tip by 1e-12 m.
     let steps = [180.0, 90.0, 45.0, 22.5];
     let times = [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].map(|h| h * HOUR);
     assert_fourth_order("growing", errors(shoot, MethodOfSteps::new, &times, steps, 7.5));
@@ -83,7 +87,7 @@ fn laws(gravity: Memory, bend: Memory) -> (Remembered<Gravitropism>, Remembered<
 }
 
 #[test]
-fn iterated_steps_without_delay_and_with_some() {
+fn iterated_steps_have_fourth_order_with_and_without_delays() {
     for (gravity, bend) in [
         (minutes(12.0, 0.0), minutes(12.0, 0.0)),
         (minutes(12.0, 0.0), minutes(12.0, 12.0)),
@@ -97,7 +101,7 @@ fn iterated_steps_without_delay_and_with_some() {
 }
 
 #[test]
-fn both_integrators_give_one_answer_where_both_apply() {
+fn both_integrators_agree_where_both_apply() {
     let shoot =
         || righting().elements(4).tropism(laws(minutes(9.0, 7.0), minutes(12.0, 12.0))).into_dyn().build().unwrap();
     let run = |step: f64| {
@@ -108,20 +112,21 @@ fn both_integrators_give_one_answer_where_both_apply() {
         assert_eq!(one.steps, other.steps);
         (a.tip() - b.tip()).norm()
     };
-    // Up to the shortest delay both do the same: the first correction finds nothing to correct.
+    // Up to the shortest delay both are identical: the first correction is zero.
     assert_eq!(run(420.0), 0.0);
-    // Beyond it only one can, and its error is of the size of the step's.
+    // Longer steps are possible for one of them only, with the error of such a step.
     let mut far = shoot();
     let _ = Iterated::new(600.0).advance(&mut far, 4.0 * HOUR).unwrap();
     let mut near = shoot();
     let _ = MethodOfSteps::new(60.0).advance(&mut near, 4.0 * HOUR).unwrap();
-    assert!((far.tip() - near.tip()).norm() < 1e-4, "{:e}", (far.tip() - near.tip()).norm());
+    assert_abs_diff_eq!(far.tip(), near.tip(), epsilon = 1e-4);
 }
 
 #[test]
-fn jumps_of_a_load_or_of_its_slope_do_not_cost_the_order() {
+fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     let pulse = Pulse { peak: Vector3::new(2e-5, 1e-5, 0.0), start: 20.0 * MINUTE, duration: 12.0 * MINUTE };
-    // Two turns of 87.6 min end at 10512 s, no multiple of any step, and the force drops from 1e-5 N to nothing.
+    // Two turns of 87.6 min end at 10512 s, no multiple of any step, and the force drops from 1e-5
+    // N to zero.
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
     // The pulse is a half sine of 12 min: the longest step is a fourth of it.
     let steps = [180.0, 90.0, 45.0, 22.5];
@@ -139,8 +144,9 @@ fn jumps_of_a_load_or_of_its_slope_do_not_cost_the_order() {
     assert_fourth_order("pulse, no delay", found);
 }
 
-/// A weightless shoot that feels only its own bend obeys, point by point, u̇ = −(η/τg) y(t − τr), τm ẏ = u − y, with
-/// u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 + λτm), if −λ (1 + λτm) exp(λτr) is η/τg.
+/// A weightless shoot with proprioception alone obeys, point by point, u̇ = −(η/τg) y(t − τr), τm ẏ
+/// = u − y, with u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 + λτm), if −λ (1 + λτm)
+/// exp(λτr) is η/τg.
 struct Circling {
     memory: Memory,
     /// −Re λ and Im λ, 1/s.
@@ -150,8 +156,8 @@ struct Circling {
 }
 
 impl Circling {
-    /// For ever: λ = iω with ω τr + atan(ω τm) = π/2 and τg = η/(ω √(1 + ω² τm²)).
-    fn for_ever(memory: Memory) -> Self {
+    /// Undamped solution: λ = iω with ω τr + atan(ω τm) = π/2 and τg = η/(ω √(1 + ω² τm²)).
+    fn undamped(memory: Memory) -> Self {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..200 {
             let rate = 0.5 * (low + high);
@@ -162,14 +168,14 @@ impl Circling {
         Self { memory, decay: 0.0, rate: low, growth_time }
     }
 
-    /// Without delay it dies out: λ = (−1 + iκ)/(2τm) and τg = 4 η τm/(1 + κ²).
-    fn dying_out(time: f64, turns: f64) -> Self {
+    /// Damped solution, for zero delay: λ = (−1 + iκ)/(2τm) and τg = 4 η τm/(1 + κ²).
+    fn damped(time: f64, turns: f64) -> Self {
         let memory = Memory { time, delay: 0.0 };
         let growth_time = 4.0 * ETA * time / (1.0 + turns * turns);
         Self { memory, decay: 0.5 / time, rate: 0.5 * turns / time, growth_time }
     }
 
-    /// The largest error of the strain after `t` s, relative to its size at t = 0.
+    /// Largest error of the strain after `t` s, relative to its size at t = 0.
     fn error(&self, mut run: impl Integrator, t: f64) -> f64 {
         const STRAIN: f64 = 10.0;
         let mut shoot = Shoot::builder(YOUNG)
@@ -200,44 +206,47 @@ impl Circling {
 }
 
 #[test]
-fn a_weightless_shoot_circles_as_in_the_closed_form() {
-    // Equal kernels of 12 min: x tan x = 1 with x = ωτr = 0.860333589019380, a period of 87.6383587116423 min and a
-    // critical growth time of 3.52449410960937 h.
-    let equal = Circling::for_ever(minutes(12.0, 12.0));
-    assert!((equal.rate * 720.0 - 0.860333589019380).abs() < 1e-14);
-    assert!((equal.growth_time / HOUR - 3.52449410960937).abs() < 1e-13);
-    for circling in [equal, Circling::for_ever(minutes(5.0, 17.0)), Circling::for_ever(minutes(30.0, 8.0))] {
+fn weightless_shoot_converges_to_the_closed_form_at_fourth_order() {
+    // Equal kernels of 12 min: x tan x = 1 with x = ωτr = 0.860333589019380, a period of
+    // 87.6383587116423 min and a critical growth time of 3.52449410960937 h.
+    let equal = Circling::undamped(minutes(12.0, 12.0));
+    assert_abs_diff_eq!(equal.rate * 720.0, 0.860333589019380, epsilon = 1e-14);
+    assert_abs_diff_eq!(equal.growth_time / HOUR, 3.52449410960937, epsilon = 1e-13);
+    for circling in [equal, Circling::undamped(minutes(5.0, 17.0)), Circling::undamped(minutes(30.0, 8.0))] {
         let found = STEPS.map(|step| circling.error(MethodOfSteps::with_solver(step, Unloaded), 5.3 * HOUR));
         assert_fourth_order(&format!("circling {:?}", circling.memory), found);
     }
-    let present = Circling::dying_out(30.0 * MINUTE, 9.0);
+    let present = Circling::damped(30.0 * MINUTE, 9.0);
     let found = STEPS.map(|step| present.error(Iterated::with_solver(step, Unloaded), 1.3 * HOUR));
     assert_fourth_order("circling without delay", found);
 }
 
 #[test]
-fn delays_that_no_step_divides() {
-    // The kinks that they carry on, at 550 s and at 71 s after the start, are met by steps that are equal around them.
+fn delays_that_no_step_divides_keep_fourth_order() {
+    // The delays propagate kinks to 550 s and 71 s after the start. The integrator steps onto them,
+    // with equal steps around.
     let memory = |delay: f64| Memory { time: 726.0, delay };
     for (gravity, bend) in [(550.0, 550.0), (550.0, 71.0)] {
         let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).into_dyn().build().unwrap();
         let found = errors(shoot, Iterated::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
         // Rounding is 1e-16 m.
         assert!(order(&found) >= LEAST, "delays {gravity} s and {bend} s: {found:?}");
-        // Where steps went across the kinks the errors with both delays at 550 s were 1.3e-7, 2.5e-8, 3.4e-9, 3.5e-11 m.
+        // With steps across the kinks, the errors with both delays at 550 s were 1.3e-7, 2.5e-8,
+        // 3.4e-9, 3.5e-11 m.
         assert!(found[2] < 1e-9, "{found:?}");
     }
 }
 
 #[test]
-fn memories_far_shorter_than_a_step() {
-    // y rises to its stimulus all but at once, so that the growth it asks for jumps a delay later.
+fn memories_far_shorter_than_a_step_keep_fourth_order() {
+    // y rises to its stimulus almost at once, so that the response jumps after one delay.
     for time in [1e-6, 1e-4] {
         let memory = Memory { time, delay: 720.0 };
         let shoot = || righting().tropism(laws(memory, memory)).into_dyn().build().unwrap();
         let found = errors(shoot, MethodOfSteps::new, &[HOUR, 2.0 * HOUR], [240.0, 120.0, 60.0, 30.0], 5.0);
         assert_fourth_order("a short memory", found);
-        // What is left of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this.
+        // The error of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this
+        // bound.
         assert!(found[3] < 1e-9 * 0.05, "{time} s: {found:?}");
     }
 }

@@ -1,21 +1,21 @@
-//! Scenes that nobody has tried: drawn at random over wide ranges, each ends in a sound state or in an error that leaves the shoot as it
-//! was.
+//! Scenes drawn at random over wide ranges: each ends in a sound state, or in an error that leaves
+//! the shoot unchanged.
 //!
-//! `MORPHOROD_SCENES=100000 MORPHOROD_SEED=7 cargo test --workspace --test random_scenes -- --nocapture` draws more and others, and
-//! prints what came of them and which took longest.
+//! `MORPHOROD_SCENES=100000 MORPHOROD_SEED=7 cargo test -p morphorod-tests --test all random_scenes
+//! -- --nocapture` draws more and other scenes, and prints their outcomes and the slowest of them.
 
 use std::time::Instant;
 
 use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::assert_sound;
 use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
+use morphorod::growth::{CosineProfile, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, PointForce, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
-use morphorod::{Model, Order, Section, Shoot, ShootBuilder, State, Still, checkpoint};
+use morphorod::{DynLaws, Order, Section, Shoot, ShootBuilder, State, Still, checkpoint};
 
-/// What a scene ended in.
+/// Outcome of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum End {
     Refused,
@@ -43,7 +43,7 @@ fn scene(seed: u64) -> End {
         })
         .scene(Still::tilted(draw.uniform(-3.2, 3.2)));
     let weight = draw.chance(0.8).then(|| Weight { density: draw.log(1.0, 2e4) });
-    // In parts of the weight that a shoot of water would have.
+    // Forces are given as fractions of the weight of a shoot of water.
     let force = draw.log(1e-6, 10.0) * 1e4 * radius * radius * length;
     let wind = draw.chance(0.3).then(|| Distributed(draw.vector(force / length)));
     let pull = draw.chance(0.3).then(|| {
@@ -53,30 +53,23 @@ fn scene(seed: u64) -> End {
     let tug =
         draw.chance(0.2).then(|| PointForce { force: draw.vector(force), initial_apex_distance: length * draw.unit() });
     let whirl = draw.chance(0.2).then(|| Whirl { force, period: draw.log(60.0, 1e5), turns: draw.uniform(0.1, 5.0) });
-    grow(builder.load((weight, wind, pull, (tug, whirl))), draw, length)
+    grow(builder.load((weight, wind, pull, (tug, whirl))).into_dyn(), draw, length)
 }
 
-fn grow<C, L>(builder: ShootBuilder<morphorod::Laws<C, NoGrowth, (), L, Still>>, mut draw: Draw, length: f64) -> End
-where
-    C: morphorod::constitutive::Constitutive,
-    L: morphorod::load::Load,
-{
+fn grow(builder: ShootBuilder<DynLaws>, mut draw: Draw, length: f64) -> End {
     let (zone_length, time) = (length * draw.log(0.2, 20.0), draw.log(600.0, 1e7));
-    match draw.uniform(0.0, 5.0) as usize {
-        0 => steer(builder.growth(UniformGrowth { zone_length, time }), draw),
-        1 => steer(builder.growth(LinearProfile { zone_length, time }), draw),
-        2 => steer(builder.growth(CosineProfile { zone_length, time }), draw),
-        3 => steer(builder.growth(Ongoing(UniformGrowth { zone_length: zone_length.max(length), time })), draw),
-        _ => steer(builder, draw),
-    }
+    let ongoing = Ongoing(UniformGrowth { zone_length: zone_length.max(length), time });
+    let builder = match draw.uniform(0.0, 5.0) as usize {
+        0 => builder.growth(UniformGrowth { zone_length, time }).into_dyn(),
+        1 => builder.growth(LinearProfile { zone_length, time }).into_dyn(),
+        2 => builder.growth(CosineProfile { zone_length, time }).into_dyn(),
+        3 => builder.growth(ongoing).into_dyn(),
+        _ => builder,
+    };
+    steer(builder, draw)
 }
 
-fn steer<C, G, L>(builder: ShootBuilder<morphorod::Laws<C, G, (), L, Still>>, mut draw: Draw) -> End
-where
-    C: morphorod::constitutive::Constitutive,
-    G: GrowthLaw,
-    L: morphorod::load::Load,
-{
+fn steer(builder: ShootBuilder<DynLaws>, mut draw: Draw) -> End {
     let mut memory =
         || Memory { time: draw.log(1e-3, 1e5), delay: if draw.chance(0.15) { 0.0 } else { draw.log(1.0, 1e4) } };
     let memories = [memory(), memory(), memory()];
@@ -89,13 +82,13 @@ where
         Gravitropism { sensitivity: draw.log(0.01, 100.0), perception: statoliths }.remembered(memories[1])
     });
     let bend = draw.chance(0.7).then(|| Proprioception { sensitivity: draw.log(0.1, 1000.0) }.remembered(memories[2]));
-    match builder.tropism((oscillator, settled, slow, bend)).build() {
+    match builder.tropism((oscillator, settled, slow, bend)).into_dyn().build() {
         Ok(shoot) => run(shoot, draw),
         Err(_) => End::Refused,
     }
 }
 
-fn run(mut shoot: Shoot<impl Model>, mut draw: Draw) -> End {
+fn run(mut shoot: Shoot<DynLaws>, mut draw: Draw) -> End {
     let size = draw.log(1.0, 1e4);
     let (iterated, twice, saved) = (draw.chance(0.5), draw.chance(0.1), draw.chance(0.1));
     let mut end = End::Answer;
@@ -119,7 +112,7 @@ fn run(mut shoot: Shoot<impl Model>, mut draw: Draw) -> End {
             break;
         }
         assert_sound(&shoot);
-        // Saved and read between two steps it goes on from the same bits.
+        // A state that is saved and read between two steps has the same bits.
         if saved {
             let read: State = checkpoint::from_bytes(&checkpoint::to_bytes(shoot.state()).unwrap()).unwrap();
             assert!(read == *shoot.state());
@@ -136,7 +129,7 @@ fn run(mut shoot: Shoot<impl Model>, mut draw: Draw) -> End {
 }
 
 #[test]
-fn random_scenes() {
+fn random_scenes_end_in_a_sound_state_or_an_error() {
     let (scenes, seed) = (number("MORPHOROD_SCENES", 2000), number("MORPHOROD_SEED", 1));
     let mut ends = std::collections::BTreeMap::new();
     let mut slowest = (0.0, 0);
@@ -154,6 +147,6 @@ fn random_scenes() {
         }
     }
     println!("{scenes} scenes: {ends:?}; the slowest, number {}, took {:.2} s", slowest.1, slowest.0);
-    // A third makes sense, or nothing would be tried.
+    // At least a third of the scenes must run, or the test would test little.
     assert!(3 * ends.get(&End::Answer).copied().unwrap_or(0) > scenes, "{ends:?}");
 }
