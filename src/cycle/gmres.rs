@@ -204,7 +204,11 @@ mod tests {
         // Rounding of sums of four numbers of the size of ten.
         assert_abs_diff_eq!(basis.tr_mul(&basis), DMatrix::identity(4, 4), epsilon = 1e-14);
         assert_abs_diff_eq!(&operator.matrix * basis.columns(0, 3), &basis * &krylov.hessenberg, epsilon = 1e-13);
-        assert_abs_diff_eq!(krylov.combine(&vector(&[1.0, 2.0, 0.0])), &basis * vector(&[1.0, 2.0, 0.0, 0.0]), epsilon = 1e-14);
+        assert_abs_diff_eq!(
+            krylov.combine(&vector(&[1.0, 2.0, 0.0])),
+            &basis * vector(&[1.0, 2.0, 0.0, 0.0]),
+            epsilon = 1e-14
+        );
     }
 
     #[test]

@@ -109,9 +109,8 @@ mod tests {
         let mut y = [-1.0, 7.0];
         memories.carry(&stimuli.each_ref().map(|x| &x[..]), &mut y);
         // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
-        let exact = |a: f64, b: f64, tau: f64, start: f64| {
-            a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp()
-        };
+        let exact =
+            |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();
         // Sums of a few numbers below ten.
         assert_abs_diff_eq!(y[0], exact(1.0, 2.0, TAUS[0], -1.0), epsilon = 1e-14);
         assert_abs_diff_eq!(y[1], exact(4.0, -1.0, TAUS[1], 7.0), epsilon = 1e-14);

@@ -237,11 +237,7 @@ mod tests {
             .radius(5e-4)
             .elements(2)
             .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
-            .tropism((
-                gravitropism.remembered(memory),
-                Proprioception { sensitivity: 20.0 }.remembered(memory),
-                law,
-            ))
+            .tropism((gravitropism.remembered(memory), Proprioception { sensitivity: 20.0 }.remembered(memory), law))
             .load(Weight { density: 1000.0 })
             .build()
             .unwrap()
@@ -267,9 +263,8 @@ mod tests {
         assert_eq!(march.variables, 7);
         let strain = DVector::from_fn(2 * march.places.len(), |k, _| 10.0 * (seed + 1.7 * k as f64).sin());
         let now = variables(10.0, 1.0, upright);
-        let slopes = (0..march.kept)
-            .map(|_| (0..march.grid.order()).map(|_| variables(10.0, 0.1, false)).collect())
-            .collect();
+        let slopes =
+            (0..march.kept).map(|_| (0..march.grid.order()).map(|_| variables(10.0, 0.1, false)).collect()).collect();
         Start { strain, variables: now, slopes }
     }
 

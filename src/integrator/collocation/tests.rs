@@ -123,7 +123,8 @@ fn the_closed_formula_of_memories_agrees_with_the_iteration_for_any_stimulus() {
 
 #[test]
 fn a_memory_responds_to_a_sine_with_fourth_order() {
-    let error = |steps: usize| (value(&memory(1.0), 2.0 / steps as f64, steps, f64::sin, 0.5) - response_to_sine(2.0)).abs();
+    let error =
+        |steps: usize| (value(&memory(1.0), 2.0 / steps as f64, steps, f64::sin, 0.5) - response_to_sine(2.0)).abs();
     // Steps of 1/16 and 1/32: the next order changes the observed one by about the step. Orders 3 and 5 are excluded.
     assert_abs_diff_eq!(observed_order(error, 32), 4.0, epsilon = 0.1);
 }
@@ -140,9 +141,8 @@ fn a_linear_rate_with_a_variable_coefficient_converges_with_fourth_order() {
 fn an_autonomous_law_without_relaxation_converges_with_the_sixth_order_of_lobatto_collocation() {
     // The logistic equation ẏ = y (1 − y).
     let exact = 1.0 / (1.0 + 9.0 * (-2f64).exp());
-    let error = |steps: usize| {
-        (value(&free(|y, _| y * (1.0 - y)), 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs()
-    };
+    let error =
+        |steps: usize| (value(&free(|y, _| y * (1.0 - y)), 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs();
     // Four Lobatto points give the order 2·4 − 2; the errors, 1e-8 and 1e-10, lie far above the tolerance of 1e-12.
     assert_abs_diff_eq!(observed_order(error, 4), 6.0, epsilon = 0.2);
 }

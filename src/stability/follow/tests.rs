@@ -220,7 +220,6 @@ fn the_step_along_a_boundary_is_halved_where_it_turns_quickly() {
     // An ellipse with semi-axes of 1/4 and 1/16 of the sides: its radius of curvature is 1/64 at the sharp ends.
     let ellipse = |p: f64, q: f64| Complex::new(p * p + 16.0 * q * q - 1.0, 2.0 + 0.5 * p);
     let points = boundary(|p, q| Ok(with_root(ellipse(p, q))), &settings(0.03)).unwrap();
-    for p in &points { eprintln!("P {:.5} {:.5}", p.parameters[0], p.parameters[1]); }
     for pair in points.windows(2) {
         let [p, q] = pair[1].parameters;
         // Points are corrected to 1e-9 of a side of four, and the gradient is at most 8.
