@@ -95,3 +95,89 @@ pub fn lagrange_derivatives(nodes: &[f64], x: f64) -> Vec<f64> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+
+    use super::*;
+
+    #[test]
+    fn gauss_rules_integrate_polynomials_of_degree_2n_minus_1_and_no_higher() {
+        for n in 1..=8 {
+            let (points, weights) = gauss(n);
+            let sum = |k: usize| points.iter().zip(&weights).map(|(x, w)| w * x.powi(k as i32)).sum::<f64>();
+            for k in 0..2 * n {
+                // Rounding of a sum of eight numbers below one.
+                assert_abs_diff_eq!(sum(k), 1.0 / (k + 1) as f64, epsilon = 1e-15);
+            }
+            // The remainder of x^(2n) is (n!)⁴/((2n)!² (2n + 1)).
+            let factorial = |m: usize| (1..=m).map(|i| i as f64).product::<f64>();
+            let remainder = factorial(n).powi(4) / (factorial(2 * n).powi(2) * (2 * n + 1) as f64);
+            assert_abs_diff_eq!(1.0 / (2 * n + 1) as f64 - sum(2 * n), remainder, epsilon = 1e-15);
+            assert_eq!(points, rule_of(n), "the rule that is computed once");
+        }
+    }
+
+    /// The points of the rule that is computed once.
+    fn rule_of(n: usize) -> Vec<f64> {
+        match n {
+            1 => rule::<1>(),
+            2 => rule::<2>(),
+            3 => rule::<3>(),
+            4 => rule::<4>(),
+            5 => rule::<5>(),
+            6 => rule::<6>(),
+            7 => rule::<7>(),
+            _ => rule::<8>(),
+        }
+        .0
+        .clone()
+    }
+
+    #[test]
+    fn lobatto_nodes_are_the_known_ones() {
+        let known: [&[f64]; 4] = [
+            &[-1.0, 1.0],
+            &[-1.0, 0.0, 1.0],
+            &[-1.0, -(0.2_f64.sqrt()), 0.2_f64.sqrt(), 1.0],
+            &[-1.0, -((3.0 / 7.0_f64).sqrt()), 0.0, (3.0 / 7.0_f64).sqrt(), 1.0],
+        ];
+        for (n, known) in known.into_iter().enumerate() {
+            for (node, known) in lobatto(n + 1).into_iter().zip(known) {
+                assert_abs_diff_eq!(2.0 * node - 1.0, *known, epsilon = 4.0 * f64::EPSILON);
+            }
+        }
+    }
+
+    #[test]
+    fn lagrange_polynomials_reproduce_polynomials_and_their_derivatives() {
+        let nodes = [-2.0, -0.5, 0.0, 1.0];
+        let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(2) - x.powi(3);
+        let slope = |x: f64| -2.0 + x - 3.0 * x.powi(2);
+        let mut values = [0.0; 4];
+        for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
+            lagrange(&nodes, x, &mut values);
+            let sum: f64 = values.iter().zip(nodes).map(|(weight, node)| weight * cubic(node)).sum();
+            let derivative: f64 =
+                lagrange_derivatives(&nodes, x).iter().zip(nodes).map(|(weight, node)| weight * cubic(node)).sum();
+            // Weights and values are of the size of ten.
+            assert_relative_eq!(sum, cubic(x), epsilon = 1e-14, max_relative = 1e-13);
+            assert_relative_eq!(derivative, slope(x), epsilon = 1e-14, max_relative = 1e-13);
+        }
+        // At a node its own polynomial is one and the others are zero, exactly.
+        lagrange(&nodes, -0.5, &mut values);
+        assert_eq!(values, [0.0, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn legendre_polynomials_and_their_derivatives_are_the_known_ones() {
+        // P3 = (5x³ − 3x)/2.
+        for x in [-1.0_f64, -0.3, 0.0, 0.8, 1.0] {
+            let (value, derivative) = legendre(3, x);
+            assert_abs_diff_eq!(value, 0.5 * (5.0 * x.powi(3) - 3.0 * x), epsilon = 1e-15);
+            // A quotient by 1 − x² ≥ 0.36.
+            assert_abs_diff_eq!(derivative, 0.5 * (15.0 * x * x - 3.0), epsilon = 1e-14);
+        }
+    }
+}

@@ -130,3 +130,220 @@ pub(super) fn gmres<E>(
     let (weights, left) = best(&krylov.hessenberg);
     Ok((krylov.combine(&weights), left))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+
+    use super::*;
+
+    /// A matrix that is only applied, and how often it was.
+    struct Operator {
+        matrix: DMatrix<f64>,
+        applied: Cell<usize>,
+    }
+
+    impl Operator {
+        fn new(n: usize, rows: &[f64]) -> Self {
+            Self { matrix: DMatrix::from_row_slice(n, n, rows), applied: Cell::new(0) }
+        }
+
+        fn diagonal(values: &[f64]) -> Self {
+            Self { matrix: DMatrix::from_diagonal(&vector(values)), applied: Cell::new(0) }
+        }
+
+        fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, StabilityError> {
+            self.applied.set(self.applied.get() + 1);
+            Ok(&self.matrix * x)
+        }
+
+        fn solve(&self, right: &[f64], most: usize) -> (DVector<f64>, f64) {
+            self.applied.set(0);
+            gmres(&vector(right), 1e-12, most, |x| self.apply(x)).unwrap()
+        }
+
+        fn krylov(&self, start: &[f64], most: usize) -> Krylov {
+            self.applied.set(0);
+            Krylov::of(&vector(start), most, 1e-13, |x| self.apply(x), |_| false).unwrap()
+        }
+    }
+
+    fn vector(values: &[f64]) -> DVector<f64> {
+        DVector::from_column_slice(values)
+    }
+
+    /// P diag(3, −2, R) P⁻¹ with R = (1, −2; 2, 1), whose eigenvalues are 1 ± 2i, and P of determinant one.
+    fn dense() -> Operator {
+        #[rustfmt::skip]
+        let (diagonal, basis) = (
+            DMatrix::from_row_slice(4, 4, &[
+                3.0, 0.0, 0.0, 0.0,
+                0.0, -2.0, 0.0, 0.0,
+                0.0, 0.0, 1.0, -2.0,
+                0.0, 0.0, 2.0, 1.0,
+            ]),
+            DMatrix::from_row_slice(4, 4, &[
+                1.0, 0.0, 0.0, 0.0,
+                2.0, 1.0, 0.0, 0.0,
+                0.0, -1.0, 1.0, 0.0,
+                1.0, 0.0, 3.0, 1.0,
+            ]),
+        );
+        let inverse = basis.clone().try_inverse().unwrap();
+        Operator { matrix: basis * diagonal * inverse, applied: Cell::new(0) }
+    }
+
+    #[test]
+    fn the_basis_is_orthonormal_and_satisfies_the_relation_of_arnoldi() {
+        let operator = dense();
+        let krylov = operator.krylov(&[1.0, 1.0, -1.0, 0.5], 3);
+        let basis = DMatrix::from_columns(&krylov.basis);
+        assert_eq!((operator.applied.get(), krylov.basis.len(), krylov.hessenberg.shape()), (3, 4, (4, 3)));
+        // Rounding of sums of four numbers of the size of ten.
+        assert_abs_diff_eq!(basis.tr_mul(&basis), DMatrix::identity(4, 4), epsilon = 1e-14);
+        assert_abs_diff_eq!(&operator.matrix * basis.columns(0, 3), &basis * &krylov.hessenberg, epsilon = 1e-13);
+        assert_abs_diff_eq!(
+            krylov.combine(&vector(&[1.0, 2.0, 0.0])),
+            &basis * vector(&[1.0, 2.0, 0.0, 0.0]),
+            epsilon = 1e-14
+        );
+    }
+
+    #[test]
+    fn a_basis_of_the_whole_space_gives_all_eigenvalues() {
+        let found = dense().krylov(&[1.0, 1.0, -1.0, 0.5], 4).eigenvalues().unwrap();
+        let exact = [Complex::new(3.0, 0.0), Complex::new(1.0, 2.0), Complex::new(1.0, -2.0), Complex::new(-2.0, 0.0)];
+        assert_eq!(found.len(), 4);
+        for exact in exact {
+            let nearest = found.iter().min_by(|a, b| (a.0 - exact).norm().total_cmp(&(b.0 - exact).norm())).unwrap();
+            // Rounding times the condition of the eigenvectors, some tens.
+            assert_abs_diff_eq!((nearest.0 - exact).norm(), 0.0, epsilon = 1e-13);
+            assert!(nearest.1 < 1e-12, "its residual is rounding: {nearest:?}");
+        }
+        assert!(found.windows(2).all(|pair| pair[0].0.norm() >= pair[1].0.norm()), "the largest comes first");
+    }
+
+    #[test]
+    fn eigenvalues_of_a_small_basis_lie_within_their_residuals_of_exact_ones() {
+        // The bound of Bauer and Fike for symmetric matrices, whose eigenvalues are 10, 5, 1, 0.5, 0.1, 0.05 and 0.01.
+        let exact = [10.0, 5.0, 1.0, 0.5, 0.1, 0.05, 0.01];
+        let found = Operator::diagonal(&exact).krylov(&[1.0; 7], 4).eigenvalues().unwrap();
+        assert_eq!(found.len(), 4);
+        for (value, residual) in &found {
+            let distance = exact.iter().map(|x| (value - x).norm()).fold(f64::INFINITY, f64::min);
+            assert!(distance <= residual + 1e-13, "{value} {residual}: {distance}");
+        }
+        // The largest has converged further than the rest, and the residual of the others is no rounding.
+        assert!(found[0].1 < 0.05 && found[3].1 > 1e-6, "{found:?}");
+    }
+
+    #[test]
+    fn the_basis_ends_where_the_subspace_is_invariant() {
+        // The start lies in the plane of the first and the third axis.
+        let operator = Operator::diagonal(&[4.0, 3.0, 2.0, 1.0]);
+        let krylov = operator.krylov(&[1.0, 0.0, 1.0, 0.0], 4);
+        assert_eq!((operator.applied.get(), krylov.basis.len(), krylov.hessenberg.ncols()), (2, 2, 2));
+        let found = krylov.eigenvalues().unwrap();
+        for ((value, residual), exact) in found.iter().zip([4.0, 2.0]) {
+            assert_abs_diff_eq!((value - exact).norm(), 0.0, epsilon = 1e-14);
+            assert!(*residual < 1e-11);
+        }
+    }
+
+    #[test]
+    fn gmres_finds_the_known_solution() {
+        let operator = dense();
+        let exact = vector(&[1.0, -2.0, 3.0, 0.5]);
+        let (found, residual) = operator.solve((&operator.matrix * &exact).as_slice(), 4);
+        // The tolerance of the residual, times the condition of the matrix of about a hundred.
+        assert_relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-10);
+        assert!(residual < 1e-12 && operator.applied.get() == 4, "{residual}");
+    }
+
+    #[test]
+    fn gmres_needs_as_many_applications_as_there_are_different_eigenvalues() {
+        let operator = Operator::diagonal(&[1.0, 1.0, 2.0, 2.0, 5.0, 5.0]);
+        let (found, residual) = operator.solve(&[1.0; 6], 6);
+        assert_eq!(operator.applied.get(), 3);
+        // Rounding of a system of three unknowns.
+        assert_abs_diff_eq!(found, vector(&[1.0, 1.0, 0.5, 0.5, 0.2, 0.2]), epsilon = 1e-14);
+        assert!(residual < 1e-14);
+        assert!(operator.solve(&[1.0; 6], 2).1 > 0.01, "two applications are not enough");
+    }
+
+    #[test]
+    fn gmres_makes_no_progress_on_a_cyclic_shift_before_the_last_application() {
+        // A x = e1 with A e1 = e2, …, A e5 = e1: all residuals but the last are those of x = 0.
+        let mut operator = Operator::new(5, &[0.0; 25]);
+        (0..5).for_each(|k| operator.matrix[((k + 1) % 5, k)] = 1.0);
+        let right = [1.0, 0.0, 0.0, 0.0, 0.0];
+        for most in 1..5 {
+            let (found, residual) = operator.solve(&right, most);
+            assert_abs_diff_eq!(residual, 1.0, epsilon = 1e-15);
+            assert_abs_diff_eq!(found.norm(), 0.0, epsilon = 1e-15);
+        }
+        let (found, residual) = operator.solve(&right, 5);
+        assert_abs_diff_eq!(found, vector(&[0.0, 0.0, 0.0, 0.0, 1.0]), epsilon = 1e-15);
+        assert_abs_diff_eq!(residual, 0.0, epsilon = 1e-15);
+        assert_eq!(operator.applied.get(), 5);
+    }
+
+    #[test]
+    fn an_eigenvector_on_the_right_side_takes_one_application() {
+        let operator = Operator::new(2, &[2.0, 1.0, 1.0, 2.0]);
+        let (found, residual) = operator.solve(&[3.0, 3.0], 2);
+        assert_eq!(operator.applied.get(), 1);
+        assert_abs_diff_eq!(found, vector(&[1.0, 1.0]), epsilon = 1e-15);
+        assert!(residual < 1e-15);
+    }
+
+    #[test]
+    fn a_singular_consistent_system_is_solved_in_the_range() {
+        // The null vector is (1, −1, 0), and the right side is orthogonal to it.
+        let operator = Operator::new(3, &[1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 3.0]);
+        let (found, residual) = operator.solve(&[2.0, 2.0, 6.0], 3);
+        assert_abs_diff_eq!(found, vector(&[1.0, 1.0, 2.0]), epsilon = 1e-14);
+        assert!(residual < 1e-14);
+    }
+
+    #[test]
+    fn an_inconsistent_system_reports_the_residual_that_remains() {
+        // (1, 1, 1) has the share 1/√3 of itself outside of the range.
+        let (found, residual) = Operator::diagonal(&[1.0, 2.0, 0.0]).solve(&[1.0; 3], 3);
+        assert_abs_diff_eq!(residual, 3f64.sqrt().recip(), epsilon = 1e-14);
+        assert_abs_diff_eq!(found.rows(0, 2).clone_owned(), vector(&[1.0, 0.5]), epsilon = 1e-13);
+    }
+
+    #[test]
+    fn a_right_side_of_zero_needs_no_application() {
+        let operator = dense();
+        assert_eq!(operator.solve(&[0.0; 4], 4), (DVector::zeros(4), 0.0));
+        assert_eq!(operator.applied.get(), 0);
+    }
+
+    #[test]
+    fn an_operator_that_is_not_a_number_gives_no_small_residual_and_no_eigenvalues() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let operator = Operator::diagonal(&[1.0, bad, 3.0]);
+            let residual = operator.solve(&[1.0; 3], 3).1;
+            assert!(!(residual < 0.5), "callers refuse what is not below a bound: {residual}");
+            let found = operator.krylov(&[1.0; 3], 3).eigenvalues();
+            assert!(matches!(found, Err(StabilityError::NotFinite { .. })), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_operator_is_passed_on() {
+        let error = StabilityError::NoIsolatedRoot;
+        let solved = gmres(&vector(&[1.0, 2.0]), 1e-12, 2, |_| Err(error.clone()));
+        assert_eq!(solved, Err(error));
+    }
+
+    #[test]
+    fn the_number_of_vectors_is_checked() {
+        assert!(Krylov::check(1).is_ok() && Krylov::check(MOST).is_ok());
+        assert!(Krylov::check(0).is_err() && Krylov::check(MOST + 1).is_err());
+    }
+}

@@ -307,3 +307,6 @@ impl ExponentialCollocation {
         false
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -74,3 +74,72 @@ pub(super) fn check_memories(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+    use crate::quadrature::{lagrange, lobatto};
+
+    /// Memories of stimulus 1 and of stimulus 0, of 0.25 s and 3 s.
+    const TAUS: [f64; 2] = [0.25, 3.0];
+
+    fn laws() -> Declaration {
+        let mut laws = Declaration::default();
+        let first = laws.stimuli(2);
+        laws.memories(1, first.offset(1), TAUS[0], None);
+        laws.memories(1, first, TAUS[1], None);
+        laws
+    }
+
+    #[test]
+    fn every_memory_responds_exactly_to_a_linear_stimulus_of_its_own() {
+        let (size, nodes) = (0.5, lobatto(NODES - 1));
+        let mut kernels = vec![Kernel::default(); 1];
+        TAUS.iter().enumerate().for_each(|(lane, tau)| kernels[0].set(lane, &nodes, size, *tau));
+        let mut at_nodes = [[0.0; ORDER]; NODES];
+        for (at, node) in at_nodes.iter_mut().zip(&nodes) {
+            lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, at);
+        }
+        let mut memories = Memories::default();
+        assert!(memories.prepare(&laws(), &kernels, &at_nodes));
+        let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
+        let stimuli = [-2.0, -1.0, 0.0, 1.0].map(|time| lines.map(|x| x(time * size)));
+        let mut y = [-1.0, 7.0];
+        memories.carry(&stimuli.each_ref().map(|x| &x[..]), &mut y);
+        // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
+        let exact =
+            |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();
+        // Sums of a few numbers below ten.
+        assert_abs_diff_eq!(y[0], exact(1.0, 2.0, TAUS[0], -1.0), epsilon = 1e-14);
+        assert_abs_diff_eq!(y[1], exact(4.0, -1.0, TAUS[1], 7.0), epsilon = 1e-14);
+    }
+
+    #[test]
+    fn variables_that_are_not_memories_of_stimuli_have_no_closed_formula() {
+        let kernels = [Kernel::default()];
+        let at_nodes = [[0.0; ORDER]; NODES];
+        let mut chained = laws();
+        chained.memories(1, Source::Variable(0), 1.0, None);
+        let mut computed = laws();
+        computed.variable(crate::tropism::Variable::unread());
+        for other in [chained, computed] {
+            assert!(!Memories::default().prepare(&other, &kernels, &at_nodes));
+        }
+    }
+
+    #[test]
+    fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
+        let (y, x) = ([0.3, -2.0], [0.7, 1.1]);
+        let rates = [(x[1] - y[0]) / TAUS[0], (x[0] - y[1]) / TAUS[1]];
+        assert!(check_memories(&laws(), &y, &rates, &x).is_ok());
+        for k in 0..2 {
+            for share in [1e-13, f64::NAN] {
+                let mut wrong = rates;
+                wrong[k] *= 1.0 + share;
+                assert!(check_memories(&laws(), &y, &wrong, &x).is_err(), "rate {k} changed by {share}");
+            }
+        }
+    }
+}

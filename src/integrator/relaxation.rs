@@ -69,3 +69,71 @@ fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
     let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
     powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::quadrature::lobatto;
+
+    /// ∫ from 0 to c of exp(−(c − t) z) tᵐ dt, by its power series Σ (−z)ᵏ m! c^(k+m+1)/(k + m + 1)!.
+    fn moment(m: i32, z: f64, c: f64) -> f64 {
+        let mut term = c.powi(m + 1) / f64::from(m + 1);
+        let mut sum = term;
+        for k in 1..60 {
+            term *= -z * c / f64::from(k + m + 1);
+            sum += term;
+        }
+        sum
+    }
+
+    #[test]
+    fn weights_integrate_cubics_against_the_decay_exactly() {
+        let (nodes, size) = (lobatto(NODES - 1), 0.4);
+        // Both sides of the ratio 3, at which the formula changes: c z is also tested at the nodes inside the interval.
+        for z in [1e-9, 0.5, 2.999, 3.001, 4.0, 6.0] {
+            let mut kernel = Kernel::default();
+            kernel.set(2, &nodes, size, size / z);
+            for (j, c) in nodes.iter().enumerate() {
+                assert_relative_eq!(kernel.decay[j][2], (-c * z).exp(), epsilon = 0.0, max_relative = 1e-15);
+                for m in 0..4 {
+                    let powers = nodes.iter().map(|node| node.powi(m));
+                    let sum: f64 = kernel.integral[j].iter().zip(powers).map(|(weight, power)| weight[2] * power).sum();
+                    // Terms of the series reach exp(6) times the smallest sum, and have 1e-16 of rounding each.
+                    assert_relative_eq!(sum, size * moment(m, z, *c), epsilon = 1e-17, max_relative = 2e-13);
+                }
+            }
+            // ∫ exp(−t/τ) dt = τ (1 − exp(−δ/τ)).
+            let reach = -(size / z) * (-z).exp_m1();
+            assert_relative_eq!(kernel.reach[2], reach, epsilon = 0.0, max_relative = 1e-14);
+            assert_eq!(kernel.reach[1], 0.0, "other variables are not touched");
+        }
+    }
+
+    #[test]
+    fn weights_of_a_very_fast_decay_are_those_of_the_end_of_the_interval() {
+        let (nodes, tau) = (lobatto(NODES - 1), 1e-8);
+        let mut kernel = Kernel::default();
+        kernel.set(0, &nodes, 1.0, tau);
+        // ∫ exp(−(c − t)/τ) p(t) dt = τ p(c) − τ² p'(c) + …, and the slope of a Lagrange polynomial is below ten.
+        for j in 1..NODES {
+            for l in 0..NODES {
+                let value = if j == l { 1.0 } else { 0.0 };
+                approx::assert_abs_diff_eq!(kernel.integral[j][l][0] / tau, value, epsilon = 10.0 * tau);
+            }
+        }
+    }
+
+    #[test]
+    fn an_infinite_time_constant_gives_the_weights_of_lobatto_collocation() {
+        let nodes = lobatto(NODES - 1);
+        let mut kernel = Kernel::default();
+        kernel.set(0, &nodes, 1.0, f64::INFINITY);
+        // Weights of the four-point Lobatto rule on [0, 1]: 1/12, 5/12, 5/12, 1/12.
+        for (weight, twelfths) in kernel.integral[NODES - 1].iter().zip([1.0, 5.0, 5.0, 1.0]) {
+            assert_relative_eq!(weight[0], twelfths / 12.0, epsilon = 0.0, max_relative = 1e-14);
+        }
+        assert!(kernel.decay.iter().all(|decay| decay[0] == 1.0));
+    }
+}

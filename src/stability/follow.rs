@@ -171,3 +171,6 @@ fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Co
     let jump = (root - expected).norm();
     if jump < JUMP * expected.norm().max(linear.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
 }
+
+#[cfg(test)]
+mod tests;

@@ -358,3 +358,6 @@ impl<'a> RecordMut<'a> {
         Self { variables, rates, stimuli }
     }
 }
+
+#[cfg(test)]
+mod tests;

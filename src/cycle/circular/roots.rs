@@ -191,3 +191,16 @@ impl<'a, M: Model> Characteristic<'a, M> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unstable_roots_are_counted_with_their_conjugates() {
+        let root = |re, im| TurningRoot { value: Complex::new(re, im), difference: 0.0 };
+        let of = |roots: &[TurningRoot]| TurningRoots { roots: roots.to_vec(), trivial: 0.0 }.unstable();
+        assert_eq!(of(&[]), 0);
+        assert_eq!(of(&[root(2.0, 1.0), root(1.0, 0.0), root(0.0, 3.0), root(-1.0, 1.0)]), 3);
+    }
+}

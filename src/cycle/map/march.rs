@@ -389,3 +389,6 @@ fn change(before: &[Stage], now: &[Stage]) -> f64 {
     let pairs = before.iter().zip(now);
     pairs.map(|(a, b)| (&a.strain - &b.strain).amax() / b.strain.amax().max(f64::MIN_POSITIVE)).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests;

@@ -192,3 +192,143 @@ impl Variation {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::cycle::map::grid::Grid;
+    use crate::growth::{Ongoing, UniformGrowth};
+    use crate::load::Weight;
+    use crate::shoot::Shoot;
+    use crate::tropism::{
+        Declaration, Gravitropism, Growing, Memory, Proprioception, Response, Site, Statoliths, TropismLaw,
+    };
+
+    /// Straightens without memory and delay: a law that reads the present, and is not linear in it.
+    #[derive(Clone, Copy)]
+    struct Straightening(f64);
+
+    impl TropismLaw for Straightening {
+        fn declare(&self, to: &mut Declaration) {
+            to.stimulus_pair();
+            to.with_present();
+        }
+
+        fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+            stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
+        }
+
+        fn gradient(&self, _at: &Growing, _past: &[f64], now: &[f64]) -> Vector3<f64> {
+            let all = now[now.len() - 2..].iter().map(|u| u * u).sum::<f64>();
+            Vector3::new(now[0], now[1], 0.0) * (-self.0 * (1.0 + 0.01 * all))
+        }
+    }
+
+    /// A heavy shoot with statoliths and both memories.
+    fn shoot<T: TropismLaw>(law: T) -> Shoot<impl Model> {
+        let memory = Memory { time: 720.0, delay: 720.0 };
+        let gravitropism = Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } };
+        Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+            .length(0.06)
+            .radius(5e-4)
+            .elements(2)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
+            .tropism((gravitropism.remembered(memory), Proprioception { sensitivity: 20.0 }.remembered(memory), law))
+            .load(Weight { density: 1000.0 })
+            .build()
+            .unwrap()
+    }
+
+    /// A state, or a disturbance of one, without a pattern: strains of ten radians per metre, piles of statoliths next to the
+    /// vertical if it is a state, and slopes that change variables by a tenth of themselves.
+    fn state(march: &March<impl Model>, seed: f64, upright: bool) -> Start {
+        let mut count = seed;
+        let mut next = move || {
+            count += 1.0;
+            (count * 2.399_963).sin()
+        };
+        let mut variables = |strain: f64, size: f64, upright: bool| {
+            // h1, h2 and h3, their memories, and those of the strain.
+            let sizes = [0.3, 0.3, 0.3, 0.3, 0.3, strain, strain];
+            let mut out = DVector::from_fn(march.variables * march.places.len(), |k, _| size * sizes[k % 7] * next());
+            if upright {
+                out.iter_mut().skip(2).step_by(7).for_each(|h3| *h3 = 1.0 + 0.1 * *h3);
+            }
+            out
+        };
+        assert_eq!(march.variables, 7);
+        let strain = DVector::from_fn(2 * march.places.len(), |k, _| 10.0 * (seed + 1.7 * k as f64).sin());
+        let now = variables(10.0, 1.0, upright);
+        let slopes =
+            (0..march.kept).map(|_| (0..march.grid.order()).map(|_| variables(10.0, 0.1, false)).collect()).collect();
+        Start { strain, variables: now, slopes }
+    }
+
+    /// The relative distance of the derivative along `direction` from central differences of the map with a step.
+    fn mismatch(march: &mut March<impl Model>, start: &Start, direction: &Start, period: f64, step: f64) -> f64 {
+        let path = march.run(start, period).unwrap();
+        let derivative = Variation::of(march, &path, period).unwrap().apply(direction).unwrap().flat();
+        let mut moved = |step: f64| {
+            let beside = start.with_values(&(start.flat() + direction.flat() * step));
+            march.run(&beside, period).unwrap().end.flat()
+        };
+        let difference = (moved(step) - moved(-step)) / (2.0 * step);
+        (difference - &derivative).norm() / derivative.norm()
+    }
+
+    /// The settings that differ in what the map does: delays longer than an interval, delays within one, a law that reads the
+    /// present, and a state that is turned back.
+    fn with_each_setting(mut check: impl FnMut(&str, &mut dyn FnMut(f64) -> f64)) {
+        let [plain, present] = [shoot(Straightening(0.0)), shoot(Straightening(5.0))];
+        let settings = [
+            ("long delays", &plain, 2000.0, None),
+            ("short delays", &plain, 5600.0, None),
+            ("present stimuli", &present, 2000.0, None),
+            ("turned back", &plain, 2000.0, Some(1.1)),
+        ];
+        for (name, shoot, period, angle) in settings {
+            let mut march = March::new(shoot, Grid::new(3, 2), period, angle).unwrap();
+            let (start, direction) = (state(&march, 0.0, true), state(&march, 0.5, false));
+            check(name, &mut |step| mismatch(&mut march, &start, &direction, period, step));
+        }
+    }
+
+    #[test]
+    fn the_derivative_of_the_return_map_agrees_with_central_differences() {
+        with_each_setting(|name, mismatch| {
+            // The step is a thousandth of the state: differences err by its square, and equilibria of 1e-13 by 1e-10.
+            let mismatch = mismatch(1e-3);
+            assert!(mismatch < 1e-6, "{name}: {mismatch}");
+        });
+    }
+
+    #[test]
+    fn central_differences_of_the_return_map_approach_its_derivative_with_second_order() {
+        with_each_setting(|_, mismatch| {
+            // Steps at which the error, of 1e-3 to 1e-5, is far above that of the derivative, 1e-8. The terms of fourth order change the
+            // observed order by the square of the step, times a number below one.
+            assert_abs_diff_eq!((mismatch(0.2) / mismatch(0.1)).log2(), 2.0, epsilon = 0.02);
+        });
+    }
+
+    #[test]
+    fn the_derivative_is_linear_in_the_disturbance() {
+        let shoot = shoot(Straightening(5.0));
+        let mut march = March::new(&shoot, Grid::new(3, 2), 2000.0, None).unwrap();
+        let start = state(&march, 0.0, true);
+        let path = march.run(&start, 2000.0).unwrap();
+        let variation = Variation::of(&march, &path, 2000.0).unwrap();
+        let apply = |x: &DVector<f64>| variation.apply(&start.with_values(x)).unwrap().flat();
+        let (x, y) = (state(&march, 0.5, false).flat(), state(&march, 0.25, false).flat());
+        let together = apply(&(&x * 3.0 - &y * 0.5));
+        let apart = apply(&x) * 3.0 - apply(&y) * 0.5;
+        // The passes over an interval end at a change of 1e-14, and sums of some hundred numbers round.
+        assert_abs_diff_eq!(together, apart, epsilon = 1e-12 * apart.amax());
+        assert_eq!(apply(&DVector::zeros(x.len())).amax(), 0.0);
+        assert_relative_eq!(apply(&(&x * 2.0)), apply(&x) * 2.0, epsilon = 1e-12 * apart.amax(), max_relative = 1e-12);
+    }
+}

@@ -204,3 +204,20 @@ impl PeriodicOrbit {
         Ok(Multipliers { sets: found, plane: plane.is_some() })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+
+    #[test]
+    fn the_root_of_a_multiplier_is_the_one_with_the_smallest_frequency() {
+        // Over two seconds 0.3 + 4i is not distinguished from 0.3 + (4 − π)i.
+        let (exact, period) = (Complex::new(0.3, 4.0), 2.0);
+        let root = Multiplier { value: (exact * period).exp(), residual: 0.0 }.root(period);
+        // Rounding of an exponential and a logarithm.
+        assert_abs_diff_eq!(root.re, 0.3, epsilon = 1e-15);
+        assert_abs_diff_eq!(root.im, 4.0 - std::f64::consts::PI, epsilon = 1e-15);
+    }
+}

@@ -1,0 +1,129 @@
+//! The return map against the closed form of a linear delay equation.
+
+use approx::assert_abs_diff_eq;
+use nalgebra::Complex;
+
+use super::*;
+use crate::constitutive::LinearElastic;
+use crate::cycle::map::variation::Variation;
+use crate::growth::{Ongoing, UniformGrowth};
+use crate::scene::Still;
+use crate::tropism::{Memory, Proprioception, Response};
+
+/// τg and η, τm and τr, s.
+const GROWTH: f64 = 72e3;
+const SENSITIVITY: f64 = 20.0;
+const MEMORY: Memory = Memory { time: 720.0, delay: 900.0 };
+
+/// A weightless shoot that straightens. Its strain is the intrinsic one, and every component at every point obeys
+/// u̇ = −(η/τg) y(t − τr) with τm ẏ = u − y by itself.
+fn shoot() -> Shoot<impl Model> {
+    Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+        .length(0.05)
+        .radius(5e-4)
+        .elements(1)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: GROWTH }))
+        .tropism(Proprioception { sensitivity: SENSITIVITY }.remembered(MEMORY))
+        .scene(Still::weightless())
+        .build()
+        .unwrap()
+}
+
+/// The root λ of λ (1 + λτm) + (η/τg) exp(−λτr) = 0 with Im λ > 0 next to the axis, by Newton's method.
+fn root() -> Complex<f64> {
+    let gain = SENSITIVITY / GROWTH;
+    let mut z = Complex::new(0.0, 5e-4);
+    for _ in 0..30 {
+        let late = (-z * MEMORY.delay).exp() * gain;
+        z -= (z * (z * MEMORY.time + 1.0) + late) / (z * (2.0 * MEMORY.time) + 1.0 - late * MEMORY.delay);
+    }
+    let residual = z * (z * MEMORY.time + 1.0) + (-z * MEMORY.delay).exp() * gain;
+    assert!(z.im > 1e-4 && residual.norm() < 1e-15 * z.norm(), "{z} {residual}");
+    z
+}
+
+/// The amplitude of a component of the strain, 1/m: another phase and size for each point. The second component stays zero, since
+/// in a plane an element represents the strain exactly.
+fn amplitude(k: usize) -> Complex<f64> {
+    if k % 2 == 0 { Complex::from_polar(2.0 + (k as f64).sin(), 0.7 * k as f64) } else { Complex::ZERO }
+}
+
+/// The exact solution Re(a exp(λt)) at a time, with the past that the map keeps.
+fn exact(march: &March<impl Model>, period: f64, time: f64) -> Start {
+    let (root, numbers) = (root(), 2 * march.places.len());
+    let length = period / march.grid.intervals as f64;
+    let wave =
+        |factor: Complex<f64>, t: f64| DVector::from_fn(numbers, |k, _| (amplitude(k) * factor * (root * t).exp()).re);
+    let remembered = (root * MEMORY.time + 1.0).inv();
+    let interval = |n: usize| {
+        let begin = time + (n as f64 - march.kept as f64) * length;
+        march.grid.stages.iter().map(|c| wave(remembered * root * length, begin + c * length)).collect()
+    };
+    Start {
+        strain: wave(Complex::ONE, time),
+        variables: wave(remembered, time),
+        slopes: (0..march.kept).map(interval).collect(),
+    }
+}
+
+/// The largest error of the strain after a period, relative to its size.
+fn error(intervals: usize, stages: usize, period: f64) -> f64 {
+    let shoot = shoot();
+    let mut march = March::new(&shoot, Grid::new(intervals, stages), period, None).unwrap();
+    let end = march.run(&exact(&march, period, 0.0), period).unwrap().end;
+    let exact = exact(&march, period, period);
+    (end.strain - &exact.strain).amax() / exact.strain.amax()
+}
+
+#[test]
+fn the_return_map_multiplies_a_wave_by_exp_lambda_t() {
+    // Six stages in each of eight intervals of a seventh of the oscillation: the error of the interpolation is below 1e-9.
+    let (shoot, period) = (shoot(), 9000.0);
+    let mut march = March::new(&shoot, Grid::new(8, 6), period, None).unwrap();
+    let end = march.run(&exact(&march, period, 0.0), period).unwrap().end;
+    let exact = exact(&march, period, period);
+    assert_eq!(end.slopes.len(), march.kept);
+    assert_abs_diff_eq!(end.strain, exact.strain, epsilon = 1e-8 * exact.strain.amax());
+    assert_abs_diff_eq!(end.variables, exact.variables, epsilon = 1e-8 * exact.variables.amax());
+    for (found, exact) in end.slopes.iter().flatten().zip(exact.slopes.iter().flatten()) {
+        assert_abs_diff_eq!(found, exact, epsilon = 1e-6 * exact.amax());
+    }
+}
+
+#[test]
+fn the_error_of_the_return_map_shrinks_with_the_order_of_its_interpolation() {
+    // What is read a delay before is the polynomial between the stages, of order s + 1. The factor of the error depends on where between
+    // them that is: the delay is 4/3 of an interval and then 16/3, at the same place in an interval.
+    for stages in [2, 3] {
+        let period = 12.0 * 0.75 * MEMORY.delay;
+        let order = (error(12, stages, period) / error(48, stages, period)).log2() / 2.0;
+        // Intervals of 675 s are a tenth of a wave: terms of higher order change the observed one by a third.
+        assert_abs_diff_eq!(order, stages as f64 + 1.0, epsilon = 0.4);
+    }
+}
+
+#[test]
+fn the_derivative_of_a_linear_map_is_the_map() {
+    // A delay that lies within an interval, and one that is longer.
+    for period in [9000.0, 2000.0] {
+        let shoot = shoot();
+        let mut march = March::new(&shoot, Grid::new(4, 3), period, None).unwrap();
+        let start = exact(&march, period, 0.0);
+        let path = march.run(&start, period).unwrap();
+        let moved = Variation::of(&march, &path, period).unwrap().apply(&start).unwrap();
+        // Equilibria are solved to 1e-13, and the stimuli are linearised by differences that are good to 1e-9.
+        let size = path.end.flat().amax();
+        assert_abs_diff_eq!(moved.flat(), path.end.flat(), epsilon = 1e-9 * size);
+    }
+}
+
+#[test]
+fn a_past_that_is_shorter_than_the_delay_is_refused() {
+    let shoot = shoot();
+    let mut march = March::new(&shoot, Grid::new(4, 3), 2000.0, None).unwrap();
+    let start = exact(&march, 2000.0, 0.0);
+    // 900 s are 1.8 intervals of 500 s; half an interval more is kept.
+    assert_eq!(march.kept, 3);
+    march.kept = 1;
+    assert!(matches!(march.run(&start, 2000.0), Err(CycleError::Parameter(_))));
+}
