@@ -28,7 +28,7 @@ fn rod() -> ShootBuilder<DynLaws> {
     Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).scene(Still::tilted(0.1)).into_dyn()
 }
 
-/// `cargo test -p morphorod-tests --test all ladder -- --nocapture` prints the table of
+/// `cargo test --workspace --test all ladder -- --nocapture` prints the table of
 /// docs/performance.md.
 #[test]
 fn each_added_feature_adds_only_its_own_cost() {

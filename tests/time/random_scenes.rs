@@ -1,7 +1,7 @@
 //! Scenes drawn at random over wide ranges: each ends in a sound state, or in an error that leaves
 //! the shoot unchanged.
 //!
-//! `MORPHOROD_SCENES=100000 MORPHOROD_SEED=7 cargo test -p morphorod-tests --test all random_scenes
+//! `MORPHOROD_SCENES=100000 MORPHOROD_SEED=7 cargo test --workspace --test all random_scenes
 //! -- --nocapture` draws more and other scenes, and prints their outcomes and the slowest of them.
 
 use std::time::Instant;

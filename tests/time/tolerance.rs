@@ -183,7 +183,7 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
     judge(make, end, tolerance)
 }
 
-/// `MORPHOROD_CASES=200 cargo test -p morphorod-tests --test all tolerance::random -- --nocapture`
+/// `MORPHOROD_CASES=200 cargo test --workspace --test all tolerance::random -- --nocapture`
 /// draws more shoots and prints their errors and estimates.
 #[test]
 fn random_shoots_keep_the_tolerance() {
