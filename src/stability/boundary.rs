@@ -240,3 +240,94 @@ fn leaves(from: &Vector2<f64>, to: &Vector2<f64>) -> Option<(usize, f64)> {
     let outside = (0..2).map(|k| (k, to[k].clamp(0.0, 1.0))).filter(|&(k, side)| to[k] != side);
     outside.min_by(|a, b| crossing(a.0, a.1).total_cmp(&crossing(b.0, b.1)))
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+    use crate::stability::follow::samples::{circle, is_lost, with_root};
+
+    /// Parameters in [−2, 2]², from (1, 0) upwards.
+    fn settings(step: f64) -> BoundarySettings {
+        BoundarySettings {
+            start: BoundaryPoint { parameters: [1.0, 0.0], frequency: 2.5 },
+            direction: [0.0, 1.0],
+            low: [-2.0; 2],
+            high: [2.0; 2],
+            step,
+            points: 400,
+        }
+    }
+
+    /// Distances of neighbouring points, in fractions of the rectangle's sides.
+    fn distances(points: &[BoundaryPoint]) -> Vec<f64> {
+        let place = |point: &BoundaryPoint| Vector2::from(point.parameters) / 4.0;
+        points.windows(2).map(|pair| (place(&pair[1]) - place(&pair[0])).norm()).collect()
+    }
+
+    #[test]
+    fn a_boundary_is_followed_along_a_circle_back_to_its_start() {
+        let points = boundary(|p, q| Ok(with_root(circle([p, q]))), &settings(0.05)).unwrap();
+        for point in &points {
+            let [p, q] = point.parameters;
+            // Points are corrected to 1e-9 of a side of four.
+            assert_abs_diff_eq!(p.hypot(q), 1.0, epsilon = 4e-9);
+            assert_abs_diff_eq!(point.frequency, 2.0 + 0.5 * p, epsilon = 4e-9);
+        }
+        // The circumference is π/2 in units of the sides: 32 steps of 0.05 pass the start.
+        assert!((32..=34).contains(&points.len()), "{}", points.len());
+        let (first, last) = (&points[0].parameters, &points[points.len() - 1].parameters);
+        assert!((Vector2::from(*last) - Vector2::from(*first)).norm() < 0.2, "{last:?}");
+        assert!(distances(&points).iter().all(|distance| (0.04..0.06).contains(distance)));
+    }
+
+    #[test]
+    fn the_step_along_a_boundary_is_halved_where_it_turns_quickly() {
+        // An ellipse with semi-axes of 1/4 and 1/16 of the sides: its radius of curvature is 1/64 at the sharp ends.
+        let ellipse = |p: f64, q: f64| Complex::new(p * p + 16.0 * q * q - 1.0, 2.0 + 0.5 * p);
+        let points = boundary(|p, q| Ok(with_root(ellipse(p, q))), &settings(0.03)).unwrap();
+        for pair in points.windows(2) {
+            let [p, q] = pair[1].parameters;
+            // Points are corrected to 1e-9 of a side of four, and the gradient is at most 8.
+            assert_abs_diff_eq!(p * p + 16.0 * q * q, 1.0, epsilon = 32e-9);
+            // It never turns back.
+            let [before, after] =
+                [pair[0], pair[1]].map(|point| (4.0 * point.parameters[1]).atan2(point.parameters[0]));
+            assert!((after - before).rem_euclid(std::f64::consts::TAU) < 0.7, "{pair:?}");
+        }
+        let distances = distances(&points);
+        let at_end = |k: &usize| points[*k].parameters[0] < -0.95;
+        let shortest = (0..distances.len()).filter(at_end).map(|k| distances[k]).fold(f64::INFINITY, f64::min);
+        let longest = distances.iter().copied().fold(0.0, f64::max);
+        assert!(shortest < 0.016 && longest > 0.029, "{shortest} {longest}");
+        assert!(points.iter().any(|point| point.parameters[1] < -0.24), "it goes around");
+    }
+
+    #[test]
+    fn a_boundary_on_which_the_root_disappears_is_an_error_and_buckling_its_end() {
+        // Beyond p = 1/2 the root has twice its frequency.
+        let jump = |p: f64, q: f64| {
+            let root = circle([p, q]);
+            with_root(if p < 0.5 { Complex::new(root.re, 2.0 * root.im) } else { root })
+        };
+        assert!(is_lost(&boundary(|p, q| Ok(jump(p, q)), &settings(0.05))));
+        let buckles = |p: f64, q: f64| {
+            let buckled = StabilityError::MechanicallyUnstable { negative: 1 };
+            if p < 0.5 { Err(buckled) } else { Ok(with_root(circle([p, q]))) }
+        };
+        let points = boundary(buckles, &settings(0.05)).unwrap();
+        let last = points[points.len() - 1].parameters[0];
+        assert!((0.5..0.7).contains(&last), "the last point lies before the end: {last}");
+    }
+
+    #[test]
+    fn a_boundary_ends_exactly_on_the_side_of_the_rectangle() {
+        let low = [0.3, -2.0];
+        let points =
+            boundary(|p, q| Ok(with_root(circle([p, q]))), &BoundarySettings { low, ..settings(0.05) }).unwrap();
+        let [p, q] = points[points.len() - 1].parameters;
+        assert_eq!(p, 0.3);
+        assert_abs_diff_eq!(q, (1.0 - 0.09_f64).sqrt(), epsilon = 4e-9);
+    }
+}

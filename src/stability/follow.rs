@@ -172,5 +172,67 @@ fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Co
     if jump < JUMP * expected.norm().max(linear.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
 }
 
+/// Families whose roots are known.
+#[cfg(test)]
+pub(super) mod samples {
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::growth::{Ongoing, UniformGrowth};
+    use crate::reference_element::Order;
+    use crate::scene::Still;
+    use crate::shoot::Shoot;
+    use crate::tropism::{Declaration, Growing, Site, TropismLaw};
+
+    /// A law whose growth gradient is a matrix times the strain at the same place, at once. With REGR of 1/s the roots of a
+    /// weightless shoot are the eigenvalues of the matrix.
+    struct Matrix([[f64; 2]; 2]);
+
+    impl TropismLaw for Matrix {
+        fn declare(&self, to: &mut Declaration) {
+            to.stimuli(2);
+            to.with_present();
+        }
+
+        fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+            stimuli.copy_from_slice(&[site.strain.x, site.strain.y]);
+        }
+
+        fn gradient(&self, _at: &Growing, _past: &[f64], now: &[f64]) -> Vector3<f64> {
+            let [first, second] = self.0.map(|row| row[0] * now[0] + row[1] * now[1]);
+            Vector3::new(first, second, 0.0)
+        }
+    }
+
+    pub(in crate::stability) fn linear(matrix: [[f64; 2]; 2], elements: usize) -> Linearisation {
+        let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+            .length(0.1)
+            .radius(1e-3)
+            .elements(elements)
+            .order(Order::Four)
+            .growth(Ongoing(UniformGrowth { zone_length: 0.2, time: 1.0 }))
+            .tropism(Matrix(matrix))
+            .scene(Still::weightless())
+            .build()
+            .unwrap();
+        Linearisation::about(&shoot).unwrap()
+    }
+
+    /// A linear problem with the roots `root` and its conjugate.
+    pub(in crate::stability) fn with_root(root: Complex<f64>) -> Linearisation {
+        linear([[root.re, -root.im], [root.im, root.re]], 1)
+    }
+
+    /// The root of a family with two parameters, on the axis along the circle |p| = 1, and there at the frequency 2 + p1/2.
+    pub(in crate::stability) fn circle(p: [f64; 2]) -> Complex<f64> {
+        Complex::new(p[0] * p[0] + p[1] * p[1] - 1.0, 2.0 + 0.5 * p[0])
+    }
+
+    pub(in crate::stability) fn is_lost<T>(answer: &Result<T, StabilityError>) -> bool {
+        matches!(answer, Err(StabilityError::NoConvergence { what: "root that is followed", .. }))
+    }
+}
+
 #[cfg(test)]
 mod tests;

@@ -45,7 +45,7 @@ fn root() -> Complex<f64> {
 /// The amplitude of a component of the strain, 1/m: another phase and size for each point. The second component stays zero, since
 /// in a plane an element represents the strain exactly.
 fn amplitude(k: usize) -> Complex<f64> {
-    if k % 2 == 0 { Complex::from_polar(2.0 + (k as f64).sin(), 0.7 * k as f64) } else { Complex::ZERO }
+    if k.is_multiple_of(2) { Complex::from_polar(2.0 + (k as f64).sin(), 0.7 * k as f64) } else { Complex::ZERO }
 }
 
 /// The exact solution Re(a exp(λt)) at a time, with the past that the map keeps.
