@@ -112,7 +112,7 @@ pub(super) fn gmres<E>(
     apply: impl FnMut(&DVector<f64>) -> Result<DVector<f64>, E>,
 ) -> Result<(DVector<f64>, f64), E> {
     let size = right.norm();
-    if !(size > 0.0) {
+    if size == 0.0 {
         return Ok((DVector::zeros(right.len()), 0.0));
     }
     let best = |hessenberg: &DMatrix<f64>| {
@@ -260,6 +260,14 @@ mod tests {
         // The tolerance of the residual, times the condition of the matrix of about a hundred.
         assert_relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-10);
         assert!(residual < 1e-12 && operator.applied.get() == 4, "{residual}");
+    }
+
+    #[test]
+    fn gmres_has_no_answer_for_a_right_side_that_is_not_finite() {
+        for value in [f64::NAN, f64::INFINITY] {
+            let (_, residual) = dense().solve(&[1.0, value, 0.0, 0.0], 4);
+            assert!(residual.is_nan(), "{value}: {residual}");
+        }
     }
 
     #[test]
