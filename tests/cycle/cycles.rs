@@ -120,8 +120,8 @@ struct KnownSwing {
 }
 
 impl KnownSwing {
-    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period. More intervals are necessary where
-    /// the shoot almost buckles during its swing.
+    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period. Six elements leave 1e-9 of the
+    /// excursion. More intervals are necessary where the shoot almost buckles during its swing.
     fn assert_found(&self, elements: u32, intervals: usize) {
         let shoot = plain(self.length, elements);
         let orbit = swing(&shoot, 1e-3 * self.excursion, intervals);
@@ -155,7 +155,7 @@ fn swing_at_6_59_cm_has_its_known_values() {
         inside: Some(-0.0627567395),
         outside: 0.0213561488,
     }
-    .assert_found(8, 16);
+    .assert_found(6, 16);
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn swing_at_6_70_cm_has_its_known_values() {
         inside: Some(-0.2867102380),
         outside: 0.1052756418,
     }
-    .assert_found(8, 16);
+    .assert_found(6, 16);
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn swing_at_6_80_cm_has_its_known_values() {
         inside: None,
         outside: 0.18402357,
     }
-    .assert_found(8, 24);
+    .assert_found(6, 24);
 }
 
 /// This shoot almost buckles during its swing.
@@ -195,7 +195,7 @@ fn swing_at_7_40_cm_has_its_known_values() {
         inside: None,
         outside: 0.7405488,
     }
-    .assert_found(8, 64);
+    .assert_found(6, 64);
 }
 
 /// The error of a map of s Radau points in an interval decreases at least with the power s + 1 of the interval, at points inside the
