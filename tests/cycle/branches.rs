@@ -1,38 +1,34 @@
-//! Branches of limit cycles along a parameter: from the onset on, round folds, with the places at which their stability changes.
+//! Branches of periodic orbits along a parameter: from the onset of oscillations on, round folds, with the bifurcations at which
+//! their stability changes.
 
-use crate::fixtures::exact_orbit::{GROWTH_TIME, exact_orbit, shape};
-use crate::fixtures::shoots::{HOUR, MINUTE, Steering, reduced, steering};
-use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{Branch, BranchPoint, CircularSolver, CycleError, PeriodicSolver, Special};
-use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::load::Weight;
+use super::{assert_complex_eq, family, mode, shoot};
+use crate::fixtures::exact_orbit::{exact_orbit, shape};
+use crate::fixtures::shoots::{HOUR, MINUTE, steering};
+use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
+use morphorod::cycle::{
+    Branch, BranchPoint, CircularOrbit, CircularSolver, CycleError, PeriodicSolver, Special, Turning,
+};
 use morphorod::tropism::{Declaration, Perception, SettledStatoliths, Site, Source};
-use morphorod::{Laws, Shoot};
+use morphorod::{DynLaws, Shoot};
 use nalgebra::Complex;
 
-/// Of the reduced model, m.
+/// Length at the onset of oscillations of the reduced model, m.
 const ONSET: f64 = 0.065_614_866;
 
-type Steered<S> = Shoot<Laws<LinearElastic, Ongoing<UniformGrowth>, Steering<S>, Weight>>;
-
-/// Shoots of any length that steer all along, with equal elements and some sense of gravity.
-fn family<S: Perception<Signal = [f64; 2]> + Copy>(
-    sense: S,
+/// The reduced model with some gravity sensing and equal elements; the parameter is the length (m).
+fn sensing(
+    sense: impl Perception<Signal = [f64; 2]> + Copy + Send + Sync + 'static,
     elements: u32,
-) -> impl FnMut(f64) -> Result<Steered<S>, CycleError> {
-    move |length| {
-        let nodes: Vec<f64> = (0..=elements).map(|i| length * f64::from(i) / f64::from(elements)).collect();
-        let growth = Ongoing(UniformGrowth { zone_length: 1.0, time: GROWTH_TIME });
-        Ok(reduced(length, GROWTH_TIME).growth(growth).nodes(&nodes).tropism(steering(sense)).build()?)
-    }
+) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
+    family(move |length| Ok(shoot(length, elements).tropism(steering(sense)).into_dyn().build()?))
 }
 
-/// A sense of gravity that gets keener with the tilt, and again less so: oscillations begin below the onset.
+/// Gravity sensing whose gain first increases with the tilt and then decreases: oscillations begin below the onset.
 #[derive(Debug, Clone, Copy)]
 struct Keen;
 
 impl Keen {
-    /// By the sine of the tilt.
+    /// Gain, a function of the sine of the tilt.
     fn gain(sine: f64) -> f64 {
         1.0 + 2.0 * sine * sine - 3.0 * sine.powi(4)
     }
@@ -60,47 +56,67 @@ fn special<O>(points: &[BranchPoint<O>]) -> Vec<Special> {
     points.iter().filter_map(|point| point.special).collect()
 }
 
+fn swing_solver() -> PeriodicSolver {
+    PeriodicSolver { intervals: 12, ..PeriodicSolver::default() }
+}
+
+/// A circular orbit of the reduced model at 6.7 cm, with its shoot.
+fn circle(elements: u32) -> (Shoot<DynLaws>, CircularOrbit) {
+    let shoot = sensing(SettledStatoliths, elements)(0.067).unwrap();
+    let orbit = CircularSolver::default().solve(&shoot, &Turning::of_mode(&mode(&shoot), 0.03)).unwrap();
+    (shoot, orbit)
+}
+
+/// Guards the first circle of a given amplitude, the end of the range and the accuracy of all circles between.
 #[test]
-fn circles_from_the_onset_on_are_the_exact_ones() {
-    let branch = Branch::from_onset(CircularSolver::default(), family(SettledStatoliths, 8), ONSET, 2e-3, 0.065..=0.07);
-    let points = all(branch.unwrap());
-    // The amplitude was given and the length found: that of the mode, but for a share of its square.
-    assert!((points[0].excursion - 2e-3).abs() < 2e-5, "{}", points[0].excursion);
-    assert_eq!(points.last().unwrap().parameter, 0.07);
+fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
+    let end = 0.07;
+    let branch = Branch::from_onset(CircularSolver::default(), sensing(SettledStatoliths, 6), ONSET, 2e-3, 0.065..=end);
+    let points = all(branch.unwrap().largest_step(0.1).unwrap());
+    // The amplitude is given and the length is found. The excursion is that of the mode up to a relative error of second order.
+    assert_abs_diff_eq!(points[0].excursion, 2e-3, epsilon = 2e-5);
+    assert_eq!(points.last().unwrap().parameter, end);
     assert!(points.len() > 8 && points.len() < 30, "{}", points.len());
     for point in &points {
         let (radius, _) = exact_orbit(point.parameter);
-        // Eight elements put the onset off by 1e-11 m, and the radius there by that over twice its distance.
-        let off = (point.excursion / radius - 1.0).abs();
-        assert!(off < 1e-9 + 1e-11 / (point.parameter - ONSET), "{}: {off:e}", point.parameter);
+        // Six elements shift the onset by less than 1e-11 m. The relative error of the radius is this shift over twice the distance from
+        // the onset.
+        let tolerance = 1e-9 + 1e-11 / (point.parameter - ONSET);
+        assert!(
+            relative_eq!(point.excursion, radius, epsilon = 0.0, max_relative = tolerance),
+            "{}: {} against {radius}",
+            point.parameter,
+            point.excursion
+        );
         assert_eq!((point.unstable(), point.special), (0, None));
         assert!(point.trivial < 1e-7, "{}", point.trivial);
         assert!(point.orbit.iterations <= 4, "{}: {}", point.parameter, point.orbit.iterations);
     }
 }
 
+/// Guards a branch of swings, from a first swing of a given amplitude to the end of the range, and its exponents.
 #[test]
-fn swings_from_the_onset_on_lead_to_the_known_ones() {
+fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     let solver = PeriodicSolver::default();
-    let branch = Branch::from_onset(solver, family(SettledStatoliths, 8), ONSET, 8e-3, 0.065..=0.067);
-    let points = all(branch.unwrap().largest_step(0.1).unwrap());
+    let branch = Branch::from_onset(solver, sensing(SettledStatoliths, 6), ONSET, 8e-3, 0.065..=0.067);
+    let points = all(branch.unwrap().largest_step(0.15).unwrap());
     let last = points.last().unwrap();
-    // Excursion (mm), period (min), exponents in the plane and out of it (1/h): as in the test of periodic orbits, where they are
-    // computed by two other methods.
+    // Excursion (mm), period (min), exponents in the plane and out of it (1/h), as in `cycles`, where they come from two other methods.
     assert_eq!(last.parameter, 0.067);
-    assert!((1e3 * last.excursion / 34.194_086_156 - 1.0).abs() < 1e-8, "{}", 1e3 * last.excursion);
-    assert!((last.period / MINUTE / 87.661_715_125 - 1.0).abs() < 1e-8, "{}", last.period / MINUTE);
+    assert_relative_eq!(1e3 * last.excursion, 34.194_086_156, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(last.period / MINUTE, 87.661_715_125, epsilon = 0.0, max_relative = 1e-8);
     let [inside, outside] = last.exponents.each_ref().map(|set| HOUR * set[0]);
-    assert!((inside - Complex::from(-0.286_710_238_0)).norm() < 1e-8, "{inside}");
-    assert!((outside - Complex::from(0.105_275_641_8)).norm() < 1e-7, "{outside}");
+    assert_complex_eq("in the plane", inside, Complex::from(-0.286_710_238_0), 1e-8);
+    assert_complex_eq("out of the plane", outside, Complex::from(0.105_275_641_8), 1e-7);
     for point in &points {
-        assert_eq!((point.unstable(), point.special), (1, None), "left out of its plane");
+        assert_eq!((point.unstable(), point.special), (1, None), "swings are unstable out of their plane");
         // The first steps change the amplitude by a half.
         assert!(point.orbit.iterations <= 12, "{}: {}", point.parameter, point.orbit.iterations);
     }
 }
 
-/// The least length (m) at which a shape turns rigidly, and the radius there: a parabola through three angles of the apex, ever closer.
+/// The smallest length (m) at which there is a circular orbit, and its radius. The minimum of the length over the angle of the apex
+/// is found by successive parabolas.
 fn exact_fold() -> (f64, f64) {
     let perceived = |theta: f64| Keen::gain(theta.sin()) * theta.sin();
     let length = |apex: f64| {
@@ -117,28 +133,28 @@ fn exact_fold() -> (f64, f64) {
         let [a, b, c] = [apex - width, apex, apex + width].map(length);
         let shift = (0.5 * (a - c) / (a - 2.0 * b + c)).clamp(-2.0, 2.0);
         apex += shift * width;
-        // Lengths are known to 1e-15 m: closer than this their differences are rounding.
+        // Lengths are known to 1e-15 m: for a smaller width their differences are rounding errors.
         width = if shift.abs() < 0.5 { (0.5 * width).max(3e-3) } else { width };
     }
     (length(apex), shape(length(apex), apex, perceived)[2])
 }
 
-/// Circles begin below the onset, turn back at a fold, and become stable soon after it.
+/// With this sensing circles begin below the onset, turn back at a fold, and become stable soon after it. Guards the place of the fold
+/// and the stability on both sides of it. The first circle has half the radius of that at the fold, and the range ends soon after the fold.
 #[test]
-fn a_branch_of_circles_turns_at_the_exact_fold() {
-    let within = 0.06..=0.066;
-    let branch = Branch::from_onset(CircularSolver::default(), family(Keen, 8), ONSET, 2e-3, within.clone());
-    let points = all(branch.unwrap());
+fn branch_of_circles_turns_at_the_exact_fold() {
+    let within = 0.06..=0.0657;
+    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 5), ONSET, 1e-2, within.clone());
+    let points = all(branch.unwrap().largest_step(0.1).unwrap());
     assert_eq!(special(&points), [Special::Fold, Special::Torus]);
     let at = points.iter().position(|point| point.special == Some(Special::Fold)).unwrap();
     let fold = &points[at];
     let (length, radius) = exact_fold();
-    // Where the length has an extremum its error is the square of that along the branch; 8 elements leave 1e-10.
-    assert!((fold.parameter / length - 1.0).abs() < 1e-9, "{} {length}", fold.parameter);
-    // Of three parabolas, the last of points 4e-3 of a step of 2 mm apart.
-    assert!((fold.excursion - radius).abs() < 2e-6, "{} {radius}", fold.excursion);
-    // Another criterion: the exponent of the radius passes zero there. It is read at the places before and after, and a straight line is
-    // put through it.
+    // The length has a minimum here, and its error is of second order in the error along the branch. Five elements leave 2e-10.
+    assert_relative_eq!(fold.parameter, length, epsilon = 0.0, max_relative = 1e-9);
+    // The fold is the last of three parabolas, through points that are 4e-3 of a step of 2 mm apart.
+    assert_abs_diff_eq!(fold.excursion, radius, epsilon = 2e-6);
+    // Another criterion: the exponent of the radius vanishes at the fold. It is interpolated linearly between the points before and after.
     let of_radius = |point: &BranchPoint<_>| {
         let real = point.exponents[0].iter().filter(|x| x.im == 0.0).map(|x| x.re);
         (point.excursion, real.fold(f64::NEG_INFINITY, f64::max))
@@ -146,161 +162,203 @@ fn a_branch_of_circles_turns_at_the_exact_fold() {
     let [(before, growth), (after, decay)] = [&points[at - 1], &points[at + 1]].map(of_radius);
     assert!(growth > 0.0 && decay < 0.0);
     let crossing = (before * decay - after * growth) / (decay - growth);
-    assert!((crossing - fold.excursion).abs() < 0.02 * (after - before), "{crossing} {}", fold.excursion);
+    assert_abs_diff_eq!(crossing, fold.excursion, epsilon = 0.02 * (after - before));
     assert!(points.iter().all(|point| point.parameter >= fold.parameter));
     let unstable = |range: &[BranchPoint<_>]| -> Vec<usize> {
         range.iter().filter(|point| point.special.is_none()).map(BranchPoint::unstable).collect()
     };
     assert!(unstable(&points[..at]).iter().all(|count| *count == 3));
     assert!(unstable(&points[at..]).iter().all(|count| *count == 0));
+    assert_eq!(points.last().unwrap().parameter, *within.end());
+}
 
-    // From the other end downwards it is passed as well, and the branch ends where the circle is a point.
+/// The same branch in the other direction: the bifurcations come in the opposite order, and the branch ends at the onset, where the
+/// circle is a point. Three elements suffice, as the fold is compared with that of the same elements. Guards the start at an end of the
+/// range, steps of either sign, and the end at the onset.
+#[test]
+fn branch_of_circles_followed_backwards_passes_the_same_fold() {
+    let within = 0.06..=0.066;
+    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 3), ONSET, 1e-2, within.clone());
+    let points = all(branch.unwrap().largest_step(0.1).unwrap());
+    let fold = points.iter().find(|point| point.special == Some(Special::Fold)).unwrap();
     let last = points.last().unwrap();
     assert_eq!(last.parameter, *within.end());
     let start = (last.parameter, -1e-4);
-    let back = Branch::from_orbit(CircularSolver::default(), family(Keen, 8), &last.orbit, start.0, start.1, within);
+    let back = Branch::from_orbit(CircularSolver::default(), sensing(Keen, 3), &last.orbit, start.0, start.1, within);
     let back = all(back.unwrap().largest_step(0.1).unwrap());
     assert_eq!(special(&back), [Special::Torus, Special::Fold]);
     let again = back.iter().find(|point| point.special == Some(Special::Fold)).unwrap();
-    assert!((again.parameter / fold.parameter - 1.0).abs() < 1e-10, "{} {}", again.parameter, fold.parameter);
+    assert_relative_eq!(again.parameter, fold.parameter, epsilon = 0.0, max_relative = 1e-10);
     let end = back.last().unwrap();
-    assert!(end.excursion < 8e-3 && (end.parameter - ONSET).abs() < 2e-4, "{} {}", end.excursion, end.parameter);
+    assert!(end.excursion < 8e-3, "{}", end.excursion);
+    assert_abs_diff_eq!(end.parameter, ONSET, epsilon = 2e-4);
 }
 
-/// Swings do so, too: stable out of their plane at first, where circles are unstable, and unstable from a pitchfork on.
+/// Swings have a fold as well. They are stable out of their plane at first, where circles are unstable, and unstable from a pitchfork on.
+/// Guards both bifurcations, against orbits that are found without the branch. Two elements suffice, as all are on the same mesh.
 #[test]
-fn a_branch_of_swings_turns_and_is_left_at_a_pitchfork() {
-    let solver = PeriodicSolver { intervals: 12, ..PeriodicSolver::default() };
-    let branch = Branch::from_onset(solver, family(Keen, 4), ONSET, 8e-3, 0.06..=0.066);
+fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
+    let solver = swing_solver();
+    let branch = Branch::from_onset(solver, sensing(Keen, 2), ONSET, 1.2e-2, 0.06..=0.0657);
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
     assert_eq!(special(&points), [Special::Fold, Special::Pitchfork]);
     let at = |special| points.iter().position(|point| point.special == Some(special)).unwrap();
     let (fold, pitchfork) = (at(Special::Fold), at(Special::Pitchfork));
     assert!(points.iter().all(|point| point.parameter >= points[fold].parameter));
     for (k, point) in points.iter().enumerate().filter(|(_, point)| point.special.is_none()) {
-        // In the plane one disturbance grows before the fold, out of it one after the pitchfork.
+        // One disturbance in the plane grows before the fold, one out of the plane after the pitchfork.
         let [inside, outside] = point.exponents.each_ref().map(|set| set[0].re > 0.0);
         assert_eq!((inside, outside), (k < fold, k > pitchfork), "{k}");
     }
     let smallest = points[fold].exponents[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
     assert!(smallest * HOUR < 1e-5, "{}", smallest * HOUR);
-    // Orbits that are found on their own, a little shorter and longer: out of their plane one is stable, the other is not.
+    // Orbits that are found without the branch, a little shorter and longer: the first is stable out of its plane, the second is not.
     for (beyond, unstable) in [(-2e-6, 0), (2e-6, 1)] {
-        let shoot = family(Keen, 4)(points[pitchfork].parameter + beyond).unwrap();
+        let shoot = sensing(Keen, 2)(points[pitchfork].parameter + beyond).unwrap();
         let orbit = solver.from_orbit(&shoot, &points[pitchfork].orbit).unwrap();
         let grow = orbit.multipliers(&shoot, 20).unwrap().into_iter().flatten();
         assert_eq!(grow.filter(|multiplier| multiplier.value.norm() > 1.0 + 1e-6).count(), unstable, "{beyond}");
     }
 }
 
+fn assert_refused(answer: Result<(), CycleError>) {
+    assert!(matches!(answer, Err(CycleError::Parameter(_))), "{answer:?}");
+}
+
 #[test]
-fn what_makes_no_sense_is_refused() {
-    let solver = CircularSolver::default();
-    let from =
-        |onset, amplitude, within| Branch::from_onset(solver, family(Keen, 4), onset, amplitude, within).map(|_| ());
-    let parameter =
-        |answer: Result<(), CycleError>| assert!(matches!(answer, Err(CycleError::Parameter(_))), "{answer:?}");
-    parameter(from(ONSET, 0.0, 0.06..=0.07));
-    parameter(from(ONSET, f64::NAN, 0.06..=0.07));
-    parameter(from(ONSET, 2e-3, 0.07..=0.06));
-    parameter(from(ONSET, 2e-3, 0.06..=0.065));
-    parameter(from(ONSET, 2e-3, 0.06..=f64::INFINITY));
-    parameter(from(f64::NAN, 2e-3, 0.06..=0.07));
-    // Far below the onset the mode decays: what there is of cycles is none of this amplitude.
-    assert!(from(0.05, 2e-3, 0.05..=0.051).is_err());
-
-    let shoot = family(SettledStatoliths, 4)(0.067).unwrap();
-    let root = morphorod::stability::Linearisation::about(&shoot).unwrap().rightmost().unwrap();
-    let orbit = solver.solve(&shoot, &morphorod::cycle::Turning::of_mode(&root, 0.03)).unwrap();
-    let other = |elements, step| {
-        Branch::from_orbit(solver, family(SettledStatoliths, elements), &orbit, 0.067, step, 0.066..=0.068).map(|_| ())
+fn invalid_ranges_and_amplitudes_of_a_branch_from_the_onset_are_refused() {
+    let from = |onset, amplitude, within| {
+        Branch::from_onset(CircularSolver::default(), sensing(Keen, 4), onset, amplitude, within).map(|_| ())
     };
-    parameter(other(4, 0.0));
-    parameter(other(4, f64::NAN));
-    parameter(other(5, 1e-4));
-    let mut branch =
-        Branch::from_orbit(solver, family(SettledStatoliths, 4), &orbit, 0.067, 1e-4, 0.066..=0.068).unwrap();
-    assert!(branch.next().unwrap().is_ok());
-    assert!(branch.largest_step(0.0).is_err());
+    assert_refused(from(ONSET, 0.0, 0.06..=0.07));
+    assert_refused(from(ONSET, f64::NAN, 0.06..=0.07));
+    assert_refused(from(ONSET, 2e-3, 0.07..=0.06));
+    assert_refused(from(ONSET, 2e-3, 0.06..=0.065));
+    assert_refused(from(ONSET, 2e-3, 0.06..=f64::INFINITY));
+    assert_refused(from(f64::NAN, 2e-3, 0.06..=0.07));
+    // Below the onset there are circles with this sensing: the first lies outside this range.
+    assert_refused(from(ONSET, 2e-3, ONSET..=0.066));
+    // The exponents of so small a first circle cannot be distinguished from those that vanish by symmetry.
+    assert_refused(from(ONSET, 1e-4, 0.06..=0.066));
+    // Far below the onset the mode decays, and no orbit has this amplitude.
+    assert!(from(0.05, 2e-3, 0.05..=0.051).is_err());
+}
 
-    // A family that ends within the range: the error is its own, and the branch ends with it.
-    let mut inner = family(SettledStatoliths, 4);
-    let ends = move |length: f64| if length < 0.0675 { inner(length) } else { Err(CycleError::Elongates) };
-    let answers: Vec<_> = Branch::from_orbit(solver, ends, &orbit, 0.067, 1e-4, 0.066..=0.068).unwrap().collect();
+#[test]
+fn invalid_steps_and_elements_of_a_branch_from_an_orbit_are_refused() {
+    let (_, orbit) = circle(4);
+    let branch = |elements, step| {
+        let shoots = sensing(SettledStatoliths, elements);
+        Branch::from_orbit(CircularSolver::default(), shoots, &orbit, 0.067, step, 0.066..=0.068)
+    };
+    assert_refused(branch(4, 0.0).map(|_| ()));
+    assert_refused(branch(4, f64::NAN).map(|_| ()));
+    assert_refused(branch(5, 1e-4).map(|_| ()));
+    let mut valid = branch(4, 1e-4).unwrap();
+    assert!(valid.next().unwrap().is_ok());
+    assert!(valid.largest_step(0.0).is_err());
+}
+
+/// A family that ends within the range: the branch returns the family's own error and ends with it.
+#[test]
+fn errors_of_the_family_end_the_branch() {
+    let (_, orbit) = circle(3);
+    let ends = family(
+        |length| {
+            if length < 0.0675 { sensing(SettledStatoliths, 3)(length) } else { Err(CycleError::Elongates) }
+        },
+    );
+    let branch = Branch::from_orbit(CircularSolver::default(), ends, &orbit, 0.067, 1e-4, 0.066..=0.068);
+    let answers: Vec<_> = branch.unwrap().collect();
     assert!(matches!(answers.last(), Some(Err(CycleError::Elongates))));
     assert!(answers.iter().rev().skip(1).all(Result::is_ok) && answers.len() > 2);
 }
 
-/// Ends, grids and families of many kinds: what was once wrong.
+/// A first circle beyond the fold: the chord from the onset is no approximation of the tangent there.
 #[test]
-fn a_branch_ends_where_its_range_does() {
-    let solver = CircularSolver::default();
-    // Below the onset there are circles: the first is outside this range.
-    let outside = Branch::from_onset(solver, family(Keen, 3), ONSET, 2e-3, ONSET..=0.066);
-    assert!(matches!(outside, Err(CycleError::Parameter(_))));
-    // From a first circle beyond the fold it goes on, too; the chord from the onset is no tangent.
-    let beyond = all(Branch::from_onset(solver, family(Keen, 3), ONSET, 3e-2, 0.06..=0.066).unwrap());
-    assert_eq!(beyond.last().unwrap().parameter, 0.066);
-    // A first circle too small to tell its exponents from those that vanish.
-    assert!(matches!(
-        Branch::from_onset(solver, family(Keen, 3), ONSET, 1e-4, 0.06..=0.066),
-        Err(CycleError::Parameter(_))
-    ));
-    // There are shoots within the range alone: its end is reached all the same.
-    let within = 0.066..=0.068;
-    let inner = |length: f64| {
+fn branch_with_a_first_circle_beyond_the_fold_reaches_the_end_of_its_range() {
+    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 3), ONSET, 3e-2, 0.06..=0.066);
+    assert_eq!(all(branch.unwrap()).last().unwrap().parameter, 0.066);
+}
+
+/// The shoots of 6.6 to 6.8 cm, and an error for other lengths.
+fn only_within_the_range(elements: u32) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
+    family(move |length| {
         if (0.066..=0.068).contains(&length) {
-            family(SettledStatoliths, 3)(length)
+            sensing(SettledStatoliths, elements)(length)
         } else {
             Err(CycleError::Elongates)
         }
-    };
-    let first = family(SettledStatoliths, 3)(0.067).unwrap();
-    let root = morphorod::stability::Linearisation::about(&first).unwrap().rightmost().unwrap();
-    let orbit = solver.solve(&first, &morphorod::cycle::Turning::of_mode(&root, 0.03)).unwrap();
+    })
+}
+
+/// The family has no shoots outside the range, and the branch ends exactly at the end of the range.
+#[test]
+fn branch_reaches_both_ends_of_its_range_exactly() {
+    let (_, orbit) = circle(3);
     for (step, end) in [(1e-4, 0.068), (-1e-4, 0.066)] {
-        let points = all(Branch::from_orbit(solver, inner, &orbit, 0.067, step, within.clone()).unwrap());
-        assert!(points.last().unwrap().parameter == end && points.len() < 30, "{}", points.len());
+        let family = only_within_the_range(3);
+        let branch = Branch::from_orbit(CircularSolver::default(), family, &orbit, 0.067, step, 0.066..=0.068);
+        let points = all(branch.unwrap());
+        assert_eq!(points.last().unwrap().parameter, end);
+        assert!(points.len() < 30, "{}", points.len());
     }
-    // An orbit on another grid, and a family whose shoots get more points, between a place and what is beside it and elsewhere.
-    let swing = PeriodicSolver { intervals: 12, ..PeriodicSolver::default() }.from_mode(&first, &root, 0.03).unwrap();
+}
+
+#[test]
+fn branch_starts_from_an_orbit_on_another_time_grid() {
+    let first = sensing(SettledStatoliths, 3)(0.067).unwrap();
+    let swing = swing_solver().from_mode(&first, &mode(&first), 0.03).unwrap();
     let other = PeriodicSolver { intervals: 16, stages: 5, ..PeriodicSolver::default() };
-    let points = all(Branch::from_orbit(other, inner, &swing, 0.067, 1e-3, within.clone()).unwrap().take(2));
-    assert!((points[0].period / swing.period - 1.0).abs() < 1e-6);
+    let branch = Branch::from_orbit(other, only_within_the_range(3), &swing, 0.067, 1e-3, 0.066..=0.068);
+    let points = all(branch.unwrap().take(2));
+    assert_relative_eq!(points[0].period, swing.period, epsilon = 0.0, max_relative = 1e-6);
+}
+
+/// The number of points changes between a place and the shoots beside it for the differences, or farther along the branch.
+#[test]
+fn families_that_change_their_number_of_points_are_refused() {
+    let first = sensing(SettledStatoliths, 3)(0.067).unwrap();
+    let swing = swing_solver().from_mode(&first, &mode(&first), 0.03).unwrap();
     for change in [0.067 + 1e-9, 0.0672] {
-        let growing = |length: f64| family(SettledStatoliths, if length > change { 4 } else { 3 })(length);
-        let last = Branch::from_orbit(swing_solver(), growing, &swing, 0.067, 1e-4, within.clone());
+        let growing = family(move |length| sensing(SettledStatoliths, if length > change { 4 } else { 3 })(length));
+        let last = Branch::from_orbit(swing_solver(), growing, &swing, 0.067, 1e-4, 0.066..=0.068);
         let last = last.map_or_else(|error| error, |branch| branch.filter_map(Result::err).last().unwrap());
         assert!(matches!(last, CycleError::Parameter(_)), "{change}: {last:?}");
     }
 }
 
-fn swing_solver() -> PeriodicSolver {
-    PeriodicSolver { intervals: 12, ..PeriodicSolver::default() }
+/// A branch of circles with a fold, from a first amplitude (m).
+fn folding(amplitude: f64) -> Branch<CircularSolver, impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone> {
+    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 3), ONSET, amplitude, 0.06..=0.066);
+    branch.unwrap().largest_step(0.1).unwrap()
 }
 
-/// Steps that end right at the fold, where the exponent that vanishes there is lost among those that always do.
+/// With this amplitude a step ends so close to the fold that the branch once ended in an error.
 #[test]
-fn a_fold_at_the_end_of_a_step_is_one() {
-    let start = |amplitude| {
-        let branch = Branch::from_onset(CircularSolver::default(), family(Keen, 3), ONSET, amplitude, 0.06..=0.066);
-        branch.unwrap().largest_step(0.1).unwrap()
+fn branch_with_a_step_close_to_the_fold_passes_it() {
+    assert_eq!(special(&all(folding(2.28e-3).take(12))), [Special::Fold, Special::Torus]);
+}
+
+/// Steps that end right at the fold, where the exponent that vanishes there cannot be distinguished from those that always vanish.
+#[test]
+fn fold_at_the_end_of_a_step_is_found() {
+    // The branch before the step that passes the fold, and the excursions before this step and at the fold.
+    let (mut branch, mut last) = (folding(2e-3), f64::NAN);
+    let (before, at) = loop {
+        let before = branch.clone();
+        let point = branch.next().unwrap().unwrap();
+        if point.special.is_some() {
+            break (before, point.excursion);
+        }
+        last = point.excursion;
     };
-    // Once this one ended in an error.
-    assert_eq!(special(&all(start(2.28e-3).take(12))), [Special::Fold, Special::Torus]);
-    // The same until before the fold, then with steps that end a little before it and after.
-    let points = all(start(2e-3).take(12));
-    let fold = points.iter().position(|point| point.special.is_some()).unwrap();
-    let [before, at] = [&points[fold - 1], &points[fold]].map(|point| point.excursion);
-    let after_step = |step: f64| {
-        let mut branch = start(2e-3);
-        (0..fold).for_each(|_| _ = branch.next());
-        branch.largest_step(step).unwrap()
-    };
+    // The same branch with steps that end a little before the fold and after it.
+    let after_step = |step: f64| before.clone().largest_step(step).unwrap();
     let mut step = 1e-2;
     for _ in 0..3 {
         let first = after_step(step).find(|point| point.as_ref().unwrap().special.is_none()).unwrap().unwrap();
-        step *= (at - before) / (first.excursion - before);
+        step *= (at - last) / (first.excursion - last);
     }
     for off in [-1e-3, 1e-3] {
         let rest = all(after_step(step * (1.0 + off)).take(4));

@@ -1,7 +1,50 @@
-//! Limit cycles, their multipliers and their branches.
+//! Periodic orbits of shoots, their multipliers and their branches.
 
 mod bad_cycles;
 mod branches;
 mod circular_orbit;
 mod cycles;
 mod rosettes;
+
+use std::fmt::Display;
+use std::rc::Rc;
+
+use crate::fixtures::exact_orbit::GROWTH_TIME;
+use crate::fixtures::shoots::{Reduced, reduced};
+use approx::abs_diff_eq;
+use morphorod::cycle::CycleError;
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::stability::{Linearisation, Root};
+use morphorod::{DynLaws, Shoot, ShootBuilder};
+use nalgebra::Complex;
+
+/// A shoot of any length (m) whose growth zone is the whole shoot, with elements of equal length.
+fn shoot(length: f64, elements: u32) -> ShootBuilder<Reduced> {
+    let nodes: Vec<f64> = (0..=elements).map(|i| length * f64::from(i) / f64::from(elements)).collect();
+    reduced(length, GROWTH_TIME).growth(Ongoing(UniformGrowth { zone_length: 1.0, time: GROWTH_TIME })).nodes(&nodes)
+}
+
+/// The leading mode of a shoot about its stationary state.
+fn mode(shoot: &Shoot<DynLaws>) -> Root {
+    Linearisation::about(shoot).unwrap().rightmost().unwrap()
+}
+
+/// A family of shoots along a parameter. All families are of one type, so that branches are compiled once for each solver.
+fn family(
+    shoots: impl Fn(f64) -> Result<Shoot<DynLaws>, CycleError> + 'static,
+) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
+    shared_family(Rc::new(shoots))
+}
+
+/// This function is not generic: its closure has the same type for all families.
+fn shared_family(
+    shoots: Rc<dyn Fn(f64) -> Result<Shoot<DynLaws>, CycleError>>,
+) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
+    move |parameter| shoots(parameter)
+}
+
+/// Fails unless two complex numbers of a case differ by at most the tolerance. `approx` compares no complex numbers without a feature.
+#[track_caller]
+fn assert_complex_eq(case: impl Display, a: Complex<f64>, b: Complex<f64>, tolerance: f64) {
+    assert!(abs_diff_eq!((a - b).norm(), 0.0, epsilon = tolerance), "{case}: {a} against {b}, tolerance {tolerance:e}");
+}
