@@ -15,6 +15,8 @@ use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::{Complex, Vector3};
 use proptest::prelude::*;
 
+use crate::fixtures::random::number;
+use crate::fixtures::rods::cases;
 use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
 /// The shoot of a constant length (m) with the given tropisms on a tilted base (rad).
@@ -321,7 +323,8 @@ fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 50, failure_persistence: None, ..ProptestConfig::default() })]
+    // The search of the half-plane takes up to seconds for a shoot. `MORPHOROD_CASES` draws more.
+    #![proptest_config(cases(number("MORPHOROD_CASES", 10) as u32))]
     #[test]
     fn number_of_unstable_roots_agrees_with_a_search_of_the_half_plane(
         beta in 0.3..1.5_f64,

@@ -1,6 +1,7 @@
 //! Runs with a tolerance: the adaptive integrator keeps it, and its estimate is near the true
 //! error.
 
+use crate::fixtures::random::number;
 use crate::fixtures::shoots;
 use std::f64::consts::FRAC_PI_2;
 
@@ -187,7 +188,7 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
 /// draws more shoots and prints their errors and estimates.
 #[test]
 fn random_shoots_keep_the_tolerance() {
-    let cases: u64 = std::env::var("MORPHOROD_CASES").map_or(24, |cases| cases.parse().unwrap());
+    let cases: u64 = number("MORPHOROD_CASES", 12);
     let verdicts: Vec<Verdict> = (11..11 + cases).filter_map(random_shoot).collect();
     let count = |holds: &dyn Fn(&Verdict) -> bool| verdicts.iter().filter(|verdict| holds(verdict)).count();
     let (all, kept) = (verdicts.len(), count(&|(kept, _)| *kept));
