@@ -323,7 +323,8 @@ fn unstable(problem: &Continuous) -> (Vec<Unstable>, f64) {
 }
 
 proptest! {
-    // The search of the half-plane takes up to seconds for a shoot. `MORPHOROD_CASES` draws more.
+    // The search of the half-plane takes up to seconds for a shoot. Ten shoots find a defect that shows in
+    // one shoot of six with a probability of 0.84, and every run draws others. `MORPHOROD_CASES` draws more.
     #![proptest_config(cases(number("MORPHOROD_CASES", 10) as u32))]
     #[test]
     fn number_of_unstable_roots_agrees_with_a_search_of_the_half_plane(

@@ -4,7 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::fixtures::shoots::{DAY, HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering};
-use approx::{assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq, assert_relative_ne};
+use approx::{assert_abs_diff_eq, assert_relative_eq, assert_relative_ne};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Timoshenko, Tissue};
 use morphorod::equilibrium::EquilibriumError;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -63,7 +63,7 @@ fn resumed_run_of_a_stretching_shoot_repeats_the_uninterrupted_run() {
     let _ = run.advance(&mut shoot, 4.0 * HOUR).unwrap();
     let (s, line) = (shoot.rod().length(), shoot.rod().centre_line_length());
     // The centre line is stretched visibly.
-    assert_relative_ne!(line, s, epsilon = 0.0, max_relative = 1e-3);
+    assert!((line / s - 1.0).abs() > 1e-3, "{line} m of {s} m");
     let state: State = postcard::from_bytes(&postcard::to_allocvec(shoot.state()).unwrap()).unwrap();
     assert_eq!(&state, shoot.state());
     let mut resumed = lignifying().build().unwrap();
@@ -95,7 +95,7 @@ fn boxed_and_graded_stretching_laws_give_the_same_shoot() {
     };
     let direct = build(Box::new(soft()));
     // Shear and stretch move the tip visibly.
-    assert_abs_diff_ne!(direct, build(Box::new(YOUNG)), epsilon = 1e-3 * 0.05);
+    assert!((direct - build(Box::new(YOUNG))).norm() > 1e-3 * 0.05);
     // Twice a law of half the moduli: factors that are powers of two change no bit.
     let half = Timoshenko {
         law: LinearElastic { youngs_modulus: 0.5 * YOUNG.youngs_modulus, ..YOUNG },
