@@ -1,9 +1,10 @@
 //! Periodic orbits of shoots, their multipliers and their branches.
 
-mod bad_cycles;
+mod absent_orbits;
 mod branches;
 mod circular_orbit;
 mod cycles;
+mod extreme_orbits;
 mod rosettes;
 
 use std::fmt::Display;
