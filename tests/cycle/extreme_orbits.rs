@@ -1,9 +1,9 @@
 //! Periodic orbits of extreme shoots, and invalid guesses, settings and orbits: the solvers return an
 //! orbit, or an error that names the cause, in bounded time.
 
-use super::absent_orbits::{Growth, LENGTH, MODE, Place, Plan, both, both_from, memories, plan, refused, within};
 use std::sync::{Arc, LazyLock};
 
+use super::absent_orbits::{Growth, LENGTH, MODE, Place, Plan, both, both_from, memories, plan, refused, within};
 use super::assert_complex_eq;
 use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};

@@ -5,6 +5,7 @@ mod branches;
 mod circular_orbit;
 mod cycles;
 mod extreme_orbits;
+mod orbits_in_time;
 mod rosettes;
 
 use std::fmt::Display;
