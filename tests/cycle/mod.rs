@@ -6,6 +6,7 @@ mod circular_orbit;
 mod cycles;
 mod extreme_orbits;
 mod orbits_in_time;
+mod relative_orbits;
 mod rosettes;
 
 use std::fmt::Display;
