@@ -2,6 +2,7 @@
 
 mod orbit;
 mod orbit_swelling;
+mod simulated_orbits;
 mod tracked_files;
 mod tracked_noise;
 mod tracked_paths;
