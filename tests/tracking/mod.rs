@@ -1,5 +1,6 @@
 //! Analysis of measured and simulated tip tracks.
 
+mod drift_and_windows;
 mod orbit;
 mod orbit_swelling;
 mod simulated_orbits;
