@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::fixtures::random::{Draw, circle, path};
+use crate::fixtures::shoots::{HOUR, MINUTE};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::orbit::{OrbitError, PlanePath, Search};
 use nalgebra::Vector2;
