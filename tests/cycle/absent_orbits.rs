@@ -1,11 +1,11 @@
-//! Shoots without periodic orbits: the solvers return an error that names the cause, in bounded time.
+//! Shoots without periodic orbits: the solvers return an error that names the cause, in bounded
+//! time.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
-use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, steering};
 use morphorod::cycle::{CircularOrbit, CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
 use morphorod::growth::GrowthLaw;
@@ -119,7 +119,8 @@ pub(super) fn memories(time: f64, delay: f64) -> impl TropismLaw + Send + Sync {
     )
 }
 
-/// Returns the answer. Fails unless it comes without a panic within 60 s, ten times the slowest one on a busy core.
+/// Returns the answer. Fails unless it comes without a panic within 60 s, ten times the slowest one
+/// on a busy core.
 pub(super) fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T + Send + 'static) -> T {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -134,8 +135,8 @@ pub(super) type Answers = (Result<CircularOrbit, CycleError>, Result<PeriodicOrb
 /// A shoot and its name.
 type Case = (&'static str, fn() -> Shoot<DynLaws>);
 
-/// Answers of both solvers for a shoot, from the mode of the plain shoot. Checks that the numbers of an orbit are finite, and that
-/// its roots or multipliers are finite or refused.
+/// Answers of both solvers for a shoot, from the mode of the plain shoot. Checks that the numbers
+/// of an orbit are finite, and that its roots or multipliers are finite or refused.
 pub(super) fn both(what: &str, shoot: impl FnOnce() -> Shoot<DynLaws> + Send + 'static) -> Answers {
     both_from(what, shoot, |_| MODE.clone())
 }
@@ -218,8 +219,8 @@ fn with_a_short_delay_no_orbit_is_found() {
     assert_none_found("a short delay", || Plan::steered(memories(12.0 * MINUTE, 1.0)));
 }
 
-/// Without tropism any strain is stationary. The solver of the variables, of which there are none, once panicked, and the stationary
-/// strain was returned as an orbit.
+/// Any strain is stationary if there is no tropism. A shoot without variables once caused a panic
+/// in their solver, and the stationary strain was returned as an orbit.
 #[test]
 fn without_tropism_no_orbit_is_found() {
     let (circle, plane) = both("no tropism", || Plan::steered(()));
@@ -235,7 +236,8 @@ fn elongating_shoots_are_refused() {
     assert!(matches!(plane, Err(CycleError::Elongates)), "{plane:?}");
 }
 
-/// An oscillator, a rotating force, a clinostat and increasing growth: the solvers for autonomous shoots do not know their periods.
+/// An oscillator, a rotating force, a clinostat and increasing growth: the solvers for autonomous
+/// shoots do not know their periods.
 #[test]
 fn time_dependent_shoots_are_refused() {
     /// Responds to the strain with a gain that oscillates, which has no effect on a straight shoot.
@@ -314,7 +316,8 @@ fn laws_with_non_finite_gradients_are_refused() {
     }
 }
 
-/// The twist is no unknown of either solver. Laws whose gradient has a twist were once solved without it.
+/// The twist is no unknown of either solver. Laws whose gradient has a twist were once solved
+/// without it.
 #[test]
 fn laws_with_a_gradient_of_twist_are_refused() {
     let twist = || Plan::steered((steering(SettledStatoliths), Constant(Vector3::new(0.0, 0.0, 1.0))));

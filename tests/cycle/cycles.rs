@@ -29,7 +29,8 @@ fn without_trivial(set: &mut Vec<Multiplier>) -> f64 {
     defect(&set.remove(at))
 }
 
-/// The leading multipliers in the plane of a swing and out of it, without the trivial ones, and the larger defect of the trivial ones.
+/// The leading multipliers in the plane of a swing and out of it, without the trivial ones, and the
+/// larger defect of the trivial ones.
 pub(super) fn multipliers(shoot: &Shoot<DynLaws>, orbit: &PeriodicOrbit) -> ([Complex<f64>; 2], f64) {
     let mut sets = orbit.multipliers(shoot, 16).unwrap();
     let defect = sets.iter_mut().map(without_trivial).fold(0.0, f64::max);
@@ -42,7 +43,8 @@ fn circular_orbits_are_the_exact_ones() {
         let length = 0.0657 + (0.078 - 0.0657) * f64::from(k) / 15.0;
         let (radius, height) = exact_orbit(length);
         let orbit = circle(&plain(length, 12), 0.8 * radius);
-        // Promised: 1e-9 of radius and height, 1e-10 of the rate. Twelve elements of order eight leave 2e-10.
+        // Promised: 1e-9 of radius and height, 1e-10 of the rate. Twelve elements of order eight
+        // leave 2e-10.
         let equal = relative_eq!(orbit.radius(), radius, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: radius {} against {radius}", orbit.radius());
         let equal = abs_diff_eq!(orbit.height(), height, epsilon = 1e-9 * length);
@@ -64,7 +66,8 @@ fn the_roots_of_circular_orbits_have_their_known_values() {
         let found = orbit.roots(&shoot, 12).unwrap();
         assert_eq!(found.unstable(), 0);
         for (root, known) in found.roots.iter().zip(roots) {
-            // Promised: 1e-6. The tables have ten digits. Differences of equilibria leave 1e-9 of the magnitude of the root.
+            // Promised: 1e-6. The tables have ten digits. Differences of equilibria leave 1e-9 of
+            // the magnitude of the root.
             assert_complex_eq(length, root.value * HOUR, known, 1e-8 * known.norm().max(1.0));
             // The return map, another method, has the order of 16 intervals of six points.
             assert!(root.difference * HOUR < 2e-5, "{length}: {:e}", root.difference * HOUR);
@@ -82,7 +85,8 @@ fn the_circular_orbit_with_statoliths_has_its_known_values() {
     assert_relative_eq!(1e3 * orbit.radius(), 29.4264635251, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(1e3 * orbit.height(), 56.0385542275, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(orbit.period() / MINUTE, 92.7509781920, epsilon = 0.0, max_relative = 1e-8);
-    // The orbit is not plane: the shoot twists elastically by up to 0.04 1/m. The growth has no twist.
+    // The orbit is not plane: the shoot twists elastically by up to 0.04 1/m. The growth has no
+    // twist.
     let twist = |e: usize, g: usize| orbit.rod.strain(e, g).unwrap().z.abs();
     let largest = (0..8).flat_map(|e| (0..4).map(move |g| (e, g))).map(|(e, g)| twist(e, g)).fold(0.0, f64::max);
     assert!((0.035..0.045).contains(&largest), "{largest}");
@@ -111,8 +115,9 @@ struct KnownSwing {
 }
 
 impl KnownSwing {
-    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period. Six elements leave 1e-9 of the
-    /// excursion. More intervals are necessary where the shoot almost buckles during its swing.
+    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period.
+    /// Six elements leave 1e-9 of the excursion. More intervals are necessary where the shoot
+    /// almost buckles during its swing.
     fn assert_found(&self, elements: u32, intervals: usize) {
         let shoot = plain(self.length, elements);
         let orbit = swing(&shoot, 1e-3 * self.excursion, intervals);
@@ -121,7 +126,8 @@ impl KnownSwing {
         assert_relative_eq!(1e3 * largest, self.excursion, epsilon = 0.0, max_relative = 1e-8);
         assert_relative_eq!(orbit.period / MINUTE, self.period, epsilon = 0.0, max_relative = 1e-8);
         if let Some(height) = self.height {
-            // At the largest excursion the height changes in time, and its error is of first order in the error of the time there.
+            // At the largest excursion the height changes in time, and its error is of first order
+            // in the error of the time there.
             assert_relative_eq!(1e3 * rod.tip().z, height, epsilon = 0.0, max_relative = 1e-8);
         }
         let (found, defect) = multipliers(&shoot, &orbit);
@@ -189,8 +195,8 @@ pub(super) fn swing_at_7_40_cm_has_its_known_values() {
     .assert_found(6, 64);
 }
 
-/// The error of a map of s Radau points in an interval decreases at least with the power s + 1 of the interval, at points inside the
-/// intervals too, where delays read.
+/// The error of a map of s Radau points in an interval decreases at least with the power s + 1 of
+/// the interval, at points inside the intervals too, where delays read.
 #[test]
 fn multipliers_converge_with_the_number_of_intervals() {
     let shoot = plain(0.067, 4);
@@ -206,7 +212,8 @@ fn multipliers_converge_with_the_number_of_intervals() {
     }
 }
 
-/// An orbit is a good initial guess for the same orbit on twice the intervals, and the change estimates the error of the first.
+/// An orbit is a good initial guess for the same orbit on twice the intervals, and the change
+/// estimates the error of the first.
 #[test]
 fn coarse_orbit_is_refined_on_twice_the_intervals() {
     let shoot = plain(0.067, 4);
@@ -235,12 +242,14 @@ fn near_the_onset_the_swing_is_wider_than_the_circle_by_the_root_of_four_thirds(
         let (amplitude, _) = swing(&shoot, (1.028 * beyond).sqrt(), 12).largest_excursion(&shoot).unwrap();
         (amplitude / radius).powi(2)
     };
-    // The ratio is linear in the length to first order: extrapolation from two lengths cancels that term.
+    // The ratio is linear in the length to first order: extrapolation from two lengths cancels that
+    // term.
     let [near, far] = [4e-6, 8e-6].map(ratio);
     assert_abs_diff_eq!(2.0 * near - far, 4.0 / 3.0, epsilon = 1e-4);
 }
 
-/// At 2e-4 cm beyond the onset the upright shoot has the growth rate μ. The roots are −μ and −2μ of the circle, −2μ and 2μ/3 of the swing.
+/// At 2e-4 cm beyond the onset the upright shoot has the growth rate μ. The roots are −μ and −2μ of
+/// the circle, −2μ and 2μ/3 of the swing.
 #[test]
 fn near_the_onset_roots_are_multiples_of_the_growth_rate_of_the_upright_shoot() {
     let shoot = plain(ONSET + 2e-6, 8);
@@ -263,7 +272,8 @@ fn a_third_of_the_amplitude_is_a_sufficient_initial_guess() {
     for (length, amplitude) in [(0.0659, 0.0168), (0.0670, 0.0342), (0.0690, 0.0469)] {
         let shoot = plain(length, 4);
         let [third, whole] = [1.0 / 3.0, 1.0].map(|share| swing(&shoot, share * amplitude, 24).period);
-        // Both are found to 1e-10. The phases of their grids differ, and 24 intervals leave less than that.
+        // The two orbits are found to 1e-10. The phases of their grids differ, and 24 intervals
+        // leave less than that.
         let equal = relative_eq!(third, whole, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: periods {third} and {whole}");
         let [third, whole] = [1.0 / 3.0, 1.0].map(|share| circle(&shoot, share * amplitude).radius());

@@ -1,5 +1,5 @@
-//! Periodic orbits of extreme shoots, and invalid guesses, settings and orbits: the solvers return an
-//! orbit, or an error that names the cause, in bounded time.
+//! Periodic orbits of extreme shoots, and invalid guesses, settings and orbits: the solvers return
+//! an orbit, or an error that names the cause, in bounded time.
 
 use std::sync::{Arc, LazyLock};
 
@@ -14,8 +14,9 @@ use morphorod::tropism::{SettledStatoliths, Statoliths, TropismLaw};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Complex, Vector3};
 
-/// Stiff laws: disturbances that decay immediately must not reappear as multipliers. With Gauss points, statoliths that settle in a
-/// millisecond had a multiplier of 0.996 at every material point.
+/// Stiff laws: disturbances that decay immediately must not reappear as multipliers. With Gauss
+/// points, statoliths that settle in a millisecond had a multiplier of 0.996 at every material
+/// point.
 #[test]
 fn fast_statoliths_have_the_multipliers_of_settled_ones() {
     let leading = |tropism: fn() -> Arc<dyn TropismLaw + Send + Sync>| {
@@ -30,7 +31,8 @@ fn fast_statoliths_have_the_multipliers_of_settled_ones() {
     let (same, fast) = leading(|| Arc::new(steering(Statoliths { avalanche_time: 1e-3 })));
     // The avalanche adds about its time to a reaction of 12 min: a relative change of 1e-6.
     assert_relative_eq!(same, period, epsilon = 0.0, max_relative = 3e-6);
-    // By harmonic balance and by spectral steps, on finer elements. The error of four elements is less than 1e-8.
+    // Computed by harmonic balance and by spectral steps, on finer elements. The error of four
+    // elements is less than 1e-8.
     assert_abs_diff_eq!(period / MINUTE, 87.661_715_125, epsilon = 1e-6);
     for (one, known) in [(settled[0][1], 0.657_775_328), (settled[1][0], 1.166_270_117)] {
         assert_complex_eq("settled", one, Complex::from(known), 1e-6);
@@ -41,16 +43,18 @@ fn fast_statoliths_have_the_multipliers_of_settled_ones() {
     }
 }
 
-/// Fails unless the circle has the exact rate of equal memories. The past must be kept as long as it is read, also when the period changes
-/// between iterations.
+/// Fails unless the circle has the exact rate of equal memories. The past must be kept as long as
+/// it is read, also when the period changes between iterations.
 fn assert_exact_rate(what: &str, time: f64, delay: f64) {
     let (circle, plane) = both(what, move || Plan::steered(memories(time, delay)));
     let circle = circle.unwrap();
-    // With equal memories the rate satisfies ωτr + atan ωτm = π/2 + 2πn, whatever the shape. The tolerance is the solver's 1e-11 times the
-    // sensitivity of the rate to a small change of the strain.
+    // With equal memories the rate satisfies ωτr + atan ωτm = π/2 + 2πn, whatever the shape. The
+    // tolerance is the solver's 1e-11 times the sensitivity of the rate to a small change of the
+    // strain.
     let turns = (circle.rate * delay + (circle.rate * time).atan()) / std::f64::consts::TAU - 0.25;
     assert!(abs_diff_eq!(turns, turns.round(), epsilon = 1e-9), "{what}: {turns}");
-    // A swing in the plane lasts as long as a circle, up to the fourth power of the amplitude: a percent.
+    // A swing in the plane lasts as long as a circle, up to the fourth power of the amplitude: a
+    // percent.
     let plane = plane.unwrap();
     let equal = relative_eq!(plane.period, circle.period(), epsilon = 0.0, max_relative = 0.02);
     assert!(equal, "{what}: {} against {}", plane.period, circle.period());
@@ -90,7 +94,7 @@ fn invalid_initial_guesses_are_refused_by_name() {
             assert!(matches!(solve(&Turning::of_mode(root, amplitude)), Err(CycleError::Stationary { .. })));
         }
         assert!(matches!(swing(root, 1e-9), Err(CycleError::Stationary { .. })));
-        // Such a shape has no equilibrium on these elements.
+        // A shape of such an amplitude has no equilibrium on these elements.
         for amplitude in [10.0, 1e300] {
             assert!(matches!(solve(&Turning::of_mode(root, amplitude)), Err(CycleError::Equilibrium(_))));
             assert!(matches!(swing(root, amplitude), Err(CycleError::Equilibrium(_))));
@@ -159,7 +163,8 @@ static SWING: LazyLock<(Shoot<DynLaws>, PeriodicOrbit)> = LazyLock::new(|| {
     (shoot, swing)
 });
 
-/// A tolerance below the rounding error is never reached, and the solver must not report that it was.
+/// A tolerance below the rounding error is never reached, and the solver must not report that it
+/// was.
 #[test]
 fn circular_solver_reports_when_its_bounds_are_reached() {
     within("bounds", || {
@@ -171,7 +176,8 @@ fn circular_solver_reports_when_its_bounds_are_reached() {
     });
 }
 
-/// The delay ends inside the interval from which it reads: the solver iterates until the values read and computed agree.
+/// The delay ends inside the interval from which it reads: the solver iterates until the values
+/// read and computed agree.
 #[test]
 fn swing_on_a_single_interval_of_twelve_points_has_its_period() {
     within("one interval", || {
@@ -201,7 +207,8 @@ fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
         let mirror = |u: &Vector3<f64>| Vector3::new(u.x, -u.y, u.z);
         let mirrored = Turning { rate: -start.rate, strain: start.strain.iter().map(mirror).collect() };
         let [one, other] = [&start, &mirrored].map(|start| CircularSolver::default().solve(&shoot, start).unwrap());
-        // Both are known to the tolerance, 1e-11 of the gradient. The error of the radius is larger by a factor of order one.
+        // The rates are known to the tolerance, 1e-11 of the gradient. The error of the radius is
+        // larger by a factor of order one.
         assert_relative_eq!(one.rate, -other.rate, epsilon = 0.0, max_relative = 1e-9);
         assert_abs_diff_eq!(one.radius(), other.radius(), epsilon = 1e-9 * LENGTH);
         let [a, b] = [&one, &other].map(|orbit| orbit.roots(&shoot, 12).unwrap().roots);

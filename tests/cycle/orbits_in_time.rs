@@ -17,7 +17,8 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Model, Shoot};
 use nalgebra::{Complex, Vector3};
 
-/// The integrator in time, another method: a small disturbance out of the plane grows by the multiplier in each swing.
+/// The integrator in time, another method: a small disturbance out of the plane grows by the
+/// multiplier in each swing.
 #[test]
 fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
     let mut shoot = plain(0.067, 4);
@@ -26,8 +27,8 @@ fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
     let (_, rod) = orbit.largest_excursion(&shoot).unwrap();
     let about = if rod.tip().x.abs() > rod.tip().y.abs() { 0 } else { 1 };
     let history = orbit.enter(&mut shoot).unwrap();
-    // The bend of the swing is 10 1/m. At the end the disturbance is 1e-3 of it, and changes its own growth by the square of that. The
-    // error of an equilibrium is 1e-8 of the bend.
+    // The bend of the swing is 10 1/m. At the end the disturbance is 1e-3 of it, and changes its
+    // own growth by the square of that. The error of an equilibrium is 1e-8 of the bend.
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::ith(about, 2e-3));
     let mut run = MethodOfSteps::with_solver(orbit.period / 240.0, NewtonSolver::with_tolerance(1e-11));
     run.start(&mut shoot, &history).unwrap();
@@ -37,13 +38,15 @@ fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
         run.advance(&mut shoot, f64::from(k) * orbit.period).unwrap();
         seen.push(aside(&shoot));
     }
-    // The part of the disturbance that rotates the swing is constant at the same phase, and differences from swing to swing are free of
-    // it. The first eight swings contain decaying parts with multipliers of 0.24, of which 1e-5 is left.
+    // The part of the disturbance that rotates the swing is constant at the same phase, and
+    // differences from swing to swing are free of it. The first eight swings contain decaying parts
+    // with multipliers of 0.24, of which 1e-5 is left.
     let growth = ((seen[18] - seen[17]) / (seen[8] - seen[7])).powf(0.1);
     assert_relative_eq!(growth, multiplier.re, epsilon = 0.0, max_relative = 1e-4);
 }
 
-/// Light from a lamp above the shoot, at a finite distance: tissue perceives the direction to the lamp.
+/// Light from a lamp above the shoot, at a finite distance: tissue perceives the direction to the
+/// lamp.
 struct Lamp(Vector3<f64>);
 
 impl Perception for Lamp {
@@ -92,7 +95,8 @@ fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
     assert!(orbit.period > 0.9 * TAU / rate());
 }
 
-/// A weak oscillator below the onset: the orbit is the linear response, and a run in time converges to it.
+/// A weak oscillator below the onset: the orbit is the linear response, and a run in time converges
+/// to it.
 #[test]
 fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     let (alpha, period) = (1e-3, 24.0 * MINUTE);
@@ -126,7 +130,8 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     assert_abs_diff_eq!(driven.tip(), before, epsilon = 1e-4 * excursion);
 }
 
-/// The history of an orbit does not define variables without a time, and laws with other variables are refused.
+/// The history of an orbit does not define variables without a time, and laws with other variables
+/// are refused.
 #[test]
 fn history_of_an_orbit_is_refused_by_other_laws() {
     let mut swinging = plain(0.067, 4);
@@ -134,7 +139,8 @@ fn history_of_an_orbit_is_refused_by_other_laws() {
     let site = Site::new(swinging.environment(), swinging.rod().frames()[0], swinging.rod());
     let mut variables = [f64::INFINITY; 4];
     history.variables(swinging.model().tropism(), f64::NAN, &site, &[], &mut variables);
-    // Other laws have seven variables and not four. The history has no values for them and invents none.
+    // Other laws have seven variables and not four. The history has no values for them and invents
+    // none.
     let mut others = shoot(0.067, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     let refused = MethodOfSteps::new(60.0).start(&mut others, &history);
     assert!(matches!(refused, Err(IntegrationError::NotFinite { .. })), "{refused:?}");

@@ -16,7 +16,8 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Complex, Vector3};
 
-/// The shoot of 6.7 cm, bent about an axis that is no director's and released. After five hours it is near the swing about that axis.
+/// The shoot of 6.7 cm, bent about an axis that is no director's and released. After five hours it
+/// is near the swing about that axis.
 static RELEASED: LazyLock<Shoot<DynLaws>> = LazyLock::new(|| {
     let mut run = PLAIN.shoot.clone();
     run.set_intrinsic(|_| Vector3::new(3.0, 8.0, 0.0));
@@ -50,7 +51,8 @@ fn bent_shoot_without_a_past_is_an_initial_guess() {
     assert_relative_eq!(found.period, PLAIN.swing.period, epsilon = 0.0, max_relative = 1e-9);
 }
 
-/// Rounding errors of the shape must not make the solver for forced orbits leave the stationary state.
+/// Rounding errors of the shape must not make the solver for forced orbits leave the stationary
+/// state.
 #[test]
 fn forced_orbit_of_a_shoot_without_forcing_is_stationary() {
     let mut still = PLAIN.shoot.clone();
@@ -99,7 +101,8 @@ fn invalid_angles_and_runs_are_refused_by_name() {
     assert!(parameter(error, "levels of the history of the run"));
 }
 
-/// Tissue that remembers how far it bends about the direction in which it leans: zero on a swing, and of opposite sign in its mirror image.
+/// Tissue that remembers how far it bends about the direction in which it leans: zero on a swing,
+/// and of opposite sign in its mirror image.
 struct Sidelong {
     declared: bool,
 }
@@ -132,7 +135,8 @@ impl TropismLaw for Sidelong {
 /// Pseudoscalars were once taken for quantities that a reflection leaves unchanged.
 #[test]
 fn variables_of_opposite_sign_in_the_mirror_image_change_only_rates_out_of_the_plane() {
-    // The rates in the plane and out of it, for a law that declares how its variables rotate and for one that does not.
+    // The rates in the plane and out of it, for a law that declares how its variables rotate and
+    // for one that does not.
     let [known, unknown] = [true, false].map(|declared| {
         let shoot =
             shoot(0.067, 4).tropism((steering(SettledStatoliths), Sidelong { declared })).into_dyn().build().unwrap();
@@ -228,11 +232,12 @@ fn mode_that_is_straight_at_its_start_leads_to_the_same_swing() {
     assert_relative_eq!(found.period, PLAIN.swing.period, epsilon = 0.0, max_relative = 1e-9);
 }
 
-/// The same shoot on two elements. They suffice to compare relative orbits with the swing on the same mesh.
+/// The same shoot on two elements. They suffice to compare relative orbits with the swing on the
+/// same mesh.
 static COARSE: LazyLock<Plain> = LazyLock::new(|| Plain::new(2));
 
-/// Solves with a guess of the angle (rad) for a relative orbit. An orbit that is found lasts a number of half swings, and its angle is
-/// that number of half turns. Returns this number.
+/// Solves with a guess of the angle (rad) for a relative orbit. An orbit that is found lasts a
+/// number of half swings, and its angle is that number of half turns. Returns this number.
 fn half_swings(guess: f64) -> Option<f64> {
     let Plain { shoot, root, swing } = &*COARSE;
     let found = turning(8, guess).from_mode(shoot, root, 0.034).ok()?;
@@ -250,8 +255,9 @@ fn guesses_of_the_angle_near_half_a_turn_lead_to_half_a_swing() {
     }
 }
 
-/// Iterations from such guesses pass ever shorter periods, which need more intervals of the past. A linearisation of the earlier size was
-/// once kept there, with a panic. Errors are accepted here, wrong orbits are not.
+/// Iterations from such guesses pass ever shorter periods, which need more intervals of the past. A
+/// linearisation of the earlier size was once kept there, with a panic. Errors are accepted here,
+/// wrong orbits are not.
 #[test]
 fn guesses_of_the_angle_far_from_half_a_turn_lead_to_no_wrong_orbit() {
     for guess in [0.6, 1.6, 2.8, 3.4] {

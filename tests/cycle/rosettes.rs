@@ -17,8 +17,9 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Section, Shoot};
 use nalgebra::Rotation2;
 
-/// Tissue that responds to the vertical in a direction that is rotated by a small angle (rad): the shoot winds.
-pub(super) struct Askew(f64);
+/// Tissue that responds to the vertical in a direction that is rotated by a small angle (rad): the
+/// shoot winds.
+pub(super) struct Askew(pub(super) f64);
 
 impl Perception for Askew {
     type Signal = [f64; 2];
@@ -70,8 +71,8 @@ pub(super) fn excursion(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> f64 {
     orbit.largest_excursion(shoot).unwrap().0
 }
 
-/// The largest growth rates of disturbances in the plane and out of it (1/h), without the trivial ones, and the larger defect of the
-/// trivial multipliers.
+/// The largest growth rates of disturbances in the plane and out of it (1/h), without the trivial
+/// ones, and the larger defect of the trivial multipliers.
 pub(super) fn rates(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> ([f64; 2], f64) {
     let mut largest = 0.0_f64;
     let rates = orbit.multipliers(shoot, 16).unwrap().map(|mut set| {
@@ -84,8 +85,8 @@ pub(super) fn rates(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> ([f64; 2],
     (rates, largest)
 }
 
-/// Compares half a swing with the whole one. Known are the length (m), excursion (mm), period (min), and rates in the plane and out of
-/// it (1/h), those of `cycles`.
+/// Compares half a swing with the whole one. Known are the length (m), excursion (mm), period
+/// (min), and rates in the plane and out of it (1/h), those of `cycles`.
 fn assert_half_swing(length: f64, largest: f64, period: f64, known: [f64; 2]) {
     let shoot = shoot(length, 8).into_dyn().build().unwrap();
     let root = mode(&shoot);
@@ -118,23 +119,25 @@ fn half_a_swing_at_6_70_cm_has_the_values_of_the_whole_swing() {
     assert_half_swing(0.0670, 34.194086156, 87.661715125, [-0.2867102380, 0.1052756418]);
 }
 
-/// The rotation of a half swing applies to variables that rotate as vectors, here the normals of statoliths.
+/// The rotation of a half swing applies to variables that rotate as vectors, here the normals of
+/// statoliths.
 #[test]
 fn half_a_swing_with_statoliths_is_half_of_the_whole_swing() {
     let shoot = shoot(0.0670, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     let root = mode(&shoot);
     let half = turning(8, PI).from_mode(&shoot, &root, 0.04).unwrap();
     let whole = PeriodicSolver::default().from_mode(&shoot, &root, 0.04).unwrap();
-    // Both are the same problem on the same grid, each solved to 1e-10.
+    // The two problems are the same on the same grid, each solved to 1e-10.
     assert_relative_eq!(2.0 * half.period, whole.period, epsilon = 0.0, max_relative = 1e-9);
     assert_relative_eq!(excursion(&half, &shoot), excursion(&whole, &shoot), epsilon = 0.0, max_relative = 1e-8);
     assert!(whole.period > 90.0 * MINUTE, "slower than without statoliths");
 }
 
-/// Near the onset, circles of the two senses of rotation have amplitudes z₊ and z₋ with ż± = z± (σ± − a |z±|² − 2a |z∓|²). The cross
-/// coefficients are twice the self coefficients (docs/cycles.md). Im a/Re a = κ is that of dσ/dℓ, since the period of circles does not
-/// depend on their radius. Then |z±|² = (2 Re σ∓ − Re σ±)/(3 Re a), and the phases change at the rates Im σ± − κ Re σ±. The plane of
-/// the swing rotates at half their difference.
+/// Near the onset, circles of the two senses of rotation have amplitudes z₊ and z₋ with ż± = z± (σ±
+/// − a |z±|² − 2a |z∓|²). The cross coefficients are twice the self coefficients (docs/cycles.md).
+/// Im a/Re a = κ is that of dσ/dℓ, since the period of circles does not depend on their radius.
+/// Then |z±|² = (2 Re σ∓ − Re σ±)/(3 Re a), and the phases change at the rates Im σ± − κ Re σ±. The
+/// plane of the swing rotates at half their difference.
 #[test]
 fn plane_of_swing_of_a_winding_shoot_rotates_at_the_predicted_rate() {
     let length = 0.0657;
@@ -209,7 +212,8 @@ fn bifurcations_of_circles(sense: f64) -> Vec<BranchPoint<CircularOrbit>> {
 static BIFURCATIONS: LazyLock<Vec<BranchPoint<CircularOrbit>>> =
     LazyLock::new(|| [1.0, -1.0].map(bifurcations_of_circles).concat());
 
-/// Circles that rotate against the sense of winding lose their stability, those that rotate with it do not.
+/// Circles that rotate against the sense of winding lose their stability, those that rotate with it
+/// do not.
 #[test]
 fn circles_against_the_winding_lose_stability_with_a_pair_of_twice_their_rate() {
     let [torus] = &BIFURCATIONS[..] else { panic!("{}", BIFURCATIONS.len()) };
@@ -218,19 +222,22 @@ fn circles_against_the_winding_lose_stability_with_a_pair_of_twice_their_rate() 
     assert_abs_diff_eq!(pair.im.abs() / torus.orbit.rate.abs(), 2.0, epsilon = 0.01);
 }
 
-/// Beyond the circle there are the same rosettes, a quarter of a turn later: the branch must not return them again.
+/// The same rosettes exist beyond the circle, a quarter of a turn later. The branch must not return
+/// them again.
 #[test]
 fn branch_of_rosettes_ends_at_the_torus_bifurcation_of_circles() {
     let straight = winding_shoots()(0.0).unwrap();
     let solver = turning(10, 0.0);
     let swing = solver.from_mode(&straight, &mode(&straight), 0.009).unwrap();
-    // The branch ends at an angle of 0.0035 and starts a good half of the way from the swing to there.
+    // The branch ends at an angle of 0.0035 and starts a good half of the way from the swing to
+    // there.
     let start = 0.002;
     let rosette = solver.from_orbit(&winding_shoots()(start).unwrap(), &swing).unwrap();
     let branch = Branch::from_orbit(solver, winding_shoots(), &rosette, start, 5e-4, 0.0..=LARGEST_ANGLE);
     let rosettes: Vec<_> = branch.unwrap().largest_step(0.1).unwrap().map(Result::unwrap).collect();
     assert!(rosettes.windows(2).all(|pair| pair[0].parameter < pair[1].parameter));
-    // The disturbance that moves a swing out of its plane grows here, too, and there is no bifurcation on the branch.
+    // The disturbance that moves a swing out of its plane grows here, too, and there is no
+    // bifurcation on the branch.
     assert!(rosettes.iter().all(|point| point.special.is_none() && point.unstable() == 1));
     assert!(rosettes.iter().all(|point| point.trivial < 1e-8));
     let torus = &BIFURCATIONS[0];

@@ -1,7 +1,6 @@
 //! Runs with a tolerance: the adaptive integrator keeps it, and its estimate is near the true
 //! error.
 
-use crate::fixtures::random::number;
 use crate::fixtures::shoots;
 use std::f64::consts::FRAC_PI_2;
 

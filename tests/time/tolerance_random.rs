@@ -2,7 +2,6 @@
 
 use super::tolerance::{LOOKS, distance, path};
 use crate::fixtures::random::number;
-use crate::fixtures::shoots;
 
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
 use morphorod::constitutive::{Lignifying, LinearElastic};
@@ -104,7 +103,7 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
     judge(make, end, tolerance)
 }
 
-/// `MORPHOROD_CASES=200 cargo test --workspace --test all tolerance::random -- --nocapture`
+/// `MORPHOROD_CASES=200 cargo test --workspace --test all time::tolerance_random:: -- --nocapture`
 /// draws more shoots and prints their errors and estimates.
 #[test]
 fn random_shoots_keep_the_tolerance() {
