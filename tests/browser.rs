@@ -7,9 +7,10 @@
 //!     --tip "$(cargo run --release --example live_page -- --tip 2)"
 //! ```
 //!
-//! A film is opened at three times: something is drawn, it differs from time to time, and the console is empty. The live page
-//! runs two hours: its tip is that of this machine, a slider that is moved changes it, and it is fast enough. Where no Chromium
-//! is installed the program says so, and that is no failure.
+//! The program opens a film at three times. It checks that the images are not empty and differ, and
+//! that the console is empty. The live page runs two hours. Its tip must agree with that of this
+//! machine, a slider must change it, and the simulation must be fast enough. If Chromium is not
+//! installed, the program reports this and returns no error.
 
 #[path = "../examples/common/mod.rs"]
 mod common;
@@ -27,13 +28,14 @@ type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 /// Largest pages, bytes.
 const FILM: u64 = 3_000_000;
 const LIVE: u64 = 2_000_000;
-/// Hours that the live page runs, the largest distance of its tip from that of this machine (m; only the mathematical functions
-/// differ), and hours that it has to simulate in a second.
+/// Hours that the live page runs, the largest distance of its tip from that of this machine (m;
+/// only the mathematical functions differ), and the smallest number of hours that it simulates in a
+/// second.
 const HOURS: f64 = 2.0;
 const SAME_TIP: f64 = 1e-9;
 const SPEED: f64 = 10.0;
-/// The colour of the growth zone. The shoot has so many pixels of it at least, of the 800 000, and as many change between two times;
-/// the legend has a third of that.
+/// Colour of the growth zone. At least `DRAWN` of the 800 000 pixels have it. At least `MOVED` of
+/// them change between two times. The legend has a third of `DRAWN`.
 const ZONE: [u8; 3] = [0, 158, 115];
 const DRAWN: usize = 300;
 const MOVED: usize = 100;
@@ -89,7 +91,7 @@ fn find(folder: &Path, visit: &mut impl FnMut(&Path)) -> Outcome {
     Ok(())
 }
 
-/// Refuses a page that is too large, or asks for something from elsewhere. Returns its text.
+/// Returns the text of a page, or an error if the page is too large or loads other files.
 fn check_page(file: &Path, most: u64) -> Outcome<String> {
     let (size, page) = (fs::metadata(file)?.len(), fs::read_to_string(file)?);
     if size >= most {

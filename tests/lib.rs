@@ -1,4 +1,4 @@
-//! Nothing but the chapters of the documentation whose programs need what only tests may: they are compiled and run from here.
+//! Chapters of the documentation whose programs need dependencies of the tests. They are compiled and run from here.
 
 /// Needs a format to write in.
 #[doc = include_str!("../docs/saving.md")]

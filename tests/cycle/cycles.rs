@@ -1,32 +1,23 @@
-//! Periodic orbits that solvers find, of the reduced model. Circular orbits are compared with the exact two-point problem. Swings, roots
-//! and multipliers are compared with numbers that were computed twice, by harmonic balance and spectral time steps, and by a
-//! characteristic matrix and a generator matrix.
-
-use std::f64::consts::TAU;
+//! Periodic orbits of the reduced model that the solvers find, compared with the exact two-point
+//! problem and with numbers that two other methods give.
 
 use super::{assert_complex_eq, mode, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, rate};
-use crate::fixtures::shoots::{ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
+use crate::fixtures::shoots::{HOUR, MINUTE, STATOLITHS, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use morphorod::cycle::{CircularOrbit, CircularSolver, CycleError, Multiplier, PeriodicOrbit, PeriodicSolver, Turning};
-use morphorod::equilibrium::NewtonSolver;
-use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, MethodOfSteps};
-use morphorod::stability::Linearisation;
-use morphorod::tropism::{
-    DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site, Source,
-};
-use morphorod::{DynLaws, Model, Shoot};
-use nalgebra::{Complex, Vector3};
+use morphorod::cycle::{CircularOrbit, CircularSolver, Multiplier, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::{DynLaws, Shoot};
+use nalgebra::Complex;
 
-fn plain(length: f64, elements: u32) -> Shoot<DynLaws> {
+pub(super) fn plain(length: f64, elements: u32) -> Shoot<DynLaws> {
     shoot(length, elements).into_dyn().build().unwrap()
 }
 
-fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> CircularOrbit {
+pub(super) fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> CircularOrbit {
     CircularSolver::default().solve(shoot, &Turning::of_mode(&mode(shoot), radius)).unwrap()
 }
 
-fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) -> PeriodicOrbit {
+pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) -> PeriodicOrbit {
     let solver = PeriodicSolver { intervals, ..PeriodicSolver::default() };
     solver.from_mode(shoot, &mode(shoot), amplitude).unwrap()
 }
@@ -38,8 +29,9 @@ fn without_trivial(set: &mut Vec<Multiplier>) -> f64 {
     defect(&set.remove(at))
 }
 
-/// The leading multipliers in the plane of a swing and out of it, without the trivial ones, and the larger defect of the trivial ones.
-fn multipliers(shoot: &Shoot<DynLaws>, orbit: &PeriodicOrbit) -> ([Complex<f64>; 2], f64) {
+/// The leading multipliers in the plane of a swing and out of it, without the trivial ones, and the
+/// larger defect of the trivial ones.
+pub(super) fn multipliers(shoot: &Shoot<DynLaws>, orbit: &PeriodicOrbit) -> ([Complex<f64>; 2], f64) {
     let mut sets = orbit.multipliers(shoot, 16).unwrap();
     let defect = sets.iter_mut().map(without_trivial).fold(0.0, f64::max);
     (sets.map(|set| set[0].value), defect)
@@ -51,7 +43,8 @@ fn circular_orbits_are_the_exact_ones() {
         let length = 0.0657 + (0.078 - 0.0657) * f64::from(k) / 15.0;
         let (radius, height) = exact_orbit(length);
         let orbit = circle(&plain(length, 12), 0.8 * radius);
-        // Promised: 1e-9 of radius and height, 1e-10 of the rate. Twelve elements of order eight leave 2e-10.
+        // Promised: 1e-9 of radius and height, 1e-10 of the rate. Twelve elements of order eight
+        // leave 2e-10.
         let equal = relative_eq!(orbit.radius(), radius, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: radius {} against {radius}", orbit.radius());
         let equal = abs_diff_eq!(orbit.height(), height, epsilon = 1e-9 * length);
@@ -73,7 +66,8 @@ fn the_roots_of_circular_orbits_have_their_known_values() {
         let found = orbit.roots(&shoot, 12).unwrap();
         assert_eq!(found.unstable(), 0);
         for (root, known) in found.roots.iter().zip(roots) {
-            // Promised: 1e-6. The tables have ten digits. Differences of equilibria leave 1e-9 of the magnitude of the root.
+            // Promised: 1e-6. The tables have ten digits. Differences of equilibria leave 1e-9 of
+            // the magnitude of the root.
             assert_complex_eq(length, root.value * HOUR, known, 1e-8 * known.norm().max(1.0));
             // The return map, another method, has the order of 16 intervals of six points.
             assert!(root.difference * HOUR < 2e-5, "{length}: {:e}", root.difference * HOUR);
@@ -91,7 +85,8 @@ fn the_circular_orbit_with_statoliths_has_its_known_values() {
     assert_relative_eq!(1e3 * orbit.radius(), 29.4264635251, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(1e3 * orbit.height(), 56.0385542275, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(orbit.period() / MINUTE, 92.7509781920, epsilon = 0.0, max_relative = 1e-8);
-    // The orbit is not plane: the shoot twists elastically by up to 0.04 1/m. The growth has no twist.
+    // The orbit is not plane: the shoot twists elastically by up to 0.04 1/m. The growth has no
+    // twist.
     let twist = |e: usize, g: usize| orbit.rod.strain(e, g).unwrap().z.abs();
     let largest = (0..8).flat_map(|e| (0..4).map(move |g| (e, g))).map(|(e, g)| twist(e, g)).fold(0.0, f64::max);
     assert!((0.035..0.045).contains(&largest), "{largest}");
@@ -120,8 +115,9 @@ struct KnownSwing {
 }
 
 impl KnownSwing {
-    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period. Six elements leave 1e-9 of the
-    /// excursion. More intervals are necessary where the shoot almost buckles during its swing.
+    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period.
+    /// Six elements leave 1e-9 of the excursion. More intervals are necessary where the shoot
+    /// almost buckles during its swing.
     fn assert_found(&self, elements: u32, intervals: usize) {
         let shoot = plain(self.length, elements);
         let orbit = swing(&shoot, 1e-3 * self.excursion, intervals);
@@ -130,7 +126,8 @@ impl KnownSwing {
         assert_relative_eq!(1e3 * largest, self.excursion, epsilon = 0.0, max_relative = 1e-8);
         assert_relative_eq!(orbit.period / MINUTE, self.period, epsilon = 0.0, max_relative = 1e-8);
         if let Some(height) = self.height {
-            // At the largest excursion the height changes in time, and its error is of first order in the error of the time there.
+            // At the largest excursion the height changes in time, and its error is of first order
+            // in the error of the time there.
             assert_relative_eq!(1e3 * rod.tip().z, height, epsilon = 0.0, max_relative = 1e-8);
         }
         let (found, defect) = multipliers(&shoot, &orbit);
@@ -146,7 +143,7 @@ impl KnownSwing {
 }
 
 #[test]
-fn swing_at_6_59_cm_has_its_known_values() {
+pub(super) fn swing_at_6_59_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0659,
         excursion: 16.766135125,
@@ -159,7 +156,7 @@ fn swing_at_6_59_cm_has_its_known_values() {
 }
 
 #[test]
-fn swing_at_6_70_cm_has_its_known_values() {
+pub(super) fn swing_at_6_70_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0670,
         excursion: 34.194086156,
@@ -172,7 +169,7 @@ fn swing_at_6_70_cm_has_its_known_values() {
 }
 
 #[test]
-fn swing_at_6_80_cm_has_its_known_values() {
+pub(super) fn swing_at_6_80_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0680,
         excursion: 41.972953586,
@@ -186,7 +183,7 @@ fn swing_at_6_80_cm_has_its_known_values() {
 
 /// This shoot almost buckles during its swing.
 #[test]
-fn swing_at_7_40_cm_has_its_known_values() {
+pub(super) fn swing_at_7_40_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0740,
         excursion: 56.7601829,
@@ -198,8 +195,8 @@ fn swing_at_7_40_cm_has_its_known_values() {
     .assert_found(6, 64);
 }
 
-/// The error of a map of s Radau points in an interval decreases at least with the power s + 1 of the interval, at points inside the
-/// intervals too, where delays read.
+/// The error of a map of s Radau points in an interval decreases at least with the power s + 1 of
+/// the interval, at points inside the intervals too, where delays read.
 #[test]
 fn multipliers_converge_with_the_number_of_intervals() {
     let shoot = plain(0.067, 4);
@@ -215,7 +212,8 @@ fn multipliers_converge_with_the_number_of_intervals() {
     }
 }
 
-/// An orbit is a good initial guess for the same orbit on twice the intervals, and the change estimates the error of the first.
+/// An orbit is a good initial guess for the same orbit on twice the intervals, and the change
+/// estimates the error of the first.
 #[test]
 fn coarse_orbit_is_refined_on_twice_the_intervals() {
     let shoot = plain(0.067, 4);
@@ -244,12 +242,14 @@ fn near_the_onset_the_swing_is_wider_than_the_circle_by_the_root_of_four_thirds(
         let (amplitude, _) = swing(&shoot, (1.028 * beyond).sqrt(), 12).largest_excursion(&shoot).unwrap();
         (amplitude / radius).powi(2)
     };
-    // The ratio is linear in the length to first order: extrapolation from two lengths cancels that term.
+    // The ratio is linear in the length to first order: extrapolation from two lengths cancels that
+    // term.
     let [near, far] = [4e-6, 8e-6].map(ratio);
     assert_abs_diff_eq!(2.0 * near - far, 4.0 / 3.0, epsilon = 1e-4);
 }
 
-/// At 2e-4 cm beyond the onset the upright shoot has the growth rate μ. The roots are −μ and −2μ of the circle, −2μ and 2μ/3 of the swing.
+/// At 2e-4 cm beyond the onset the upright shoot has the growth rate μ. The roots are −μ and −2μ of
+/// the circle, −2μ and 2μ/3 of the swing.
 #[test]
 fn near_the_onset_roots_are_multiples_of_the_growth_rate_of_the_upright_shoot() {
     let shoot = plain(ONSET + 2e-6, 8);
@@ -266,157 +266,18 @@ fn near_the_onset_roots_are_multiples_of_the_growth_rate_of_the_upright_shoot() 
     }
 }
 
-/// The integrator in time, another method: a small disturbance out of the plane grows by the multiplier in each swing.
-#[test]
-fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
-    let mut shoot = plain(0.067, 4);
-    let orbit = swing(&shoot, 0.034, 16);
-    let ([_, multiplier], _) = multipliers(&shoot, &orbit);
-    let (_, rod) = orbit.largest_excursion(&shoot).unwrap();
-    let about = if rod.tip().x.abs() > rod.tip().y.abs() { 0 } else { 1 };
-    let history = orbit.enter(&mut shoot).unwrap();
-    // The bend of the swing is 10 1/m. At the end the disturbance is 1e-3 of it, and changes its own growth by the square of that. The
-    // error of an equilibrium is 1e-8 of the bend.
-    shoot.set_intrinsic(|point| point.intrinsic + Vector3::ith(about, 2e-3));
-    let mut run = MethodOfSteps::with_solver(orbit.period / 240.0, NewtonSolver::with_tolerance(1e-11));
-    run.start(&mut shoot, &history).unwrap();
-    let aside = |shoot: &Shoot<DynLaws>| if about == 0 { shoot.tip().y } else { shoot.tip().x };
-    let mut seen = Vec::new();
-    for k in 0..=18 {
-        run.advance(&mut shoot, f64::from(k) * orbit.period).unwrap();
-        seen.push(aside(&shoot));
-    }
-    // The part of the disturbance that rotates the swing is constant at the same phase, and differences from swing to swing are free of
-    // it. The first eight swings contain decaying parts with multipliers of 0.24, of which 1e-5 is left.
-    let growth = ((seen[18] - seen[17]) / (seen[8] - seen[7])).powf(0.1);
-    assert_relative_eq!(growth, multiplier.re, epsilon = 0.0, max_relative = 1e-4);
-}
-
-/// Light from a lamp above the shoot, at a finite distance: tissue perceives the direction to the lamp.
-struct Lamp(Vector3<f64>);
-
-impl Perception for Lamp {
-    type Signal = [f64; 2];
-
-    fn declare(&self, to: &mut morphorod::tropism::Declaration) -> Source {
-        to.with_position().stimulus_pair()
-    }
-
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let light = site.along_directors(&(self.0 - site.position).normalize());
-        stimuli.copy_from_slice(&[light.x, light.y]);
-    }
-}
-
-#[test]
-fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
-    let lamp = Lamp(Vector3::z() * 0.5);
-    let mut shoot = shoot(0.068, 4)
-        .tropism((
-            DirectionalTropism { sensitivity: 0.8, perception: lamp }.remembered(MEMORY),
-            Proprioception { sensitivity: ETA }.remembered(MEMORY),
-        ))
-        .into_dyn()
-        .build()
-        .unwrap();
-    let circular = circle(&shoot, 0.03);
-    assert_eq!(circular.roots(&shoot, 12).unwrap().unstable(), 0);
-    // With equal memories the rate is that of every circular orbit, whatever the tissue perceives.
-    assert_relative_eq!(circular.rate, rate(), epsilon = 0.0, max_relative = 1e-10);
-
-    let orbit = swing(&shoot, 0.04, 16);
-    let ([_, outside], _) = multipliers(&shoot, &orbit);
-    assert!(outside.norm() > 1.1, "{outside}");
-    // Three swings in time end where they began, up to the error of the steps and its growth.
-    let history = orbit.enter(&mut shoot).unwrap();
-    let mut run = MethodOfSteps::new(orbit.period / 240.0);
-    run.start(&mut shoot, &history).unwrap();
-    let before = shoot.tip();
-    run.advance(&mut shoot, 3.0 * orbit.period).unwrap();
-    assert_abs_diff_eq!(shoot.tip(), before, epsilon = 1e-6 * 0.068);
-    // Half a swing later the tip is on the other side.
-    run.advance(&mut shoot, 3.5 * orbit.period).unwrap();
-    let mirrored = Vector3::new(-before.x, -before.y, before.z);
-    assert_abs_diff_eq!(shoot.tip(), mirrored, epsilon = 2e-6 * 0.068);
-    assert!(orbit.period > 0.9 * TAU / rate());
-}
-
-/// A weak oscillator below the onset: the orbit is the linear response, and a run in time converges to it.
-#[test]
-fn forced_orbit_of_an_oscillator_is_the_linear_response() {
-    let (alpha, period) = (1e-3, 24.0 * MINUTE);
-    let still = plain(0.05, 4);
-    let linear = Linearisation::about(&still).unwrap();
-    let gradient = Vector3::new(Complex::from(alpha / RADIUS), Complex::new(0.0, -alpha / RADIUS), Complex::from(0.0));
-    let response = linear.response(TAU / period, &gradient).unwrap();
-    let expected = response.displacement.last().unwrap().fixed_rows::<2>(0).norm() / 2.0_f64.sqrt();
-
-    let (gravitropism, proprioception) = steering(SettledStatoliths);
-    let mut driven = shoot(0.05, 4)
-        .tropism((Oscillator::new(alpha, period), gravitropism, proprioception))
-        .into_dyn()
-        .build()
-        .unwrap();
-    let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
-    let other = PeriodicSolver::default().forced(&driven, 1.1 * period);
-    assert!(matches!(other, Err(CycleError::NoCommonPeriod { .. })), "{other:?}");
-    let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
-    // The circle of the tip is 4e-5 of the length: the nonlinear part is the square of that.
-    assert_relative_eq!(excursion, expected, epsilon = 0.0, max_relative = 1e-6);
-    // All disturbances decay.
-    let largest = orbit.multipliers(&driven, 12).unwrap().map(|set| set[0].value.norm());
-    assert!(largest.iter().all(|multiplier| *multiplier < 1.0), "{largest:?}");
-    let history = orbit.enter(&mut driven).unwrap();
-    let mut run = MethodOfSteps::with_solver(period / 64.0, NewtonSolver::with_tolerance(1e-12));
-    run.start(&mut driven, &history).unwrap();
-    let before = driven.tip();
-    run.advance(&mut driven, 5.0 * period).unwrap();
-    // A step of a 64th of the period leaves an error of 1e-5 of the circle.
-    assert_abs_diff_eq!(driven.tip(), before, epsilon = 1e-4 * excursion);
-}
-
 /// A third of the amplitude suffices as an initial guess, unless the shoot almost buckles.
 #[test]
 fn a_third_of_the_amplitude_is_a_sufficient_initial_guess() {
     for (length, amplitude) in [(0.0659, 0.0168), (0.0670, 0.0342), (0.0690, 0.0469)] {
         let shoot = plain(length, 4);
         let [third, whole] = [1.0 / 3.0, 1.0].map(|share| swing(&shoot, share * amplitude, 24).period);
-        // Both are found to 1e-10. The phases of their grids differ, and 24 intervals leave less than that.
+        // The two orbits are found to 1e-10. The phases of their grids differ, and 24 intervals
+        // leave less than that.
         let equal = relative_eq!(third, whole, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: periods {third} and {whole}");
         let [third, whole] = [1.0 / 3.0, 1.0].map(|share| circle(&shoot, share * amplitude).radius());
         let equal = relative_eq!(third, whole, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: radii {third} and {whole}");
     }
-}
-
-/// The history of an orbit does not define variables without a time, and laws with other variables are refused.
-#[test]
-fn history_of_an_orbit_is_refused_by_other_laws() {
-    let mut swinging = plain(0.067, 4);
-    let history = swing(&swinging, 0.034, 12).enter(&mut swinging).unwrap();
-    let site = Site::new(swinging.environment(), swinging.rod().frames()[0], swinging.rod());
-    let mut variables = [f64::INFINITY; 4];
-    history.variables(swinging.model().tropism(), f64::NAN, &site, &[], &mut variables);
-    // Other laws have seven variables and not four. The history has no values for them and invents none.
-    let mut others = shoot(0.067, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
-    let refused = MethodOfSteps::new(60.0).start(&mut others, &history);
-    assert!(matches!(refused, Err(IntegrationError::NotFinite { .. })), "{refused:?}");
-}
-
-/// A forced orbit is entered at the phase of the forcing at which it was found.
-#[test]
-fn forced_orbit_is_entered_only_at_its_phase() {
-    let period = 24.0 * MINUTE;
-    let (gravitropism, proprioception) = steering(SettledStatoliths);
-    let laws = (Oscillator::new(1e-3, period), gravitropism, proprioception);
-    let mut driven = shoot(0.05, 4).tropism(laws).into_dyn().build().unwrap();
-    let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
-    let mut run = MethodOfSteps::new(60.0);
-    run.advance(&mut driven, 0.3 * period).unwrap();
-    let before = driven.clone();
-    assert!(matches!(orbit.enter(&mut driven), Err(CycleError::Parameter(_))));
-    assert!(driven.state() == before.state(), "an error leaves the shoot unchanged");
-    run.advance(&mut driven, 2.0 * period).unwrap();
-    assert!(orbit.enter(&mut driven).is_ok());
 }

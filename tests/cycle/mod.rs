@@ -1,9 +1,12 @@
 //! Periodic orbits of shoots, their multipliers and their branches.
 
-mod bad_cycles;
+mod absent_orbits;
 mod branches;
 mod circular_orbit;
 mod cycles;
+mod extreme_orbits;
+mod orbits_in_time;
+mod relative_orbits;
 mod rosettes;
 
 use std::fmt::Display;
@@ -29,7 +32,8 @@ fn mode(shoot: &Shoot<DynLaws>) -> Root {
     Linearisation::about(shoot).unwrap().rightmost().unwrap()
 }
 
-/// A family of shoots along a parameter. All families are of one type, so that branches are compiled once for each solver.
+/// A family of shoots along a parameter. All families are of one type, so that branches are
+/// compiled once for each solver.
 fn family(
     shoots: impl Fn(f64) -> Result<Shoot<DynLaws>, CycleError> + 'static,
 ) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
@@ -43,7 +47,8 @@ fn shared_family(
     move |parameter| shoots(parameter)
 }
 
-/// Fails unless two complex numbers of a case differ by at most the tolerance. `approx` compares no complex numbers without a feature.
+/// Fails unless two complex numbers of a case differ by at most the tolerance. `approx` compares no
+/// complex numbers without a feature.
 #[track_caller]
 fn assert_complex_eq(case: impl Display, a: Complex<f64>, b: Complex<f64>, tolerance: f64) {
     assert!(abs_diff_eq!((a - b).norm(), 0.0, epsilon = tolerance), "{case}: {a} against {b}, tolerance {tolerance:e}");

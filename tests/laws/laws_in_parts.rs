@@ -91,7 +91,9 @@ proptest! {
 
     #[test]
     fn rates_match_declared_memories_and_rotations(
-        y in prop::collection::vec(-2.0_f64..2.0, 7), x in prop::collection::vec(-2.0_f64..2.0, 5), angle in -3.0_f64..3.0,
+        y in prop::collection::vec(-2.0_f64..2.0, 7),
+        x in prop::collection::vec(-2.0_f64..2.0, 5),
+        angle in -3.0_f64..3.0,
     ) {
         // The oscillator is left out because its phase depends on time and not on the directors.
         let laws = steering(STATOLITHS);

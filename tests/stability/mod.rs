@@ -5,5 +5,6 @@ mod extreme;
 mod laws;
 mod onset;
 mod refinement;
+mod refusals;
 mod roots;
 mod transient;

@@ -114,7 +114,12 @@ fn cases() -> u32 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, max_global_rejects: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: cases(),
+        failure_persistence: None,
+        max_global_rejects: 100_000,
+        ..ProptestConfig::default()
+    })]
     #[test]
     fn onsets_of_random_shoots_meet_their_tolerance(
         (beta, eta, hours) in (0.3..2.0_f64, 2.0..30.0_f64, 3.0..48.0_f64),
@@ -134,7 +139,10 @@ proptest! {
         let found = answer.unwrap();
         prop_assume!(!found.essential);
         let [length, frequency] = errors(&shoot, &found);
-        prop_assert!(length <= meshes.tolerance && frequency <= meshes.tolerance, "{length:e}, {frequency:e}: {found:?}");
+        prop_assert!(
+            length <= meshes.tolerance && frequency <= meshes.tolerance,
+            "{length:e}, {frequency:e}: {found:?}"
+        );
         prop_assert!(is_near(found.parameter_error.unwrap() / found.parameter, length), "{length:e}: {found:?}");
     }
 }

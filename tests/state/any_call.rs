@@ -243,7 +243,12 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, max_shrink_iters: 200, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 10_000,
+        failure_persistence: None,
+        max_shrink_iters: 200,
+        ..ProptestConfig::default()
+    })]
     #[test]
     fn any_call_returns_a_result_or_an_error(
         which in 0..5_u8, numbers in prop::array::uniform4(number()), indices in prop::array::uniform3(index()),

@@ -125,8 +125,8 @@ fn intrinsic_strain_with_rotating_direction_gives_a_helix() {
             .map(|&elements| {
                 let strain = |s: f64| Vector3::new(a * (k * s).cos(), a * (k * s).sin(), b);
                 let [direct, newton] = relaxed(&with_strain(elements, order, strain));
-                // Both minimise the same discrete energy, to rounding and to the tight tolerance of
-                // 1e-14.
+                // The two methods minimise the same discrete energy, to rounding and to the tight
+                // tolerance of 1e-14.
                 let apart = direct.frames().iter().zip(newton.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
                 assert!(apart < 1e-13, "{order:?}, {elements} elements: {apart:e}");
                 let exact = UnitQuaternion::from_scaled_axis(w) * UnitQuaternion::from_scaled_axis(Vector3::z() * -k);
@@ -194,9 +194,12 @@ fn tabulated(rod: &Rod) -> Vector3<f64> {
 
 #[test]
 fn bend_of_45_degrees_matches_published_tables() {
-    // K.-J. Bathe and S. Bolourchi (1979), Int. J. Numer. Meth. Engng 14, 961–986, the original problem with eight elements.
-    // J. C. Simo and L. Vu-Quoc (1986), Comput. Meth. Appl. Mech. Engng 58, 79–116, example 7.5, with eight linear elements.
-    // GXBeam.jl (T. McDonnell and A. Ning), test suite, 600 lb, 16 elements: displacement (−13.5774, −23.5453, 53.4580).
+    // K.-J. Bathe and S. Bolourchi (1979), Int. J. Numer. Meth. Engng 14, 961–986, the original
+    // problem with eight elements.
+    // J. C. Simo and L. Vu-Quoc (1986), Comput. Meth. Appl. Mech. Engng 58, 79–116, example 7.5,
+    // with eight linear elements.
+    // GXBeam.jl (T. McDonnell and A. Ning), test suite, 600 lb, 16 elements: displacement
+    // (−13.5774, −23.5453, 53.4580).
     let start = Vector3::new(1.0 - FRAC_PI_4.cos(), FRAC_PI_4.sin(), 0.0) * 100.0;
     let tables = [
         ("Bathe and Bolourchi", 8, 600.0, Vector3::new(15.9, 47.2, 53.4), 0.05),

@@ -142,8 +142,8 @@ proptest! {
         let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error
             + 4.0 * f64::EPSILON / found.inertia.margin;
         let stiffness = young_tissue().stiffness(RADIUS);
-        let (missed, promised) =
-            imbalance(&rod, &environment, &loads, uncertain, |s, couple| intrinsic(s) + couple.component_div(&stiffness));
+        let strain = |s: f64, couple: &Vector3<f64>| intrinsic(s) + couple.component_div(&stiffness);
+        let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, strain);
         prop_assert!(missed < promised, "{missed:e} against {promised:e}");
         prop_assert!(promised < 1e-5, "the bound is too large: {promised:e}");
     }

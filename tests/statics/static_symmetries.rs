@@ -148,7 +148,9 @@ proptest! {
     }
 
     #[test]
-    fn power_of_two_units_reproduce_the_equilibrium_bit_for_bit(case in case(), length in -30..30_i32, force in -30..30_i32) {
+    fn power_of_two_units_reproduce_the_equilibrium_bit_for_bit(
+        case in case(), length in -30..30_i32, force in -30..30_i32,
+    ) {
         // Powers of two scale every product without rounding. Moduli are forces over squared
         // lengths.
         let (l, f) = (2_f64.powi(length), 2_f64.powi(force));

@@ -43,7 +43,7 @@ fn elliptic_section_bends_like_a_circular_one_of_equal_stiffness() {
         let elliptic = at_rest(blade, &YOUNG, &force, Order::Eight);
         let circular = at_rest(|_| RADIUS, &circle, &force, Order::Eight);
         assert!(circular.tip().xy().norm() > 0.005);
-        // Both are solved to 1e-14 rad, and the plane problem is the same.
+        // The two equilibria are solved to 1e-14 rad, and the plane problem is the same.
         assert_abs_diff_eq!(elliptic.tip(), circular.tip(), epsilon = 1e-13 * LENGTH);
     }
 }
@@ -144,8 +144,8 @@ fn tapered_section_moves_with_the_growing_tissue() {
     let _ = MethodOfSteps::new(900.0).advance(&mut shoot, 30.0 * 3600.0).unwrap();
     for point in shoot.rod().points() {
         let expected = taper(0.05 - point.initial_apex_distance);
-        // Both are linear in the initial apex distance, so that splitting and merging change them
-        // by rounding alone.
+        // The two axes are linear in the initial apex distance, so that splitting and merging
+        // change them by rounding alone.
         assert_abs_diff_eq!(point.section.along_d1, expected.along_d1, epsilon = 1e-16);
         assert_abs_diff_eq!(point.section.along_d2, expected.along_d2, epsilon = 1e-16);
     }

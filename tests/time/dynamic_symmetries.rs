@@ -154,7 +154,9 @@ proptest! {
     }
 
     #[test]
-    fn changed_units_of_length_time_and_force_change_nothing(case in cases(), powers in prop::array::uniform3(-3.0..3.0)) {
+    fn changed_units_of_length_time_and_force_change_nothing(
+        case in cases(), powers in prop::array::uniform3(-3.0..3.0),
+    ) {
         let rescaled = Case { units: powers.map(|p: f64| 10.0_f64.powf(p)), ..case };
         let (one, other) = (case.run(), rescaled.run());
         assert_same(one.positions.iter().copied().zip(one.frames.iter().copied()), &other);

@@ -294,7 +294,7 @@ fn collapsing_soft_shoot_stays_sound_or_ends_in_a_recoverable_error() {
         let tips = sound_tips(shoot(modulus), 90.0, &hours([0.0, 0.5, 1.0, 2.0, 4.0, 8.0]), false);
         assert!(tips.iter().all(|tip| tip.z < 0.04), "{tips:?}");
     }
-    // Such soft shoots may snap to a shape that the solver does not find. The error is then
+    // Shoots as soft as these may snap to a shape that the solver does not find. The error is then
     // recoverable.
     for modulus in [1e6, 1e5, 1e4] {
         let mut soft = shoot(modulus);

@@ -17,3 +17,4 @@ mod righting;
 mod shoots_that_stretch;
 mod stops;
 mod tolerance;
+mod tolerance_random;

@@ -112,7 +112,7 @@ fn both_integrators_agree_where_both_apply() {
         assert_eq!(one.steps, other.steps);
         (a.tip() - b.tip()).norm()
     };
-    // Up to the shortest delay both are identical: the first correction is zero.
+    // The two runs are identical up to the shortest delay: the first correction is zero.
     assert_eq!(run(420.0), 0.0);
     // Longer steps are possible for one of them only, with the error of such a step.
     let mut far = shoot();

@@ -1,0 +1,263 @@
+//! Periodic orbits of extreme shoots, and invalid guesses, settings and orbits: the solvers return
+//! an orbit, or an error that names the cause, in bounded time.
+
+use std::sync::{Arc, LazyLock};
+
+use super::absent_orbits::{Growth, LENGTH, MODE, Place, Plan, both, both_from, memories, plan, refused, within};
+use super::assert_complex_eq;
+use crate::fixtures::exact_orbit::rate;
+use crate::fixtures::shoots::{HOUR, MINUTE, steering};
+use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
+use morphorod::cycle::{CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::stability::Root;
+use morphorod::tropism::{SettledStatoliths, Statoliths, TropismLaw};
+use morphorod::{DynLaws, Shoot};
+use nalgebra::{Complex, Vector3};
+
+/// Stiff laws: disturbances that decay immediately must not reappear as multipliers. With Gauss
+/// points, statoliths that settle in a millisecond had a multiplier of 0.996 at every material
+/// point.
+#[test]
+fn fast_statoliths_have_the_multipliers_of_settled_ones() {
+    let leading = |tropism: fn() -> Arc<dyn TropismLaw + Send + Sync>| {
+        within("statoliths", move || {
+            let root = super::mode(&Plan { elements: 4, ..plan(LENGTH) }.shoot());
+            let shoot = Plan { tropism: tropism(), elements: 4, ..plan(LENGTH) }.shoot();
+            let orbit = PeriodicSolver::default().from_mode(&shoot, &root, 0.03).unwrap();
+            (orbit.period, orbit.multipliers(&shoot, 16).unwrap().map(|set| [set[0].value, set[1].value]))
+        })
+    };
+    let (period, settled) = leading(|| Arc::new(steering(SettledStatoliths)));
+    let (same, fast) = leading(|| Arc::new(steering(Statoliths { avalanche_time: 1e-3 })));
+    // The avalanche adds about its time to a reaction of 12 min: a relative change of 1e-6.
+    assert_relative_eq!(same, period, epsilon = 0.0, max_relative = 3e-6);
+    // Computed by harmonic balance and by spectral steps, on finer elements. The error of four
+    // elements is less than 1e-8.
+    assert_abs_diff_eq!(period / MINUTE, 87.661_715_125, epsilon = 1e-6);
+    for (one, known) in [(settled[0][1], 0.657_775_328), (settled[1][0], 1.166_270_117)] {
+        assert_complex_eq("settled", one, Complex::from(known), 1e-6);
+    }
+    for (a, b) in settled.iter().flatten().zip(fast.iter().flatten()) {
+        // The same change, and the error of Arnoldi's method with 16 vectors, below 1e-5.
+        assert_complex_eq("settled and fast", *a, *b, 3e-5);
+    }
+}
+
+/// Fails unless the circle has the exact rate of equal memories. The past must be kept as long as
+/// it is read, also when the period changes between iterations.
+fn assert_exact_rate(what: &str, time: f64, delay: f64) {
+    let (circle, plane) = both(what, move || Plan::steered(memories(time, delay)));
+    let circle = circle.unwrap();
+    // With equal memories the rate satisfies ωτr + atan ωτm = π/2 + 2πn, whatever the shape. The
+    // tolerance is the solver's 1e-11 times the sensitivity of the rate to a small change of the
+    // strain.
+    let turns = (circle.rate * delay + (circle.rate * time).atan()) / std::f64::consts::TAU - 0.25;
+    assert!(abs_diff_eq!(turns, turns.round(), epsilon = 1e-9), "{what}: {turns}");
+    // A swing in the plane lasts as long as a circle, up to the fourth power of the amplitude: a
+    // percent.
+    let plane = plane.unwrap();
+    let equal = relative_eq!(plane.period, circle.period(), epsilon = 0.0, max_relative = 0.02);
+    assert!(equal, "{what}: {} against {}", plane.period, circle.period());
+}
+
+#[test]
+fn circle_with_a_delay_of_two_periods_has_the_exact_rate() {
+    assert_exact_rate("a long delay", 12.0 * MINUTE, 200.0 * MINUTE);
+}
+
+#[test]
+fn circle_with_a_memory_of_a_millisecond_has_the_exact_rate() {
+    assert_exact_rate("no memory", 1e-3, 24.0 * MINUTE);
+}
+
+/// The state would need as many levels as the delay has steps.
+#[test]
+fn delays_of_very_many_periods_are_refused() {
+    let (_, plane) = both("a delay without end", || Plan::steered(memories(12.0 * MINUTE, 1e9)));
+    assert_eq!(refused(plane), "longest delay, in periods");
+}
+
+#[test]
+fn invalid_initial_guesses_are_refused_by_name() {
+    within("initial guesses", || {
+        let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
+        let start = Turning::of_mode(root, 0.02);
+        let solve = |start: &Turning| CircularSolver::default().solve(&shoot, start);
+        let swing = |root: &Root, amplitude| PeriodicSolver::default().from_mode(&shoot, root, amplitude);
+        for amplitude in [f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(solve(&Turning::of_mode(root, amplitude))), "strain of the start");
+        }
+        for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02] {
+            assert_eq!(refused(swing(root, amplitude)), "amplitude of the start");
+        }
+        for amplitude in [0.0, 1e-9] {
+            assert!(matches!(solve(&Turning::of_mode(root, amplitude)), Err(CycleError::Stationary { .. })));
+        }
+        assert!(matches!(swing(root, 1e-9), Err(CycleError::Stationary { .. })));
+        // A shape of such an amplitude has no equilibrium on these elements.
+        for amplitude in [10.0, 1e300] {
+            assert!(matches!(solve(&Turning::of_mode(root, amplitude)), Err(CycleError::Equilibrium(_))));
+            assert!(matches!(swing(root, amplitude), Err(CycleError::Equilibrium(_))));
+        }
+        for rate in [0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(solve(&Turning { rate, ..start.clone() })), "rate of the start");
+        }
+        for rate in [1e-300, 1e-12, 1e12] {
+            assert!(solve(&Turning { rate, ..start.clone() }).is_err());
+        }
+        for strain in [vec![], start.strain[1..].to_vec()] {
+            assert_eq!(refused(solve(&Turning { strain, ..start.clone() })), "number of strains of the start");
+        }
+        let of_another = super::mode(&Plan { elements: 8, ..plan(LENGTH) }.shoot());
+        assert_eq!(refused(swing(&of_another, 0.02)), "number of strains of the mode");
+        let mut odd = root.clone();
+        odd.strain[3].x = Complex::new(f64::NAN, 0.0);
+        assert_eq!(refused(swing(&odd, 0.02)), "strain of the mode");
+        for rate in [0.0, f64::NAN, -1e-3] {
+            let mut still = root.clone();
+            still.value.im = rate;
+            assert_eq!(refused(swing(&still, 0.02)), "frequency of the mode");
+        }
+        for rate in [1e-12, 1e12] {
+            let mut strange = root.clone();
+            strange.value.im = rate;
+            assert!(swing(&strange, 0.02).is_err());
+        }
+    });
+}
+
+#[test]
+fn invalid_settings_are_refused_by_name() {
+    within("settings", || {
+        let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
+        let start = Turning::of_mode(root, 0.02);
+        for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let solver = CircularSolver { tolerance, ..CircularSolver::default() };
+            assert_eq!(refused(solver.solve(&shoot, &start)), "tolerance of a circular orbit");
+            let solver = PeriodicSolver { tolerance, ..PeriodicSolver::default() };
+            assert_eq!(refused(solver.from_mode(&shoot, root, 0.02)), "tolerance of a periodic orbit");
+        }
+        let of = |intervals, stages| {
+            let solver = PeriodicSolver { intervals, stages, ..PeriodicSolver::default() };
+            solver.from_mode(&shoot, root, 0.03)
+        };
+        for intervals in [0, 1001, usize::MAX] {
+            assert_eq!(refused(of(intervals, 6)), "intervals in a period");
+        }
+        for stages in [0, 17, usize::MAX] {
+            assert_eq!(refused(of(16, stages)), "points in an interval");
+        }
+        let circle = CircularSolver::default().solve(&shoot, &start).unwrap();
+        let (other, swing) = &*SWING;
+        for vectors in [0, 401, usize::MAX] {
+            assert_eq!(refused(swing.multipliers(other, vectors)), "number of vectors");
+            assert_eq!(refused(circle.roots(&shoot, vectors)), "number of vectors");
+        }
+    });
+}
+
+/// The plain shoot of 6.7 cm and its swing.
+static SWING: LazyLock<(Shoot<DynLaws>, PeriodicOrbit)> = LazyLock::new(|| {
+    let shoot = plan(LENGTH).shoot();
+    let swing = PeriodicSolver::default().from_mode(&shoot, &MODE, 0.03).unwrap();
+    (shoot, swing)
+});
+
+/// A tolerance below the rounding error is never reached, and the solver must not report that it
+/// was.
+#[test]
+fn circular_solver_reports_when_its_bounds_are_reached() {
+    within("bounds", || {
+        let (shoot, start) = (plan(LENGTH).shoot(), Turning::of_mode(&MODE, 0.02));
+        let solver = CircularSolver { tolerance: 1e-30, ..CircularSolver::default() };
+        assert!(matches!(solver.solve(&shoot, &start), Err(CycleError::NotConverged { iterations: 40, .. })));
+        let none = CircularSolver { max_iterations: 0, ..CircularSolver::default() };
+        assert!(matches!(none.solve(&shoot, &start), Err(CycleError::NotConverged { iterations: 0, .. })));
+    });
+}
+
+/// The delay ends inside the interval from which it reads: the solver iterates until the values
+/// read and computed agree.
+#[test]
+fn swing_on_a_single_interval_of_twelve_points_has_its_period() {
+    within("one interval", || {
+        let (shoot, fine) = &*SWING;
+        let solver = PeriodicSolver { intervals: 1, stages: 12, ..PeriodicSolver::default() };
+        let whole = solver.from_mode(shoot, &MODE, 0.03).unwrap();
+        assert_relative_eq!(whole.period, fine.period, epsilon = 0.0, max_relative = 1e-3);
+    });
+}
+
+/// Arnoldi's method ends when the map has no further directions above the rounding error.
+#[test]
+fn multipliers_with_the_largest_number_of_vectors_are_finite() {
+    within("vectors", || {
+        let (shoot, swing) = &*SWING;
+        let sets = swing.multipliers(shoot, 400).unwrap();
+        assert!(sets.iter().flatten().all(|one| one.value.norm().is_finite() && one.residual < 1e-6));
+    });
+}
+
+/// The mirror image of a circle has the same radius, the opposite rate and the same roots.
+#[test]
+fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
+    within("clockwise", || {
+        let shoot = plan(LENGTH).shoot();
+        let start = Turning::of_mode(&MODE, 0.02);
+        let mirror = |u: &Vector3<f64>| Vector3::new(u.x, -u.y, u.z);
+        let mirrored = Turning { rate: -start.rate, strain: start.strain.iter().map(mirror).collect() };
+        let [one, other] = [&start, &mirrored].map(|start| CircularSolver::default().solve(&shoot, start).unwrap());
+        // The rates are known to the tolerance, 1e-11 of the gradient. The error of the radius is
+        // larger by a factor of order one.
+        assert_relative_eq!(one.rate, -other.rate, epsilon = 0.0, max_relative = 1e-9);
+        assert_abs_diff_eq!(one.radius(), other.radius(), epsilon = 1e-9 * LENGTH);
+        let [a, b] = [&one, &other].map(|orbit| orbit.roots(&shoot, 12).unwrap().roots);
+        assert_eq!(a.len(), b.len());
+        for (a, b) in a.iter().zip(&b) {
+            // Differences of 1e-9 in the linearisation.
+            assert_complex_eq("root", a.value, b.value, 1e-7 * one.rate);
+        }
+    });
+}
+
+#[test]
+fn orbits_of_other_shoots_are_refused() {
+    within("other shoots", || {
+        let (shoot, plane) = &*SWING;
+        let circle = CircularSolver::default().solve(shoot, &Turning::of_mode(&MODE, 0.02)).unwrap();
+        let others: [(&str, Shoot<DynLaws>); 5] = [
+            ("longer", plan(0.068).shoot()),
+            ("finer", Plan { elements: 8, ..plan(LENGTH) }.shoot()),
+            ("with statoliths", Plan::steered(steering(Statoliths { avalanche_time: 2.0 * MINUTE }))),
+            ("with other memories", Plan::steered(memories(12.0 * MINUTE, 15.0 * MINUTE))),
+            ("forced", Plan { place: Place { tilt: 0.0, rate: 1e-3 }, ..plan(LENGTH) }.shoot()),
+        ];
+        for (what, other) in &others {
+            assert!(circle.roots(other, 12).is_err(), "{what}");
+            assert!(plane.multipliers(other, 4).is_err(), "{what}");
+            assert!(plane.largest_excursion(other).is_err(), "{what}");
+            assert!(plane.shapes(other).is_err(), "{what}");
+        }
+        for period in [0.0, f64::NAN, -1.0, 1e-300, 1.0, 1e9] {
+            let mut changed = plane.clone();
+            changed.period = period;
+            assert!(changed.multipliers(shoot, 4).is_err(), "{period}");
+        }
+        // The opposite rate is not refused: a plane shape rotates in either sense.
+        for rate in [0.0, f64::NAN, 2.0 * circle.rate] {
+            let mut changed = circle.clone();
+            changed.rate = rate;
+            assert!(changed.roots(shoot, 12).is_err(), "{rate}");
+        }
+    });
+}
+
+/// REGR that decreases to zero at the base. No Gauss point lies there, so that all tissue grows.
+#[test]
+fn circle_with_growth_that_vanishes_at_the_base_has_the_exact_period() {
+    let growth = || Growth { linear: true, time: 14.0 * HOUR, ..plan(LENGTH).growth };
+    let (circle, plane) = both_from("linear", move || Plan { growth: growth(), ..plan(LENGTH) }.shoot(), super::mode);
+    // With equal memories the period does not depend on where tissue grows.
+    assert_abs_diff_eq!(circle.unwrap().period() / MINUTE, std::f64::consts::TAU / rate() / MINUTE, epsilon = 1e-7);
+    assert!(plane.is_ok(), "{plane:?}");
+}

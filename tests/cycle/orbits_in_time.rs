@@ -1,0 +1,164 @@
+//! Runs in time that start on periodic orbits, orbits of user-defined laws and of forced shoots.
+
+use std::f64::consts::TAU;
+
+use super::cycles::{circle, multipliers, plain, swing};
+use super::shoot;
+use crate::fixtures::exact_orbit::rate;
+use crate::fixtures::shoots::{ETA, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use morphorod::cycle::{CycleError, PeriodicSolver};
+use morphorod::equilibrium::NewtonSolver;
+use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, MethodOfSteps};
+use morphorod::stability::Linearisation;
+use morphorod::tropism::{
+    DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site, Source,
+};
+use morphorod::{DynLaws, Model, Shoot};
+use nalgebra::{Complex, Vector3};
+
+/// The integrator in time, another method: a small disturbance out of the plane grows by the
+/// multiplier in each swing.
+#[test]
+fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
+    let mut shoot = plain(0.067, 4);
+    let orbit = swing(&shoot, 0.034, 16);
+    let ([_, multiplier], _) = multipliers(&shoot, &orbit);
+    let (_, rod) = orbit.largest_excursion(&shoot).unwrap();
+    let about = if rod.tip().x.abs() > rod.tip().y.abs() { 0 } else { 1 };
+    let history = orbit.enter(&mut shoot).unwrap();
+    // The bend of the swing is 10 1/m. At the end the disturbance is 1e-3 of it, and changes its
+    // own growth by the square of that. The error of an equilibrium is 1e-8 of the bend.
+    shoot.set_intrinsic(|point| point.intrinsic + Vector3::ith(about, 2e-3));
+    let mut run = MethodOfSteps::with_solver(orbit.period / 240.0, NewtonSolver::with_tolerance(1e-11));
+    run.start(&mut shoot, &history).unwrap();
+    let aside = |shoot: &Shoot<DynLaws>| if about == 0 { shoot.tip().y } else { shoot.tip().x };
+    let mut seen = Vec::new();
+    for k in 0..=18 {
+        run.advance(&mut shoot, f64::from(k) * orbit.period).unwrap();
+        seen.push(aside(&shoot));
+    }
+    // The part of the disturbance that rotates the swing is constant at the same phase, and
+    // differences from swing to swing are free of it. The first eight swings contain decaying parts
+    // with multipliers of 0.24, of which 1e-5 is left.
+    let growth = ((seen[18] - seen[17]) / (seen[8] - seen[7])).powf(0.1);
+    assert_relative_eq!(growth, multiplier.re, epsilon = 0.0, max_relative = 1e-4);
+}
+
+/// Light from a lamp above the shoot, at a finite distance: tissue perceives the direction to the
+/// lamp.
+struct Lamp(Vector3<f64>);
+
+impl Perception for Lamp {
+    type Signal = [f64; 2];
+
+    fn declare(&self, to: &mut morphorod::tropism::Declaration) -> Source {
+        to.with_position().stimulus_pair()
+    }
+
+    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
+        let light = site.along_directors(&(self.0 - site.position).normalize());
+        stimuli.copy_from_slice(&[light.x, light.y]);
+    }
+}
+
+#[test]
+fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
+    let lamp = Lamp(Vector3::z() * 0.5);
+    let mut shoot = shoot(0.068, 4)
+        .tropism((
+            DirectionalTropism { sensitivity: 0.8, perception: lamp }.remembered(MEMORY),
+            Proprioception { sensitivity: ETA }.remembered(MEMORY),
+        ))
+        .into_dyn()
+        .build()
+        .unwrap();
+    let circular = circle(&shoot, 0.03);
+    assert_eq!(circular.roots(&shoot, 12).unwrap().unstable(), 0);
+    // With equal memories the rate is that of every circular orbit, whatever the tissue perceives.
+    assert_relative_eq!(circular.rate, rate(), epsilon = 0.0, max_relative = 1e-10);
+
+    let orbit = swing(&shoot, 0.04, 16);
+    let ([_, outside], _) = multipliers(&shoot, &orbit);
+    assert!(outside.norm() > 1.1, "{outside}");
+    // Three swings in time end where they began, up to the error of the steps and its growth.
+    let history = orbit.enter(&mut shoot).unwrap();
+    let mut run = MethodOfSteps::new(orbit.period / 240.0);
+    run.start(&mut shoot, &history).unwrap();
+    let before = shoot.tip();
+    run.advance(&mut shoot, 3.0 * orbit.period).unwrap();
+    assert_abs_diff_eq!(shoot.tip(), before, epsilon = 1e-6 * 0.068);
+    // Half a swing later the tip is on the other side.
+    run.advance(&mut shoot, 3.5 * orbit.period).unwrap();
+    let mirrored = Vector3::new(-before.x, -before.y, before.z);
+    assert_abs_diff_eq!(shoot.tip(), mirrored, epsilon = 2e-6 * 0.068);
+    assert!(orbit.period > 0.9 * TAU / rate());
+}
+
+/// A weak oscillator below the onset: the orbit is the linear response, and a run in time converges
+/// to it.
+#[test]
+fn forced_orbit_of_an_oscillator_is_the_linear_response() {
+    let (alpha, period) = (1e-3, 24.0 * MINUTE);
+    let still = plain(0.05, 4);
+    let linear = Linearisation::about(&still).unwrap();
+    let gradient = Vector3::new(Complex::from(alpha / RADIUS), Complex::new(0.0, -alpha / RADIUS), Complex::from(0.0));
+    let response = linear.response(TAU / period, &gradient).unwrap();
+    let expected = response.displacement.last().unwrap().fixed_rows::<2>(0).norm() / 2.0_f64.sqrt();
+
+    let (gravitropism, proprioception) = steering(SettledStatoliths);
+    let mut driven = shoot(0.05, 4)
+        .tropism((Oscillator::new(alpha, period), gravitropism, proprioception))
+        .into_dyn()
+        .build()
+        .unwrap();
+    let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
+    let other = PeriodicSolver::default().forced(&driven, 1.1 * period);
+    assert!(matches!(other, Err(CycleError::NoCommonPeriod { .. })), "{other:?}");
+    let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
+    // The circle of the tip is 4e-5 of the length: the nonlinear part is the square of that.
+    assert_relative_eq!(excursion, expected, epsilon = 0.0, max_relative = 1e-6);
+    // All disturbances decay.
+    let largest = orbit.multipliers(&driven, 12).unwrap().map(|set| set[0].value.norm());
+    assert!(largest.iter().all(|multiplier| *multiplier < 1.0), "{largest:?}");
+    let history = orbit.enter(&mut driven).unwrap();
+    let mut run = MethodOfSteps::with_solver(period / 64.0, NewtonSolver::with_tolerance(1e-12));
+    run.start(&mut driven, &history).unwrap();
+    let before = driven.tip();
+    run.advance(&mut driven, 5.0 * period).unwrap();
+    // A step of a 64th of the period leaves an error of 1e-5 of the circle.
+    assert_abs_diff_eq!(driven.tip(), before, epsilon = 1e-4 * excursion);
+}
+
+/// The history of an orbit does not define variables without a time, and laws with other variables
+/// are refused.
+#[test]
+fn history_of_an_orbit_is_refused_by_other_laws() {
+    let mut swinging = plain(0.067, 4);
+    let history = swing(&swinging, 0.034, 12).enter(&mut swinging).unwrap();
+    let site = Site::new(swinging.environment(), swinging.rod().frames()[0], swinging.rod());
+    let mut variables = [f64::INFINITY; 4];
+    history.variables(swinging.model().tropism(), f64::NAN, &site, &[], &mut variables);
+    // Other laws have seven variables and not four. The history has no values for them and invents
+    // none.
+    let mut others = shoot(0.067, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
+    let refused = MethodOfSteps::new(60.0).start(&mut others, &history);
+    assert!(matches!(refused, Err(IntegrationError::NotFinite { .. })), "{refused:?}");
+}
+
+/// A forced orbit is entered at the phase of the forcing at which it was found.
+#[test]
+fn forced_orbit_is_entered_only_at_its_phase() {
+    let period = 24.0 * MINUTE;
+    let (gravitropism, proprioception) = steering(SettledStatoliths);
+    let laws = (Oscillator::new(1e-3, period), gravitropism, proprioception);
+    let mut driven = shoot(0.05, 4).tropism(laws).into_dyn().build().unwrap();
+    let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
+    let mut run = MethodOfSteps::new(60.0);
+    run.advance(&mut driven, 0.3 * period).unwrap();
+    let before = driven.clone();
+    assert!(matches!(orbit.enter(&mut driven), Err(CycleError::Parameter(_))));
+    assert!(driven.state() == before.state(), "an error leaves the shoot unchanged");
+    run.advance(&mut driven, 2.0 * period).unwrap();
+    assert!(orbit.enter(&mut driven).is_ok());
+}
