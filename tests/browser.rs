@@ -34,8 +34,8 @@ const LIVE: u64 = 2_000_000;
 const HOURS: f64 = 2.0;
 const SAME_TIP: f64 = 1e-9;
 const SPEED: f64 = 10.0;
-/// Colour of the growth zone. At least `DRAWN` of the 800 000 pixels have it. At least `MOVED` of
-/// them change between two times. The legend has a third of `DRAWN`.
+/// Colour of the growth zone. At least `DRAWN` of the 800 000 pixels have it, and at least `MOVED`
+/// pixels gain or lose it between two times. The legend has a third of `DRAWN`.
 const ZONE: [u8; 3] = [0, 158, 115];
 const DRAWN: usize = 300;
 const MOVED: usize = 100;

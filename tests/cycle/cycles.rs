@@ -143,7 +143,7 @@ impl KnownSwing {
 }
 
 #[test]
-pub(super) fn swing_at_6_59_cm_has_its_known_values() {
+fn swing_at_6_59_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0659,
         excursion: 16.766135125,
@@ -156,7 +156,7 @@ pub(super) fn swing_at_6_59_cm_has_its_known_values() {
 }
 
 #[test]
-pub(super) fn swing_at_6_70_cm_has_its_known_values() {
+fn swing_at_6_70_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0670,
         excursion: 34.194086156,
@@ -169,7 +169,7 @@ pub(super) fn swing_at_6_70_cm_has_its_known_values() {
 }
 
 #[test]
-pub(super) fn swing_at_6_80_cm_has_its_known_values() {
+fn swing_at_6_80_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0680,
         excursion: 41.972953586,
@@ -183,7 +183,7 @@ pub(super) fn swing_at_6_80_cm_has_its_known_values() {
 
 /// This shoot almost buckles during its swing.
 #[test]
-pub(super) fn swing_at_7_40_cm_has_its_known_values() {
+fn swing_at_7_40_cm_has_its_known_values() {
     KnownSwing {
         length: 0.0740,
         excursion: 56.7601829,

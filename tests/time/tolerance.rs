@@ -1,10 +1,9 @@
 //! Runs with a tolerance: the adaptive integrator keeps it, and its estimate is near the true
 //! error.
 
-use crate::fixtures::shoots;
 use std::f64::consts::FRAC_PI_2;
 
-use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
+use crate::fixtures::shoots::{self, HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{

@@ -2,7 +2,6 @@
 
 use super::tolerance::{LOOKS, distance, path};
 use crate::fixtures::random::number;
-
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{Ongoing, UniformGrowth};

@@ -1,9 +1,8 @@
 //! Oscillations found in the tip tracks of simulated shoots with known orbits.
 
-use crate::fixtures::shoots;
 use std::f64::consts::TAU;
 
-use crate::fixtures::shoots::{HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
+use crate::fixtures::shoots::{self, HOUR, MINUTE, STATOLITHS, WEIGHT, growing, reduced, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
