@@ -159,7 +159,7 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     // The length has a minimum here, and its error is of second order in the error along the
     // branch. Five elements leave 2e-10.
     assert_relative_eq!(fold.parameter, length, epsilon = 0.0, max_relative = 1e-9);
-    // The fold is the last of three parabolas, through points that are 4e-3 of a step of 2 mm
+    // The fold is the last of three parabolas, through points that are 4e-3 of a step of 3 mm
     // apart.
     assert_abs_diff_eq!(fold.excursion, radius, epsilon = 2e-6);
     // Another criterion: the exponent of the radius vanishes at the fold. It is interpolated

@@ -106,8 +106,8 @@ fn random_shoot(seed: u64) -> Option<Verdict> {
 /// draws more shoots and prints their errors and estimates.
 #[test]
 fn random_shoots_keep_the_tolerance() {
-    let cases: u64 = number("MORPHOROD_CASES", 12);
-    let verdicts: Vec<Verdict> = (11..11 + cases).filter_map(random_shoot).collect();
+    let (cases, seed) = (number("MORPHOROD_CASES", 24), number("MORPHOROD_SEED", 11));
+    let verdicts: Vec<Verdict> = (seed..seed + cases).filter_map(random_shoot).collect();
     let count = |holds: &dyn Fn(&Verdict) -> bool| verdicts.iter().filter(|verdict| holds(verdict)).count();
     let (all, kept) = (verdicts.len(), count(&|(kept, _)| *kept));
     let near = count(&|(_, ratio)| (0.3..30.0).contains(ratio));

@@ -176,10 +176,9 @@ fn amplitude_of_a_drifting_tip_is_that_of_its_circles() {
 
 #[test]
 fn white_noise_is_not_reported_as_nutation() {
-    // Forty tracks of each kind take less than two seconds. If a defect let the method report
-    // nutation for one track in five, more than two of 40 would be reported with a probability of
-    // 99 %. The rates below make 3 % of other seeds fail by chance. More tracks make that rarer.
-    let (cases, seed) = (number("MORPHOROD_CASES", 40), number("MORPHOROD_SEED", 1));
+    // If a defect let the method report nutation for one track in ten, more than five of 100 would be
+    // reported with a probability of 94 %.
+    let (cases, seed) = (number("MORPHOROD_CASES", 100), number("MORPHOROD_SEED", 1));
     let band = Band { shortest: 1800.0, longest: 14400.0 };
     let mut reported = [0; 4];
     let mut floors = 0.0;
@@ -211,7 +210,7 @@ fn white_noise_is_not_reported_as_nutation() {
     // Measured in a thousand tracks of each kind: nutation is reported for 0.8 % of those with even
     // times, for 1.6 % of those along a line, and for at most 0.2 % of the others.
     assert!(reported.iter().all(|reported| *reported as f64 <= 0.05 * cases as f64), "{reported:?}");
-    // For even times the floor is the standard deviation of the noise. The mean of 40 medians of 99
+    // For even times the floor is the standard deviation of the noise. The mean of 100 medians of 99
     // lines has an error of one percent.
     assert_abs_diff_eq!(floors / cases as f64, 1.0, epsilon = 0.03);
 }
