@@ -19,7 +19,7 @@ const LAYERS: [&[&str]; 10] = [
     &["guide"],
 ];
 
-/// All files of the library with their code, without comments and unit tests.
+/// All files of the library with their code, without comments and without unit tests at the end of a file.
 fn sources() -> Vec<(PathBuf, String)> {
     let (mut folders, mut found) = (vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")], Vec::new());
     while let Some(folder) = folders.pop() {
@@ -27,7 +27,7 @@ fn sources() -> Vec<(PathBuf, String)> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else if !path.ends_with("tests.rs") {
+            } else {
                 let text = fs::read_to_string(&path).unwrap();
                 let code = text.split("#[cfg(test)]").next().unwrap();
                 let code = code.lines().filter(|line| !line.trim_start().starts_with("//"));
