@@ -143,7 +143,7 @@ impl<C, G, T, L, S> Laws<C, G, T, L, S> {
 
 /// Laws that are chosen at run time. A clone shares its laws with the original.
 ///
-/// A step of such a shoot calls its laws through pointers and costs somewhat more; the numbers are the same to the bit.
+/// A step of such a shoot calls its laws through pointers; its numbers are the same to the bit.
 ///
 /// ```
 /// use morphorod::constitutive::LinearElastic;
