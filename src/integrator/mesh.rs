@@ -97,3 +97,37 @@ fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh
         attempt(state, e);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constitutive::LinearElastic;
+    use crate::growth::UniformGrowth;
+    use crate::shoot::Shoot;
+
+    /// A shoot has seven mature elements. Two neighbours among them are half as long as the others, and only they may be merged:
+    /// with any other element the sum exceeds the longest element.
+    #[test]
+    fn every_pair_of_mature_elements_is_tried_in_turn() {
+        let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+        for pair in 0..5 {
+            let mut nodes = vec![0.0];
+            for e in 0..8 {
+                let length = if e == pair || e == pair + 1 { 0.005 } else { 0.01 };
+                nodes.push(nodes[e] + length);
+            }
+            let growth = UniformGrowth { zone_length: 0.01, time: 72e3 };
+            let mut shoot =
+                Shoot::builder(law).length(nodes[8]).radius(5e-4).nodes(&nodes).growth(growth).build().unwrap();
+            assert_eq!(shoot.rod().first_growing(), 7);
+            shoot.mesh.longest_element = 0.012;
+            // Given nodes are never removed. These may be.
+            shoot.state.rod.kept.fill(false);
+            let mut statistics = Statistics::default();
+            for _ in 0..5 {
+                merge_mature(&mut shoot.state, &law, &shoot.mesh, &mut statistics);
+            }
+            assert_eq!((statistics.merges, shoot.rod().elements()), (1, 7), "pair {pair}");
+        }
+    }
+}

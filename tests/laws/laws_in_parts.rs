@@ -1,6 +1,7 @@
 //! Composition of laws: declarations, chained memories, tuples, boxed laws, and models written by
 //! users.
 
+use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -125,7 +126,7 @@ proptest! {
         let gradient = Rotation3::from_axis_angle(&Vector3::z_axis(), -angle) * laws.gradient(&at, &y, &[]);
         let found = laws.gradient(&at, &yt, &[]);
         // The gradient is at most 0.8 · 2/r + 20 · 2.
-        prop_assert!(abs_diff_eq!(found, gradient, epsilon = 1e-11), "{found} against {gradient}");
+        prop_assert!(abs_diff_eq!(InNorm(found), InNorm(gradient), epsilon = 1e-11), "{found} against {gradient}");
     }
 }
 
@@ -185,7 +186,7 @@ fn chained_memories_filter_twice_and_add_their_delays() {
     let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
     // Only the order of operations differs. The difference is rounding of 5 cm, which a stable
     // shoot does not magnify.
-    assert_abs_diff_eq!(found, expected, epsilon = 1e-14);
+    assert_abs_diff_eq!(InNorm(found), InNorm(expected), epsilon = 1e-14);
     let once =
         DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
     // The second memory has an effect.
@@ -256,8 +257,8 @@ fn tuples_of_laws_act_as_their_sum() {
         advance(shoot, 4.0 * HOUR);
     }
     // Only the order of sums differs, which changes the rounding of 5 cm.
-    assert_abs_diff_eq!(six.tip(), two.tip(), epsilon = 1e-13);
-    assert_abs_diff_eq!(nested.tip(), two.tip(), epsilon = 1e-13);
+    assert_abs_diff_eq!(InNorm(six.tip()), InNorm(two.tip()), epsilon = 1e-13);
+    assert_abs_diff_eq!(InNorm(nested.tip()), InNorm(two.tip()), epsilon = 1e-13);
 }
 
 /// Integrates a shoot with steps of 3 min.

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, STATOLITHS, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::integrator::{Integrator, MethodOfSteps};
@@ -64,7 +65,7 @@ fn undeclared_memories_give_the_same_shoot_as_declared_ones() {
     // The same weights are applied in another order, in fifty steps. Each step adds a rounding
     // error of 4 units of 1.1e-16, on a tip at a distance of 5 cm and on variables up to 100/m
     // (bending) and 1 (direction).
-    assert_abs_diff_eq!(tip, other_tip, epsilon = 1e-15);
+    assert_abs_diff_eq!(InNorm(tip), InNorm(other_tip), epsilon = 1e-15);
     for (y, other) in variables.iter().zip(&other_variables) {
         assert_abs_diff_eq!(y, other, epsilon = 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0));
     }
@@ -78,7 +79,7 @@ fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
     let calls = Arc::new(AtomicUsize::new(0));
     let (tip, _) = righted(steering(STATOLITHS));
     let (other, _) = righted(Silent { law: steering(STATOLITHS), calls: calls.clone() });
-    assert_abs_diff_eq!(tip, other, epsilon = 1e-12 * 0.05);
+    assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
     // There are seven or eight sweeps over three nodes at 32 points. Two hours take 50 steps, seven
     // steps of the start, and some around the two output times. One more sweep exceeds the bound.
     let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);

@@ -1,5 +1,6 @@
 //! Profiles: position, strain, couple, force and growth at any arc length of a rod in equilibrium.
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::solve_tight;
 use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
@@ -38,7 +39,7 @@ fn unloaded_helix_has_constant_strain_and_curvature() {
         let s = LENGTH * i as f64 / 40.0;
         assert_abs_diff_eq!(place.arc_length, s, epsilon = 1e-16);
         assert_abs_diff_eq!(place.apex_distance, LENGTH - s, epsilon = 1e-16);
-        assert_abs_diff_eq!(place.strain, Vector3::new(0.0, 20.0, 9.0), epsilon = 1e-12);
+        assert_abs_diff_eq!(InNorm(place.strain), InNorm(Vector3::new(0.0, 20.0, 9.0)), epsilon = 1e-12);
         assert_abs_diff_eq!(place.curvature(), 20.0, epsilon = 1e-12);
         assert_eq!((place.couple.norm(), place.force.norm(), place.regr, place.speed), (0.0, 0.0, 0.0, 0.0));
         // In the frame of the base, the axis of the helix is parallel to u. The frame rotates about
@@ -47,9 +48,9 @@ fn unloaded_helix_has_constant_strain_and_curvature() {
         // Three elements of order eight resolve 0.44 rad each to 1e-11.
         assert_abs_diff_eq!(place.frame.angle_to(&expected), 0.0, epsilon = 1e-10);
         let (position, frame) = rod.at(s).unwrap();
-        assert_abs_diff_eq!(place.position, position, epsilon = 1e-13);
+        assert_abs_diff_eq!(InNorm(place.position), InNorm(position), epsilon = 1e-13);
         assert_abs_diff_eq!(place.frame.angle_to(&frame), 0.0, epsilon = 1e-15);
-        assert_abs_diff_eq!(place.tangent(), frame * Vector3::z(), epsilon = 1e-15);
+        assert_abs_diff_eq!(InNorm(place.tangent()), InNorm(frame * Vector3::z()), epsilon = 1e-15);
     }
 }
 
@@ -65,8 +66,16 @@ fn couple_of_cantilever_is_the_moment_of_its_end_force() {
         // m = (p(ℓ) − p(s)) × F. Both sides are integrated by the same rule, so that they differ by
         // rounding alone.
         let moment = (tip - place.position).cross(&force);
-        assert_abs_diff_eq!(place.frame * place.couple, moment, epsilon = 1e-14 * tip.norm() * force.norm());
-        assert_abs_diff_eq!(place.strain, place.couple.component_div(&YOUNG.stiffness(RADIUS)), epsilon = 1e-10);
+        assert_abs_diff_eq!(
+            InNorm(place.frame * place.couple),
+            InNorm(moment),
+            epsilon = 1e-14 * tip.norm() * force.norm()
+        );
+        assert_abs_diff_eq!(
+            InNorm(place.strain),
+            InNorm(place.couple.component_div(&YOUNG.stiffness(RADIUS))),
+            epsilon = 1e-10
+        );
     }
 }
 
@@ -199,9 +208,17 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
             let x = morphorod::quadrature::gauss(rod.order().points()).0[g];
             let place = profile.at(below + x * rod.element_length(e)).unwrap();
             let point = &rod.points()[e * rod.order().points() + g];
-            assert_abs_diff_eq!(place.intrinsic, point.intrinsic, epsilon = 1e-11 * point.intrinsic.norm());
+            assert_abs_diff_eq!(
+                InNorm(place.intrinsic),
+                InNorm(point.intrinsic),
+                epsilon = 1e-11 * point.intrinsic.norm()
+            );
             // Differentiated rotations give the strain with order p + 1, couples with p + 2.
-            assert_abs_diff_eq!(place.strain, rod.strain(e, g).unwrap(), epsilon = 1e-4 * place.strain.norm());
+            assert_abs_diff_eq!(
+                InNorm(place.strain),
+                InNorm(rod.strain(e, g).unwrap()),
+                epsilon = 1e-4 * place.strain.norm()
+            );
             assert_eq!((place.regr, place.speed), (1.0 / 72e3, 0.0));
         }
         below += rod.element_length(e);
@@ -218,7 +235,7 @@ fn arc_lengths_outside_the_rod_are_clamped_to_its_ends() {
     assert_eq!(profile.at(-1.0), profile.at(0.0));
     let [beyond, apex] = [f64::INFINITY, LENGTH].map(|s| profile.at(s).unwrap());
     assert_abs_diff_eq!(beyond.arc_length, LENGTH, epsilon = 1e-16);
-    assert_abs_diff_eq!(beyond.position, apex.position, epsilon = 1e-16);
+    assert_abs_diff_eq!(InNorm(beyond.position), InNorm(apex.position), epsilon = 1e-16);
     assert_eq!(profile.sample(0).len(), 0);
     assert_eq!(profile.sample(1), [profile.at(0.0).unwrap()]);
     assert_abs_diff_eq!(rod.arc_length_of(-5.0).unwrap(), 0.0, epsilon = 1e-16);

@@ -1,5 +1,6 @@
 //! Laws that are replaced during the life of a shoot.
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
@@ -62,7 +63,7 @@ fn parameter_set_by_hand_acts_like_a_law_that_announces_its_change() {
     run(&mut shoot, END);
     // The same steps and the same numbers, except that the announced law is evaluated a few units
     // of rounding of time beside its change.
-    assert_abs_diff_eq!(shoot.tip(), announced.tip(), epsilon = 1e-15);
+    assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(announced.tip()), epsilon = 1e-15);
     // The change moves the tip visibly.
     let mut unchanged = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     run(&mut unchanged, END);
@@ -78,7 +79,7 @@ fn replaced_scene_acts_like_a_base_tilted_at_that_time() {
     run(&mut shoot, CHANGE);
     let mut shoot = shoot.with_model(shoot.model().clone().with_scene(Still::tilted(0.5)).into_dyn()).unwrap();
     run(&mut shoot, END);
-    assert_abs_diff_eq!(shoot.tip(), announced.tip(), epsilon = 1e-15);
+    assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(announced.tip()), epsilon = 1e-15);
     assert!(shoot.tip().x > 0.001);
 }
 
@@ -97,7 +98,7 @@ fn added_load_acts_at_once_and_its_removal_restores_the_shape() {
     assert!(pulled.tip().x > 5e-4);
     let mut released = pulled.with_model(shoot.model().clone()).unwrap();
     run(&mut released, CHANGE);
-    assert_abs_diff_eq!(released.tip(), before, epsilon = 1e-12);
+    assert_abs_diff_eq!(InNorm(released.tip()), InNorm(before), epsilon = 1e-12);
 }
 
 #[test]
@@ -334,7 +335,7 @@ fn added_point_force_gives_the_shape_of_one_present_from_the_start_at_every_orde
             run(&mut built, 1.0);
             run(&mut loaded, 1.0);
             assert!(
-                abs_diff_eq!(loaded.tip(), built.tip(), epsilon = 1e-9),
+                abs_diff_eq!(InNorm(loaded.tip()), InNorm(built.tip()), epsilon = 1e-9),
                 "{order:?}, {initial_apex_distance} m: {:?} against {:?}",
                 loaded.tip(),
                 built.tip()

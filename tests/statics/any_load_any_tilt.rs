@@ -1,5 +1,6 @@
 //! A uniform shoot at any tilt under any weight, from a straight initial guess.
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue};
 use approx::abs_diff_eq;
 use morphorod::equilibrium::{Equilibrium, EquilibriumSolver, NewtonSolver};
@@ -61,7 +62,12 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
             });
             // The requirement is 1e-8 of the length. At order 8, the error of a mesh of half the
             // size is 256 times smaller.
-            assert!(abs_diff_eq!(tips[0], tips[1], epsilon = 1e-8), "{case}: {} against {}", tips[0], tips[1]);
+            assert!(
+                abs_diff_eq!(InNorm(tips[0]), InNorm(tips[1]), epsilon = 1e-8),
+                "{case}: {} against {}",
+                tips[0],
+                tips[1]
+            );
         }
     }
 }
@@ -91,7 +97,7 @@ fn tip_of_heavy_shoots_matches_shooting() {
             let promised = known.error + rounding + (tips[0] - tips[1]).norm();
             let expected = Vector2::from(known.value);
             assert!(
-                abs_diff_eq!(tips[1], expected, epsilon = promised),
+                abs_diff_eq!(InNorm(tips[1]), InNorm(expected), epsilon = promised),
                 "load {load}, tilt {tilt}: {} against {expected} within {promised:e}",
                 tips[1]
             );
@@ -114,7 +120,7 @@ fn heavy_horizontal_shoots_converge_on_a_uniform_mesh() {
         // At load 1000 the boundary layer of ℓ/32 is as long as one of 32 elements. The error there
         // is (h/layer)⁸ · 1e-8.
         let (coarse, fine) = (tip(32), tip(64));
-        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-7), "load {load}: {coarse} against {fine}");
+        assert!(abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-7), "load {load}: {coarse} against {fine}");
         load *= 1.5;
     }
 }

@@ -3,6 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{back_to_base, cases, solve_tight, weightless, young_tissue};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
@@ -68,7 +69,7 @@ proptest! {
             let bound = gauss_error(order.points(), u.norm() / elements as f64) + 2e-14;
             let (tip, expected) = (rod.tip(), helix(&u, 1.0));
             prop_assert!(
-                abs_diff_eq!(tip, expected, epsilon = bound),
+                abs_diff_eq!(InNorm(tip), InNorm(expected), epsilon = bound),
                 "{order:?}: {tip} against {expected} within {bound:e}"
             );
         }
@@ -236,9 +237,9 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
             // The bound is the step error of the integration, and rounding of a few units in each
             // of 1000 steps.
             let promised = known.error + 1000.0 * 4.0 * f64::EPSILON;
-            assert!(abs_diff_eq!(base, Matrix3::identity(), epsilon = promised), "{force} lb: {base}");
+            assert!(abs_diff_eq!(InNorm(base), InNorm(Matrix3::identity()), epsilon = promised), "{force} lb: {base}");
             assert!(
-                abs_diff_eq!(tip, rod.tip(), epsilon = promised * rod.length()),
+                abs_diff_eq!(InNorm(tip), InNorm(rod.tip()), epsilon = promised * rod.length()),
                 "{force} lb: {tip} against {}",
                 rod.tip()
             );

@@ -1,6 +1,7 @@
 //! Rods without a closed form: tapered rods, rods in space under several loads, and rods of
 //! nonlinear tissue. The balance of couples is checked by integrations that use no elements.
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods;
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -55,7 +56,7 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
     let finest = settled(128, Order::default());
     // The bound is the step error of the integration and the rounding of its 2 · 4000 additions.
     let certain = known.error / LENGTH + 8000.0 * f64::EPSILON;
-    assert_abs_diff_eq!(finest.tip().xz(), Vector2::from(known.value), epsilon = certain * LENGTH);
+    assert_abs_diff_eq!(InNorm(finest.tip().xz()), InNorm(Vector2::from(known.value)), epsilon = certain * LENGTH);
     for order in Order::ALL {
         let error = |k: i32| (settled(1 << k, order).tip() - finest.tip()).norm() / LENGTH;
         let errors: Vec<f64> = (1..8).map(error).filter(|e| (1e-13..1e-3).contains(e)).collect();
@@ -219,7 +220,7 @@ fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
     let (other, crude) = solve(&stiffening(true), 32);
     assert!(found.iterations <= 8, "{} iterations", found.iterations);
     assert!(crude.iterations >= 2 * found.iterations, "{} against {}", crude.iterations, found.iterations);
-    assert_abs_diff_eq!(other.tip(), rod.tip(), epsilon = 1e-11 * LENGTH);
+    assert_abs_diff_eq!(InNorm(other.tip()), InNorm(rod.tip()), epsilon = 1e-11 * LENGTH);
     // The rod is stiffer than with the linear part alone.
     let (soft, _) = solve(&Stiffening { cubic: 0.0, ..law }, 32);
     assert!(soft.tip().z < rod.tip().z - 0.01 * LENGTH);
@@ -275,7 +276,7 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
         let stiffness = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: nu }.stiffness(RADIUS);
         let expected = Vector3::new(bending, bending, torsion);
         assert!(
-            abs_diff_eq!(stiffness, expected, epsilon = 8.0 * f64::EPSILON * bending),
+            abs_diff_eq!(InNorm(stiffness), InNorm(expected), epsilon = 8.0 * f64::EPSILON * bending),
             "ν = {nu}: {stiffness} against {expected}"
         );
     }
@@ -287,7 +288,7 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
         let (lignified, linear) = (sagged(&law, exit), sagged(&tissue, exit));
         // The two problems differ by the rounding of the modulus.
         assert!(
-            abs_diff_eq!(lignified, linear, epsilon = 64.0 * f64::EPSILON * LENGTH),
+            abs_diff_eq!(InNorm(lignified), InNorm(linear), epsilon = 64.0 * f64::EPSILON * LENGTH),
             "{modulus}: {lignified} against {linear}"
         );
     }

@@ -3,6 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{back_to_base_of_line, cases, solve_tight, weightless};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Timoshenko, Tissue};
@@ -81,7 +82,7 @@ fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_fo
             let profile = Profile::of(&rod, &tissue, &weight, &environment);
             let foot = profile.at(0.0).expect("a number");
             let stretch = Vector3::z() * (1.0 + 2.0 * sign * change / length);
-            assert_abs_diff_eq!(foot.line_strain, stretch, epsilon = 16.0 * f64::EPSILON);
+            assert_abs_diff_eq!(InNorm(foot.line_strain), InNorm(stretch), epsilon = 16.0 * f64::EPSILON);
             assert!(foot.position.norm() < 16.0 * f64::EPSILON, "{}", foot.position);
             assert_abs_diff_eq!(foot.tangent().norm(), 1.0, epsilon = 1e-15);
             assert!((rod.line_strain(0, 0).expect("a point").z - 1.0) * sign > 0.0);
@@ -215,7 +216,7 @@ fn helical_spring_deflects_by_castiglianos_theorem() {
         let rest = spring(coil, pitch.to_radians(), turns, 12);
         let length = rest.length();
         // A helix of three turns rises by ℓ sin α.
-        assert_abs_diff_eq!(rest.tip(), Vector3::z() * (length * sin), epsilon = 1e-9 * length);
+        assert_abs_diff_eq!(InNorm(rest.tip()), InNorm(Vector3::z() * (length * sin)), epsilon = 1e-9 * length);
         let torsion = SOFT.stiffness(RADIUS).z;
         let wire = Timoshenko::circular(SOFT);
         let (shear, stretch) = (wire.shear_factor * wire.shear_modulus * PI, 1.0);
@@ -266,8 +267,8 @@ fn spring_pulled_to_twice_its_length_satisfies_the_balance_equations() {
     // The error of the integration, and that of the mesh at 15° an element, which is 2⁻⁸ of that of
     // the helix above.
     let granted = known.error + 1e-11;
-    assert_abs_diff_eq!(known.value.0, base, epsilon = granted);
-    assert_abs_diff_eq!(known.value.1, rod.tip(), epsilon = granted * length);
+    assert_abs_diff_eq!(InNorm(known.value.0), InNorm(base), epsilon = granted);
+    assert_abs_diff_eq!(InNorm(known.value.1), InNorm(rod.tip()), epsilon = granted * length);
 }
 
 /// A law whose stiffness to bending, shear and stretch falls by half from the base to the apex.
@@ -297,7 +298,7 @@ proptest! {
         let turned = solve(turn, 24);
         // Rounding of 24 elements, amplified by the inverse of the tangent.
         let image = turn * rod.tip();
-        prop_assert!(abs_diff_eq!(image, turned.tip(), epsilon = 1e-12), "{image} against {}", turned.tip());
+        prop_assert!(abs_diff_eq!(InNorm(image), InNorm(turned.tip()), epsilon = 1e-12), "{image} against {}", turned.tip());
         let stiffness = SOFT.stiffness(RADIUS);
         let factor = |s: f64| 1.0 + (length - s) / length;
         let known = back_to_base_of_line(

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{BETA, DAY, ETA, HOUR, MINUTE};
 use approx::assert_abs_diff_eq;
 use morphorod::constitutive::{Lignifying, LinearElastic};
@@ -86,8 +87,8 @@ const ANGLE: f64 = 1e-10;
 fn assert_same(expected: impl Iterator<Item = (Vector3<f64>, Matrix3<f64>)>, found: &Answer) {
     let mut count = 0;
     for ((x, frame), (y, other)) in expected.zip(found.positions.iter().zip(&found.frames)) {
-        assert_abs_diff_eq!(x, *y, epsilon = ANGLE * 0.066);
-        assert_abs_diff_eq!(frame, *other, epsilon = 2.0 * ANGLE);
+        assert_abs_diff_eq!(InNorm(x), InNorm(*y), epsilon = ANGLE * 0.066);
+        assert_abs_diff_eq!(InNorm(frame), InNorm(*other), epsilon = 2.0 * ANGLE);
         count += 1;
     }
     assert_eq!(count, found.positions.len());

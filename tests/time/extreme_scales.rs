@@ -3,6 +3,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{
     BETA, DAY, ETA, HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, assert_sound, growing, reduced, righting,
     steering, tips,
@@ -38,7 +39,7 @@ fn delay_longer_than_the_run_leaves_the_shoot_unchanged() {
         let laws = remembering(Memory { time: 720.0, delay });
         let tip = tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 10.0 * HOUR);
         // The tolerance of the equilibria.
-        assert!(abs_diff_eq!(tip, rest, epsilon = 1e-11), "{delay} s: {tip:?} against {rest:?}");
+        assert!(abs_diff_eq!(InNorm(tip), InNorm(rest), epsilon = 1e-11), "{delay} s: {tip:?} against {rest:?}");
     }
 }
 
@@ -54,7 +55,7 @@ fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
     let [first, second] = [1e9, 1e10].map(|time| (moved(time) - rest) * time);
     // The effect of the changed shape is 1e-4 of the first.
     assert!(first.z > 0.0, "{first:?}");
-    assert_abs_diff_eq!(first, second, epsilon = 1e-3 * first.norm());
+    assert_abs_diff_eq!(InNorm(first), InNorm(second), epsilon = 1e-3 * first.norm());
 }
 
 #[test]
@@ -108,9 +109,9 @@ fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
         tip_at(shoot, 90.0, 10.0 * HOUR)
     };
     let (coarse, fine) = (stiff(1e6, 6), stiff(1e6, 12));
-    assert_abs_diff_eq!(coarse, fine, epsilon = 1e-6);
+    assert_abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-6);
     // The remaining compliance is 1e-6.
-    assert_abs_diff_eq!(coarse, stiff(1e9, 6), epsilon = 1e-6);
+    assert_abs_diff_eq!(InNorm(coarse), InNorm(stiff(1e9, 6)), epsilon = 1e-6);
     // The stiffness matters.
     assert!((coarse - stiff(1.0, 6)).norm() > 1e-4);
 }
@@ -138,7 +139,10 @@ fn twisted_rods_of_all_poissons_ratios_converge() {
     for ratio in [0.5, 0.0, -0.9, -0.99, -0.999_999] {
         let (coarse, fine) = (twisted(ratio, 8), twisted(ratio, 16));
         // The tolerance of equilibria, relative to the length.
-        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-9 * 0.06), "ν = {ratio}: {coarse:?} against {fine:?}");
+        assert!(
+            abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-9 * 0.06),
+            "ν = {ratio}: {coarse:?} against {fine:?}"
+        );
         // K3 is proportional to 1/(1 + ν): the limit has no twist, and the distance to it is
         // proportional to 1 + ν.
         let share = (fine - limit).norm() / (1.0 + ratio);
@@ -197,12 +201,12 @@ fn one_element_and_a_hundred_thousand_elements_give_the_same_shape() {
         |elements: usize| tip_at(righting().elements(elements).tropism(()).into_dyn().build().unwrap(), 60.0, 0.0);
     let reference = hanging(64);
     let (one, many) = (hanging(1), hanging(100_000));
-    assert_abs_diff_eq!(one, reference, epsilon = 2e-4 * 0.05);
+    assert_abs_diff_eq!(InNorm(one), InNorm(reference), epsilon = 2e-4 * 0.05);
     // Rounding errors add up over the nodes.
-    assert_abs_diff_eq!(many, reference, epsilon = 1e-10 * 0.05);
+    assert_abs_diff_eq!(InNorm(many), InNorm(reference), epsilon = 1e-10 * 0.05);
     let grown = |elements: usize| tip_at(growing().elements(elements).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR);
     let (one, eight) = (grown(1), grown(8));
-    assert_abs_diff_eq!(one, eight, epsilon = 5e-3 * 0.07);
+    assert_abs_diff_eq!(InNorm(one), InNorm(eight), epsilon = 5e-3 * 0.07);
 }
 
 #[test]
@@ -220,7 +224,7 @@ fn shoots_of_a_hundred_times_the_weight_converge() {
             tip_at(shoot, 90.0, 10.0 * HOUR)
         };
         let (coarse, fine) = (heavy(16), heavy(32));
-        assert!(abs_diff_eq!(coarse, fine, epsilon = 1e-6), "tilt {tilt}: {coarse:?} against {fine:?}");
+        assert!(abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-6), "tilt {tilt}: {coarse:?} against {fine:?}");
     }
 }
 
@@ -256,6 +260,9 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     for unit in [1e5, 1e-7, 3e8, 1e-11] {
         let found = grown(unit);
         // The tolerance of equilibria is an angle, and rounding decides when the iteration ends.
-        assert!(abs_diff_eq!(found, metre, epsilon = 1e-9 * 0.07), "{unit:e}: {found:?} against {metre:?}");
+        assert!(
+            abs_diff_eq!(InNorm(found), InNorm(metre), epsilon = 1e-9 * 0.07),
+            "{unit:e}: {found:?} against {metre:?}"
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! The righting response of a shoot laid on its side: reduced model, h = −ĝ, ℓ = 5 cm, τg = 20 h,
 //! horizontal base.
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq};
 use morphorod::equilibrium::NewtonSolver;
@@ -43,7 +44,11 @@ fn stationary_tip(length: f64) -> Vector3<f64> {
 
 #[test]
 fn righting_shoot_reaches_the_stationary_shape_for_any_memories() {
-    assert_abs_diff_eq!(stationary_tip(0.05), Vector3::new(0.0191771143042, 0.0, 0.0413398528227), epsilon = 1e-13);
+    assert_abs_diff_eq!(
+        InNorm(stationary_tip(0.05)),
+        InNorm(Vector3::new(0.0191771143042, 0.0, 0.0413398528227)),
+        epsilon = 1e-13
+    );
     let own = |time: f64, delay: f64| Memory { time: time * MINUTE, delay: delay * MINUTE };
     for (gravity, bend) in [(MEMORY, MEMORY), (own(5.0, 17.0), own(20.0, 8.0)), (own(30.0, 5.0), own(3.0, 12.0))] {
         let mut shoot = righting()
@@ -58,7 +63,10 @@ fn righting_shoot_reaches_the_stationary_shape_for_any_memories() {
         // order 8 are exact to 1e-11 m. 1e-10 m is 2e-9 of the length.
         let (tips, _) = tips(&mut shoot, 180.0, &[100.0 * HOUR]);
         let (tip, exact) = (tips[0], stationary_tip(0.05));
-        assert!(abs_diff_eq!(tip, exact, epsilon = 1e-10), "{gravity:?} {bend:?}: {tip:?} against {exact:?}");
+        assert!(
+            abs_diff_eq!(InNorm(tip), InNorm(exact), epsilon = 1e-10),
+            "{gravity:?} {bend:?}: {tip:?} against {exact:?}"
+        );
     }
 }
 
@@ -92,11 +100,11 @@ fn given_history_that_is_zero_or_constant_acts_like_the_empty_or_steady_history(
     for i in 0..times.len() {
         // Interpolation of a constant is exact. Rounding may change whether Newton's method meets
         // its tolerance, 1e-11 rad over 5 cm.
-        assert_abs_diff_eq!(empty[i], zero[i], epsilon = 1e-12);
-        assert_abs_diff_eq!(steady[i], constant[i], epsilon = 1e-12);
+        assert_abs_diff_eq!(InNorm(empty[i]), InNorm(zero[i]), epsilon = 1e-12);
+        assert_abs_diff_eq!(InNorm(steady[i]), InNorm(constant[i]), epsilon = 1e-12);
     }
     // A steady history bends the shoot from the beginning, an empty one only after the delay.
-    assert_abs_diff_ne!(steady[0], empty[0], epsilon = 1e-4);
+    assert_abs_diff_ne!(InNorm(steady[0]), InNorm(empty[0]), epsilon = 1e-4);
 }
 
 #[test]
@@ -136,7 +144,7 @@ fn steady_history_bends_the_shoot_at_a_constant_rate_for_one_delay() {
         let gradient = [-BETA / RADIUS * y[1] - ETA * y[2], BETA / RADIUS * y[0] - ETA * y[3]];
         let exact = Vector3::new(gradient[0], gradient[1], 0.0) * (MEMORY.delay / (20.0 * HOUR));
         // Sums of about ten terms: a few ulp.
-        assert_abs_diff_eq!(point.intrinsic, exact, epsilon = 1e-14 * exact.norm());
+        assert_abs_diff_eq!(InNorm(point.intrinsic), InNorm(exact), epsilon = 1e-14 * exact.norm());
     }
 }
 

@@ -1,5 +1,6 @@
 //! Runs step by step, runs that stop at a condition, and runs with output times.
 
+use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::growth::UniformGrowth;
@@ -161,7 +162,7 @@ fn output_times_leave_the_run_unchanged_and_show_accurate_shapes() {
             // Fourth order in the step, with 1e-5 m at four minutes.
             let bound = 1e-5 * (step / 240.0_f64).powi(4) + 1e-10;
             assert!(
-                abs_diff_eq!(fine.tip(), *tip, epsilon = bound),
+                abs_diff_eq!(InNorm(fine.tip()), InNorm(*tip), epsilon = bound),
                 "steps of {step} s, at {time} s: {:?} against {tip:?}, bound {bound:e}",
                 fine.tip()
             );
@@ -229,7 +230,7 @@ fn stops_at_almost_equal_times_keep_the_accuracy() {
                 let tip = end(stops, iterated);
                 // A step in two unequal parts differs by its own error in time, about 1e-7 m.
                 assert!(
-                    abs_diff_eq!(tip, plain, epsilon = 5e-7),
+                    abs_diff_eq!(InNorm(tip), InNorm(plain), epsilon = 5e-7),
                     "iterated {iterated}, {stops:?}: {tip:?} against {plain:?}"
                 );
             }
