@@ -39,6 +39,9 @@ pub(super) struct Course {
     pub correction: Option<Correction>,
     /// How fine the elements are kept on the way.
     pub mesh: Mesh,
+    /// The step of the coarsest of several runs that are compared, s; zero for a run alone. Short intervals and fast transients
+    /// are divided more finely in the proportion of `size` to it, so that these runs differ everywhere.
+    pub coarsest: f64,
 }
 
 /// Refuses a time to go to that lies in the past of a shoot, or nowhere.

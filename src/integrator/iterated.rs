@@ -62,7 +62,8 @@ impl<E: EquilibriumSolver> Integrator for Iterated<E> {
         ParameterError::positive("tolerance of the corrections", self.tolerance)?;
         let correction = Some(Correction { tolerance: self.tolerance, most: self.max_corrections });
         let mesh = shoot.mesh;
-        let course = Course { until, size: self.step, most_steps, retries: self.retries, correction, mesh };
+        let course =
+            Course { until, size: self.step, most_steps, retries: self.retries, correction, mesh, coarsest: 0.0 };
         self.stepper.advance(shoot, &mut self.solver, course)
     }
 }

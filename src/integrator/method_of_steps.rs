@@ -65,7 +65,8 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             return Err(IntegrationError::StepTooLong { step: *step, delay });
         }
         let mesh = shoot.mesh;
-        let course = Course { until, size: *step, most_steps, retries: *retries, correction: None, mesh };
+        let course =
+            Course { until, size: *step, most_steps, retries: *retries, correction: None, mesh, coarsest: 0.0 };
         stepper.advance(shoot, solver, course)
     }
 }

@@ -16,6 +16,9 @@ pub(super) const AROUND: f64 = (ORDER - 1) as f64;
 /// The first step, over the time in which a variable rises to what it remembers: cubics follow an exponential for so long.
 const FRESH: f64 = 0.25;
 
+/// The coarsest of several runs divides an interval that is shorter than its step into this number of steps.
+const STEPS_WITHIN: f64 = 2.0;
+
 /// The end of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stop {
@@ -105,6 +108,29 @@ fn longest_step(
     if step > shortest { Ok(step) } else { Err(IntegrationError::GrowsTooFast { time: t, step: size }) }
 }
 
+/// The longest step in an interval between two discontinuities or breaking points (s) by which runs that are compared differ, s.
+///
+/// Without it a step close behind a discontinuity depends only on the time since then. The difference of two runs would not contain
+/// the error of such steps.
+fn longest_to_compare(shoot: &Shoot<impl Model>, laws: &Declaration, course: &Course, interval: f64) -> f64 {
+    let &Course { size, coarsest, .. } = course;
+    if coarsest == 0.0 {
+        return f64::INFINITY;
+    }
+    let fineness = size / coarsest;
+    let since = shoot.state.time - shoot.state.smooth_since;
+    let scale = if interval < coarsest * (1.0 - 1e-9) { interval / STEPS_WITHIN } else { coarsest };
+    let mut longest = fineness * scale * (since / (2.0 * scale)).sqrt().clamp(FIRST_STEP, 1.0);
+    if since < size {
+        // A transient that is faster than a step.
+        let rise = shortest_rise(shoot, laws, shoot.state.history.levels() - 1);
+        if rise < size {
+            longest = longest.min(fineness * since.max(FRESH * rise));
+        }
+    }
+    longest
+}
+
 /// The end of the next step of a course: no more tissue than makes an element of the longest kind leaves the zone in it.
 pub(super) fn next_stop(
     shoot: &Shoot<impl Model>,
@@ -121,7 +147,12 @@ pub(super) fn next_stop(
         discontinuity,
         "further from the one before it than rounding (s): are there announcements without end?",
     )?;
+    // Times that agree up to rounding are one, whatever the unit of time.
+    let discontinuity =
+        if discontinuity > before(until) && discontinuity < after(until) { until } else { discontinuity };
     let (passed_point, next_point) = breaking_points(shoot, laws, size);
+    let is_close = |time: &f64| (time - next_point).abs() <= CLOSE * size;
+    let next_point = [discontinuity, until].into_iter().find(is_close).unwrap_or(next_point);
     let target = until.min(discontinuity).min(next_point);
     let since = t - shoot.state.smooth_since;
     let mut first = FIRST_STEP * size;
@@ -131,6 +162,8 @@ pub(super) fn next_stop(
     }
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - 1e-9) { since.max(first) } else { size };
+    let interval = discontinuity.min(next_point) - shoot.state.smooth_since.max(passed_point);
+    step = step.min(longest_to_compare(shoot, laws, course, interval));
     step = step.min(longest_step(shoot, course)?);
     let last_step = shoot.state.history.last_step();
     let smooth = shoot.state.smooth_since;
@@ -142,7 +175,7 @@ pub(super) fn next_stop(
     let time = if rest <= step * (1.0 + 1e-9) {
         target
     } else if target == next_point && rest < AROUND * step {
-        t + rest / (rest / step).ceil()
+        t + rest / (rest / step * (1.0 - 1e-9)).ceil()
     } else if rest < 2.0 * step {
         // Two equal steps rather than one and a remnant, beside which interpolation would lose digits.
         t + 0.5 * rest

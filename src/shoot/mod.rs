@@ -131,10 +131,13 @@ impl<M: Model> Shoot<M> {
         Ok(())
     }
 
-    /// Gives every material point an intrinsic strain, as [`Rod::set_intrinsic`] does: to disturb a shoot, say.
+    /// Gives every material point an intrinsic strain (1/m), as [`Rod::set_intrinsic`] does. It may disturb a shoot in the middle of a
+    /// run.
+    ///
+    /// The change is a discontinuity. The next call of an integrator finds the new shape and begins afresh from there.
     pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
         self.state.rod.set_intrinsic(strain);
-        self.state.plan = None;
+        (self.state.changed, self.state.plan) = (self.state.history.levels() > 0, None);
     }
 
     /// How fine the elements are kept.

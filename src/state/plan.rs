@@ -12,6 +12,8 @@ pub(crate) struct Plan {
     pub until: f64,
     /// Longest step, s.
     pub step: f64,
+    /// Longest step of the coarsest trial, s.
+    pub coarsest: f64,
     /// Longest element, m.
     pub longest_element: f64,
     /// Of mature elements, rad.
@@ -23,10 +25,11 @@ pub(crate) struct Plan {
 impl Plan {
     /// Refuses numbers that no plan has.
     pub fn check(&self) -> Result<(), StateError> {
-        let Self { tolerance, until, step, longest_element, merge_tolerance, error } = *self;
+        let Self { tolerance, until, step, coarsest, longest_element, merge_tolerance, error } = *self;
         let positive = [
             ("planned tolerance", tolerance),
             ("planned step", step),
+            ("step of the coarsest trial", coarsest),
             ("planned longest element", longest_element),
             ("planned merge tolerance", merge_tolerance),
         ];

@@ -15,6 +15,7 @@ mod order_in_time;
 mod random_scenes;
 mod righting;
 mod shoots_that_stretch;
+mod short_events;
 mod stops;
 mod tolerance;
 mod tolerance_random;

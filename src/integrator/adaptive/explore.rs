@@ -27,6 +27,10 @@ const AT_REST: f64 = 0.05;
 const COARSEST_MERGE: f64 = 2e-3;
 /// So often a step is halved because a run at it fails, or because it does not show the order.
 const HALVINGS: usize = 40;
+/// The number of times that elements are made shorter because no equilibrium is found. Elements are then a 35th as long as at first.
+const MOST_CUTS: usize = 10;
+/// The same if there is no equilibrium at the start. Its elements are refined by themselves before.
+const MOST_CUTS_AT_REST: usize = 2;
 /// Steps of the first trial, at most, but for those that a start or a jump takes more.
 const MOST_FIRST_STEPS: f64 = 1000.0;
 /// The shortest first step, relative to the time: a million units of its rounding.
@@ -98,15 +102,22 @@ impl Adaptive {
         let step = self.first_step(shoot, until);
         let tolerance = self.tolerance;
         let merge_tolerance = (MERGING * tolerance).min(COARSEST_MERGE);
-        let mut coarse = Plan { tolerance, until, step, longest_element, merge_tolerance, error: 1.0 };
-        let mut failure = None;
+        let mut coarse = Plan { tolerance, until, step, coarsest: step, longest_element, merge_tolerance, error: 1.0 };
+        let (mut failure, mut cuts) = (None, 0);
         for _ in 0..HALVINGS {
             match self.trials(shoot, start, &coarse, spent) {
                 Ok((finer, error)) if error.shows_order() => return Ok((finer, error)),
                 Ok(_) | Err(IntegrationError::GrowsTooFast { .. }) => (),
                 Err(error) if error.is_recoverable() => {
+                    // Shorter elements cure no other failure.
+                    if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
+                        if cuts == if time == start.time { MOST_CUTS_AT_REST } else { MOST_CUTS } {
+                            return Err(error);
+                        }
+                        cuts += 1;
+                        coarse.longest_element *= CUT;
+                    }
                     failure = Some(error);
-                    coarse.longest_element *= CUT;
                 }
                 Err(error) => return Err(failure.unwrap_or(error)),
             }

@@ -113,6 +113,7 @@ impl Adaptive {
             retries: 0,
             correction: if past_only { None } else { Some(correction) },
             mesh: Mesh { longest_element: resolution.longest_element, merge_tolerance: resolution.merge_tolerance },
+            coarsest: resolution.coarsest,
         }
     }
 }
