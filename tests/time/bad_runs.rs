@@ -1,20 +1,23 @@
 //! Runs with invalid settings, or through invalid states, end in an error that names the cause and
 //! leave the shoot unchanged. None panics, hangs or returns NaN.
 
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::Duration;
 
-use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, YOUNG, assert_sound, growing, righting};
+use crate::fixtures::shoots::{BETA, ETA, HOUR, RADIUS, WEIGHT, YOUNG, assert_sound, growing, righting};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
-use morphorod::growth::UniformGrowth;
+use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Adaptive, GivenHistory, IntegrationError, Integrator, Iterated, MethodOfSteps};
-use morphorod::load::Weight;
+use morphorod::load::{ApicalForce, Weight};
 use morphorod::tropism::{
-    Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Site, Statoliths,
+    Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Site,
+    Statoliths, TropismLaw, Variable,
 };
 use morphorod::{Shoot, Still};
+use nalgebra::Vector3;
 use proptest::prelude::*;
 
 /// Fails unless the error names the parameter with the given words, and its value.
@@ -263,4 +266,80 @@ fn failed_run_continues_like_an_undisturbed_one_once_the_cause_is_removed() {
     assert!(shoot.state() == other.state());
     // The length of the reference in `growing_shoot`.
     assert_abs_diff_eq!(shoot.rod().length(), 0.071470872419, epsilon = 1e-12);
+}
+
+/// The number of evaluations of the load until `Adaptive` refuses a shoot.
+fn evaluations(youngs_modulus: f64, growth_time: f64) -> usize {
+    let count = Arc::new(AtomicUsize::new(0));
+    let counted = Arc::clone(&count);
+    let load = ApicalForce(move |_| {
+        counted.fetch_add(1, Ordering::Relaxed);
+        Vector3::zeros()
+    });
+    let mut shoot = Shoot::builder(LinearElastic { youngs_modulus, poissons_ratio: 0.5 })
+        .length(0.05)
+        .radius(RADIUS)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: growth_time }))
+        .tropism(Proprioception { sensitivity: 20.0 }.remembered(Memory { time: 720.0, delay: 720.0 }))
+        .scene(Still::tilted(0.5))
+        .load((WEIGHT, load))
+        .into_dyn()
+        .build()
+        .unwrap();
+    Adaptive::new(1e-4).advance(&mut shoot, 4000.0).unwrap_err();
+    count.load(Ordering::Relaxed)
+}
+
+#[test]
+fn shoots_with_absurd_constants_are_refused_soon() {
+    for (youngs_modulus, growth_time) in [(1e-300, 72e3), (1e-5, 72e3), (1e7, 1e-300), (1e7, 1e-5)] {
+        let evaluations = evaluations(youngs_modulus, growth_time);
+        println!("E = {youngs_modulus:e} Pa, τg = {growth_time:e} s: {evaluations} evaluations of the load");
+        // A run of the sound shoot evaluates the load 20,000 times.
+        assert!(evaluations < 100_000, "E = {youngs_modulus:e}, τg = {growth_time:e}: {evaluations}");
+    }
+}
+
+/// A law whose rate jumps with its own variable has no solution of the implicit step there.
+#[derive(Debug)]
+struct Relay {
+    calls: Arc<AtomicUsize>,
+}
+
+impl TropismLaw for Relay {
+    fn declare(&self, to: &mut Declaration) {
+        to.stimuli(1);
+        to.variable(Variable::read_after(0.0));
+    }
+
+    fn sense(&self, _site: &Site, stimuli: &mut [f64]) {
+        stimuli[0] = 1.0;
+    }
+
+    fn rates(&self, variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
+        self.calls.fetch_add(1, Ordering::Relaxed);
+        rates[0] = if variables[0] < 1.0 { 1.0 } else { -1e3 };
+    }
+
+    fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
+        Vector3::y() * past[0]
+    }
+}
+
+#[test]
+fn failures_of_the_variables_do_not_refine_the_elements() {
+    let calls = Arc::new(AtomicUsize::new(0));
+    let mut shoot = Shoot::builder(YOUNG)
+        .length(0.05)
+        .radius(RADIUS)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
+        .tropism(Relay { calls: Arc::clone(&calls) })
+        .into_dyn()
+        .build()
+        .unwrap();
+    let mut integrator = Adaptive::new(1e-5);
+    integrator.max_steps = 2000;
+    let error = integrator.advance(&mut shoot, HOUR).unwrap_err();
+    println!("{error}: {} evaluations of the rates", calls.load(Ordering::Relaxed));
+    assert!(calls.load(Ordering::Relaxed) < 1_000_000, "{}", calls.load(Ordering::Relaxed));
 }

@@ -13,7 +13,7 @@ use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::{Branch, EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
-use morphorod::load::{ApicalForce, Distributed, Weight, Whirl};
+use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Order, Scene, Shoot, Still};
@@ -264,5 +264,38 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
             abs_diff_eq!(InNorm(found), InNorm(metre), epsilon = 1e-9 * 0.07),
             "{unit:e}: {found:?} against {metre:?}"
         );
+    }
+}
+
+/// All times of a scene in which stops coincide, in another unit. Its pulse begins where a delay carries the start to.
+#[test]
+fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
+    for (delays, duration) in [([720.0, 720.0], 300.0), ([720.0, 600.0], 720.0), ([240.0, 137.0], 60.0)] {
+        let run = |unit: f64| {
+            let memory = |delay: f64| Memory { time: 720.0 * unit, delay: delay * unit };
+            let pulse = Pulse { peak: Vector3::y() * 1e-5, start: 720.0 * unit, duration: duration * unit };
+            let mut shoot = Shoot::builder(YOUNG)
+                .length(0.05)
+                .radius(RADIUS)
+                .growth(UniformGrowth { zone_length: 0.04, time: 72e3 * unit })
+                .tropism((
+                    Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(memory(delays[0])),
+                    Proprioception { sensitivity: ETA }.remembered(memory(delays[1])),
+                ))
+                .scene(Still::tilted(0.5))
+                .load((WEIGHT, pulse))
+                .into_dyn()
+                .build()
+                .unwrap();
+            let statistics = MethodOfSteps::new(120.0 * unit).advance(&mut shoot, 7200.0 * unit).unwrap();
+            (statistics.steps, shoot.tip())
+        };
+        let (steps, tip) = run(1.0);
+        for unit in [1e-2, 1e-4, 3e-5, 1e-6, 1e4] {
+            let (same, other) = run(unit);
+            assert_eq!(same, steps, "{delays:?}, {unit:e}");
+            // Rounding of the times moves a shoot of 5 cm by less than 1e-13 m.
+            assert_abs_diff_eq!(InNorm(other), InNorm(tip), epsilon = 1e-13);
+        }
     }
 }

@@ -18,4 +18,5 @@ mod shoots_that_stretch;
 mod short_events;
 mod stops;
 mod tolerance;
+mod tolerance_events;
 mod tolerance_random;

@@ -12,8 +12,6 @@ const LONGEST_BLIND_JUMP: f64 = 2.5;
 const BLIND_JUMP: f64 = 2.0;
 /// Estimates are multiplied by this before they are reported.
 pub(super) const SAFETY: f64 = 2.0;
-/// The same for the first trials. The graded steps after a start are alike in both, and halve only further on.
-const FIRST_SAFETY: f64 = 4.0;
 /// Which part of the tolerance is aimed at for the error in time, and for that in space: with the factor above they leave as much
 /// again, so that a run seldom has to be repeated.
 pub(super) const AIM: [f64; 2] = [0.15, 0.1];
@@ -79,8 +77,6 @@ impl Ladder {
 pub(super) struct Error {
     time: f64,
     space: f64,
-    /// By what the estimate is multiplied before it is reported.
-    doubt: f64,
     /// Of runs with shorter and shorter steps.
     steps: Ladder,
 }
@@ -90,7 +86,7 @@ impl Error {
     pub fn of_first_trials(difference: f64, space: f64) -> Self {
         let mut steps = Ladder::new(IN_TIME);
         let time = steps.climb(2.0, difference);
-        Self { time, space, doubt: FIRST_SAFETY, steps }
+        Self { time, space, steps }
     }
 
     /// Whether the runs were near enough to each other to say anything.
@@ -99,14 +95,14 @@ impl Error {
     }
 
     pub fn reported(&self) -> f64 {
-        self.doubt * (self.time + self.space)
+        SAFETY * (self.time + self.space)
     }
 
     /// How much finer the next run has to be than the last, in steps, on the way to a tolerance, and whether it may be an answer that is not
     /// held against another, if the answer is to be such a `blind` one.
     pub fn next_jump(&self, tolerance: f64, blind: bool) -> (f64, bool) {
         // By how much less is aimed at, so that what is reported stays below the tolerance.
-        let caution = if blind { BLIND_SAFETY * self.doubt / SAFETY } else { 1.0 };
+        let caution = if blind { BLIND_SAFETY } else { 1.0 };
         let whole = (self.time * caution / (AIM[0] * tolerance)).powf(1.0 / self.steps.order()).max(SHORTEST_JUMP);
         let is_last = blind && whole <= LONGEST_BLIND_JUMP;
         let tried = if blind && !is_last { whole / BLIND_JUMP } else { whole };
@@ -124,7 +120,7 @@ impl Error {
     pub fn seen(&self, jump: f64, difference: f64) -> Self {
         let mut steps = self.steps;
         let time = steps.climb(jump, difference);
-        Self { time, doubt: SAFETY, steps, ..*self }
+        Self { time, steps, ..*self }
     }
 }
 
@@ -133,12 +129,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_of_fourth_order_report_four_times_their_error_at_first_and_twice_from_then_on() {
+    fn runs_of_fourth_order_report_twice_their_error() {
         // Runs with steps h, h/2 and h/6 whose errors are (h/1000)⁴.
         let errors = [1e-3, 5e-4, 5e-4 / 3.0].map(|step: f64| step.powi(4));
         let first = Error::of_first_trials(errors[0] - errors[1], 0.0);
         // Rounding of the difference.
-        assert!((first.reported() / (4.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
+        assert!((first.reported() / (2.0 * errors[1]) - 1.0).abs() < 1e-12, "{first:?}");
         let second = first.seen(3.0, errors[1] - errors[2]);
         // The order is halved 20 times between 2 and 4: 2e-6, of which its powers make ln 3 times 81/80.
         assert!((second.reported() / (2.0 * errors[2]) - 1.0).abs() < 3e-6, "{second:?}");
