@@ -12,6 +12,9 @@ use crate::error::ParameterError;
 pub(super) const DIFFERENCE: f64 = 1e-6;
 /// How close to the curve a point is, in fractions of the sides.
 const CLOSE: f64 = 1e-9;
+/// Smallest cosine of the angle between a step and the tangent at either end. A step across a sharp end of the curve has a negative
+/// cosine at one of them. A step along a circle covers at most a third of it.
+const AHEAD: f64 = 0.5;
 
 /// A point of a boundary: a root iω on the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,13 +110,9 @@ pub(super) fn places(
     let mut start = Follower::on_axis(&at(&from)?, from, settings.start.frequency)?;
     start.differentiate(DIFFERENCE, &mut at)?;
     start.correct(&Vector2::repeat(1.0), CLOSE, &mut at)?;
-    let mut curve = Curve {
-        family: at,
-        places: vec![start],
-        tangent: Vector2::from(settings.direction),
-        largest: settings.step,
-        step: settings.step,
-    };
+    let forwards = tangent(&start, 1.0)?.dot(&Vector2::from(settings.direction)) >= 0.0;
+    let side = if forwards { 1.0 } else { -1.0 };
+    let mut curve = Curve { family: at, places: vec![start], side, largest: settings.step, step: settings.step };
     while curve.places.len() < settings.points {
         match curve.extend() {
             Ok(true) => {}
@@ -130,8 +129,9 @@ struct Curve<F> {
     family: F,
     /// Points on it, one at least.
     places: Vec<Follower<2>>,
-    /// Which way it was going.
-    tangent: Vector2<f64>,
+    /// The side on which the growth rate increases: 1 if it lies to the right of the direction in which the curve is followed, −1 if it
+    /// lies to the left. It is the same along the whole curve.
+    side: f64,
     /// The largest distance of neighbouring points, and the present one.
     largest: f64,
     step: f64,
@@ -146,13 +146,13 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         let next = loop {
             match self.attempt(&here) {
                 Ok(next) => break next,
-                Err(error) => {
-                    if fresh {
-                        self.step *= 0.5;
-                    }
+                Err(error) if fresh => {
+                    self.step *= 0.5;
                     if self.step < 1e-4 * self.largest {
                         return Err(error);
                     }
+                }
+                Err(_) => {
                     let mut beside = here;
                     beside.differentiate(DIFFERENCE, &mut self.family)?;
                     here.slope = beside.slope;
@@ -162,36 +162,35 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         };
         self.step = (1.5 * self.step).min(self.largest);
         let moved = next.at - here.at;
-        self.tangent = moved;
         if let Some((k, side)) = leaves(&here.at, &next.at) {
             let end = self.end_on_side(&here, &next, k, side);
             self.places.extend(end.ok());
             return Ok(false);
         }
-        // Back at the start: this step passes it.
+        // The curve is closed if this step passes its start in the direction in which the curve has left it.
         let start = self.places[0].at - here.at;
         let along = start.dot(&moved) / moved.norm_squared();
         let passes = along > 0.0 && along <= 1.0 && (start - moved * along).norm() < 0.5 * moved.norm();
-        let closed = self.places.len() > 2 && passes;
+        let closed = self.places.len() > 2 && passes && moved.dot(&tangent(&self.places[0], self.side)?) > 0.0;
         self.places.push(next);
         Ok(!closed)
     }
 
     /// The next point at the present distance.
+    ///
+    /// # Errors
+    /// What the family reports, or a point that is not ahead on the curve.
     fn attempt(&mut self, here: &Follower<2>) -> Result<Follower<2>, StabilityError> {
-        let across = here.slope.map(|z| z.re);
-        if !(across.norm() > 0.0) {
-            return Err(StabilityError::NoConvergence { what: "direction of the boundary", residual: across.norm() });
-        }
-        let along = Vector2::new(-across[1], across[0]).normalize();
-        let along = if along.dot(&self.tangent) < 0.0 { -along } else { along };
+        let along = tangent(here, self.side)?;
         let (to, expected) = self.extrapolate(along);
         let mut next = *here;
         next.advance(to, expected, &(self.family)(&to)?)?;
         next.correct(&Vector2::repeat(1.0), CLOSE, &mut self.family)?;
-        let residual = (next.at - here.at).norm();
+        let moved = next.at - here.at;
+        let residual = moved.norm();
+        let ahead = along.dot(&moved).min(tangent(&next, self.side)?.dot(&moved)) >= AHEAD * residual;
         let far = StabilityError::NoConvergence { what: "boundary of stability", residual };
-        if residual < 2.0 * self.step { Ok(next) } else { Err(far) }
+        if ahead && residual < 2.0 * self.step { Ok(next) } else { Err(far) }
     }
 
     /// The next point by the polynomial through the last ones, at most four, in chord length; the tangent if there is but
@@ -232,6 +231,15 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         end.correct(&Vector2::ith(1 - k, 1.0), CLOSE, &mut self.family)?;
         Ok(end)
     }
+}
+
+/// The unit tangent of the curve at a point: the gradient of the growth rate, turned by a quarter to the left for the side 1, and to the
+/// right for the side −1.
+fn tangent(place: &Follower<2>, side: f64) -> Result<Vector2<f64>, StabilityError> {
+    let across = place.slope.map(|z| z.re);
+    let what = "direction of the boundary";
+    let undefined = StabilityError::NoConvergence { what, residual: across.norm() };
+    (Vector2::new(-across[1], across[0]) * side).try_normalize(0.0).ok_or(undefined)
 }
 
 /// The side of the unit square that a segment from the inside crosses first: the coordinate and its value.
@@ -302,6 +310,30 @@ mod tests {
         let longest = distances.iter().copied().fold(0.0, f64::max);
         assert!(shortest < 0.016 && longest > 0.029, "{shortest} {longest}");
         assert!(points.iter().any(|point| point.parameters[1] < -0.24), "it goes around");
+    }
+
+    #[test]
+    fn a_boundary_is_followed_around_a_sharp_end_without_turning_back() {
+        // An ellipse with semi-axes of 1/4 and 1/40 of the sides. Its radius of curvature is 1/400 at the sharp ends, one of which is
+        // the start.
+        let ellipse = |p: f64, q: f64| Complex::new(p * p + 100.0 * q * q - 1.0, 2.0 + 0.5 * p);
+        let angle = |point: &BoundaryPoint| (10.0 * point.parameters[1]).atan2(point.parameters[0]);
+        for direction in [[0.0, 1.0], [0.0, -1.0]] {
+            let from = BoundarySettings { direction, ..settings(0.02) };
+            let points = boundary(|p, q| Ok(with_root(ellipse(p, q))), &from).unwrap();
+            let turns = points.windows(2).map(|pair| {
+                let turn = direction[1] * (angle(&pair[1]) - angle(&pair[0]));
+                if turn < -std::f64::consts::PI { turn + std::f64::consts::TAU } else { turn }
+            });
+            let turns: Vec<f64> = turns.collect();
+            // The parametric angle increases in every step. A chord that makes angles of at most 60° with the tangents at its ends spans
+            // less than a right angle of it.
+            assert!(turns.iter().all(|turn| *turn > 0.0 && *turn < 1.6), "{direction:?}: {turns:?}");
+            // The last step passes the start, which the first point is next to.
+            let sum: f64 = turns.iter().sum();
+            let round = std::f64::consts::TAU;
+            assert!(sum > round - 0.01 && sum < round + turns[turns.len() - 1], "{direction:?}: {sum}");
+        }
     }
 
     #[test]

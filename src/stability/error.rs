@@ -27,6 +27,22 @@ pub enum StabilityError {
         /// By how much the gradient changes, or over the length the turn of the base, or force and REGR as shares of themselves, 1/m.
         change: f64,
     },
+    /// What a law writes in [`steady`](crate::tropism::TropismLaw::steady) is no steady state of its
+    /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
+    #[error(
+        "`steady` of the law {law} is not a steady state of its `rates`: its variable {variable} changes by {rate:.3e} per second, \
+         {share:.1e} of the terms of this rate"
+    )]
+    NotSteady {
+        /// The law, by the name of its type.
+        law: &'static str,
+        /// The number of the variable at a point, counted from zero over all laws.
+        variable: usize,
+        /// The rate of the variable, its unit per second.
+        rate: f64,
+        /// The rate relative to the sum of its terms; infinite if the rate depends neither on variables nor on stimuli.
+        share: f64,
+    },
     /// The shoot is not stationary.
     #[error("the shoot is not stationary: the laws ask for a gradient of {gradient:.3e} 1/m")]
     NotStationary {
@@ -97,6 +113,20 @@ pub enum StabilityError {
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
     #[error("no isolated root lies right of the essential spectrum; essential_spectrum() and unstable() have answers")]
     NoIsolatedRoot,
+    /// The rates of too many variables depend on each other. Each evaluation of the characteristic function factorises their matrix at
+    /// every point at which the laws linearise differently.
+    #[error(
+        "too many variables of the laws depend on each other: {variables} at a point; an evaluation of the characteristic function takes \
+         {operations:.1e} operations for them, and at most {most:.1e} are allowed"
+    )]
+    TooManyVariables {
+        /// The largest number of variables at a point that depend on each other.
+        variables: usize,
+        /// Σ n³ over all sets of n variables that depend on each other, at the points that differ.
+        operations: f64,
+        /// The largest number of operations that is allowed.
+        most: f64,
+    },
     /// A search for roots, or a count of them, takes more than it is allowed to: ever more roots lie in its region, as left of the
     /// axis where delays are long against memories, or next to the essential spectrum.
     #[error(

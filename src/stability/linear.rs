@@ -16,6 +16,10 @@ use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, TropismLaw};
 
+/// Largest number of operations for the laws' variables in one evaluation of the characteristic function: 300 variables that depend on
+/// each other. A count then takes seconds.
+const MOST_WORK: f64 = 2.7e7;
+
 /// T(λ) of every kind of point.
 pub(super) type Transfers = Vec<AnalyticMatrix>;
 
@@ -64,12 +68,19 @@ impl LinearProblem {
         let stimuli = law.size().stimuli;
         let mut transfers: Vec<TransferFunction> = Vec::new();
         let mut kind = Vec::with_capacity(strain.len());
+        let mut work = 0.0;
         for (i, (place, local)) in steady.places.iter().zip(&strain).enumerate() {
             let rate = shoot.model.growth().regr(place.apex_distance, place.time);
-            let transfer = TransferFunction::of(law, rate, steady, i, local)?;
+            let mut transfer = TransferFunction::of(law, rate, steady, i, local)?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
+                let (variables, operations) = transfer.work();
+                work += operations;
+                if work > MOST_WORK {
+                    return Err(StabilityError::TooManyVariables { variables, operations: work, most: MOST_WORK });
+                }
+                transfer.find_own_rates()?;
                 transfers.push(transfer);
             }
         }
@@ -167,6 +178,11 @@ impl LinearProblem {
         0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
     }
 
+    /// The distance from the axis of a point left of every line on which roots are counted, 1/s.
+    pub fn shift(&self) -> f64 {
+        self.slowest_rate() - 2.0 * self.leftmost()
+    }
+
     /// Some λ at which functions that differ have different values: from the slowest to the fastest rate of the laws, off
     /// the axes.
     pub fn probes(&self) -> Vec<Complex<f64>> {
@@ -189,7 +205,10 @@ impl Scales for LinearProblem {
     /// sizes, since laws have units of their own.
     fn bound(&self, abscissa: f64) -> f64 {
         let radii = self.transfers.iter().map(|transfer| transfer.radius(&self.sizes, abscissa));
-        1.001 * radii.fold(0.0, f64::max).max(self.slowest_rate() * 1e-3)
+        // At eight times this radius, where a count ends, the factors (λ − rate)/(λ + c) of a local problem turn by less than a radian.
+        let turn = |rates: &Vec<Complex<f64>>| rates.iter().map(|rate| (rate + self.shift()).norm()).sum::<f64>() / 8.0;
+        let turns = self.transfers.iter().map(|transfer| turn(&transfer.local_rates));
+        1.001 * radii.chain(turns).fold(0.0, f64::max).max(self.slowest_rate() * 1e-3)
     }
 
     /// The inverse of the longest time in the laws' rates and delays, 1/s.

@@ -12,7 +12,7 @@ use super::modes::{Root, mode};
 use super::roots::{rightmost, roots_right_of, threshold};
 use super::spectrum::{Found, Part, Spectrum};
 use super::stationary::StationarySolver;
-use super::steady::{SteadyState, check_unforced};
+use super::steady::{SteadyState, check_steady, check_unforced};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -228,6 +228,7 @@ fn rest(
         return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
     }
     let steady = SteadyState::of(shoot, rod, &force);
+    check_steady(shoot.model.tropism(), &steady)?;
     check_unforced(shoot, rod, shoot.model.load(), &steady)?;
     // What the equilibrium's own error lets the laws ask for, times a margin.
     let gradient = steady.largest_gradient();

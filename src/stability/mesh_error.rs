@@ -25,18 +25,33 @@ pub(super) fn check_finer(elements: usize, finer: &Linearisation) -> Result<(), 
 pub(super) struct Convergence {
     /// How far the answer moved last, and how many times as many elements that took.
     last: Option<(f64, f64)>,
+    /// Whether a coarser mesh had no answer, so that the waves are just resolved on the first one that has.
+    just_resolved: bool,
 }
 
 impl Convergence {
+    /// The convergence of an answer after a mesh that had none.
+    pub fn just_resolved() -> Self {
+        Self { just_resolved: true, ..Self::default() }
+    }
+
     /// Of what a finer mesh has changed, the share that is its own error, after a move of a certain size from a mesh of so
-    /// many elements. The order that is seen is believed between half and all of the order of the elements: waves that are
-    /// just resolved converge more slowly, and what moves little may do so by chance.
+    /// many elements. The order that is seen is believed between half of the order of the elements and one less than this order, which
+    /// leaves room for terms of higher order. Waves that are just resolved converge more slowly: of the first move of such waves a quarter
+    /// of the order is believed.
     pub fn share_that_is_left(&mut self, moved: f64, coarse: usize, fine: &Linearisation) -> f64 {
         let ratio = fine.elements() as f64 / coarse as f64;
         let half = fine.points_per_element() as f64;
-        let seen = self.last.map_or(half, |(before, ratio)| (before / moved).ln() / ratio.ln());
+        let order = match self.last {
+            Some((before, ratio)) => {
+                let seen = (before / moved).ln() / ratio.ln();
+                if seen > half { seen.min(2.0 * half - 1.0) } else { half }
+            }
+            None if self.just_resolved => 0.5 * half,
+            None => half,
+        };
         self.last = Some((moved, ratio));
-        let left = ratio.powf(-if seen > half { seen.min(2.0 * half) } else { half });
+        let left = ratio.powf(-order);
         left / (1.0 - left)
     }
 }

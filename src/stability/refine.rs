@@ -258,7 +258,10 @@ impl Refinement {
         let mut reached = Reached::default();
         for n in self.meshes() {
             let answer = family(n).and_then(|linear| Ok((sought(&linear)?, linear)));
-            let Some((mut roots, linear)) = reached.unless_lost(answer)? else { continue };
+            let Some((mut roots, linear)) = reached.unless_lost(answer)? else {
+                (known, convergence) = (None, Convergence::just_resolved());
+                continue;
+            };
             if let Some((elements, coarse)) = &known {
                 check_finer(*elements, &linear)?;
                 let smallest = NEAR_ZERO * linear.slowest_rate();

@@ -18,7 +18,8 @@ const FEW: usize = 8;
 /// From line to line towards the left, in units of the slowest rate: over a delay that is this rate's inverse, the function grows
 /// by less than two.
 const STRIDE: f64 = 0.5;
-/// The last line, as a share of the way from the left end of the search to the axis.
+/// Distance of the last line from the left end of the search, as a share of that of the axis; of the stride if the left end is right
+/// of the axis.
 const CLOSEST: f64 = 2.5e-4;
 
 /// How many roots a root with Im λ ≥ 0 stands for: two with its conjugate.
@@ -160,20 +161,29 @@ pub(super) fn rightmost(
 /// has.
 ///
 /// Ever more zeros lie ever further left: exp(|Re λ| d) of them, d the longest delay, and without bound next to the essential
-/// spectrum. So lines are drawn from the axis on in short strides, ever closer to `left`.
+/// spectrum. The lines therefore begin at the axis and move left in short strides, ever closer to `left`. If `left` lies right
+/// of the axis, each line halves the distance between `left` and the bound of the zeros.
 fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(Line, f64)>, StabilityError> {
-    let first = threshold(f);
+    let axis = threshold(f);
     let stride = STRIDE * f.scales().slowest_rate();
-    let mut clear = f.scales().bound(first);
-    let mut line = count_along(f, first)?;
-    while line.number == 0 {
-        clear = line.abscissa;
-        if clear - left < CLOSEST * (first - left) {
-            return Ok(None);
+    let mut clear = f.scales().bound(axis.max(left));
+    let (mut next, longest, closest) = if left < axis {
+        (axis, stride, CLOSEST * (axis - left))
+    } else {
+        (0.5 * (clear + left), f64::INFINITY, CLOSEST * stride)
+    };
+    while next > left {
+        let line = count_along(f, next)?;
+        if line.number > 0 {
+            return Ok(Some((line, clear)));
         }
-        line = count_along(f, clear - stride.min(0.5 * (clear - left)))?;
+        clear = next;
+        if clear - left < closest {
+            break;
+        }
+        next = clear - longest.min(0.5 * (clear - left));
     }
-    Ok(Some((line, clear)))
+    Ok(None)
 }
 
 /// How far right of the axis a zero must lie to count as unstable, 1/s.

@@ -45,18 +45,20 @@ fn determinant_over_power(problem: &LinearProblem, z: Complex<f64>, matrix: Anal
 
 /// λ + c.
 fn shifted(problem: &LinearProblem, z: Complex<f64>) -> Complex<f64> {
-    z + Complex::from(problem.slowest_rate() - 2.0 * problem.leftmost())
+    z + Complex::from(problem.shift())
 }
 
 impl Analytic for LocalProblem {
-    /// det D/(λ + c)ⁿ, times det(λ − ∂rates/∂variables)/(λ + c)ᵛ. This cancels the poles of T, which lie
-    /// on the right if variables grow without being driven.
+    /// det D/(λ + c)ⁿ, times Π (λ − rate)/(λ + c) over the own rates of the variables that enter D or grow. This cancels the poles of
+    /// T, next to which zeros are hard to find, and which lie on the right if variables grow without being driven. Only the phases of
+    /// these factors are kept, since the product of many underflows.
     fn at(&self, z: Complex<f64>) -> Sample {
         let problem = &self.problem;
         let mut out = determinant_over_power(problem, z, self.matrix(z, &problem.transfers[self.kind].at(z)));
         let c = shifted(problem, z);
-        for rate in &problem.transfers[self.kind].own_rates {
-            out.value *= (z - rate) / c;
+        for rate in &problem.transfers[self.kind].local_rates {
+            let factor = (z - rate) / c;
+            out.value *= factor / factor.norm();
             out.log_derivative += (z - rate).inv() - c.inv();
         }
         out

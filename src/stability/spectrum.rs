@@ -7,6 +7,7 @@ use nalgebra::{Complex, DMatrix};
 use super::analytic::Analytic;
 use super::block::Block;
 use super::linear::LinearProblem;
+use super::sets::connected;
 use super::short_waves::LocalProblem;
 
 /// Couplings weaker than this against the strongest are rounding.
@@ -119,14 +120,5 @@ fn sets_that_couple(
     let threshold = UNCOUPLED * pairs().map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
     // Couplings below rounding of the diagonal do not count either.
     let threshold = threshold.max(1e-9 * strength.diagonal().max());
-    let mut label: Vec<usize> = (0..n).collect();
-    for (i, j) in pairs().filter(|&at| strength[at] > threshold) {
-        let (least, other) = (label[i].min(label[j]), label[i].max(label[j]));
-        if least != other {
-            label.iter_mut().filter(|name| **name == other).for_each(|name| *name = least);
-        }
-    }
-    // Each set is named by its least index.
-    let sets = (0..n).map(|name| (0..n).filter(|&i| label[i] == name).collect::<Vec<_>>());
-    sets.filter(|set| !set.is_empty()).collect()
+    connected(n, pairs().filter(|&at| strength[at] > threshold))
 }

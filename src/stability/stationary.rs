@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::error::StabilityError;
 use super::linear::{LinearProblem, precise_solver};
-use super::steady::{SteadyState, check_unforced};
+use super::steady::{SteadyState, check_steady, check_unforced};
 use crate::equilibrium::{EquilibriumSolver, Unloaded};
 use crate::load::InternalForce;
 use crate::model::Model;
@@ -72,6 +72,7 @@ impl StationarySolver {
             let force = InternalForce::of(rod, shoot.model.load(), &environment);
             let found = solver.equilibrate(rod, shoot.model.constitutive(), &force)?;
             let steady = SteadyState::of(shoot, rod, &force);
+            check_steady(shoot.model.tropism(), &steady)?;
             check_unforced(shoot, rod, shoot.model.load(), &steady)?;
             let gradient = steady.largest_gradient();
             if gradient * steady.radius() <= self.tolerance {
@@ -108,6 +109,7 @@ impl StationarySolver {
             Ok(SteadyState::of(shoot, trial, &force))
         };
         let mut steady = evaluate(&mut trial)?;
+        check_steady(shoot.model.tropism(), &steady)?;
         check_unforced(shoot, &trial, &(), &steady)?;
         let mut iterations = 0;
         loop {

@@ -10,10 +10,14 @@ use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::{Declaration, Growing, Site, TropismLaw};
+use crate::tropism::{Declaration, Growing, Site, TropismLaw, law_matrices};
 
 /// Turn of a frame for differences, rad: central ones then err by 1e-9 of a third derivative, and rounding by 1e-12.
 const TURN: f64 = 1e-4;
+
+/// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in it. It leaves room for laws that solve
+/// for their steady state by iteration, and is the accuracy that is required of a stationary state.
+const STEADY: f64 = 1e-8;
 
 /// The laws at every material point of the growth zone.
 pub(crate) struct SteadyState {
@@ -91,6 +95,31 @@ pub(super) fn stimulus_derivatives(
         }
     });
     (strain, turn)
+}
+
+/// Returns an error unless the rates of all variables vanish in their steady state, up to a share of the terms
+/// Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x| that cancel in them.
+pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyState) -> Result<(), StabilityError> {
+    let mut rates = DVector::zeros(state.variables.nrows());
+    for (i, place) in state.places.iter().enumerate() {
+        let (y, x) = (state.variables.column(i), state.stimuli.column(i));
+        law.rates(y.as_slice(), x.as_slice(), rates.as_mut_slice());
+        if rates.iter().all(|rate| *rate == 0.0) {
+            continue;
+        }
+        if !rates.iter().all(|rate| rate.is_finite()) {
+            return Err(StabilityError::NotFinite { what: "rate of the laws' variables" });
+        }
+        let [by_variables, by_stimuli, ..] = law_matrices(law, place, y.as_slice(), x.as_slice());
+        let terms = by_variables.abs() * y.abs() + by_stimuli.abs() * x.abs();
+        for (variable, (rate, terms)) in rates.iter().zip(&terms).enumerate() {
+            if !(rate.abs() <= STEADY * terms) {
+                let (law, share) = (law.name_of(variable), rate.abs() / terms);
+                return Err(StabilityError::NotSteady { law, variable, rate: *rate, share });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Refuses what depends on time: laws, loads, growth, gravity, the base.

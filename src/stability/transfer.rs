@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::analytic::AnalyticMatrix;
 use super::error::StabilityError;
+use super::sets::connected;
 use super::steady::SteadyState;
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
@@ -26,8 +27,12 @@ pub(super) struct TransferFunction {
     pub gradient_x: DMatrix<f64>,
     /// ∂stimuli/∂strain at the point itself, three columns.
     pub local: DMatrix<f64>,
-    /// The variables' own rates, 1/s: the eigenvalues of ∂rates/∂variables.
+    /// The variables' own rates, 1/s: the eigenvalues of ∂rates/∂variables. Empty until they are found.
     pub own_rates: Vec<Complex<f64>>,
+    /// Own rates of the variables through which the strain at the point acts on its own gradient, and those that grow, 1/s.
+    pub local_rates: Vec<Complex<f64>>,
+    /// Sets of variables whose rates depend on each other. ∂rates/∂variables is block diagonal by them.
+    sets: Vec<Vec<usize>>,
 }
 
 impl TransferFunction {
@@ -53,6 +58,8 @@ impl TransferFunction {
             gradient_x,
             local: local.clone(),
             own_rates: Vec::new(),
+            local_rates: Vec::new(),
+            sets: Vec::new(),
         };
         if !(rate.is_finite() && out.derivatives().into_iter().flatten().all(|x| x.is_finite())) {
             return Err(StabilityError::NotFinite { what: "derivative of the laws" });
@@ -64,16 +71,35 @@ impl TransferFunction {
                 None => out.gradient_y.column_mut(j).fill(0.0),
             }
         }
-        if v > 0 {
-            let matrix = MatRef::from_column_major_slice(out.rates_y.as_slice(), v, v);
-            let what = "search for the laws' own rates";
-            let failed = |_| StabilityError::NoConvergence { what, residual: out.rates_y.amax() };
-            out.own_rates = matrix.eigenvalues().map_err(failed)?;
-        }
-        // Rounding of differences is no rate.
-        let noise = 1e-9 * out.rates_y.amax();
-        out.own_rates.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
+        let pairs = (0..v).flat_map(|j| (0..v).map(move |i| (i, j)));
+        out.sets = connected(v, pairs.filter(|&at| out.rates_y[at] != 0.0));
         Ok(out)
+    }
+
+    /// The number of variables of the largest set that depend on each other, and the operations of a factorisation, Σ n³ over the sets
+    /// of n variables.
+    pub fn work(&self) -> (usize, f64) {
+        let sizes = || self.sets.iter().map(Vec::len);
+        (sizes().max().unwrap_or(0), sizes().map(|n| (n as f64).powi(3)).sum())
+    }
+
+    /// Finds the variables' own rates.
+    pub fn find_own_rates(&mut self) -> Result<(), StabilityError> {
+        // Rounding of differences is no rate.
+        let noise = 1e-9 * self.rates_y.amax();
+        for set in &self.sets {
+            let block = DMatrix::from_fn(set.len(), set.len(), |i, j| self.rates_y[(set[i], set[j])]);
+            let matrix = MatRef::from_column_major_slice(block.as_slice(), set.len(), set.len());
+            let what = "search for the laws' own rates";
+            let failed = |_| StabilityError::NoConvergence { what, residual: block.amax() };
+            let mut rates = matrix.eigenvalues().map_err(failed)?;
+            rates.iter_mut().filter(|rate| rate.norm() <= noise).for_each(|rate| *rate = Complex::ZERO);
+            let driven = (self.rates_x.select_rows(set) * &self.local).amax() > 0.0;
+            let acts = driven && self.gradient_y.select_columns(set).amax() > 0.0;
+            self.local_rates.extend(rates.iter().filter(|rate| acts || rate.re > 0.0));
+            self.own_rates.append(&mut rates);
+        }
+        Ok(())
     }
 
     pub fn is_like(&self, other: &Self) -> bool {
@@ -98,20 +124,19 @@ impl TransferFunction {
         let rate = self.rates_y.amax().max(f64::MIN_POSITIVE);
         let driven = self.rates_x.abs() * stimuli / rate;
         let mut sizes = driven.clone();
-        for _ in 0..sizes.len() {
-            sizes = driven.sup(&(self.rates_y.abs() * &sizes / rate));
+        let coupling = self.rates_y.abs() / rate;
+        for _ in 0..self.sets.iter().map(Vec::len).max().unwrap_or(0) {
+            sizes = driven.sup(&(&coupling * &sizes));
         }
         sizes.apply(|size| *size = if *size > 0.0 { *size } else { 1.0 });
-        let inverse = DMatrix::from_diagonal(&sizes.map(|size| 1.0 / size));
-        let sizes = DMatrix::from_diagonal(&sizes);
-        let stimuli = DMatrix::from_diagonal(stimuli);
         let longest = self.delays.iter().copied().fold(0.0, f64::max);
         let grown = (-abscissa.min(0.0) * longest).exp();
         // Each stimulus divided by its size has norm one, all together √m.
-        let all = self.rate * (stimuli.nrows() as f64).sqrt();
-        let direct = all * (&self.gradient_x * &stimuli).norm();
-        let filtered = all * (&self.gradient_y * &sizes).norm() * grown * (&inverse * &self.rates_x * &stimuli).norm();
-        let relax = (inverse * &self.rates_y * sizes).norm();
+        let all = self.rate * (stimuli.len() as f64).sqrt();
+        let direct = all * scaled(&self.gradient_x, |_, k| stimuli[k]).norm();
+        let read = scaled(&self.gradient_y, |_, j| sizes[j]).norm();
+        let filtered = all * read * grown * scaled(&self.rates_x, |i, k| stimuli[k] / sizes[i]).norm();
+        let relax = scaled(&self.rates_y, |i, j| sizes[j] / sizes[i]).norm();
         // (R − direct)(R − relax) = filtered.
         let (sum, product) = (direct + relax, direct * relax - filtered);
         0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt())
@@ -119,24 +144,31 @@ impl TransferFunction {
 
     /// T(λ), the rate of the three components of the strain by the stimuli.
     pub fn at(&self, z: Complex<f64>) -> AnalyticMatrix {
-        let v = self.delays.len();
         let rate = Complex::from(self.rate);
         let mut value = self.gradient_x.map(Complex::from);
         let mut derivative = DMatrix::zeros(value.nrows(), value.ncols());
-        if v > 0 {
-            let filter = DMatrix::from_diagonal_element(v, v, z) - self.rates_y.map(Complex::from);
+        let nan = |n: usize, m: usize| DMatrix::from_element(n, m, Complex::from(f64::NAN));
+        for set in &self.sets {
             // Singular only where λ is one of the variables' own rates, left of every region that is searched.
+            let n = set.len();
+            let filter = DMatrix::from_fn(n, n, |i, j| {
+                let rate = Complex::from(self.rates_y[(set[i], set[j])]);
+                if i == j { z - rate } else { -rate }
+            });
             let filter = filter.lu();
-            let nan = || DMatrix::from_element(v, self.rates_x.ncols(), Complex::from(f64::NAN));
-            let solve = |right: &DMatrix<Complex<f64>>| filter.solve(right).unwrap_or_else(nan);
-            let filtered = solve(&self.rates_x.map(Complex::from));
+            let solve = |right: &DMatrix<Complex<f64>>| filter.solve(right).unwrap_or_else(|| nan(n, right.ncols()));
+            let filtered = solve(&self.rates_x.select_rows(set).map(Complex::from));
             let twice = solve(&filtered);
-            let lags: Vec<Complex<f64>> = self.delays.iter().map(|d| (-z * d).exp()).collect();
-            let read = DMatrix::from_fn(3, v, |c, j| lags[j] * self.gradient_y[(c, j)]);
-            let later = DMatrix::from_fn(3, v, |c, j| -read[(c, j)] * self.delays[j]);
+            let read = DMatrix::from_fn(3, n, |c, j| (-z * self.delays[set[j]]).exp() * self.gradient_y[(c, set[j])]);
+            let later = DMatrix::from_fn(3, n, |c, j| -read[(c, j)] * self.delays[set[j]]);
             derivative += later * &filtered - &read * twice;
             value += read * filtered;
         }
         AnalyticMatrix { value: value * rate, derivative: derivative * rate }
     }
+}
+
+/// A matrix whose entries are multiplied by factors.
+fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
+    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * factor(i, j))
 }

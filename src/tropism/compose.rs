@@ -44,6 +44,9 @@ macro_rules! forward {
         fn next_discontinuity(&$self, t: f64) -> f64 {
             match $self { $($pattern => $law.next_discontinuity(t)),+ }
         }
+        fn name_of(&$self, variable: usize) -> &'static str {
+            match $self { $($pattern => $law.name_of(variable)),+ }
+        }
         fn check(&$self) -> Result<(), ParameterError> {
             match $self { $($pattern => $law.check()),+ }
         }
@@ -145,6 +148,10 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
     }
     fn next_discontinuity(&self, t: f64) -> f64 {
         earlier(self.0.next_discontinuity(t), self.1.next_discontinuity(t))
+    }
+    fn name_of(&self, variable: usize) -> &'static str {
+        let first = self.0.size().variables;
+        if variable < first { self.0.name_of(variable) } else { self.1.name_of(variable - first) }
     }
     fn check(&self) -> Result<(), ParameterError> {
         self.0.check()?;

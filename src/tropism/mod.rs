@@ -144,6 +144,10 @@ impl Growing {
 ///         rates[0] = (stimuli[0] - variables[0]) / self.time_constant;
 ///     }
 ///
+///     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
+///         variables[0] = stimuli[0];
+///     }
+///
 ///     fn gradient(&self, at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
 ///         Vector3::z() * (0.01 * past[0] / at.section.radius())
 ///     }
@@ -184,7 +188,10 @@ pub trait TropismLaw {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the variables after these stimuli have lasted for ever.
+    /// Writes the steady state of the variables: those whose [`rates`](Self::rates) vanish under these stimuli. As provided the variables
+    /// are those of [`at_rest`](Self::at_rest), which is a steady state only under stimuli that do not drive them. The module
+    /// [`stability`](crate::stability) and [`CircularSolver`](crate::cycle::CircularSolver) compare it with the rates and return an error
+    /// if it is wrong; [`SteadyHistory`](crate::integrator::SteadyHistory) does not.
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.at_rest(stimuli, variables);
     }
@@ -206,6 +213,12 @@ pub trait TropismLaw {
     /// few units of rounding before and after it: whether a lamp is on for `t > on` or `t >= on` makes no difference.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
+    }
+
+    /// The name of the law that keeps a variable, for messages of errors: the name of its type. Provided; laws that consist of others
+    /// return the name of the part. `variable` counts the variables that this law declares, from zero.
+    fn name_of(&self, _variable: usize) -> &'static str {
+        std::any::type_name::<Self>()
     }
 
     /// Refuses parameters that make no sense.

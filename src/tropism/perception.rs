@@ -79,7 +79,9 @@ pub trait Perception {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the variables after these stimuli have lasted for ever: zero unless said otherwise.
+    /// Writes the steady state of the variables: those whose [`rates`](Self::rates) vanish under these stimuli. As provided they are
+    /// zero, which is a steady state only under stimuli that do not drive them; see
+    /// [`TropismLaw::steady`](super::TropismLaw::steady).
     fn steady(&self, _stimuli: &[f64], variables: &mut [f64]) {
         variables.fill(0.0);
     }

@@ -2,9 +2,12 @@
 
 mod edges;
 mod extreme;
+mod isolated;
 mod laws;
+mod many_memories;
 mod onset;
 mod refinement;
 mod refusals;
 mod roots;
+mod steady;
 mod transient;

@@ -22,7 +22,7 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::stability::Root;
+use crate::stability::{Root, SteadyState, check_steady};
 use crate::tropism::{Growing, TropismLaw};
 
 /// Waves in one turn that are followed. Of a law that knows no direction of its own all that is known along the directors has
@@ -234,6 +234,8 @@ impl<'a, M: Model> Problem<'a, M> {
         let material = self.shoot.model.constitutive();
         let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
         let _ = self.solver.equilibrate(&mut self.rod, material, &force)?;
+        // The steady variables are the initial guess of those that go round.
+        check_steady(self.law(), &SteadyState::of(self.shoot, &self.rod, &force))?;
         let m = self.law().size().stimuli;
         let mut stimuli = vec![DMatrix::zeros(m, self.circle.len()); self.places.len()];
         for (j, phase) in self.circle.phases.iter().enumerate() {

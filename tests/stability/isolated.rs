@@ -1,0 +1,154 @@
+//! The rightmost isolated root lies right of the essential spectrum, also where that spectrum is unstable, and moves by no more than
+//! its estimated error.
+//!
+//! `MORPHOROD_CASES=300 cargo test --workspace --test all stability::isolated -- --nocapture` draws more shoots, other ones with
+//! `MORPHOROD_SEED`.
+
+use morphorod::constitutive::LinearElastic;
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::load::Weight;
+use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, StationarySolver, Unstable};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
+use morphorod::{Shoot, Still};
+
+use crate::fixtures::random::{Draw, number};
+use crate::fixtures::upright::continuous::Upright;
+
+#[test]
+fn rightmost_root_right_of_an_unstable_essential_spectrum_is_that_of_the_continuous_problem() {
+    let memory = |time, delay| Memory { time, delay };
+    let cases = [
+        (0.055, 49.0, memory(400.0, 1300.0), memory(110.0, 1850.0), 19_700.0, 0.052),
+        (0.35, 28.0, memory(1100.0, 10_000.0), memory(1100.0, 10_000.0), 21_000.0, 0.065),
+        (0.2, 40.0, memory(1800.0, 34_000.0), memory(1800.0, 34_000.0), 58_000.0, 0.060),
+        (0.2, 24.0, memory(130.0, 415.0), memory(565.0, 3600.0), 12_200.0, 0.045),
+    ];
+    for (beta, eta, gravity, bending, growth_time, length) in cases {
+        let shoot = Upright { beta, eta, gravity, bending, growth_time };
+        for elements in [6, 12] {
+            let linear = shoot.linear(length, elements).unwrap();
+            let Ok(Unstable::Infinite { abscissa }) = linear.unstable() else { panic!("{shoot:?}") };
+            let found = linear.rightmost().unwrap().value;
+            assert!(found.re > abscissa && abscissa > 0.0, "{found} and the essential spectrum at {abscissa}");
+            let exact = shoot.root(length, found);
+            // The last of these shoots has the shortest waves, which six elements resolve to 4e-7. `approx` cannot compare complex numbers
+            // without its feature `num-complex`.
+            assert!((found - exact).norm() < 1e-6 * exact.norm(), "{elements} elements: {found} and {exact}");
+        }
+    }
+}
+
+/// A shoot with random memories, delays, sensitivities, growth time, stiffness, length and tilt. Half of the shoots are upright, have
+/// equal memories of gravity and bending, or have settled statoliths. One in twelve has an unstable essential spectrum.
+struct Random {
+    gravity: Memory,
+    bending: Memory,
+    avalanche_time: Option<f64>,
+    beta: f64,
+    eta: f64,
+    growth_time: f64,
+    stiffness: f64,
+    length: f64,
+    tilt: f64,
+}
+
+impl Random {
+    fn new(seed: u64) -> Self {
+        let mut draw = Draw::new(seed);
+        let mut memory = || {
+            let time = draw.log(60.0, 3000.0);
+            Memory { time, delay: time * draw.log(0.05, 20.0) }
+        };
+        let (gravity, bending) = (memory(), memory());
+        let gravity = if draw.chance(0.5) { bending } else { gravity };
+        let avalanche_time = draw.chance(0.5).then(|| draw.log(1.0, 600.0));
+        let stiffness = draw.log(3e6, 1e8);
+        // Greenhill's critical length for this stiffness.
+        let greenhill = (7.837 * stiffness * 5e-4_f64.powi(2) / 4.0 / (1000.0 * 9.81)).cbrt();
+        Self {
+            gravity,
+            bending,
+            avalanche_time,
+            tilt: if draw.chance(0.5) { 0.0 } else { draw.uniform(0.0, 1.5) },
+            beta: draw.log(0.05, 5.0),
+            eta: draw.log(0.3, 60.0),
+            growth_time: draw.log(1e4, 4e5),
+            stiffness,
+            length: greenhill * draw.uniform(0.1, 0.95),
+        }
+    }
+
+    fn linear(&self, elements: usize) -> Result<Linearisation, StabilityError> {
+        let builder = Shoot::builder(LinearElastic { youngs_modulus: self.stiffness, poissons_ratio: 0.5 })
+            .length(self.length)
+            .radius(5e-4)
+            .elements(elements)
+            .growth(Ongoing(UniformGrowth { zone_length: 1.0, time: self.growth_time }))
+            .load(Weight { density: 1000.0 })
+            .scene(Still::tilted(self.tilt));
+        let (sensitivity, bending) = (self.beta, Proprioception { sensitivity: self.eta }.remembered(self.bending));
+        let mut shoot = if let Some(avalanche_time) = self.avalanche_time {
+            let gravity = Gravitropism { sensitivity, perception: Statoliths { avalanche_time } };
+            builder.tropism((gravity.remembered(self.gravity), bending)).into_dyn().build()?
+        } else {
+            let gravity = Gravitropism { sensitivity, perception: SettledStatoliths };
+            builder.tropism((gravity.remembered(self.gravity), bending)).into_dyn().build()?
+        };
+        let _ = StationarySolver::default().solve(&mut shoot)?;
+        Linearisation::about(&shoot)
+    }
+}
+
+/// A root, unless there is none right of the essential spectrum or the mesh does not resolve the waves next to that.
+fn conclusive(answer: Result<Root, StabilityError>) -> Option<Root> {
+    use StabilityError::{NoIsolatedRoot, ToleranceNotMet, UnderResolved};
+    match answer {
+        Err(NoIsolatedRoot | UnderResolved { .. } | ToleranceNotMet { .. }) => None,
+        answer => Some(answer.unwrap()),
+    }
+}
+
+/// Number of random shoots. The default seven take less than three seconds of processor time, and two of them have an unstable essential
+/// spectrum.
+fn cases() -> u64 {
+    number("MORPHOROD_CASES", 7)
+}
+
+#[test]
+fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
+    let seed = number("MORPHOROD_SEED", 17);
+    let (mut stationary, mut positive, mut compared, mut refined) = (0, 0, 0, 0);
+    for seed in seed..seed + cases() {
+        let random = Random::new(seed);
+        let elements = 4 + (seed % 5) as usize;
+        // A tilted shoot need not have a stationary shape that so few elements resolve.
+        let (Ok(coarse), Ok(fine)) = (random.linear(elements), random.linear(2 * elements)) else { continue };
+        stationary += 1;
+        let abscissa = fine.essential_spectrum().unwrap().first().map_or(f64::NEG_INFINITY, |root| root.re);
+        positive += u32::from(abscissa > 0.0);
+        let isolated = |root: &Root| assert!(root.value.re > abscissa, "{seed}: {} and {abscissa}", root.value);
+        let roots = [&coarse, &fine].map(|linear| conclusive(linear.rightmost()));
+        roots.iter().flatten().for_each(isolated);
+        // Rounding of the differences is 1e-10 of a root. The error of the finer mesh is a share of that of the coarse mesh, which is
+        // the distance of the roots if they belong together.
+        let moves = |root: &Root, other: &Root, error: f64| {
+            let moved = (root.value - other.value).norm();
+            assert!(moved <= 1.000_001 * error + 1e-10 * root.value.norm(), "{seed}: {moved:e} of {error:e}");
+        };
+        if let [Some(root), Some(other)] = &roots {
+            compared += 1;
+            moves(root, other, root.clone().with_error(&fine).unwrap().error.unwrap());
+        }
+        let meshes = Refinement { last: 24, ..Refinement::to(1e-5) };
+        if let Some(root) = conclusive(meshes.rightmost(|elements| random.linear(elements))) {
+            isolated(&root);
+            // Four points in an element.
+            let finer = random.linear(root.strain.len() / 2).unwrap().rightmost().unwrap();
+            refined += 1;
+            moves(&root, &finer, root.error.unwrap());
+        }
+    }
+    println!("{stationary} of {} shoots are stationary, {positive} with an unstable essential spectrum", cases());
+    println!("{compared} roots compared on two meshes, {refined} refined");
+    assert!(compared + refined > 0, "none of the shoots has an isolated root that is resolved");
+}
