@@ -137,7 +137,7 @@ fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Optio
         }
     }
     let last = leading.pop_if(|one| !converged(one));
-    let ends = last.map_or(true, |one| bound(&one) < SMALLEST);
+    let ends = last.is_none_or(|one| bound(&one) < SMALLEST);
     let enough = leading.len() >= missing.max(1) || ends && !leading.is_empty();
     Ok(enough.then_some(Found::Values(leading)))
 }
