@@ -150,7 +150,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             Opt::value("step", "X", "0.044", "longest step along a branch, in rad of bend and in shares of the range"),
             Opt::value("length", "CM", "6.8", "length of the shoot where something else is varied, cm"),
             Opt::value("elements", "N", "4", "elements"),
-            Opt::value("intervals", "N", "8", "intervals of half a swing, six points in each"),
+            Opt::value(
+                "intervals",
+                "N",
+                "8",
+                "intervals of half a swing at first, six points in each; doubled where they do not suffice",
+            ),
         ],
     );
     let known = |name: &String| ["length", "eta", "beta", "tau-g"].contains(&name.as_str());

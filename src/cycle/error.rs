@@ -101,6 +101,36 @@ pub enum CycleError {
         /// The width that is left, in units of the step.
         width: f64,
     },
+    /// Leading roots or multipliers that did not converge: a list without them could hide an unstable one.
+    #[error(
+        "the leading roots or multipliers are not complete: {found} of {wanted} converged with {vectors} Krylov vectors"
+    )]
+    Incomplete {
+        /// Number of converged eigenvalues.
+        found: usize,
+        /// Number of eigenvalues that were requested, trivial ones included.
+        wanted: usize,
+        /// Number of Krylov vectors.
+        vectors: usize,
+    },
+    /// The return map and the characteristic function of a circular orbit have different roots.
+    #[error(
+        "the return map on {intervals} intervals and the characteristic function of the circle have different roots"
+    )]
+    RootsDisagree {
+        /// Largest number of intervals that was tried.
+        intervals: usize,
+    },
+    /// The intervals of a period do not resolve the orbit.
+    #[error(
+        "{intervals} intervals do not resolve the orbit: the relative error of its period and shape is about {error:.1e}"
+    )]
+    Unresolved {
+        /// Estimate of the relative error.
+        error: f64,
+        /// Number of intervals in the period.
+        intervals: usize,
+    },
     /// Newton's method did not converge.
     #[error(
         "Newton's method goes no further after {iterations} iterations, with {residual:.1e} left, relative: the start may be too far from \

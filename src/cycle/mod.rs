@@ -14,9 +14,10 @@ mod map;
 mod periodic;
 mod point;
 mod sensitivity;
+mod spectrum;
 mod turned;
 
 pub use branch::{Branch, BranchPoint, Special};
 pub use circular::{CircularOrbit, CircularSolver, Turning, TurningRoot, TurningRoots};
 pub use error::CycleError;
-pub use periodic::{Multiplier, OrbitHistory, PeriodicOrbit, PeriodicSolver};
+pub use periodic::{Multiplier, Multipliers, OrbitHistory, PeriodicOrbit, PeriodicSolver};

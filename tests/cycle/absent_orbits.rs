@@ -153,15 +153,17 @@ pub(super) fn both_from(
         let circle = CircularSolver::default().solve(&shoot, &Turning::of_mode(&root, 0.02));
         if let Ok(orbit) = &circle {
             assert!([orbit.rate, orbit.radius(), orbit.height()].iter().all(|x| x.is_finite()), "{orbit:?}");
-            if let Ok(roots) = orbit.roots(&shoot, 12) {
+            if let Ok(roots) = orbit.roots(&shoot, 2) {
                 assert!(roots.roots.iter().all(|root| root.value.norm().is_finite() && root.difference.is_finite()));
             }
         }
         let plane = PeriodicSolver::default().from_mode(&shoot, &root, 0.02);
         if let Ok(orbit) = &plane {
             assert!(orbit.period.is_finite() && orbit.largest_excursion(&shoot).unwrap().0.is_finite());
-            if let Ok(sets) = orbit.multipliers(&shoot, 12) {
-                assert!(sets.iter().flatten().all(|one| one.value.norm().is_finite() && one.residual.is_finite()));
+            if let Ok(found) = orbit.multipliers(&shoot, 2) {
+                assert!(
+                    found.sets.iter().flatten().all(|one| one.value.norm().is_finite() && one.residual.is_finite())
+                );
             }
         }
         (circle, plane)

@@ -3,10 +3,13 @@
 mod absent_orbits;
 mod branches;
 mod circular_orbit;
+mod complete_lists;
 mod cycles;
 mod extreme_orbits;
 mod orbits_in_time;
+mod random_orbits;
 mod relative_orbits;
+mod resolution;
 mod rosettes;
 
 use std::fmt::Display;

@@ -75,7 +75,7 @@ fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
         .build()
         .unwrap();
     let circular = circle(&shoot, 0.03);
-    assert_eq!(circular.roots(&shoot, 12).unwrap().unstable(), 0);
+    assert_eq!(circular.roots(&shoot, 2).unwrap().unstable(), 0);
     // With equal memories the rate is that of every circular orbit, whatever the tissue perceives.
     assert_relative_eq!(circular.rate, rate(), epsilon = 0.0, max_relative = 1e-10);
 
@@ -120,8 +120,8 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     // The circle of the tip is 4e-5 of the length: the nonlinear part is the square of that.
     assert_relative_eq!(excursion, expected, epsilon = 0.0, max_relative = 1e-6);
     // All disturbances decay.
-    let largest = orbit.multipliers(&driven, 12).unwrap().map(|set| set[0].value.norm());
-    assert!(largest.iter().all(|multiplier| *multiplier < 1.0), "{largest:?}");
+    let found = orbit.multipliers(&driven, 2).unwrap();
+    assert_eq!((found.unstable(), found.trivial), (0, 0.0), "{found:?}");
     let history = orbit.enter(&mut driven).unwrap();
     let mut run = MethodOfSteps::with_solver(period / 64.0, NewtonSolver::with_tolerance(1e-12));
     run.start(&mut driven, &history).unwrap();

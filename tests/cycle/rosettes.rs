@@ -75,15 +75,8 @@ pub(super) fn excursion(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> f64 {
 /// The largest growth rates of disturbances in the plane and out of it (1/h), without the trivial
 /// ones, and the larger defect of the trivial multipliers.
 pub(super) fn rates(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> ([f64; 2], f64) {
-    let mut largest = 0.0_f64;
-    let rates = orbit.multipliers(shoot, 16).unwrap().map(|mut set| {
-        let defect = |k: &usize| (set[*k].value - 1.0).norm();
-        let trivial = (0..set.len()).min_by(|a, b| defect(a).total_cmp(&defect(b))).unwrap();
-        largest = largest.max(defect(&trivial));
-        set.remove(trivial);
-        set[0].root(orbit.period).re * HOUR
-    });
-    (rates, largest)
+    let found = orbit.multipliers(shoot, 1).unwrap();
+    (found.sets.map(|set| set[0].root(orbit.period).re * HOUR), found.trivial)
 }
 
 /// Compares half a swing with the whole one. Known are the length (m), excursion (mm), period

@@ -12,7 +12,7 @@ use crate::shoot::Shoot;
 use crate::stability::Root;
 
 /// A solver whose cycles can be followed.
-pub trait Follow {
+pub trait Follow: Sized {
     /// What it finds.
     type Orbit: Clone + Debug;
 
@@ -39,8 +39,14 @@ pub trait Follow {
         condition: &Condition,
     ) -> Result<Corrected<Self::Orbit, M>, CycleError>;
 
-    /// Its excursion, period and leading exponents, from so many vectors of Arnoldi's method.
-    fn look<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError>;
+    /// The solver on a finer grid in time; none if there is none.
+    fn refined(&self) -> Option<Self>;
+
+    /// The same place on that grid.
+    fn on_finer_grid(&self, at: Unknowns) -> Unknowns;
+
+    /// Its excursion, period and at least `count` leading exponents, all growing ones among them.
+    fn look<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, count: usize) -> Result<Look, CycleError>;
 }
 
 /// What is read off a cycle.
@@ -50,10 +56,10 @@ pub struct Look {
     pub excursion: f64,
     /// s.
     pub period: f64,
-    /// Exponents λ of disturbances exp(λt), 1/s: in the plane of the motion, or all, and out of it.
+    /// Exponents λ of disturbances exp(λt), 1/s, without the trivial ones: in the plane of the motion, or all, and out of it.
     pub exponents: [Vec<Complex<f64>>; 2],
-    /// By how much what must be zero is not, 1/s, if the sets do not contain it.
-    pub trivial: Option<f64>,
+    /// Largest modulus of the trivial exponents, which are not in the sets, 1/s.
+    pub trivial: f64,
 }
 
 /// A cycle that has been found.
@@ -125,6 +131,13 @@ impl Way {
     pub fn of_parameter(from: &Unknowns, change: f64) -> Self {
         let state = DVector::zeros(from.start.flat().len());
         Self { state, present: from.start.present().len(), clock: 0.0, angle: 0.0, parameter: change }
+    }
+
+    /// The same way from a place, on the finer grid of a solver.
+    pub fn on_finer_grid(&self, from: &Unknowns, solver: &impl Follow) -> Self {
+        // Interpolation is linear: a change of a state is interpolated like a state.
+        let change = Unknowns { start: from.start.with_values(&self.state), ..from.clone() };
+        Self { state: solver.on_finer_grid(change).start.flat(), ..self.clone() }
     }
 
     /// Strain and variables.

@@ -100,13 +100,22 @@ impl Follow for CircularSolver {
         }
     }
 
-    fn look<M: Model>(&self, orbit: &CircularOrbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError> {
-        let found = orbit.roots(shoot, vectors)?;
+    fn refined(&self) -> Option<Self> {
+        // A circle has no intervals.
+        None
+    }
+
+    fn on_finer_grid(&self, at: Unknowns) -> Unknowns {
+        at
+    }
+
+    fn look<M: Model>(&self, orbit: &CircularOrbit, shoot: &Shoot<M>, count: usize) -> Result<Look, CycleError> {
+        let found = orbit.roots(shoot, count)?;
         let pairs = found.roots.iter().flat_map(|root| {
             let conjugate = (root.value.im > 0.0).then(|| root.value.conj());
             [Some(root.value), conjugate].into_iter().flatten()
         });
         let exponents = [pairs.collect(), Vec::new()];
-        Ok(Look { excursion: orbit.radius(), period: orbit.period(), exponents, trivial: Some(found.trivial) })
+        Ok(Look { excursion: orbit.radius(), period: orbit.period(), exponents, trivial: found.trivial })
     }
 }

@@ -4,10 +4,12 @@ use super::follow::{Condition, Corrected, Follow, Look, Same, Unknowns};
 use crate::cycle::autonomous::check_autonomous;
 use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
+use crate::cycle::map::grid::Grid;
 use crate::cycle::periodic::PeriodicOrbit;
 use crate::cycle::periodic::PeriodicSolver;
 use crate::cycle::periodic::find::{start_of_mode, start_of_orbit};
 use crate::cycle::periodic::newton::{Further, Linear, angle_unknown, check_no_circle, flow, period_unknown};
+use crate::cycle::periodic::resolution::error_of;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -63,22 +65,13 @@ impl Follow for PeriodicSolver {
             let flat = at.start.flat();
             let left = path.end.flat() - &flat;
             let residual = at.start.residual(&path.end, self.least(&shoot, false));
-            if residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance) {
-                check_autonomous(&shoot, &path.stages[0][0].rod)?;
-                check_no_circle(&march, &at.start, &path)?;
-                check_axis(&march, &path, at.clock)?;
-                let (period, angle, start) = (at.clock, at.angle, at.start.clone());
-                let (settings, driven_from) = (*self, None);
-                let orbit =
-                    PeriodicOrbit { period, angle, iterations, equilibria, residual, start, settings, driven_from };
-                let turned = march.turn.as_ref().map(|turn| turn.rate(&at.start).present());
-                let directions = std::iter::once(flow(&march, &at.start, &path)).chain(turned).collect();
-                return Ok(Corrected { orbit, unknowns: at, same: Same { directions }, shoot });
-            }
-            if iterations == self.max_iterations || !residual.is_finite() {
+            let converged =
+                residual <= self.tolerance && (iterations > 0 || condition.left(&at).abs() <= self.tolerance);
+            if !converged && (iterations == self.max_iterations || !residual.is_finite()) {
                 return Err(CycleError::NotConverged { iterations, residual });
             }
-            let linear = match Linear::that_serves(kept.take(), residual) {
+            // For the estimate of the error any linearisation near the orbit serves.
+            let linear = match Linear::that_serves(kept.take(), if converged { 0.0 } else { residual }) {
                 Some(linear) => linear,
                 None => {
                     let known = march.guesses.clone();
@@ -107,6 +100,30 @@ impl Follow for PeriodicSolver {
                     Linear::of(&march, at.clock, &path, further)?
                 }
             };
+            if converged {
+                check_autonomous(&shoot, &path.stages[0][0].rod)?;
+                check_no_circle(&march, &at.start, &path)?;
+                check_axis(&march, &path, at.clock)?;
+                let least = self.least(&shoot, false);
+                let error = error_of(&march, &at.start, at.clock, &path, &linear, least)?;
+                if !(error <= self.accuracy) {
+                    return Err(CycleError::Unresolved { error, intervals: self.intervals });
+                }
+                let orbit = PeriodicOrbit {
+                    period: at.clock,
+                    angle: at.angle,
+                    iterations,
+                    equilibria,
+                    residual,
+                    error,
+                    start: at.start.clone(),
+                    settings: *self,
+                    driven_from: None,
+                };
+                let turned = march.turn.as_ref().map(|turn| turn.rate(&at.start).present());
+                let directions = std::iter::once(flow(&march, &at.start, &path)).chain(turned).collect();
+                return Ok(Corrected { orbit, unknowns: at, same: Same { directions }, shoot });
+            }
             let conditions = [condition.phase_left(0, &at), condition.left(&at), condition.phase_left(1, &at)];
             let (change, others) = linear.step(&at.start, &left, &conditions, iterations)?;
             at.start = at.start.with_values(&(flat + change));
@@ -119,15 +136,21 @@ impl Follow for PeriodicSolver {
         }
     }
 
-    fn look<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>, vectors: usize) -> Result<Look, CycleError> {
+    fn refined(&self) -> Option<Self> {
+        Self::refined(self)
+    }
+
+    fn on_finer_grid(&self, mut at: Unknowns) -> Unknowns {
+        let [old, new] = [self.intervals, 2 * self.intervals].map(|intervals| Grid::new(intervals, self.stages));
+        at.start = at.start.on_grid(&old, &new, 2 * at.start.slopes.len(), 0.5);
+        at
+    }
+
+    fn look<M: Model>(&self, orbit: &PeriodicOrbit, shoot: &Shoot<M>, count: usize) -> Result<Look, CycleError> {
         let (mut march, path) = orbit.go_round(shoot)?;
-        let found = orbit.multipliers_on(&march, &path, vectors)?;
+        let found = orbit.multipliers_on(&march, &path, count)?;
         let (excursion, _) = orbit.largest_excursion_on(&mut march, &path)?;
-        let mut exponents = found.sets.map(|set| set.iter().map(|one| one.root(orbit.period)).collect::<Vec<_>>());
-        if !found.plane {
-            // Either set has all of them.
-            exponents[1].clear();
-        }
-        Ok(Look { excursion, period: orbit.period, exponents, trivial: None })
+        let exponents = found.sets.map(|set| set.iter().map(|one| one.root(orbit.period)).collect());
+        Ok(Look { excursion, period: orbit.period, exponents, trivial: found.trivial / orbit.period })
     }
 }

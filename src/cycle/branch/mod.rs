@@ -31,12 +31,10 @@ const ROUND: f64 = 0.02;
 const EASY: f64 = 0.98;
 /// By this.
 const LONGER: f64 = 1.5;
-/// Vectors of Arnoldi's method: multipliers fall to a quarter from one to the next, and close to an onset two of them that are nearly one are told apart.
-const VECTORS: usize = 20;
+/// Number of leading exponents at each place. All growing ones are found, however many there are.
+const EXPONENTS: usize = 2;
 /// The least excursion, in lengths of the shoot: with its square exponents next to an onset vanish, and are no longer told from those that vanish by symmetry.
 const LEAST: f64 = 0.01;
-/// Exponents that vanish by symmetry are smaller than this times the inverse period, at a place where no other does.
-const TRIVIAL: f64 = 1e-5;
 
 /// A cycle on a branch.
 #[derive(Debug, Clone)]
@@ -54,8 +52,7 @@ pub struct BranchPoint<O> {
     /// first those of disturbances in the plane, then those out of it; else all are in the first list. Of a circular orbit they are those in
     /// the turning frame. Of a pair of conjugates both are in the list.
     pub exponents: [Vec<Complex<f64>>; 2],
-    /// By how much exponents that must be zero are not, times the period: what the intervals and differences leave. Infinite if none of them
-    /// was found, as of a circular orbit next to an onset.
+    /// Largest modulus of the trivial exponents, which must be zero, times the period: the error that intervals and differences leave.
     pub trivial: f64,
     /// What is special here, if it is such a place.
     pub special: Option<Special>,
@@ -103,8 +100,6 @@ pub struct Branch<S: Follow, F> {
     way: Way,
     /// Whether that way is a guess.
     rough: bool,
-    /// How many exponents of the two sets vanish by symmetry: of cycles whose exponents are in one set, and in two.
-    trivial: [Option<[usize; 2]>; 2],
     waiting: VecDeque<BranchPoint<S::Orbit>>,
     ended: bool,
 }
@@ -119,7 +114,7 @@ where
     /// # Errors
     /// A range or an amplitude that makes no sense, a shoot at the onset whose leading root does not oscillate.
     pub fn from_onset(
-        solver: S,
+        mut solver: S,
         mut family: F,
         onset: f64,
         amplitude: f64,
@@ -137,10 +132,10 @@ where
         let measure = Measure::new(&guess, shoot.rod().length(), &within);
         let way = stationary.to(&guess);
         let condition = measure.condition(&way, &guess);
-        let found = solver.correct(&mut family, guess, &condition)?;
+        let found = correct_first(&mut solver, &mut family, guess, &condition)?;
         let (what, parameter) = ("parameter of the first cycle", found.unknowns.parameter);
         ParameterError::unless(within.contains(&parameter), what, parameter, "within the range")?;
-        let way = stationary.with_past_of(&found.unknowns).to(&found.unknowns);
+        let way = solver.small(&shoot, &root, 0.0, onset)?.with_past_of(&found.unknowns).to(&found.unknowns);
         Self::begin(solver, family, within, measure, way, found)
     }
 
@@ -150,7 +145,7 @@ where
     /// # Errors
     /// A range or a step that makes no sense, another shoot's cycle.
     pub fn from_orbit(
-        solver: S,
+        mut solver: S,
         mut family: F,
         orbit: &S::Orbit,
         parameter: f64,
@@ -163,7 +158,7 @@ where
         let known = solver.known(&shoot, orbit, parameter)?;
         let measure = Measure::new(&known, shoot.rod().length(), &within);
         let condition = measure.at(parameter);
-        let found = solver.correct(&mut family, known, &condition)?;
+        let found = correct_first(&mut solver, &mut family, known, &condition)?;
         let way = Way::of_parameter(&found.unknowns, step);
         Self::begin(solver, family, within, measure, way, found)
     }
@@ -190,7 +185,6 @@ where
             way,
             // A change of the parameter alone, or a chord from the onset.
             rough: true,
-            trivial: [None; 2],
             waiting: VecDeque::new(),
             ended: false,
         };
@@ -220,6 +214,7 @@ where
                     self.ended = true;
                     return Ok(());
                 }
+                Err(CycleError::Unresolved { .. }) if self.refine() => continue,
                 Err(error) => error,
                 Ok(()) => return Ok(()),
             };
@@ -228,6 +223,15 @@ where
                 return Err(error);
             }
         }
+    }
+
+    /// Doubles the intervals of a period, if it has any and they are not too many.
+    fn refine(&mut self) -> bool {
+        let Some(refined) = self.solver.refined() else { return false };
+        self.way = self.way.on_finer_grid(&self.last.unknowns, &self.solver);
+        self.last.unknowns = self.solver.on_finer_grid(self.last.unknowns.clone());
+        self.solver = refined;
+        true
     }
 
     /// A step; nothing changes if it fails.
@@ -310,26 +314,10 @@ where
     /// What there is to say of a place.
     fn look(&mut self, found: Corrected<S::Orbit, M>) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
         let Corrected { orbit, unknowns, same, shoot } = found;
-        let Look { excursion, period, exponents: mut sets, trivial } = self.solver.look(&orbit, &shoot, VECTORS)?;
-        let mut defect = trivial.unwrap_or(0.0);
-        if trivial.is_none() {
-            let vanish = |set: &Vec<Complex<f64>>| set.iter().filter(|x| x.norm() * period < TRIVIAL).count();
-            // A shift in time is one. To turn all about an axis is another, out of the plane of a swing in a plane.
-            let [first, second] = sets.each_ref().map(vanish);
-            let apart = !sets[1].is_empty();
-            let trivial = if apart { [1, second.min(1)] } else { [first.clamp(1, 2), 0] };
-            let trivial = *self.trivial[usize::from(apart)].get_or_insert(trivial);
-            for (set, trivial) in sets.iter_mut().zip(trivial) {
-                for _ in 0..trivial.min(set.len()) {
-                    let size = |at: &usize| set[*at].norm();
-                    let Some(at) = (0..set.len()).min_by(|a, b| size(a).total_cmp(&size(b))) else { break };
-                    defect = defect.max(set.remove(at).norm());
-                }
-            }
-        }
+        let Look { excursion, period, exponents: mut sets, trivial } = self.solver.look(&orbit, &shoot, EXPONENTS)?;
         sets.iter_mut().for_each(|set| set.sort_by(|a, b| b.re.total_cmp(&a.re)));
         let place = Place { unknowns, same, exponents: sets.clone() };
-        let (parameter, trivial) = (place.unknowns.parameter, defect * period);
+        let (parameter, trivial) = (place.unknowns.parameter, trivial * period);
         Ok((BranchPoint { parameter, orbit, excursion, period, exponents: sets, trivial, special: None }, place))
     }
 }
@@ -349,6 +337,24 @@ where
             return Some(Err(error));
         }
         self.waiting.pop_front().map(Ok)
+    }
+}
+
+/// The first cycle of a branch, on as many intervals as it requires.
+fn correct_first<S: Follow, M: Model>(
+    solver: &mut S,
+    family: &mut impl FnMut(f64) -> Result<Shoot<M>, CycleError>,
+    mut guess: Unknowns,
+    condition: &Condition,
+) -> Result<Corrected<S::Orbit, M>, CycleError> {
+    loop {
+        let error = match solver.correct(family, guess.clone(), condition) {
+            Err(error @ CycleError::Unresolved { .. }) => error,
+            answer => return answer,
+        };
+        let refined = solver.refined().ok_or(error)?;
+        guess = solver.on_finer_grid(guess);
+        *solver = refined;
     }
 }
 

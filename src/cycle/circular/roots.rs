@@ -2,28 +2,30 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix};
 
 use super::{CircularOrbit, CircularSolver, Problem};
 use crate::cycle::autonomous::check_autonomous;
 use crate::cycle::error::CycleError;
-use crate::cycle::gmres::Krylov;
 use crate::cycle::map::variation::Variation;
 use crate::cycle::periodic::PeriodicSolver;
 use crate::cycle::periodic::find::start_of_waves;
+use crate::cycle::spectrum::{Spectrum, check_count};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::AnalyticMatrix;
 
-/// Multipliers that are smaller than this die out within a turn; the map does not tell them from its rounding for long.
-const SMALLEST: f64 = 1e-3;
-/// Turns of the frame between which the map over a whole turn cannot tell.
+/// Largest number of turns of the frame that are tried: the map over a whole turn does not determine this number.
 const FRAMES: i32 = 3;
-/// A root that the map and the characteristic function put further apart than this, in units of the rate of turning, is not one.
+/// Largest distance between a root of the return map and one of the characteristic function, in units of the rate of rotation.
 const APART: f64 = 1e-3;
-/// Roots that are closer than this, in the same units, are one.
-const SAME: f64 = 1e-6;
+/// Largest modulus of the trivial root, in the same units: the error of the differences.
+const TRIVIAL: f64 = 1e-6;
+/// Smallest frequency of a root that is not real, in the same units.
+const REAL: f64 = 1e-9;
+/// Largest number of intervals of the return map. It is doubled until its roots agree with those of the characteristic function.
+const INTERVALS: usize = 128;
 
 /// A characteristic root of a circular orbit, with Im λ ≥ 0; its conjugate is one too.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,23 +33,24 @@ const SAME: f64 = 1e-6;
 pub struct TurningRoot {
     /// λ in the turning frame, 1/s. Over a turn a disturbance is multiplied by exp(λT), and has turned with the shape.
     pub value: Complex<f64>,
-    /// How far the return map, a method of its own, puts it from there, 1/s.
+    /// Distance from the root that the return map, another method, gives, 1/s.
     pub difference: f64,
 }
 
-/// The leading characteristic roots of a circular orbit.
+/// The leading characteristic roots of a circular orbit: all those to the right of `line`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct TurningRoots {
-    /// Rightmost first, without the trivial one.
+    /// Roots, rightmost first, without the trivial one.
     pub roots: Vec<TurningRoot>,
-    /// |λ| of the root that the turning of the whole has, 1/s: zero but for rounding and differences. Infinite if the map did not show
-    /// it, as next to the onset, where the radius hardly decays and the two are hard to tell apart.
+    /// Real part to the right of which the list is complete, 1/s, negative.
+    pub line: f64,
+    /// |λ| of the root of a rotation of the whole, 1/s: zero but for rounding and differences.
     pub trivial: f64,
 }
 
 impl TurningRoots {
-    /// How many roots have a positive real part, conjugates counted.
+    /// Number of roots with positive real part, conjugates counted. The list contains all of them.
     #[must_use]
     pub fn unstable(&self) -> usize {
         let right = self.roots.iter().filter(|root| root.value.re > 0.0);
@@ -56,60 +59,86 @@ impl TurningRoots {
 }
 
 impl CircularOrbit {
-    /// The leading roots of the orbit, of small disturbances exp(λt) in the turning frame: found by Arnoldi's method on the linearised
-    /// return map with `most` vectors, and brought to the last digits on the characteristic function. The shoot is that whose orbit
-    /// this is. On 8 elements a dozen vectors give the three leading ones.
+    /// The leading roots of the orbit, of small disturbances exp(λt) in the turning frame: at least `count`, conjugates not counted,
+    /// unless the others decay to less than 1e-3 within a turn. They are found by Arnoldi's method with deflation on the linearised
+    /// return map, and corrected by Newton's method on the characteristic function. The numbers of Krylov vectors and of intervals are
+    /// chosen by convergence. The shoot is the one whose orbit this is.
     ///
     /// # Errors
-    /// No vector, or a map that is not linearised.
-    pub fn roots(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<TurningRoots, CycleError> {
-        Krylov::check(most)?;
+    /// A count that is not from 1 to 19, a map that is not linearised, roots that do not converge, or on which the two methods
+    /// disagree.
+    pub fn roots(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<TurningRoots, CycleError> {
+        // Both of a pair and the trivial root are eigenvalues of the map.
+        let wanted = if count == 0 { 0 } else { count.saturating_mul(2).saturating_add(1) };
+        check_count(wanted)?;
         let function = Characteristic::of(shoot, self)?;
-        let (period, mut roots) = (self.period(), Vec::<TurningRoot>::new());
-        let mut trivial = f64::INFINITY;
-        for (multiplier, _) in self.multipliers(&function, shoot, most)? {
-            if !(multiplier.norm() > SMALLEST) {
-                continue;
+        let mut intervals = PeriodicSolver::default().intervals;
+        loop {
+            let solver = PeriodicSolver { intervals, ..PeriodicSolver::default() };
+            let spectrum = self.spectrum(&function, shoot, &solver, wanted)?;
+            if let Some(roots) = self.polished(&function, &spectrum) {
+                return Ok(roots);
             }
-            let first = multiplier.ln() / period;
-            let frame = |k: i32| first + Complex::new(0.0, TAU / period * f64::from(k));
-            // In which frame it is a root shows in Newton's step.
-            let steps = (-FRAMES..=FRAMES).map(|k| (frame(k), function.step(frame(k)).norm()));
-            let best = steps.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(first, |best| best.0);
-            let Some(value) = function.polish(best) else { continue };
-            let difference = (value - best).norm();
-            let same = |a: Complex<f64>, b: Complex<f64>| (a - b).norm() < SAME * self.rate.abs();
-            if same(value, Complex::ZERO) {
-                trivial = trivial.min(value.norm());
-            } else if difference < APART * self.rate.abs() {
-                let value = Complex::new(value.re, value.im.abs());
-                if !roots.iter().any(|root| same(root.value, value)) {
-                    roots.push(TurningRoot { value, difference });
-                }
+            intervals *= 2;
+            if intervals > INTERVALS {
+                return Err(CycleError::RootsDisagree { intervals: INTERVALS });
             }
         }
-        roots.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
-        Ok(TurningRoots { roots, trivial })
     }
 
-    fn multipliers<M: Model>(
+    /// Roots of the characteristic function, one for each multiplier; none unless they agree.
+    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &Spectrum) -> Option<TurningRoots> {
+        let (period, rate) = (self.period(), self.rate.abs());
+        let zero = function.polish(Complex::ZERO, &[])?;
+        let mut known = vec![zero];
+        let mut multipliers: Vec<Complex<f64>> = spectrum.values.iter().map(|(value, _)| *value).collect();
+        let distance = |z: &Complex<f64>| (z - 1.0).norm();
+        let nearest =
+            (0..multipliers.len()).min_by(|a, b| distance(&multipliers[*a]).total_cmp(&distance(&multipliers[*b])))?;
+        let trivial = multipliers.remove(nearest);
+        if !(zero.norm() < TRIVIAL * rate && distance(&trivial) < APART * rate * period) {
+            return None;
+        }
+        let mut roots = Vec::<TurningRoot>::new();
+        for multiplier in multipliers.into_iter().filter(|multiplier| multiplier.im >= 0.0) {
+            let first = multiplier.ln() / period;
+            let frame = |k: i32| first + Complex::new(0.0, TAU / period * f64::from(k));
+            // The step of Newton's method is short in the frame in which it is a root.
+            let steps = (-FRAMES..=FRAMES).map(|k| (frame(k), function.step(frame(k), &known).norm()));
+            let best = steps.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+            let value = function.polish(best, &known)?;
+            let difference = (value - best).norm();
+            if !(difference < APART * rate) {
+                return None;
+            }
+            // A real multiplier belongs to a real root or to half a pair.
+            let value = Complex::new(value.re, value.im.abs());
+            let value = if value.im < REAL * rate { Complex::from(value.re) } else { value };
+            known.push(value);
+            if value.im > 0.0 {
+                known.push(value.conj());
+            }
+            roots.push(TurningRoot { value, difference });
+        }
+        roots.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
+        Some(TurningRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
+    }
+
+    /// The leading multipliers of the return map over a turn.
+    fn spectrum<M: Model>(
         &self,
         function: &Characteristic<M>,
         shoot: &Shoot<M>,
-        most: usize,
-    ) -> Result<Vec<(Complex<f64>, f64)>, CycleError> {
+        solver: &PeriodicSolver,
+        wanted: usize,
+    ) -> Result<Spectrum, CycleError> {
         let (period, problem) = (self.period(), &function.problem);
-        let mut march = PeriodicSolver::default().march(shoot, period)?;
+        let mut march = solver.march(shoot, period)?;
         let start = start_of_waves(&march, &problem.circle, &problem.steady, problem.strain(), problem.rate * period);
         let path = march.run(&start, period)?;
         let variation =
             Variation::with_responses(&march, &path, period, |time, _| Ok(function.response_at(problem.rate * time)))?;
-        let mut begin = start.with_values(&DVector::zeros(start.flat().len()));
-        // No mode is orthogonal to this: its entries have no pattern.
-        begin.strain.iter_mut().enumerate().for_each(|(k, x)| *x = 1.0 + 0.7 * (3.0 * k as f64).sin());
-        let apply = |x: &DVector<f64>| Ok::<_, CycleError>(variation.apply(&start.with_values(x))?.flat());
-        let begin = apply(&begin.flat())?;
-        Ok(Krylov::of(&begin, most, 1e-13, apply, |_| false)?.eigenvalues()?)
+        Spectrum::of(start.flat().len(), wanted, |x| Ok(variation.apply(&start.with_values(x))?.flat()))
     }
 }
 
@@ -164,19 +193,23 @@ impl<'a, M: Model> Characteristic<'a, M> {
         out
     }
 
-    /// −f/f′, the step of Newton's method; not a number where there is none.
-    fn step(&self, z: Complex<f64>) -> Complex<f64> {
+    /// The step of Newton's method for f(z)/Π (z − known); not a number where there is none.
+    fn step(&self, z: Complex<f64>, known: &[Complex<f64>]) -> Complex<f64> {
         let Some([value, derivative]) = self.problem.matrix(z, &self.responses) else {
             return Complex::from(f64::NAN);
         };
         let (_, trace) = AnalyticMatrix { value, derivative }.pivots();
-        if trace.re.is_infinite() { Complex::ZERO } else { -trace.inv() }
+        if trace.re.is_infinite() {
+            return Complex::ZERO;
+        }
+        -(trace - known.iter().map(|root| (z - root).inv()).sum::<Complex<f64>>()).inv()
     }
 
-    fn polish(&self, start: Complex<f64>) -> Option<Complex<f64>> {
+    /// The root near a guess that is none of the known ones.
+    fn polish(&self, start: Complex<f64>, known: &[Complex<f64>]) -> Option<Complex<f64>> {
         let (mut z, mut last) = (start, f64::INFINITY);
         for _ in 0..30 {
-            let step = self.step(z);
+            let step = self.step(z, known);
             z += step;
             let size = step.norm();
             // Below rounding of the function steps no longer shrink.
@@ -199,7 +232,7 @@ mod tests {
     #[test]
     fn unstable_roots_are_counted_with_their_conjugates() {
         let root = |re, im| TurningRoot { value: Complex::new(re, im), difference: 0.0 };
-        let of = |roots: &[TurningRoot]| TurningRoots { roots: roots.to_vec(), trivial: 0.0 }.unstable();
+        let of = |roots: &[TurningRoot]| TurningRoots { roots: roots.to_vec(), line: -1.0, trivial: 0.0 }.unstable();
         assert_eq!(of(&[]), 0);
         assert_eq!(of(&[root(2.0, 1.0), root(1.0, 0.0), root(0.0, 3.0), root(-1.0, 1.0)]), 3);
     }

@@ -49,7 +49,9 @@ impl Start {
     /// be large. Strain below `least` (1/m) is none.
     pub fn residual(&self, end: &Self, least: f64) -> f64 {
         let relative = |a: &DVector<f64>, b: &DVector<f64>| (a - b).norm() / a.norm().max(b.norm()).max(least);
-        relative(&self.flat(), &end.flat()).max(relative(&self.strain, &end.strain))
+        let [all, strain] = [relative(&self.flat(), &end.flat()), relative(&self.strain, &end.strain)];
+        // `f64::max` would drop a NaN.
+        if all > strain || all.is_nan() { all } else { strain }
     }
 
     /// Strain and variables.
@@ -114,4 +116,26 @@ pub(crate) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[
     let mut out = begin.clone();
     slopes.iter().zip(weights).for_each(|(slope, w)| out.axpy(*w, slope, 1.0));
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_state_that_is_not_a_number_has_no_finite_residual() {
+        let state = |strain: f64, variable: f64, slope: f64| Start {
+            strain: DVector::from_element(2, strain),
+            variables: DVector::from_element(1, variable),
+            slopes: vec![vec![DVector::from_element(1, slope)]],
+        };
+        let sound = state(1.0, 2.0, 3.0);
+        assert_eq!(sound.residual(&sound, f64::MIN_POSITIVE), 0.0);
+        for odd in [f64::NAN, f64::INFINITY] {
+            for end in [state(odd, 2.0, 3.0), state(1.0, odd, 3.0), state(1.0, 2.0, odd)] {
+                let residual = sound.residual(&end, f64::MIN_POSITIVE);
+                assert!(residual.is_nan(), "{end:?}: {residual}");
+            }
+        }
+    }
 }

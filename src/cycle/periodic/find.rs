@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use super::PeriodicSolver;
 use super::newton::{Linear, angle_unknown, check_no_circle, period_unknown};
 use super::orbit::PeriodicOrbit;
+use super::resolution::error_of;
 use crate::cycle::autonomous::check_autonomous;
 use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
@@ -105,10 +106,35 @@ impl PeriodicSolver {
         self.find(march, start, period, true)
     }
 
-    /// Newton's method for the state, and for the period if that is `free`.
+    /// Newton's method for the state, and for the period if that is `free`, on as many intervals as the accuracy requires.
     pub(crate) fn find<M: Model>(
         &self,
         mut march: March<M>,
+        mut start: Start,
+        mut period: f64,
+        free: bool,
+    ) -> Result<PeriodicOrbit, CycleError> {
+        let (mut solver, mut equilibria) = (*self, 0);
+        loop {
+            let mut orbit = solver.find_on_intervals(&mut march, start, period, free)?;
+            equilibria += orbit.equilibria;
+            if orbit.error <= self.accuracy {
+                orbit.equilibria = equilibria;
+                return Ok(orbit);
+            }
+            let (error, intervals) = (orbit.error, solver.intervals);
+            solver = solver.refined().ok_or(CycleError::Unresolved { error, intervals })?;
+            period = orbit.period;
+            march = solver.march(march.shoot, period)?;
+            march.set_angle(orbit.angle);
+            start = start_of_orbit(&march, &orbit, period)?;
+        }
+    }
+
+    /// The same on the intervals of these settings, with an estimate of the error.
+    fn find_on_intervals<M: Model>(
+        &self,
+        march: &mut March<M>,
         mut start: Start,
         mut period: f64,
         free: bool,
@@ -135,8 +161,14 @@ impl PeriodicSolver {
                 return Err(CycleError::Stationary { strain });
             }
             if residual <= self.tolerance {
-                check_no_circle(&march, &start, &path)?;
-                check_axis(&march, &path, period)?;
+                check_no_circle(march, &start, &path)?;
+                check_axis(march, &path, period)?;
+                let linear = match kept {
+                    Some((linear, _)) => linear,
+                    None => linearised(march, &start, period, &path, free)?,
+                };
+                let least = self.least(march.shoot, !free);
+                let error = error_of(march, &start, period, &path, &linear, least)?;
                 let (settings, driven_from) = (*self, (!free).then(|| march.shoot.time()));
                 return Ok(PeriodicOrbit {
                     period,
@@ -144,6 +176,7 @@ impl PeriodicSolver {
                     iterations,
                     equilibria,
                     residual,
+                    error,
                     start,
                     settings,
                     driven_from,
@@ -156,7 +189,7 @@ impl PeriodicSolver {
                 Some(linear) => linear,
                 None => {
                     equilibria += if free { 2 * path.equilibria } else { 0 };
-                    linearised(&mut march, &start, period, &path, free)?
+                    linearised(march, &start, period, &path, free)?
                 }
             };
             let (change, others) = linear.step(&start, &left, &[0.0, 0.0], iterations)?;

@@ -3,12 +3,15 @@
 mod entry;
 pub(super) mod find;
 mod forced;
+mod multipliers;
 pub(super) mod newton;
 mod orbit;
 mod plane;
+pub(super) mod resolution;
 
 pub use entry::OrbitHistory;
-pub use orbit::{Multiplier, PeriodicOrbit};
+pub use multipliers::{Multiplier, Multipliers};
+pub use orbit::PeriodicOrbit;
 
 use super::error::CycleError;
 use super::map::grid::Grid;
@@ -27,13 +30,16 @@ const STAGES: usize = 16;
 /// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
-    /// Intervals in a period, 16 unless said otherwise: 8 do for half a swing, more are needed where the shoot comes close to buckling on its way.
+    /// Number of intervals in a period at first, 16 by default; 8 are sufficient for half a swing. The number is doubled until
+    /// [`accuracy`](Self::accuracy) is met: where the shoot almost buckles during its swing more are necessary.
     pub intervals: usize,
     /// Radau points in each, 6 unless said otherwise, at most 16: the order of accuracy inside an interval.
     pub stages: usize,
     /// Largest relative difference between a state and that one period later, 1e-10 unless said otherwise.
     pub tolerance: f64,
-    /// Bound on the iterations, 30 unless said otherwise.
+    /// Largest estimate of the relative error of period and shape that the intervals may leave, 1e-6 by default.
+    pub accuracy: f64,
+    /// Bound on the iterations on each number of intervals, 30 unless said otherwise.
     pub max_iterations: usize,
     /// None, unless said otherwise, if a cycle comes back as it was. A shoot that is the same in all directions about the tangent of its base may come back turned about that,
     /// as on a rosette: then a first guess of the angle, rad, which is an unknown like the period. After half its period a swing in a
@@ -42,9 +48,9 @@ pub struct PeriodicSolver {
 }
 
 impl Default for PeriodicSolver {
-    /// 16 intervals of 6 points, 1e-10, at most 30 iterations, no angle.
+    /// 16 intervals of 6 points, a residual of 1e-10, an accuracy of 1e-6, at most 30 iterations, no angle.
     fn default() -> Self {
-        Self { intervals: 16, stages: 6, tolerance: 1e-10, max_iterations: 30, angle: None }
+        Self { intervals: 16, stages: 6, tolerance: 1e-10, accuracy: 1e-6, max_iterations: 30, angle: None }
     }
 }
 
@@ -55,6 +61,7 @@ impl PeriodicSolver {
         let (what, number) = ("points in an interval", self.stages);
         ParameterError::unless((1..=STAGES).contains(&number), what, number as f64, "from 1 to 16")?;
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
+        ParameterError::positive("accuracy of a periodic orbit", self.accuracy)?;
         ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
         March::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }

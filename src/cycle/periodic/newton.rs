@@ -6,6 +6,7 @@ use crate::cycle::error::CycleError;
 use crate::cycle::gmres::gmres;
 use crate::cycle::map::march::{March, Path};
 use crate::cycle::map::state::{Start, carried};
+use crate::cycle::map::turn::Turn;
 use crate::cycle::map::variation::Variation;
 use crate::model::Model;
 use crate::quadrature::lagrange;
@@ -128,14 +129,18 @@ pub(crate) fn angle_unknown(
     }))
 }
 
-/// Refuses what only turns as time goes on, if an angle is sought: it comes back turned after any time.
+/// Refuses a circle if an angle is unknown: it returns rotated after any time.
 pub(crate) fn check_no_circle(march: &March<impl Model>, start: &Start, path: &Path) -> Result<(), CycleError> {
-    let Some(turn) = &march.turn else { return Ok(()) };
+    let circle = march.turn.as_ref().is_some_and(|turn| is_circle(march, start, path, turn));
+    if circle { Err(CycleError::Circle) } else { Ok(()) }
+}
+
+/// Whether the change of a state in time is a rotation of the whole.
+pub(crate) fn is_circle(march: &March<impl Model>, start: &Start, path: &Path, turn: &Turn) -> bool {
     let weights = start.weights().map(f64::sqrt);
     let [time, turned] =
         [flow(march, start, path), turn.rate(start).present()].map(|direction| direction.component_mul(&weights));
-    let parallel = time.dot(&turned).abs() > (1.0 - CIRCLE) * time.norm() * turned.norm();
-    if parallel { Err(CycleError::Circle) } else { Ok(()) }
+    time.dot(&turned).abs() > (1.0 - CIRCLE) * time.norm() * turned.norm()
 }
 
 /// How strain and variables change in time at the start, per interval.

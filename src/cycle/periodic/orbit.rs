@@ -1,15 +1,12 @@
-//! A periodic orbit, and what is read off it: shapes, the largest excursion, the multipliers of Floquet.
+//! A periodic orbit: its shapes and its largest excursion.
 
-use nalgebra::{Complex, Vector2, Vector3};
+use nalgebra::Vector3;
 
 use super::PeriodicSolver;
-use super::plane::{Plane, disturbance};
 use crate::cycle::autonomous::{check_autonomous, check_period};
 use crate::cycle::error::CycleError;
-use crate::cycle::gmres::Krylov;
 use crate::cycle::map::march::{March, Path};
 use crate::cycle::map::state::{Start, carried};
-use crate::cycle::map::variation::Variation;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -23,40 +20,18 @@ pub struct PeriodicOrbit {
     /// By how much all has turned about the tangent of the base after a period, rad, counterclockwise as seen from above the apex: zero
     /// if it was sought without an angle.
     pub angle: f64,
-    /// Newton iterations.
+    /// Newton iterations, on the last number of intervals.
     pub iterations: usize,
     /// Equilibria that were solved.
     pub equilibria: usize,
-    /// By how much a state differs from that one period later, relative.
+    /// Relative difference between a state and that one period later.
     pub residual: f64,
+    /// Estimate of the relative error of period and shape that the intervals leave, by one on more stages.
+    pub error: f64,
     pub(crate) start: Start,
     pub(crate) settings: PeriodicSolver,
     /// When a cycle that something drives was begun, s; none if its period is its own.
     pub(crate) driven_from: Option<f64>,
-}
-
-/// A multiplier of Floquet: what a disturbance has become after a period.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Multiplier {
-    /// μ.
-    pub value: Complex<f64>,
-    /// |A v − μ v| of its vector of norm one.
-    pub residual: f64,
-}
-
-impl Multiplier {
-    /// The root λ = ln μ/T that goes with it, 1/s, with the smallest |Im λ|.
-    #[must_use]
-    pub fn root(&self, period: f64) -> Complex<f64> {
-        self.value.ln() / period
-    }
-}
-
-/// Leading multipliers, of disturbances in a plane and out of it, or twice all if there is no `plane`.
-pub(crate) struct Multipliers {
-    pub sets: [Vec<Multiplier>; 2],
-    pub plane: bool,
 }
 
 impl PeriodicOrbit {
@@ -153,71 +128,5 @@ impl PeriodicOrbit {
             }
         }
         Ok((excursion(&found), found))
-    }
-
-    /// The leading multipliers of Floquet, by Arnoldi's method on the linearised return map: of a swing in a plane those of disturbances
-    /// in it, then those of disturbances out of it; of any other orbit, or where laws mix the two, twice the same, from two starts. Of an orbit that comes back turned, the
-    /// disturbances are turned back; if it has no plane, the multiplier 1 of what turns all is left out.
-    ///
-    /// `most` is the number of vectors. A dozen are enough for a whole swing, and 20 for half of one, in which less dies out: the residuals tell.
-    ///
-    /// # Errors
-    /// A map that is not linearised.
-    pub fn multipliers(&self, shoot: &Shoot<impl Model>, most: usize) -> Result<[Vec<Multiplier>; 2], CycleError> {
-        Krylov::check(most)?;
-        let (march, path) = self.go_round(shoot)?;
-        Ok(self.multipliers_on(&march, &path, most)?.sets)
-    }
-
-    pub(crate) fn multipliers_on(
-        &self,
-        march: &March<impl Model>,
-        path: &Path,
-        most: usize,
-    ) -> Result<Multipliers, CycleError> {
-        let variation = Variation::of(march, path, self.period)?;
-        let plane = Plane::of(march, path, &self.start, &variation)?;
-        // To turn all is a disturbance that stays. Beside a shift in time, which stays too, Krylov's spaces do not tell it: what it adds
-        // to others is left out.
-        let turned =
-            march.turn.as_ref().filter(|_| plane.is_none()).map(|turn| turn.rate(&self.start).flat().normalize());
-        let mut found = [Vec::new(), Vec::new()];
-        for (out, list) in [false, true].into_iter().zip(&mut found) {
-            // Without a plane along no director, in which some disturbance may be missed.
-            let any = if out { Vector2::new(-0.6, 0.8) } else { Vector2::new(0.8, 0.6) };
-            let start = disturbance(&self.start, plane.as_ref().map_or(any, |plane| plane.bend(out)));
-            let apply = |start: &Start| {
-                let mut end = variation.apply(start)?;
-                if let Some(plane) = &plane {
-                    // Rounding leaves the plane, or falls back to it: what grows or stays there would come up.
-                    plane.project(&mut end, out);
-                }
-                let mut end = end.flat();
-                if let Some(turned) = &turned {
-                    end.axpy(-turned.dot(&end), turned, 1.0);
-                }
-                Ok::<_, CycleError>(end)
-            };
-            let krylov = Krylov::of(&apply(&start)?, most, 1e-14, |x| apply(&self.start.with_values(x)), |_| false)?;
-            *list = krylov.eigenvalues()?.into_iter().map(|(value, residual)| Multiplier { value, residual }).collect();
-        }
-        Ok(Multipliers { sets: found, plane: plane.is_some() })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use approx::assert_abs_diff_eq;
-
-    use super::*;
-
-    #[test]
-    fn the_root_of_a_multiplier_is_the_one_with_the_smallest_frequency() {
-        // Over two seconds 0.3 + 4i is not distinguished from 0.3 + (4 − π)i.
-        let (exact, period) = (Complex::new(0.3, 4.0), 2.0);
-        let root = Multiplier { value: (exact * period).exp(), residual: 0.0 }.root(period);
-        // Rounding of an exponential and a logarithm.
-        assert_abs_diff_eq!(root.re, 0.3, epsilon = 1e-15);
-        assert_abs_diff_eq!(root.im, 4.0 - std::f64::consts::PI, epsilon = 1e-15);
     }
 }

@@ -68,11 +68,6 @@ impl Plane {
         Ok(variables.collect::<Option<_>>().map(|variables| Self { bend, variables }))
     }
 
-    /// The bend in the plane, or that out of it.
-    pub fn bend(&self, out: bool) -> Vector2<f64> {
-        if out { across(self.bend) } else { self.bend }
-    }
-
     /// Leaves of a disturbance what is in the plane, or what leads out of it.
     pub fn project(&self, start: &mut Start, out: bool) {
         let keep = |pair: &mut [f64], along: Vector2<f64>| {
@@ -96,7 +91,7 @@ impl Plane {
 }
 
 /// A state that differs by a bend along a direction alone, of no special shape.
-pub(super) fn disturbance(start: &Start, along: Vector2<f64>) -> Start {
+fn disturbance(start: &Start, along: Vector2<f64>) -> Start {
     let mut out = start.with_values(&DVector::zeros(start.flat().len()));
     for (k, strain) in out.strain.as_mut_slice().chunks_exact_mut(2).enumerate() {
         let size = 1.0 + 0.3 * (2.0 * k as f64).sin();
