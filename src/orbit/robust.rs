@@ -4,6 +4,9 @@ use nalgebra::Vector2;
 
 /// A position is a spike if it is so many usual distances from the median of its neighbours.
 const SPIKE: f64 = 8.0;
+/// A spike is farther from this median than its neighbours usually are, by this factor. At the beginning of an exponential transient the
+/// first position is not, if the time constant is longer than 0.72 intervals.
+const ALONE: f64 = 4.0;
 /// Neighbours on either side.
 const BESIDE: usize = 2;
 /// A smooth path that turns back differs from the median of its neighbours by less than an eighth of this part of a step for every
@@ -31,17 +34,21 @@ pub(super) fn quantile(sorted: &[f64], part: f64) -> f64 {
     }
 }
 
-/// Which positions are near the median of their neighbours.
+/// For each position whether it is near the median of itself and its neighbours, or those are as far from it.
 pub(super) fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let n = positions.len();
-    let off: Vec<f64> = (0..n)
-        .map(|i| {
-            let around = i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(n);
-            let middle = |c: usize| median(around.clone().map(|j| positions[j][c]).collect());
-            (positions[i] - Vector2::new(middle(0), middle(1))).norm()
-        })
-        .collect();
+    let around = |i: usize| i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(n);
+    let middle = |i: usize| {
+        let median = |c: usize| median(around(i).map(|j| positions[j][c]).collect());
+        Vector2::new(median(0), median(1))
+    };
+    let middles: Vec<Vector2<f64>> = (0..n).map(middle).collect();
+    let off: Vec<f64> = positions.iter().zip(&middles).map(|(position, middle)| (position - middle).norm()).collect();
     let step = median(positions.windows(2).map(|w| (w[1] - w[0]).norm()).collect());
     let usual = median(off.clone()).max(TURN * step);
-    off.iter().map(|off| usual == 0.0 || *off <= SPIKE * usual).collect()
+    let alone = |i: usize| {
+        let beside = around(i).filter(|j| *j != i).map(|j| (positions[j] - middles[i]).norm());
+        off[i] > ALONE * median(beside.collect())
+    };
+    (0..n).map(|i| usual == 0.0 || off[i] <= SPIKE * usual || !alone(i)).collect()
 }
