@@ -88,10 +88,10 @@ impl Background {
 
 /// The variance of white noise that has the power of a residual near an angular frequency; `None` with fewer than four free frequencies.
 ///
-/// The power is evaluated at neighbouring frequencies, a turn over the whole path apart, that differ by two turns or more from the given
-/// one and from those of fitted `waves`, where the fit has removed power. It is converted to the given frequency by the spectrum of the
-/// background. The times reach from −1 to 1. The variance is the geometric mean, which is not dominated by the nearest frequency of a steep spectrum. It is increased by the factor with which 1.64 standard errors are
-/// the quantile of Student's distribution for 90 %, as far as the number of frequencies requires it.
+/// The power is evaluated at neighbouring frequencies, a turn over the whole path apart. They differ by two turns or more from the given
+/// one and from those of fitted `waves`, where the fit has removed power. The spectrum of the background converts it to the given
+/// frequency. The times reach from −1 to 1. The variance is the geometric mean, which the nearest frequency of a steep spectrum does not
+/// dominate. A factor accounts for the number of frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
 pub(super) fn level(
     times: &[f64],
     residual: &[Vector2<f64>],

@@ -8,7 +8,8 @@
 //! ```
 //!
 //! the drift a polynomial, each period an ellipse with a sense of rotation. Standard errors of periods and axes allow for noise that is
-//! correlated in time, and oscillations are told from such noise. [`PlanePath::windows`] does the same as a function of time. [`PlanePath::tracked`] gives the numbers of tracking
+//! correlated in time, and oscillations are distinguished from such noise. [`PlanePath::windows`] does the same as a function of time.
+//! [`PlanePath::tracked`] gives the numbers of tracking
 //! pipelines, by way of wavelets, which follow a period that changes.
 //!
 //! ```

@@ -2,11 +2,9 @@
 
 use nalgebra::Vector2;
 
-/// A position is a spike if it is so many usual distances from the median of its neighbours.
+/// A spike is farther from the median of its neighbours than positions usually are, by this factor, and than these neighbours are, by the
+/// same factor. The first position of an exponential transient is no spike if the time constant is longer than one interval.
 const SPIKE: f64 = 8.0;
-/// A spike is farther from this median than its neighbours usually are, by this factor. At the beginning of an exponential transient the
-/// first position is not, if the time constant is longer than 0.72 intervals.
-const ALONE: f64 = 4.0;
 /// Neighbours on either side.
 const BESIDE: usize = 2;
 /// A smooth path that turns back differs from the median of its neighbours by less than an eighth of this part of a step for every
@@ -37,7 +35,11 @@ pub(super) fn quantile(sorted: &[f64], part: f64) -> f64 {
 /// For each position whether it is near the median of itself and its neighbours, or those are as far from it.
 pub(super) fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let n = positions.len();
-    let around = |i: usize| i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(n);
+    // Near an end the first or the last positions.
+    let around = |i: usize| {
+        let first = i.saturating_sub(BESIDE).min(n.saturating_sub(2 * BESIDE + 1));
+        first..(first + 2 * BESIDE + 1).min(n)
+    };
     let middle = |i: usize| {
         let median = |c: usize| median(around(i).map(|j| positions[j][c]).collect());
         Vector2::new(median(0), median(1))
@@ -48,7 +50,7 @@ pub(super) fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let usual = median(off.clone()).max(TURN * step);
     let alone = |i: usize| {
         let beside = around(i).filter(|j| *j != i).map(|j| (positions[j] - middles[i]).norm());
-        off[i] > ALONE * median(beside.collect())
+        off[i] > SPIKE * median(beside.collect())
     };
     (0..n).map(|i| usual == 0.0 || off[i] <= SPIKE * usual || !alone(i)).collect()
 }
