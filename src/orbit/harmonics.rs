@@ -72,7 +72,7 @@ impl Wave {
         0.5 * (self.cosine_error.norm_squared() + self.sine_error.norm_squared()).sqrt()
     }
 
-    fn at(&self, t: f64) -> Vector2<f64> {
+    pub fn at(&self, t: f64) -> Vector2<f64> {
         let (sine, cosine) = (self.omega * t).sin_cos();
         self.cosine * cosine + self.sine * sine
     }

@@ -58,7 +58,9 @@ pub(super) struct Analysis {
     /// By scale and time, the mean of |wave|² for a coordinate that is white noise of variance 1.
     noise: Vec<Vec<f64>>,
     variance: f64,
-    /// Spectrum of white and red noise with the autocorrelation of the positions.
+    /// Variance of a coordinate of the rest without oscillations.
+    left: f64,
+    /// Spectrum of white and red noise with the autocorrelation of the rest.
     background: Background,
     band: [f64; 2],
     every: f64,
@@ -76,7 +78,13 @@ pub(super) struct Place {
 
 impl Analysis {
     /// Looks at positions without drift for periods in a band.
-    pub fn new(sampling: &Sampling, positions: &[Vector2<f64>], variance: f64, band: [f64; 2]) -> Self {
+    pub fn new(
+        sampling: &Sampling,
+        positions: &[Vector2<f64>],
+        rest: &[Vector2<f64>],
+        variance: f64,
+        band: [f64; 2],
+    ) -> Self {
         let lowest = (band[0] / BEYOND).max(2.0 * sampling.interval);
         let octaves = (BEYOND * band[1] / lowest).log2();
         let count = (octaves * PER_OCTAVE).ceil() as usize + 1;
@@ -99,9 +107,10 @@ impl Analysis {
             waves.push(answer.waves);
             noise.push(answer.noise);
         }
-        let background = Background::of(sampling.times, positions);
+        let background = Background::of(sampling.times, rest);
+        let left = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
         let scalogram = Scalogram { times, periods, power, outside_cone };
-        Self { scalogram, scales, waves, strength, noise, variance, background, band, every: sampling.every }
+        Self { scalogram, scales, waves, strength, noise, variance, left, background, band, every: sampling.every }
     }
 
     /// The ridge: the places where the power is largest in the band and more than white noise has, outside the cone. The variance of noise is
@@ -132,7 +141,7 @@ impl Analysis {
         (0..times.len()).filter_map(top).collect()
     }
 
-    /// The probability that noise with the autocorrelation of the positions has as much power, averaged over time, as one of the scales on
+    /// The probability that noise with the variance and the autocorrelation of the rest has as much power, averaged over time, as one of the scales on
     /// a ridge; the noise has a number of independent `coordinates` (1 to 2).
     pub fn chance(&self, ridge: &[Place], coordinates: f64) -> f64 {
         let tried = ((self.band[1] / self.band[0]).log2() / OCTAVES_APART).max(1.0);
@@ -143,7 +152,7 @@ impl Analysis {
             let Scalogram { periods, power, outside_cone, .. } = &self.scalogram;
             let seen: Vec<f64> =
                 power[j].iter().zip(&outside_cone[j]).filter(|(_, out)| **out).map(|(p, _)| *p).collect();
-            let background = self.background.at(TAU / periods[j]);
+            let background = self.background.at(TAU / periods[j]) * self.left / self.variance;
             let mean = seen.iter().sum::<f64>() / (seen.len().max(1) as f64 * background);
             let apart = seen.len() as f64 * self.every / decorrelation(periods[j]);
             // Equation (23) of Torrence and Compo (1998), for each coordinate.
@@ -186,7 +195,8 @@ mod tests {
         };
         let (scales, waves, strength, noise) = (vec![1.0], vec![], vec![], vec![]);
         let (background, band) = (Background::WHITE, [1.0, 1.0]);
-        let analysis = Analysis { scalogram, scales, waves, strength, noise, variance: 1.0, background, band, every };
+        let analysis =
+            Analysis { scalogram, scales, waves, strength, noise, variance: 1.0, left: 1.0, background, band, every };
         let ridge = [Place { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
         // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed exceeds them by
         // 14 % and 12 %.

@@ -73,8 +73,8 @@ impl Quartiles {
 #[non_exhaustive]
 pub struct Tracking {
     /// Whether the tip nutates at all: there is a ridge, and noise would have as much power at one of its scales, averaged over time, in
-    /// one path of a hundred at most (Torrence and Compo 1998, section 5). The noise is white, or white and red with the autocorrelation
-    /// of the path without its drift at lags of one and two intervals.
+    /// one path of a hundred at most (Torrence and Compo 1998, section 5). The noise is white, or white and red with the variance
+    /// and the autocorrelation of the path without its drift and without the oscillations that least squares find in the band.
     pub nutates: bool,
     /// The period along the ridge, s: median and quartiles. None if it does not nutate.
     pub period: Option<Quartiles>,
@@ -181,11 +181,21 @@ impl PlanePath {
         let periods = waves.waves.iter().map(|wave| TAU * half / wave.omega);
         let unresolved = unresolved(periods.filter(|period| (shortest..=longest).contains(period)).collect());
         let fast = scaled(path.without_drift(shortest)?);
+        // Noise is what remains beside the oscillations in the band.
+        let band = TAU * half / longest..=TAU * half / shortest;
+        let in_band = |t: f64| {
+            waves.waves.iter().filter(|wave| band.contains(&wave.omega)).map(|wave| wave.at(t)).sum::<Vector2<f64>>()
+        };
+        let rest =
+            samples.times.iter().zip(&self.positions).map(|(t, p)| -> Vector2<f64> { p - in_band(*t) }).collect();
+        let rest =
+            Self { times: self.times.clone(), positions: rest }.filtered(&good).without_drift(DRIFT * longest)?;
+        let rest = scaled(rest);
         Ok(Tracking {
             unresolved,
             outliers,
             gaps,
-            ..Tracking::of(&sampling, &scaled(moving), &fast, [shortest, longest], left)
+            ..Tracking::of(&sampling, &scaled(moving), &fast, &rest, [shortest, longest], left)
         })
     }
 
@@ -217,13 +227,21 @@ impl Tracking {
         }
     }
 
-    /// What moves, in units of `unit` (m), without drift; and what of it is faster than the band.
-    fn of(sampling: &Sampling, moving: &[Vector2<f64>], fast: &[Vector2<f64>], band: [f64; 2], unit: f64) -> Self {
+    /// What moves, in units of `unit` (m), without drift; and what of it is faster than the band; and the `rest`
+    /// without the oscillations in the band.
+    fn of(
+        sampling: &Sampling,
+        moving: &[Vector2<f64>],
+        fast: &[Vector2<f64>],
+        rest: &[Vector2<f64>],
+        band: [f64; 2],
+        unit: f64,
+    ) -> Self {
         let weights = sampling.weights(band[0]);
         let spectrum = |positions| Spectrum::of(sampling.times, positions, &weights, sampling.interval);
         let noise_floor = spectrum(fast).floor(band[0], |period| 1.0 - in_drift(period, band[0]));
         let covariance = moving.iter().map(|p| p * p.transpose()).sum::<Matrix2<f64>>() / moving.len() as f64;
-        let analysis = Analysis::new(sampling, moving, 0.5 * covariance.trace(), band);
+        let analysis = Analysis::new(sampling, moving, rest, 0.5 * covariance.trace(), band);
         let places = analysis.ridge(noise_floor.map(|floor| floor * floor));
         // Two coordinates count as one if they move as one.
         let coordinates = covariance.trace().powi(2) / covariance.norm_squared();
