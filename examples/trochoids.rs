@@ -161,7 +161,7 @@ const TOO_SHORT: &str = "periods are left out, they need a run of 26 h";
 /// Periods, amplitudes, senses and the name of the pattern.
 fn told(found: &Oscillations) -> String {
     let wave = |wave: &orbit::Oscillation| {
-        let sense = format!("{:?}", wave.ellipse.sense).to_lowercase();
+        let sense = wave.ellipse.sense.map_or("no sense".into(), |sense| format!("{sense:?}").to_lowercase());
         format!("every {:.3} min by {:.3} mm, {sense}", wave.period / MINUTE, 1e3 * wave.ellipse.major)
     };
     let waves: Vec<String> = found.oscillations.iter().take(2).map(wave).collect();

@@ -29,7 +29,7 @@ pub fn tell(path: &PlanePath) {
     for wave in found.oscillations.iter().take(2) {
         let (ellipse, minutes) = (wave.ellipse, wave.period / MINUTE);
         let (major, minor) = (1e3 * ellipse.major, 1e3 * ellipse.minor);
-        let sense = format!("{:?}", ellipse.sense).to_lowercase();
+        let sense = ellipse.sense.map_or("no sense".into(), |sense| format!("{sense:?}").to_lowercase());
         println!("  at last every {minutes:.1} min round an ellipse of {major:.2} by {minor:.2} mm, {sense}");
     }
 }

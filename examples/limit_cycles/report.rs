@@ -23,10 +23,7 @@ pub fn tell(record: &Record, path: &PlanePath, end: f64, exact: Option<[f64; 3]>
             _ => "of two periods",
         };
         let ellipse = first.ellipse;
-        let sense = match ellipse.roundness() {
-            r if r < 1e-6 => "no sense".into(),
-            _ => format!("{:?}", ellipse.sense).to_lowercase(),
-        };
+        let sense = ellipse.sense.map_or("no sense".into(), |sense| format!("{sense:?}").to_lowercase());
         println!(
             "{name}, {:.1} to {:.1} h: {name_of}, every {:.5} min, semi-axes {:.5} and {:.5} mm, {sense}, roundness {:.6}",
             (to - WINDOW) / HOUR,

@@ -179,7 +179,7 @@ impl Live {
         let path = Path::new(times, places).ok()?.seen_along(&Vector3::z()).ok()?;
         let search = Search { most: 2, ..Search::default() };
         let largest = *path.oscillations(&search).ok()?.oscillations.first()?;
-        let sign = if largest.ellipse.sense == Handedness::Counterclockwise { 1.0 } else { -1.0 };
+        let sign = if largest.ellipse.sense == Some(Handedness::Clockwise) { -1.0 } else { 1.0 };
         Some(Reading { period: largest.period, axes: [largest.ellipse.major, sign * largest.ellipse.minor] })
     }
 

@@ -35,7 +35,7 @@ pub fn whole(path: &PlanePath, band: &Band, share: f64) -> Result<Tracking, Box<
     for wave in &found.oscillations {
         let ellipse = wave.ellipse;
         println!(
-            "  {:8.2} ± {:.2} min, ellipse {:.2} by {:.2} ± {:.2} mm at {:.0}°, roundness {:.2}, {}",
+            "  {:8.2} ± {:.2} min, ellipse {:.2} by {:.2} ± {:.2} mm at {:.0}°, roundness {:.2}, {}{}",
             wave.period / MINUTE,
             wave.period_error / MINUTE,
             MM_PER_M * ellipse.major,
@@ -43,12 +43,13 @@ pub fn whole(path: &PlanePath, band: &Band, share: f64) -> Result<Tracking, Box<
             MM_PER_M * wave.axis_error,
             ellipse.direction.to_degrees(),
             ellipse.roundness(),
-            told(Some(ellipse.sense)),
+            told(ellipse.sense),
+            wave.harmonic.map_or(String::new(), |order| format!(", harmonic {order} of the largest")),
         );
     }
     println!("  pattern {:?}", found.pattern());
     println!("  share of {} min {:.3}", share / MINUTE, path.share(share, &search)?);
-    println!("  left over {:.3} mm, {} outliers", MM_PER_M * found.noise, found.outliers.len());
+    println!("  residual {:.3} mm beside a drift of degree {}", MM_PER_M * found.noise, found.drift);
     let tracking = path.tracked(band)?;
     println!("as trackers tell it, periods from {} to {} min:", band.shortest / MINUTE, band.longest / MINUTE);
     match (tracking.period, tracking.amplitude, tracking.sampling) {
@@ -56,10 +57,14 @@ pub fn whole(path: &PlanePath, band: &Band, share: f64) -> Result<Tracking, Box<
             let (median, range) = (period.median / MINUTE, period.range() / MINUTE);
             println!("  nutates, period {median:.1} min along the ridge, interquartile range {range:.1} min");
             println!("  largest envelope {:.2} mm", MM_PER_M * amplitude);
-            println!("  sense {}, {:.1} turns of the velocity", told(tracking.sense), tracking.turns);
+            let turns = tracking.turns.map_or(String::new(), |turns| format!(", {turns:.1} turns of the velocity"));
+            println!("  sense {}{turns}", told(tracking.sense));
             println!("  sampling interval over Nyquist's {sampling:.3}");
         }
         _ => println!("  does not nutate"),
+    }
+    for [short, long] in &tracking.unresolved {
+        println!("  periods of {:.1} and {:.1} min share a ridge", short / MINUTE, long / MINUTE);
     }
     println!("  power in the band {:.3} of all", tracking.band_power);
     if let Some(floor) = tracking.noise_floor {
@@ -74,7 +79,7 @@ fn told(sense: Option<Handedness>) -> &'static str {
     match sense {
         Some(Handedness::Counterclockwise) => "counterclockwise",
         Some(Handedness::Clockwise) => "clockwise",
-        None => "none",
+        None => "undetermined",
     }
 }
 
@@ -95,8 +100,9 @@ pub fn windows(
         let Ok(window) = window else { return row };
         row[1] = window.share(share, &search).unwrap_or(f64::NAN);
         if let Some(wave) = window.oscillations(&search).ok().and_then(|found| found.oscillations.first().copied()) {
-            let (ellipse, sense) = (wave.ellipse, wave.ellipse.sense == Handedness::Counterclockwise);
-            let numbers = [wave.period, wave.period_error, ellipse.major, ellipse.minor, ellipse.direction, yes(sense)];
+            let ellipse = wave.ellipse;
+            let sense = ellipse.sense.map_or(f64::NAN, |sense| yes(sense == Handedness::Counterclockwise));
+            let numbers = [wave.period, wave.period_error, ellipse.major, ellipse.minor, ellipse.direction, sense];
             row[2..8].copy_from_slice(&numbers);
         }
         if let Ok(found) = window.tracked(band) {

@@ -14,8 +14,9 @@ pub struct Ellipse {
     pub minor: f64,
     /// The direction of the major axis, from the first coordinate towards the second, from −π/2 to π/2, rad.
     pub direction: f64,
-    /// The sense in which it is gone round; it means little where the minor axis is small.
-    pub sense: Handedness,
+    /// The sense of rotation; `None` for a segment of a line. In a reading of a path it is `None` where the minor axis does not exceed
+    /// three times its standard error.
+    pub sense: Option<Handedness>,
     /// Radii of the two circles that it is made of, gone round counterclockwise and clockwise, m.
     pub circles: [f64; 2],
 }
@@ -25,19 +26,19 @@ impl Ellipse {
     #[must_use]
     pub fn of(cosine: &Vector2<f64>, sine: &Vector2<f64>) -> Self {
         let matrix = Matrix2::from_columns(&[*cosine, *sine]);
-        let (trace, determinant) = (matrix.norm_squared(), matrix.determinant());
-        // major² + minor² and major · minor: their sum and difference squared have no cancellation.
-        let sum = (trace + 2.0 * determinant.abs()).sqrt();
-        let difference = (trace - 2.0 * determinant.abs()).max(0.0).sqrt();
+        let determinant = matrix.determinant();
+        // The radii of both circles. The semi-major axis is their sum.
+        let turned = Vector2::new(sine.y, -sine.x);
+        let circles = [0.5 * (cosine + turned).norm(), 0.5 * (cosine - turned).norm()];
         let outer = matrix * matrix.transpose();
         let direction = 0.5 * (2.0 * outer[(0, 1)]).atan2(outer[(0, 0)] - outer[(1, 1)]);
-        let sense = if determinant >= 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
-        let circles = match sense {
-            Handedness::Counterclockwise => [0.5 * sum, 0.5 * difference],
-            Handedness::Clockwise => [0.5 * difference, 0.5 * sum],
+        let sense = match determinant {
+            d if d > 0.0 => Some(Handedness::Counterclockwise),
+            d if d < 0.0 => Some(Handedness::Clockwise),
+            _ => None,
         };
-        let major = 0.5 * (sum + difference);
-        // Of a thin ellipse the difference of both radii has no digits.
+        let major = circles[0] + circles[1];
+        // The difference of both radii would lose the digits of a thin ellipse.
         let minor = if major > 0.0 { determinant.abs() / major } else { 0.0 };
         Self { major, minor, direction, sense, circles }
     }

@@ -1,24 +1,36 @@
 //! Least squares: a drift and some periods at once, the periods unknown too.
 
+use std::f64::consts::PI;
+
 use nalgebra::{DMatrix, DVector, Vector2};
+
+use super::background::{Background, level};
+use super::robust::median_gap;
 
 /// Corrections at most; they converge as those of Newton's method where noise is small.
 const CORRECTIONS: usize = 30;
 /// A frequency is found when it moves by less than this, in turns over the whole path.
-const CONVERGED: f64 = 1e-12;
+pub(super) const CONVERGED: f64 = 1e-12;
 /// No correction moves a frequency by more than this, in turns over the whole path: further off another peak begins.
 const LONGEST_MOVE: f64 = 0.2;
 
+/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs it. Noise exceeds it with probability
+/// e⁻⁵ = 0.7 % if its variance is known.
+const DRIFTING: f64 = 5.0;
 /// Positions at times that are scaled to −1 … 1.
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     pub times: Vec<f64>,
     pub positions: Vec<Vector2<f64>>,
-    /// Degree of the drift.
-    pub degree: usize,
 }
 
 impl Samples {
+    /// The highest angular frequency that is resolved: its mirror image at the Nyquist frequency of the median interval differs from it by a
+    /// turn over the whole path.
+    pub fn highest(&self) -> f64 {
+        PI / median_gap(&self.times) - 0.5 * PI
+    }
+
     /// The square of what rounding of the positions may make, m².
     pub fn rounding(&self) -> f64 {
         let largest = self.positions.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
@@ -55,7 +67,12 @@ impl Wave {
         Self { omega, cosine: zero, sine: zero, omega_error: 0.0, cosine_error: zero, sine_error: zero }
     }
 
-    fn at(&self, t: f64) -> Vector2<f64> {
+    /// Standard error of the semi-axes: the root mean square of those of the coefficients.
+    pub fn error(&self) -> f64 {
+        0.5 * (self.cosine_error.norm_squared() + self.sine_error.norm_squared()).sqrt()
+    }
+
+    pub fn at(&self, t: f64) -> Vector2<f64> {
         let (sine, cosine) = (self.omega * t).sin_cos();
         self.cosine * cosine + self.sine * sine
     }
@@ -79,6 +96,11 @@ impl Harmonics {
     pub fn new(degree: usize, omegas: &[f64]) -> Self {
         let waves = omegas.iter().map(|omega| Wave::still(*omega)).collect();
         Self { drift: vec![Vector2::zeros(); degree + 1], waves, variance: 0.0 }
+    }
+
+    /// Degree of the drift.
+    pub fn degree(&self) -> usize {
+        self.drift.len() - 1
     }
 
     pub fn at(&self, t: f64) -> Vector2<f64> {
@@ -111,8 +133,8 @@ impl Harmonics {
                 }
                 if k < moves {
                     // τ goes from −1 to 1: ω is half a turn for every turn over the path.
-                    let turns = change[2 * linear + k] / std::f64::consts::PI;
-                    wave.omega += turns.clamp(-LONGEST_MOVE, LONGEST_MOVE) * std::f64::consts::PI;
+                    let turns = change[2 * linear + k] / PI;
+                    wave.omega += turns.clamp(-LONGEST_MOVE, LONGEST_MOVE) * PI;
                     furthest = furthest.max(turns.abs());
                 }
             }
@@ -167,23 +189,55 @@ impl Harmonics {
         Some((change, inverse))
     }
 
-    /// Errors from the inverse of the normal matrix and what is left.
+    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual.
     fn finish(&mut self, samples: &Samples, used: &[bool], inverse: &DMatrix<f64>, free: usize) -> bool {
         let linear = self.drift.len() + 2 * self.waves.len();
-        let left = self.residuals(samples).into_iter().zip(used).filter(|(_, used)| **used);
-        let (mut sum, mut number) = (0.0, 0);
-        for (residual, _) in left {
-            sum += residual.norm_squared();
-            number += 2;
-        }
-        self.variance = sum / (number - 2 * linear - free) as f64;
-        let error = |i: usize| (self.variance * inverse[(i, i)]).sqrt();
+        let chosen: Vec<usize> = (0..used.len()).filter(|i| used[*i]).collect();
+        let times: Vec<f64> = chosen.iter().map(|i| samples.times[*i]).collect();
+        let left = self.residuals(samples);
+        let left: Vec<Vector2<f64>> = chosen.iter().map(|i| left[*i]).collect();
+        let sum = left.iter().map(Vector2::norm_squared).sum::<f64>();
+        self.variance = sum / (2 * left.len() - 2 * linear - free) as f64;
+        let background = Background::of(&times, &left);
+        let omegas: Vec<f64> = self.waves.iter().map(|wave| wave.omega).collect();
         for (k, wave) in self.waves.iter_mut().enumerate() {
             let at = self.drift.len() + 2 * k;
+            // A wave is disturbed by the noise near its own frequency.
+            let near = level(&times, &left, &background, wave.omega, &omegas, lowest_above(&self.drift));
+            let variance = near.unwrap_or(self.variance * background.at(wave.omega));
+            let error = |i: usize| (variance * inverse[(i, i)]).sqrt();
             wave.omega_error = if k < free { error(2 * linear + k) } else { 0.0 };
             wave.cosine_error = Vector2::new(error(at), error(linear + at));
             wave.sine_error = Vector2::new(error(at + 1), error(linear + at + 1));
         }
         self.variance.is_finite()
     }
+
+    /// Whether the residual of the used positions contains drift that a polynomial of a degree higher by one or two would follow: the
+    /// part of the residual along that Legendre polynomial exceeds noise as it is at the lowest frequencies above the drift.
+    pub fn drifts(&self, samples: &Samples, used: &[bool]) -> bool {
+        let chosen: Vec<usize> = (0..used.len()).filter(|i| used[*i]).collect();
+        let times: Vec<f64> = chosen.iter().map(|i| samples.times[*i]).collect();
+        let left = self.residuals(samples);
+        let left: Vec<Vector2<f64>> = chosen.iter().map(|i| left[*i]).collect();
+        let omegas: Vec<f64> = self.waves.iter().map(|wave| wave.omega).collect();
+        let lowest = lowest_above(&self.drift);
+        let Some(variance) = level(&times, &left, &Background::WHITE, lowest, &omegas, lowest) else { return false };
+        let next = [self.drift.len(), self.drift.len() + 1];
+        next.into_iter().any(|degree| {
+            let (mut along, mut square) = (Vector2::zeros(), 0.0);
+            for (t, rest) in times.iter().zip(&left) {
+                let value = legendre(degree, *t)[degree];
+                along += rest * value;
+                square += value * value;
+            }
+            // Of noise |along|²/square has twice the variance as its mean, and is distributed exponentially.
+            along.norm_squared() > DRIFTING * 2.0 * variance * square + samples.rounding() * square
+        })
+    }
+}
+
+/// The lowest frequency that a drift does not follow: a polynomial of degree d follows up to d/2 turns.
+fn lowest_above(drift: &[Vector2<f64>]) -> f64 {
+    0.5 * PI * drift.len() as f64
 }

@@ -7,8 +7,9 @@
 //! r(t) = drift(t) + Σ [a_k cos ω_k t + b_k sin ω_k t] + noise,
 //! ```
 //!
-//! the drift a polynomial, each period an ellipse that is gone round in a sense. Periods carry the standard error that white noise
-//! leaves them. [`PlanePath::windows`] does the same as a function of time. [`PlanePath::tracked`] gives the numbers of tracking
+//! the drift a polynomial, each period an ellipse with a sense of rotation. Standard errors of periods and axes allow for noise that is
+//! correlated in time, and oscillations are distinguished from such noise. [`PlanePath::windows`] does the same as a function of time.
+//! [`PlanePath::tracked`] gives the numbers of tracking
 //! pipelines, by way of wavelets, which follow a period that changes.
 //!
 //! ```
@@ -32,6 +33,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod background;
 mod direction;
 mod drift;
 mod ellipse;

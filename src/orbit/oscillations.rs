@@ -4,26 +4,38 @@ use std::f64::consts::{PI, TAU};
 
 use super::OrbitError;
 use super::ellipse::Ellipse;
-use super::harmonics::{Harmonics, Samples, Wave};
+use super::harmonics::{CONVERGED, Harmonics, Samples, Wave};
 use super::path::PlanePath;
 use super::search::{Search, pursue};
 use crate::error::ParameterError;
 
-/// A wave that is asked for is told from noise if it is so many standard errors large.
-const TOLD: f64 = 3.0;
+/// Significance threshold: amplitude, minor axis or difference of frequencies over its standard error. Normal noise exceeds it in one case
+/// of 370.
+pub(super) const SIGNIFICANT: f64 = 3.0;
+/// Largest standard error of a frequency, over that of the fundamental, with which a harmonic is recognised. The interval of three standard
+/// errors on either side of a harmonic then covers at most a tenth of the frequencies between two harmonics.
+const RECOGNISED: f64 = 1.0 / 60.0;
 
 /// One oscillation of a tip.
+///
+/// Standard errors are those of a least-squares fit with the noise that the residual has at the frequency of the oscillation: the residual
+/// is described as white noise and first-order autoregressive noise, by its autocorrelation. They do not contain the error of a model that
+/// does not apply, as for a period that changes during the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Oscillation {
     /// Period, s.
     pub period: f64,
-    /// Its standard error, s, as white noise leaves it: the true one is within 1.64 of them in nine of ten cases.
+    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true period in nine cases of ten.
     pub period_error: f64,
-    /// The ellipse.
+    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: the sense of a swing in a plane would
+    /// otherwise be that of the noise.
     pub ellipse: Ellipse,
-    /// The standard error of its semi-axes, m.
+    /// Standard error of the semi-axes, m.
     pub axis_error: f64,
+    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three standard errors of the
+    /// difference. Overtones of a nonlinear swing are harmonics. `None` for the largest oscillation and for all others.
+    pub harmonic: Option<u32>,
 }
 
 /// What a path is made of.
@@ -32,8 +44,10 @@ pub struct Oscillation {
 pub struct Oscillations {
     /// The largest first.
     pub oscillations: Vec<Oscillation>,
-    /// Standard deviation of what is left of a coordinate, m: noise, and what is no oscillation.
+    /// Standard deviation of the residual of a coordinate, m: noise, and motion that is neither drift nor one of the oscillations.
     pub noise: f64,
+    /// Degree of the polynomial that describes the drift.
+    pub drift: usize,
     /// Positions that were left out as outliers, by their places in the path.
     pub outliers: Vec<usize>,
 }
@@ -47,12 +61,16 @@ impl PlanePath {
     /// Too few positions for the drift and one oscillation, or settings that make no sense.
     pub fn oscillations(&self, search: &Search) -> Result<Oscillations, OrbitError> {
         self.check(search)?;
-        let (samples, half) = self.scaled(search.drift);
-        let (found, used) = pursue(&samples, search);
-        let mut oscillations: Vec<Oscillation> = found.waves.iter().map(|wave| told(wave, half)).collect();
+        let (samples, half) = self.scaled();
+        let (found, used) = self.fitted(&samples, search);
+        let rounding = samples.rounding().sqrt();
+        let mut oscillations: Vec<Oscillation> = found.waves.iter().map(|wave| told(wave, half, rounding)).collect();
         oscillations.sort_by(|a, b| b.ellipse.major.total_cmp(&a.ellipse.major));
+        if let Some((largest, others)) = oscillations.split_first_mut() {
+            others.iter_mut().for_each(|other| other.harmonic = harmonic(largest, other));
+        }
         let outliers = (0..used.len()).filter(|i| !used[*i]).collect();
-        Ok(Oscillations { oscillations, noise: found.variance.sqrt(), outliers })
+        Ok(Oscillations { oscillations, noise: found.variance.sqrt(), drift: found.degree(), outliers })
     }
 
     /// The share of a period (s) in the motion: the squared radii of both circles at that period over those of all periods found, itself
@@ -62,7 +80,7 @@ impl PlanePath {
     /// Those of [`oscillations`](Self::oscillations), or a period that is not positive, or longer than the path.
     pub fn share(&self, period: f64, search: &Search) -> Result<f64, OrbitError> {
         self.check(search)?;
-        let (samples, half) = self.scaled(search.drift);
+        let (samples, half) = self.scaled();
         let fits = period > 0.0 && period <= 2.0 * half;
         ParameterError::unless(
             fits,
@@ -70,7 +88,7 @@ impl PlanePath {
             period,
             "positive and not longer than the path (s)",
         )?;
-        let (found, used) = pursue(&samples, search);
+        let (found, used) = self.fitted(&samples, search);
         let omega = TAU * half / period;
         let power = |wave: &Wave| Ellipse::of(&wave.cosine, &wave.sine).power();
         // One that was found there is it.
@@ -78,13 +96,13 @@ impl PlanePath {
             Some(wave) => (power(wave), found.waves.iter().map(power).sum()),
             None => {
                 let omegas: Vec<f64> = found.waves.iter().map(|wave| wave.omega).chain([omega]).collect();
-                let mut with = Harmonics::new(search.drift, &omegas);
+                let mut with = Harmonics::new(found.degree(), &omegas);
                 let waves = if with.fit(&samples, &used, found.waves.len()) { with.waves } else { Vec::new() };
                 // One that is not more than its error is none.
                 let told = |wave: &&Wave| {
                     let size = wave.cosine.norm_squared() + wave.sine.norm_squared();
                     let error = wave.cosine_error.norm_squared() + wave.sine_error.norm_squared();
-                    size > TOLD * TOLD * error + samples.rounding()
+                    size > SIGNIFICANT * SIGNIFICANT * error + samples.rounding()
                 };
                 let own = waves.last().filter(told).map_or(0.0, power);
                 (own, own + waves.iter().take(found.waves.len()).map(power).sum::<f64>())
@@ -105,23 +123,43 @@ impl PlanePath {
         Ok(())
     }
 
+    /// All waves that a search finds, and for each position whether it is no outlier. Outliers are the same for every search: they are
+    /// detected in the residual of the default search, which does not contain the oscillations.
+    pub(super) fn fitted(&self, samples: &Samples, search: &Search) -> (Harmonics, Vec<bool>) {
+        let (first, usual) = (self.good(), Search::default());
+        let found = pursue(samples, &usual, &first);
+        let residual = Self { times: self.times.clone(), positions: found.residuals(samples) };
+        let good = residual.good();
+        if good == first && *search == usual {
+            return (found, good);
+        }
+        (pursue(samples, search, &good), good)
+    }
+
     /// Times from −1 to 1, and half the duration, s.
-    fn scaled(&self, degree: usize) -> (Samples, f64) {
+    pub(super) fn scaled(&self) -> (Samples, f64) {
         let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
         let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
         let times = self.times.iter().map(|t| (t - middle) / half).collect();
-        (Samples { times, positions: self.positions.clone(), degree }, half)
+        (Samples { times, positions: self.positions.clone() }, half)
     }
 }
 
-/// A wave in seconds, where the path is twice `half` s long.
-fn told(wave: &Wave, half: f64) -> Oscillation {
+/// Converts a wave to seconds; the path is twice `half` seconds long, and its positions have an error by `rounding` (m).
+pub(super) fn told(wave: &Wave, half: f64, rounding: f64) -> Oscillation {
     let period = TAU / wave.omega * half;
-    let squares = (wave.cosine_error.norm_squared() + wave.sine_error.norm_squared()) / 4.0;
-    Oscillation {
-        period,
-        period_error: period * wave.omega_error / wave.omega,
-        ellipse: Ellipse::of(&wave.cosine, &wave.sine),
-        axis_error: squares.sqrt(),
-    }
+    let (axis_error, mut ellipse) = (wave.error(), Ellipse::of(&wave.cosine, &wave.sine));
+    // In a thin ellipse the minor axis, with a sign for the sense, is a linear function of the coefficients, with their standard error.
+    ellipse.sense = ellipse.sense.filter(|_| ellipse.minor > SIGNIFICANT * axis_error + rounding);
+    Oscillation { period, period_error: period * wave.omega_error / wave.omega, ellipse, axis_error, harmonic: None }
+}
+
+/// The order of the harmonic of a fundamental that an oscillation is.
+fn harmonic(fundamental: &Oscillation, other: &Oscillation) -> Option<u32> {
+    let ratio = fundamental.period / other.period;
+    let order = ratio.round();
+    let errors = [fundamental, other].map(|wave| wave.period_error / wave.period);
+    let error = ratio * errors[0].hypot(errors[1]);
+    let agrees = (ratio - order).abs() <= SIGNIFICANT * error + ratio * CONVERGED;
+    (order >= 2.0 && error < RECOGNISED && agrees).then_some(order as u32)
 }

@@ -45,7 +45,8 @@ pub enum Pattern {
 }
 
 impl Oscillations {
-    /// The name of the pattern that the two largest oscillations make. Both have to go round for a trochoid.
+    /// The name of the pattern of the two largest oscillations. It is a trochoid if both have a determined sense and are rounder than a
+    /// swing.
     #[must_use]
     pub fn pattern(&self) -> Pattern {
         let Some(first) = self.oscillations.first() else { return Pattern::None };
@@ -53,7 +54,8 @@ impl Oscillations {
         let roundness = first.ellipse.roundness();
         if let Some(second) = self.oscillations.get(1) {
             let part = second.ellipse.major > PART * first.ellipse.major;
-            if part && goes_round(roundness) && goes_round(second.ellipse.roundness()) {
+            let determined = first.ellipse.sense.is_some() && second.ellipse.sense.is_some();
+            if part && determined && goes_round(roundness) && goes_round(second.ellipse.roundness()) {
                 let (slow, fast) = if first.period > second.period { (first, second) } else { (second, first) };
                 let (quotient, ratio) = (slow.period / fast.period, fast.ellipse.major / slow.ellipse.major);
                 return if slow.ellipse.sense == fast.ellipse.sense {
@@ -70,9 +72,9 @@ impl Oscillations {
         }
     }
 
-    /// The sense of the largest oscillation, if there is one.
+    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed three standard errors.
     #[must_use]
     pub fn sense(&self) -> Option<Handedness> {
-        self.oscillations.first().map(|first| first.ellipse.sense)
+        self.oscillations.first().and_then(|first| first.ellipse.sense)
     }
 }

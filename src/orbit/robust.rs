@@ -2,7 +2,8 @@
 
 use nalgebra::Vector2;
 
-/// A position is a spike if it is so many usual distances from the median of its neighbours.
+/// A spike is farther from the median of its neighbours than positions usually are, by this factor, and than these neighbours are, by the
+/// same factor. The first position of an exponential transient is no spike if the time constant is longer than one interval.
 const SPIKE: f64 = 8.0;
 /// Neighbours on either side.
 const BESIDE: usize = 2;
@@ -31,17 +32,25 @@ pub(super) fn quantile(sorted: &[f64], part: f64) -> f64 {
     }
 }
 
-/// Which positions are near the median of their neighbours.
+/// For each position whether it is near the median of itself and its neighbours, or those are as far from it.
 pub(super) fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let n = positions.len();
-    let off: Vec<f64> = (0..n)
-        .map(|i| {
-            let around = i.saturating_sub(BESIDE)..(i + BESIDE + 1).min(n);
-            let middle = |c: usize| median(around.clone().map(|j| positions[j][c]).collect());
-            (positions[i] - Vector2::new(middle(0), middle(1))).norm()
-        })
-        .collect();
+    // Near an end the first or the last positions.
+    let around = |i: usize| {
+        let first = i.saturating_sub(BESIDE).min(n.saturating_sub(2 * BESIDE + 1));
+        first..(first + 2 * BESIDE + 1).min(n)
+    };
+    let middle = |i: usize| {
+        let median = |c: usize| median(around(i).map(|j| positions[j][c]).collect());
+        Vector2::new(median(0), median(1))
+    };
+    let middles: Vec<Vector2<f64>> = (0..n).map(middle).collect();
+    let off: Vec<f64> = positions.iter().zip(&middles).map(|(position, middle)| (position - middle).norm()).collect();
     let step = median(positions.windows(2).map(|w| (w[1] - w[0]).norm()).collect());
     let usual = median(off.clone()).max(TURN * step);
-    off.iter().map(|off| usual == 0.0 || *off <= SPIKE * usual).collect()
+    let alone = |i: usize| {
+        let beside = around(i).filter(|j| *j != i).map(|j| (positions[j] - middles[i]).norm());
+        off[i] > SPIKE * median(beside.collect())
+    };
+    (0..n).map(|i| usual == 0.0 || off[i] <= SPIKE * usual || !alone(i)).collect()
 }

@@ -1,7 +1,10 @@
 //! The wavelet scalogram of a path, and its ridge.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{Complex, Vector2};
 
+use super::background::Background;
 use super::ellipse::Ellipse;
 use super::wavelet::{Sampling, gain, period_over_scale, transform};
 
@@ -40,7 +43,8 @@ pub struct RidgePoint {
     pub time: f64,
     /// Period, s.
     pub period: f64,
-    /// The ellipse that the tip goes round in this period.
+    /// The ellipse that the tip goes round in this period. Its sense is `None` unless the semi-minor axis exceeds three standard errors that
+    /// noise at the noise floor leaves at this time.
     pub ellipse: Ellipse,
 }
 
@@ -51,7 +55,13 @@ pub(super) struct Analysis {
     /// By scale and time, the waves, and their squared size times the scale: largest on the ridge.
     waves: Vec<Vec<Vector2<Complex<f64>>>>,
     strength: Vec<Vec<f64>>,
+    /// By scale and time, the mean of |wave|² for a coordinate that is white noise of variance 1.
+    noise: Vec<Vec<f64>>,
     variance: f64,
+    /// Variance of a coordinate of the rest without oscillations.
+    left: f64,
+    /// Spectrum of white and red noise with the autocorrelation of the rest.
+    background: Background,
     band: [f64; 2],
     every: f64,
 }
@@ -62,11 +72,19 @@ pub(super) struct Place {
     scale: usize,
     pub period: f64,
     pub wave: Vector2<Complex<f64>>,
+    /// Standard error that white noise leaves to the parts of the wave.
+    pub error: f64,
 }
 
 impl Analysis {
     /// Looks at positions without drift for periods in a band.
-    pub fn new(sampling: &Sampling, positions: &[Vector2<f64>], variance: f64, band: [f64; 2]) -> Self {
+    pub fn new(
+        sampling: &Sampling,
+        positions: &[Vector2<f64>],
+        rest: &[Vector2<f64>],
+        variance: f64,
+        band: [f64; 2],
+    ) -> Self {
         let lowest = (band[0] / BEYOND).max(2.0 * sampling.interval);
         let octaves = (BEYOND * band[1] / lowest).log2();
         let count = (octaves * PER_OCTAVE).ceil() as usize + 1;
@@ -75,6 +93,7 @@ impl Analysis {
         let scales: Vec<f64> = periods.iter().map(|period| period / period_over_scale()).collect();
         let times = sampling.instants();
         let (mut power, mut waves, mut strength, mut outside_cone) = (vec![], vec![], vec![], vec![]);
+        let mut noise = vec![];
         for scale in &scales {
             let answer = transform(sampling, positions, *scale);
             let squares: Vec<f64> = answer.waves.iter().map(|wave| wave[0].norm_sqr() + wave[1].norm_sqr()).collect();
@@ -86,15 +105,19 @@ impl Analysis {
             strength.push(squares.iter().map(|square| square * scale).collect());
             outside_cone.push(sampling.outside_cone(*scale, &times));
             waves.push(answer.waves);
+            noise.push(answer.noise);
         }
+        let background = Background::of(sampling.times, rest);
+        let left = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
         let scalogram = Scalogram { times, periods, power, outside_cone };
-        Self { scalogram, scales, waves, strength, variance, band, every: sampling.every }
+        Self { scalogram, scales, waves, strength, noise, variance, left, background, band, every: sampling.every }
     }
 
     /// The ridge: the places where the power is largest in the band and more than white noise has, outside the cone. The variance of noise is
     /// that of all if it is not known.
     pub fn ridge(&self, noise: Option<f64>) -> Vec<Place> {
-        let least = TOLD * noise.map_or(1.0, |noise| (noise / self.variance).min(1.0));
+        let noise = noise.unwrap_or(self.variance);
+        let least = TOLD * (noise / self.variance).min(1.0);
         let Scalogram { times, periods, power, outside_cone } = &self.scalogram;
         let top = |k: usize| {
             let height = |j: usize| self.strength[j][k];
@@ -111,13 +134,15 @@ impl Analysis {
             let shift = if shift.is_finite() { shift.clamp(-0.5, 0.5) } else { 0.0 };
             let period = periods[j] * (periods[j + 1] / periods[j]).powf(shift);
             let size = gain(self.scales[j], period).recip();
-            Some(Place { time: k, scale: j, period, wave: self.waves[j][k].map(|z| z * size) })
+            // Half of |wave|² is that of its real part.
+            let error = size * (0.5 * noise * self.noise[j][k]).sqrt();
+            Some(Place { time: k, scale: j, period, wave: self.waves[j][k].map(|z| z * size), error })
         };
         (0..times.len()).filter_map(top).collect()
     }
 
-    /// The chance that white noise has as much power, averaged over time, as one of the scales on a ridge has; in so many independent
-    /// `coordinates` (1 to 2).
+    /// The probability that noise with the variance and the autocorrelation of the rest has as much power, averaged over time, as one of the scales on
+    /// a ridge; the noise has a number of independent `coordinates` (1 to 2).
     pub fn chance(&self, ridge: &[Place], coordinates: f64) -> f64 {
         let tried = ((self.band[1] / self.band[0]).log2() / OCTAVES_APART).max(1.0);
         let mut scales: Vec<usize> = ridge.iter().map(|place| place.scale).collect();
@@ -127,13 +152,19 @@ impl Analysis {
             let Scalogram { periods, power, outside_cone, .. } = &self.scalogram;
             let seen: Vec<f64> =
                 power[j].iter().zip(&outside_cone[j]).filter(|(_, out)| **out).map(|(p, _)| *p).collect();
-            let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
-            let apart = seen.len() as f64 * self.every / (SCALES_APART * periods[j] / period_over_scale());
-            // Equation (23) there, for each coordinate.
+            let background = self.background.at(TAU / periods[j]) * self.left / self.variance;
+            let mean = seen.iter().sum::<f64>() / (seen.len().max(1) as f64 * background);
+            let apart = seen.len() as f64 * self.every / decorrelation(periods[j]);
+            // Equation (23) of Torrence and Compo (1998), for each coordinate.
             tail(mean, 2.0 * coordinates * (1.0 + apart * apart).sqrt())
         };
         scales.into_iter().map(chance).fold(1.0, f64::min) * tried
     }
+}
+
+/// Time (s) after which wavelet powers at a period (s) are independent of each other.
+pub(super) fn decorrelation(period: f64) -> f64 {
+    SCALES_APART * period / period_over_scale()
 }
 
 /// The chance that χ² of so many degrees of freedom is so many times its mean or more; by Wilson's and Hilferty's cube root, above the
@@ -142,7 +173,7 @@ fn tail(ratio: f64, freedom: f64) -> f64 {
     let variance = 2.0 / (9.0 * freedom);
     let z = (ratio.cbrt() - (1.0 - variance)) / variance.sqrt();
     // Mills's bound of the tail of a normal distribution.
-    if z > 1.0 { (-0.5 * z * z).exp() / (z * std::f64::consts::TAU.sqrt()) } else { 1.0 }
+    if z > 1.0 { (-0.5 * z * z).exp() / (z * TAU.sqrt()) } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -162,9 +193,11 @@ mod tests {
             power: vec![vec![2.0; count]],
             outside_cone: vec![vec![true; count]],
         };
-        let (scales, waves, strength) = (vec![1.0], vec![], vec![]);
-        let analysis = Analysis { scalogram, scales, waves, strength, variance: 1.0, band: [1.0, 1.0], every };
-        let ridge = [Place { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros() }];
+        let (scales, waves, strength, noise) = (vec![1.0], vec![], vec![], vec![]);
+        let (background, band) = (Background::WHITE, [1.0, 1.0]);
+        let analysis =
+            Analysis { scalogram, scales, waves, strength, noise, variance: 1.0, left: 1.0, background, band, every };
+        let ridge = [Place { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
         // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed exceeds them by
         // 14 % and 12 %.
         assert_relative_eq!(analysis.chance(&ridge, 1.0), 0.004_995, epsilon = 0.0, max_relative = 0.15);

@@ -4,25 +4,25 @@ use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Vector2};
 
+use super::background::Background;
 use super::ellipse::Ellipse;
 use super::harmonics::{Harmonics, Samples, Wave, legendre};
-use super::robust::{despiked, median, median_gap};
+use super::oscillations::SIGNIFICANT;
 
 /// Frequencies looked at, over the resolution of the path: the highest of them misses less than 3 % of a peak.
 const DENSITY: f64 = 8.0;
-/// Chance that noise alone makes a peak as high.
+/// Probability that white and red noise alone have a peak as high.
 const CHANCE: f64 = 1e-4;
 /// Oscillations smaller than this against the largest are not told from what the model leaves out.
 const SMALLEST: f64 = 5e-3;
-/// A position is an outlier beyond so many standard deviations of what is left: of ten thousand good ones, one is.
-const OUTLIER: f64 = 4.3;
-/// Rounds in which outliers are sought.
-const ROUNDS: usize = 4;
+/// Largest increase of the degree of the drift: with the cubic of the default a sinusoid of up to one turn then leaves 3e-3 of its amplitude.
+const RAISED: usize = 4;
 
 /// How periods are sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Degree of the polynomial in time that the drift is taken for; 3 by default.
+    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while the residual has
+    /// significantly more power along the next two Legendre polynomials than at the lowest frequencies above the drift.
     pub drift: usize,
     /// A period must fit into the path so often at least; 2 by default. What is slower is drift.
     pub least_turns: f64,
@@ -36,56 +36,75 @@ impl Default for Search {
     }
 }
 
-/// All waves that are more than noise, and which positions are no outliers.
-pub(super) fn pursue(samples: &Samples, search: &Search) -> (Harmonics, Vec<bool>) {
-    let mut used = despiked(&samples.positions);
-    let mut best = Harmonics::new(search.drift, &[]);
-    let _ = best.fit(samples, &used, 0);
+/// Finds the drift and all waves that exceed noise in the positions that are used.
+pub(super) fn pursue(samples: &Samples, search: &Search, used: &[bool]) -> Harmonics {
+    let mut degree = search.drift;
+    loop {
+        let best = waves(samples, search, used, degree);
+        // Slow motion that the drift does not follow disturbs all waves and the estimate of the noise.
+        let higher = raised(&best, samples, used, search);
+        if higher == degree {
+            return best;
+        }
+        degree = higher;
+    }
+}
+
+/// Finds all waves beside a drift of a given degree.
+fn waves(samples: &Samples, search: &Search, used: &[bool], degree: usize) -> Harmonics {
+    let mut best = Harmonics::new(degree, &[]);
+    let _ = best.fit(samples, used, 0);
     let mut refused: Vec<f64> = Vec::new();
-    while best.waves.len() < search.most {
+    while best.waves.len() < search.most && refused.len() <= search.most {
         let known: Vec<f64> = best.waves.iter().map(|wave| wave.omega).chain(refused.iter().copied()).collect();
-        let Some(omega) = strongest(samples, &best, &used, &known, search.least_turns) else { break };
+        let range = [PI * search.least_turns, samples.highest()];
+        let Some(omega) = strongest(samples, &best, used, &known, range) else { break };
         let omegas: Vec<f64> = best.waves.iter().map(|wave| wave.omega).chain([omega]).collect();
-        let mut next = Harmonics::new(search.drift, &omegas);
-        let mut kept = used.clone();
-        let mut fitted = next.fit(samples, &kept, omegas.len());
-        for _ in 0..ROUNDS {
-            let good = without_outliers(&next.residuals(samples), &used);
-            if !fitted || good == kept {
-                break;
-            }
-            kept = good;
-            fitted = next.fit(samples, &kept, omegas.len());
+        let mut next = Harmonics::new(degree, &omegas);
+        if !next.fit(samples, used, omegas.len()) || !sound(&next, search.least_turns) {
+            refused.push(omega);
+            continue;
         }
         let size = |wave: &Wave| Ellipse::of(&wave.cosine, &wave.sine).major;
         let largest = next.waves.iter().map(size).fold(0.0, f64::max);
-        // One that has moved below the lowest frequency looked at is drift, and may cancel it.
-        let lowest = PI * (search.least_turns - 1.0 / DENSITY);
-        let sound = fitted && next.waves.iter().all(|wave| wave.omega > lowest) && apart(&next.waves);
-        if !sound {
-            refused.push(omega);
-            if refused.len() > search.most {
-                break;
-            }
-            continue;
-        }
         if next.waves.iter().any(|wave| size(wave) < SMALLEST * largest) {
             break;
         }
-        (best, used) = (next, kept);
+        best = next;
     }
-    (best, used)
+    best
 }
 
-/// Whether any two frequencies differ by what the path resolves, a turn over all of it. A swing that swells is fitted by two that
-/// are nearer as well as by one; they nearly cancel, and have any size.
-fn apart(waves: &[Wave]) -> bool {
+/// The lowest degree of the drift with which no significant drift is left beside the waves of a fit, or the highest permitted one.
+fn raised(fit: &Harmonics, samples: &Samples, used: &[bool], search: &Search) -> usize {
+    let omegas: Vec<f64> = fit.waves.iter().map(|wave| wave.omega).collect();
+    let mut last = fit.clone();
+    while last.degree() < search.drift + RAISED && last.drifts(samples, used) {
+        let mut next = Harmonics::new(last.degree() + 1, &omegas);
+        if !next.fit(samples, used, omegas.len()) || !sound(&next, search.least_turns) {
+            break;
+        }
+        last = next;
+    }
+    last.degree()
+}
+
+/// Whether the waves of a fit are resolved. None has moved below the lowest frequency that is searched, where it would cancel the drift. Any
+/// two differ by a turn over the whole path: a swing with growing amplitude is fitted by two nearer ones as well as by one, but they nearly
+/// cancel and have any size. Each exceeds three standard errors.
+fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < PI;
-    !waves.iter().enumerate().any(|(i, a)| waves[..i].iter().any(|b| near(a, b)))
+    let lowest = PI * (least_turns - 1.0 / DENSITY);
+    let resolved = |(i, a): (usize, &Wave)| {
+        let size = Ellipse::of(&a.cosine, &a.sine).major;
+        a.omega > lowest && size > SIGNIFICANT * a.error() && !fit.waves[..i].iter().any(|b| near(a, b))
+    };
+    fit.waves.iter().enumerate().all(resolved)
 }
 
-/// The frequency of the highest peak in what is left, none if noise may have made it. Frequencies that are known are not looked at.
-fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], least_turns: f64) -> Option<f64> {
+/// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of white and red noise.
+/// Frequencies near the known ones are left out.
+fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], range: [f64; 2]) -> Option<f64> {
     let rest = fit.residuals(samples);
     let chosen: Vec<usize> = (0..used.len()).filter(|i| used[*i]).collect();
     let times: Vec<f64> = chosen.iter().map(|i| samples.times[*i]).collect();
@@ -95,18 +114,23 @@ fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], l
         return None;
     }
     // Nothing that a drift can follow.
-    let drift =
-        DMatrix::from_fn(times.len(), samples.degree + 1, |i, j| legendre(samples.degree, times[i])[j]).qr().q();
-    let (lowest, highest, step) = (PI * least_turns, PI / median_gap(&times), PI / DENSITY);
+    let drift = DMatrix::from_fn(times.len(), fit.drift.len(), |i, j| legendre(fit.degree(), times[i])[j]).qr().q();
+    let ([lowest, highest], step) = (range, PI / DENSITY);
+    if !(highest >= lowest) {
+        return None;
+    }
     let count = ((highest - lowest) / step).floor().max(0.0) as usize + 1;
     let mut phases: Vec<(f64, f64)> = times.iter().map(|t| (lowest * t).sin_cos()).collect();
     let turns: Vec<(f64, f64)> = times.iter().map(|t| (step * t).sin_cos()).collect();
+    let background = Background::of(&times, &rest);
+    // Of noise the power of two coordinates over its variance is distributed as χ² with four degrees of freedom.
+    let chance = |half: f64| (1.0 + half) * (-half).exp() * (count as f64 / DENSITY).max(1.0);
     let mut best = (0.0, None);
     for k in 0..count {
         let omega = lowest + step * k as f64;
         if known.iter().all(|other| (omega - other).abs() >= PI) {
             let power = power(&phases, &rest, &drift);
-            if power > best.0 {
+            if power > best.0 && chance(0.5 * power / (noise * background.at(omega))) < CHANCE {
                 best = (power, Some(omega));
             }
         }
@@ -114,10 +138,7 @@ fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], l
             (*sine, *cosine) = (*sine * c + *cosine * s, *cosine * c - *sine * s);
         }
     }
-    // Of noise the power of two coordinates over its variance is distributed as χ² with four degrees of freedom.
-    let half = 0.5 * best.0 / noise;
-    let chance = (1.0 + half) * (-half).exp() * (count as f64 / DENSITY).max(1.0);
-    best.1.filter(|_| chance < CHANCE)
+    best.1
 }
 
 /// By how much a cosine and a sine beside the drift lower the sum of squares.
@@ -147,12 +168,4 @@ fn power(phases: &[(f64, f64)], rest: &[Vector2<f64>], drift: &DMatrix<f64>) -> 
     }
     let [a, b] = with_rest;
     (squares[2] * a.norm_squared() - 2.0 * squares[1] * a.dot(&b) + squares[0] * b.norm_squared()) / determinant
-}
-
-/// Which positions are no outliers of what is left, by the median of those used before.
-fn without_outliers(residuals: &[Vector2<f64>], before: &[bool]) -> Vec<bool> {
-    let squares = residuals.iter().zip(before).filter(|(_, used)| **used).map(|(r, _)| r.norm_squared()).collect();
-    // The median of χ² with two degrees of freedom is 2 ln 2.
-    let variance = median(squares) / (2.0 * std::f64::consts::LN_2);
-    residuals.iter().map(|r| variance == 0.0 || r.norm_squared() <= OUTLIER * OUTLIER * variance).collect()
 }

@@ -8,11 +8,13 @@ use super::OrbitError;
 use super::direction::nearest_turn;
 use super::drift::in_drift;
 use super::ellipse::Ellipse;
+use super::oscillations::SIGNIFICANT;
 use super::path::PlanePath;
 use super::robust::{median_gap, quantile};
-use super::scalogram::{Analysis, Place, RidgePoint, Scalogram};
+use super::scalogram::{Analysis, Place, RidgePoint, Scalogram, decorrelation};
+use super::search::Search;
 use super::spectrum::Spectrum;
-use super::wavelet::Sampling;
+use super::wavelet::{OMEGA, Sampling};
 use crate::error::ParameterError;
 use crate::tropism::Handedness;
 
@@ -24,11 +26,14 @@ const DRIFT: f64 = 2.0;
 const LEAST: usize = 8;
 /// Instants in the shortest period: a tip that goes round an ellipse of axes as 1 to 8 turns by less than π between two of them.
 const INSTANTS: f64 = 24.0;
-/// The chance that is granted to white noise. The degrees of freedom that it is counted with are fitted numbers: measured, up to five times
-/// as many paths of noise are taken for nutation.
-const CHANCE: f64 = 2e-3;
+/// Nominal probability with which noise is taken for nutation. The degrees of freedom and the spectrum of the noise are estimates: of 200
+/// paths each of white noise, of white noise along a line and of red noise with a correlation of 0.8, at most one is taken for nutation.
+const CHANCE: f64 = 2e-4;
 /// What is left of a path that only drifts, over its largest coordinate: rounding in least squares.
 const ROUNDING: f64 = 4096.0 * f64::EPSILON;
+/// Two waves have a common maximum of wavelet power if their phases under the Gaussian differ by less than this (rad) per scale: the sum of
+/// two Gaussians of standard deviation 1 has a single maximum if their centres are closer than 2.
+const SEPARATE: f64 = 2.0;
 /// A sense is told if the velocity turns by more than this part of a turn in a period. Round an ellipse it is one; to and fro, none.
 const TURNED: f64 = 0.5;
 
@@ -67,8 +72,9 @@ impl Quartiles {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Tracking {
-    /// Whether the tip nutates at all: there is a ridge, and white noise would have as much power at one of its scales, averaged over time,
-    /// in one path of a hundred at most (Torrence and Compo 1998, section 5). Noise that is not white, as of a random walk, may pass.
+    /// Whether the tip nutates at all: there is a ridge, and noise would have as much power at one of its scales, averaged over time, in
+    /// one path of a hundred at most (Torrence and Compo 1998, section 5). The noise is white, or white and red with the variance
+    /// and the autocorrelation of the path without its drift and without the oscillations that least squares find in the band.
     pub nutates: bool,
     /// The period along the ridge, s: median and quartiles. None if it does not nutate.
     pub period: Option<Quartiles>,
@@ -81,21 +87,27 @@ pub struct Tracking {
     /// The noise floor, m: the standard deviation of a coordinate's noise, by the median of the spectrum beyond the band, as if it were white.
     /// None if the band leaves too few frequencies.
     pub noise_floor: Option<f64>,
-    /// The sense in which the direction of the velocity turns: none if it does not nutate, or swings in a plane.
+    /// The sense in which the direction of the velocity turns. `None` if the tip does not nutate, or if the mean semi-minor axis along the
+    /// ridge, with a sign for the sense, does not exceed three standard errors, as for a swing in a plane. The standard error is that of
+    /// the noise floor and of the changes along the ridge.
     pub sense: Option<Handedness>,
-    /// By how many turns the direction of the velocity has turned where it is known, counterclockwise positive.
-    pub turns: f64,
+    /// Number of turns of the direction of the velocity where it is known, counterclockwise positive. `None` if the sense is.
+    pub turns: Option<f64>,
     /// The median sampling interval over the longest that Nyquist allows, half of the median period: at most 1, since shorter periods
     /// are not sought. Near 1 the period rests on few positions. None if it does not nutate.
     pub sampling: Option<f64>,
     /// The ridge, outside the cone of influence.
     pub ridge: Vec<RidgePoint>,
     /// The direction angle of the velocity, ψ_g of Bastien and Meroz (2016), unwrapped, rad: at the times of the ridge, of the motion in its
-    /// period. Behind a gap it goes on by less than half a turn, whatever has happened in it.
+    /// period. Behind a gap it goes on by less than half a turn, whatever has happened in it. Where the sense is `None`, the steps by half
+    /// a turn at both ends of a swing have the sign of the noise.
     pub direction: Vec<f64>,
     /// The scalogram that the ridge is of; without any time for a path that does not move.
     pub scalogram: Scalogram,
-    /// Positions that were left out as outliers, by their places in the path.
+    /// Pairs of periods, s, that least squares separate in the path and the wavelet does not: both have a common ridge, whose period lies
+    /// between them and whose amplitude beats. One period whose amplitude or length changes may also be described by such a pair.
+    pub unresolved: Vec<[f64; 2]>,
+    /// Indices of the positions that were left out as outliers, the same as in [`Oscillations::outliers`](super::Oscillations::outliers).
     pub outliers: Vec<usize>,
     /// Gaps: from when to when nothing is known about the shortest period, s.
     pub gaps: Vec<[f64; 2]>,
@@ -139,7 +151,8 @@ impl PlanePath {
         if positions < LEAST {
             return Err(OrbitError::TooFew { positions, needed: LEAST });
         }
-        let good = self.good(shortest)?;
+        let (samples, half) = self.scaled();
+        let (waves, good) = self.fitted(&samples, &Search::default());
         let path = self.filtered(&good);
         let positions = path.times.len();
         if positions < LEAST {
@@ -165,8 +178,25 @@ impl PlanePath {
         }
         // Squares of positions must neither overflow nor vanish.
         let scaled = |path: Self| -> Vec<Vector2<f64>> { path.positions.iter().map(|p| p / left).collect() };
+        let periods = waves.waves.iter().map(|wave| TAU * half / wave.omega);
+        let unresolved = unresolved(periods.filter(|period| (shortest..=longest).contains(period)).collect());
         let fast = scaled(path.without_drift(shortest)?);
-        Ok(Tracking { outliers, gaps, ..Tracking::of(&sampling, &scaled(moving), &fast, [shortest, longest], left) })
+        // Noise is what remains beside the oscillations in the band.
+        let band = TAU * half / longest..=TAU * half / shortest;
+        let in_band = |t: f64| {
+            waves.waves.iter().filter(|wave| band.contains(&wave.omega)).map(|wave| wave.at(t)).sum::<Vector2<f64>>()
+        };
+        let rest =
+            samples.times.iter().zip(&self.positions).map(|(t, p)| -> Vector2<f64> { p - in_band(*t) }).collect();
+        let rest =
+            Self { times: self.times.clone(), positions: rest }.filtered(&good).without_drift(DRIFT * longest)?;
+        let rest = scaled(rest);
+        Ok(Tracking {
+            unresolved,
+            outliers,
+            gaps,
+            ..Tracking::of(&sampling, &scaled(moving), &fast, &rest, [shortest, longest], left)
+        })
     }
 
     /// The largest coordinate, m.
@@ -186,30 +216,45 @@ impl Tracking {
             band_power: 0.0,
             noise_floor: Some(0.0),
             sense: None,
-            turns: 0.0,
+            turns: None,
             sampling: None,
             ridge: vec![],
             direction: vec![],
             scalogram,
+            unresolved: vec![],
             outliers,
             gaps,
         }
     }
 
-    /// What moves, in units of `unit` (m), without drift; and what of it is faster than the band.
-    fn of(sampling: &Sampling, moving: &[Vector2<f64>], fast: &[Vector2<f64>], band: [f64; 2], unit: f64) -> Self {
+    /// What moves, in units of `unit` (m), without drift; and what of it is faster than the band; and the `rest`
+    /// without the oscillations in the band.
+    fn of(
+        sampling: &Sampling,
+        moving: &[Vector2<f64>],
+        fast: &[Vector2<f64>],
+        rest: &[Vector2<f64>],
+        band: [f64; 2],
+        unit: f64,
+    ) -> Self {
         let weights = sampling.weights(band[0]);
         let spectrum = |positions| Spectrum::of(sampling.times, positions, &weights, sampling.interval);
         let noise_floor = spectrum(fast).floor(band[0], |period| 1.0 - in_drift(period, band[0]));
         let covariance = moving.iter().map(|p| p * p.transpose()).sum::<Matrix2<f64>>() / moving.len() as f64;
-        let analysis = Analysis::new(sampling, moving, 0.5 * covariance.trace(), band);
+        let analysis = Analysis::new(sampling, moving, rest, 0.5 * covariance.trace(), band);
         let places = analysis.ridge(noise_floor.map(|floor| floor * floor));
         // Two coordinates count as one if they move as one.
         let coordinates = covariance.trace().powi(2) / covariance.norm_squared();
         let nutates = analysis.chance(&places, coordinates) < CHANCE;
         let times = &analysis.scalogram.times;
         // Re[z exp(iφ)] goes round as φ grows.
-        let ellipse = |place: &Place| Ellipse::of(&place.wave.map(|z| z.re), &place.wave.map(|z| -z.im)).scaled(unit);
+        let ellipse = |place: &Place| Ellipse::of(&place.wave.map(|z| z.re), &place.wave.map(|z| -z.im));
+        let round = goes_round(places.iter().map(|place| (ellipse(place), place)), sampling.every);
+        let ellipse = |place: &Place| {
+            let mut ellipse = ellipse(place);
+            ellipse.sense = ellipse.sense.filter(|_| ellipse.minor > SIGNIFICANT * place.error);
+            ellipse.scaled(unit)
+        };
         let point =
             |place: &Place| RidgePoint { time: times[place.time], period: place.period, ellipse: ellipse(place) };
         let ridge: Vec<RidgePoint> = places.iter().map(point).collect();
@@ -223,22 +268,48 @@ impl Tracking {
             upper: quantile(&periods, 0.75),
         });
         let sense = if turns > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
+        let sense = Some(sense).filter(|_| nutates && round && turns.abs() > TURNED * expected);
         Self {
             nutates,
             period,
             amplitude: nutates.then(|| ridge.iter().map(|place| place.ellipse.major).fold(0.0, f64::max)),
             band_power: spectrum(moving).share(band[0], band[1]),
             noise_floor: noise_floor.map(|floor| unit * floor),
-            sense: Some(sense).filter(|_| nutates && turns.abs() > TURNED * expected),
-            turns,
+            sense,
+            turns: sense.map(|_| turns),
             sampling: period.map(|period| 2.0 * sampling.interval / period.median),
             ridge,
             direction,
             scalogram: analysis.scalogram,
+            unresolved: vec![],
             outliers: vec![],
             gaps: vec![],
         }
     }
+}
+
+/// Pairs of neighbouring periods that have a common ridge.
+fn unresolved(mut periods: Vec<f64>) -> Vec<[f64; 2]> {
+    periods.sort_unstable_by(f64::total_cmp);
+    let close = |pair: &&[f64]| OMEGA * (pair[1] / pair[0]).ln() < SEPARATE;
+    periods.windows(2).filter(close).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// Whether the mean semi-minor axis along a ridge, with a sign for the sense, exceeds three standard errors. Times along the ridge are
+/// `every` seconds apart.
+fn goes_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a Place)>, every: f64) -> bool {
+    let (mut sum, mut squares, mut noise, mut independent, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (ellipse, place) in ridge {
+        let sign = if ellipse.sense == Some(Handedness::Counterclockwise) { 1.0 } else { -1.0 };
+        sum += sign * ellipse.minor;
+        squares += ellipse.minor * ellipse.minor;
+        noise += place.error * place.error;
+        independent += every / decorrelation(place.period);
+        count += 1.0;
+    }
+    let mean = sum / count;
+    let variance = (squares + noise) / count - mean * mean;
+    mean * mean > SIGNIFICANT * SIGNIFICANT * variance / f64::max(independent, 1.0)
 }
 
 /// The directions of the velocity along a ridge, and the turns that they make, those between stretches left out.

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 use nalgebra::{Complex, Vector2};
 
 /// Turns of the wave under the Gaussian: ω0, for which Torrence and Compo (1998) give their numbers.
-const OMEGA: f64 = 6.0;
+pub(super) const OMEGA: f64 = 6.0;
 /// The Gaussian reaches so many scales: beyond lie 6e-5 of it.
 const REACH: f64 = 4.0;
 /// An interval longer than this part of a period is a gap at that period: across it a straight line misses up to 0.3 of an amplitude.

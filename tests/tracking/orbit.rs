@@ -95,7 +95,7 @@ fn components_of_random_realistic_tracks_are_found() {
                 assert!(agrees, "case {case}: {nearest:?} {part:?}");
             }
             if part.minor > 0.1 * part.major {
-                assert_eq!(ellipse.sense, part.sense, "case {case}");
+                assert_eq!(ellipse.sense, Some(part.sense), "case {case}");
             }
             total += 1;
             // An interval of 1.645 standard errors holds 90 % of a normal distribution.

@@ -1,0 +1,163 @@
+//! Spectrum of the noise of a path: white noise, or white and red noise.
+
+use std::f64::consts::PI;
+
+use nalgebra::Vector2;
+
+use super::robust::median_gap;
+
+/// An autocorrelation at a lag of one interval counts if it exceeds its standard error in white noise by this factor: white noise exceeds
+/// it once in 740 paths.
+const CORRELATED: f64 = 3.0;
+/// The largest correlation of successive values. Red noise of this correlation is a random walk over all paths shorter than a million
+/// intervals.
+const LARGEST: f64 = 1.0 - 1e-6;
+
+/// Distance of a neighbouring frequency, in turns over the whole path: nearer ones are affected by the fit of a wave.
+const APART: f64 = 2.0;
+/// Largest number of neighbouring frequencies.
+const NEIGHBOURS: usize = 12;
+/// Smallest number of neighbouring frequencies.
+const LEAST: f64 = 4.0;
+/// Number of neighbouring frequencies that are examined on either side.
+const FARTHEST: usize = 16;
+/// The logarithm of the mean less the mean of the logarithm of χ² with four degrees of freedom: ln 2 − ψ(2).
+const LOGARITHM: f64 = 0.270_363;
+/// Degrees of freedom of a geometric mean of n such numbers, over n: 2/(π²/6 − 1), from the variance ψ'(2) = π²/6 − 1 of their logarithm.
+const FREEDOM: f64 = 3.101;
+/// The quantile of Student's distribution with ν degrees of freedom over that of the normal one is 1 + (z² + 1)/4ν + O(1/ν²), with z = 1.645.
+const STUDENT: f64 = 0.926;
+
+/// Spectrum of noise over that of white noise of the same variance.
+///
+/// The noise is the sum of white noise and of a first-order autoregressive process, the red noise of Torrence and Compo (1998, section 4).
+/// Its autocorrelation at a lag of k ≥ 1 intervals is `red` `correlation`ᵏ, if no frame is lost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Background {
+    /// Fraction of the variance that is red noise, 0 to 1.
+    red: f64,
+    /// Correlation of successive values of the red noise, 0 to 1.
+    correlation: f64,
+    /// Median interval, in the unit of the times.
+    interval: f64,
+}
+
+impl Background {
+    /// White noise.
+    pub const WHITE: Self = Self { red: 0.0, correlation: 0.0, interval: 0.0 };
+
+    /// Estimates the spectrum from the autocorrelation of a residual at lags of one and of two intervals. The time between
+    /// two positions is rounded to a multiple of the median interval.
+    pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
+        let interval = median_gap(times);
+        let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
+        // Sums of products and numbers of pairs at lags of one and of two intervals.
+        let (mut sums, mut pairs) = ([0.0; 2], [0_usize; 2]);
+        for back in 1..=2 {
+            for k in back..times.len() {
+                let lag = ((times[k] - times[k - back]) / interval).round();
+                if lag == 1.0 || lag == 2.0 {
+                    sums[lag as usize - 1] += residual[k].dot(&residual[k - back]);
+                    pairs[lag as usize - 1] += 1;
+                }
+            }
+        }
+        let scale =
+            |k: usize| if pairs[k] > 0 && variance > 0.0 { sums[k] / (pairs[k] as f64 * variance) } else { 0.0 };
+        let [first, second] = [0, 1].map(scale);
+        // Each pair has two coordinates.
+        if !(first > CORRELATED / (2.0 * pairs[0] as f64).sqrt()) {
+            return Self::WHITE;
+        }
+        // Without white noise the first autocorrelation is the correlation of successive values.
+        let correlation = (second / first).clamp(first.min(LARGEST), LARGEST);
+        // Lost frames spread the power evenly over all frequencies, in proportion to their number.
+        let regular = times.windows(2).filter(|pair| ((pair[1] - pair[0]) / interval).round() == 1.0).count();
+        let regular = regular as f64 / (times.len() - 1) as f64;
+        Self { red: regular * (first / correlation).min(1.0), correlation, interval }
+    }
+
+    /// The spectrum at an angular frequency, in the inverse unit of the times: equation (16) of Torrence and Compo (1998).
+    pub fn at(&self, omega: f64) -> f64 {
+        let Self { red, correlation, interval } = *self;
+        let distance = (1.0 - correlation).powi(2) + 2.0 * correlation * (1.0 - (omega * interval).cos());
+        let spectrum = if distance > 0.0 { (1.0 - correlation * correlation) / distance } else { 1.0 };
+        (1.0 - red) + red * spectrum
+    }
+}
+
+/// The variance of white noise that has the power of a residual near an angular frequency; `None` with fewer than four free frequencies.
+///
+/// The power is evaluated at neighbouring frequencies, a turn over the whole path apart. They differ by two turns or more from the given
+/// one and from those of fitted `waves`, where the fit has removed power. The spectrum of the background converts it to the given
+/// frequency. The times reach from −1 to 1. The variance is the geometric mean, which the nearest frequency of a steep spectrum does not
+/// dominate. A factor accounts for the number of frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
+pub(super) fn level(
+    times: &[f64],
+    residual: &[Vector2<f64>],
+    background: &Background,
+    omega: f64,
+    waves: &[f64],
+    lowest: f64,
+) -> Option<f64> {
+    let highest = PI / median_gap(times);
+    let free =
+        |omega: &f64| (lowest..highest).contains(omega) && waves.iter().all(|wave| (omega - wave).abs() >= APART * PI);
+    let beside = (0..FARTHEST).flat_map(|j| [-1.0, 1.0].map(|sign| omega + sign * PI * (APART + j as f64)));
+    let (mut logarithms, mut count) = (0.0, 0.0);
+    for other in beside.filter(free).take(NEIGHBOURS) {
+        let mut sums = [Vector2::zeros(); 2];
+        for (t, rest) in times.iter().zip(residual) {
+            let (sine, cosine) = (other * t).sin_cos();
+            sums[0] += rest * cosine;
+            sums[1] += rest * sine;
+        }
+        // Squares of the cosine and of the sine add up to one, in both coordinates.
+        let power = (sums[0].norm_squared() + sums[1].norm_squared()) / (2.0 * times.len() as f64);
+        logarithms += (power * background.at(omega) / background.at(other)).ln() + LOGARITHM;
+        count += 1.0;
+    }
+    let freedom = FREEDOM * count;
+    (count >= LEAST).then(|| f64::exp(logarithms / count) * (1.0 + STUDENT / freedom).powi(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    /// An autoregressive process of zero mean with innovations from a linear congruential generator.
+    fn red_noise(correlation: f64, count: usize) -> (Vec<f64>, Vec<Vector2<f64>>) {
+        let mut seed = 1_u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut value = Vector2::zeros();
+        let next = |_| {
+            value = value * correlation + Vector2::new(uniform(), uniform());
+            value
+        };
+        ((0..count).map(|k| 2.0 * k as f64).collect(), (0..count).map(next).collect())
+    }
+
+    #[test]
+    fn spectrum_of_autoregressive_noise_is_that_of_torrence_and_compo() {
+        let (times, noise) = red_noise(0.8, 100_000);
+        let found = Background::of(&times, &noise);
+        // At frequency zero the spectrum is (1 + 0.8)/(1 − 0.8) = 9, at the Nyquist frequency its inverse. The correlation has a standard
+        // error of √((1 − 0.8²)/2e5) = 1.3e-3; a change by this changes the spectrum at zero by 0.07.
+        assert_abs_diff_eq!(found.correlation, 0.8, epsilon = 6e-3);
+        assert_abs_diff_eq!(found.at(0.0), 9.0, epsilon = 0.35);
+        assert_abs_diff_eq!(found.at(std::f64::consts::FRAC_PI_2), 1.0 / 9.0, epsilon = 0.015);
+    }
+
+    #[test]
+    fn spectrum_of_white_noise_is_flat() {
+        let (times, noise) = red_noise(0.0, 1000);
+        let found = Background::of(&times, &noise);
+        assert_eq!([found.at(0.0), found.at(0.3), found.at(1.5)], [1.0; 3]);
+        let still = Background::of(&times, &vec![Vector2::zeros(); 1000]);
+        assert_eq!(still.at(0.0), 1.0);
+    }
+}

@@ -1,0 +1,64 @@
+//! Outliers: both readings of a track report the same ones, and neither fast starts nor noise are among them.
+
+use std::f64::consts::TAU;
+
+use crate::fixtures::random::{Draw, circle, path};
+use crate::fixtures::shoots::{HOUR, MINUTE};
+use morphorod::orbit::{Band, PlanePath, Search};
+use nalgebra::Vector2;
+
+const BAND: Band = Band { shortest: 10.0 * MINUTE, longest: 4.0 * HOUR };
+
+/// The outliers that both readings report, which must agree.
+fn outliers(path: &PlanePath) -> Vec<usize> {
+    let found = path.oscillations(&Search::default()).unwrap().outliers;
+    assert_eq!(path.tracked(&BAND).unwrap().outliers, found);
+    found
+}
+
+/// A tip that starts at a distance of 30 mm, approaches a circle of 2 mm within minutes and oscillates on the way.
+fn transient(time: f64, noise: f64) -> PlanePath {
+    let mut draw = Draw::new(2);
+    path(720, 120.0, |t| {
+        let (sine, cosine) = (TAU * t / (3.0 * time)).sin_cos();
+        let approach = Vector2::new(cosine, 0.7 * sine) * (30e-3 * (-t / time).exp());
+        approach + circle(t, 90.0 * MINUTE, 2e-3) + draw.normal() * noise
+    })
+}
+
+#[test]
+fn transient_at_the_start_is_no_outlier() {
+    for minutes in [4.0, 8.0, 15.0, 60.0] {
+        for noise in [0.0, 1e-5, 1e-4] {
+            let found = outliers(&transient(minutes * MINUTE, noise));
+            assert!(found.is_empty(), "{minutes} min, noise of {noise} m: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn white_noise_has_no_outliers_whatever_the_motion() {
+    // The period grows from 24 to 100 min and the amplitude by a factor of ten: four oscillations do not describe the track.
+    let (first, rate) = (24.0 * MINUTE, 76.0 / (24.0 * 60.0));
+    for seed in 1..11 {
+        let mut draw = Draw::new(seed);
+        let growing = path(720, 120.0, |t| {
+            let (sine, cosine) = (TAU * (1.0 + rate * t / first).ln() / rate).sin_cos();
+            Vector2::new(cosine, sine) * (1e-3 + 9e-3 * (t / 86400.0).powi(4)) + draw.normal() * 5e-5
+        });
+        let found = outliers(&growing);
+        assert!(found.is_empty(), "{seed}: {found:?}");
+    }
+}
+
+#[test]
+fn displaced_positions_are_the_only_outliers_of_a_track() {
+    let track = transient(15.0 * MINUTE, 1e-4);
+    let displaced = [40, 41, 200, 333, 500, 718, 719];
+    let mut positions = track.positions().to_vec();
+    for (k, i) in displaced.into_iter().enumerate() {
+        // Displacements by 4 mm are forty standard deviations of the noise. Two pairs are neighbours, one of them at the end.
+        positions[i] += circle(k as f64, 2.6, 4e-3);
+    }
+    assert_eq!(outliers(&PlanePath::new(track.times().to_vec(), positions).unwrap()), displaced);
+}
