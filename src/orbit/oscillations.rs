@@ -4,14 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use super::OrbitError;
 use super::ellipse::Ellipse;
-use super::harmonics::{CONVERGED, Harmonics, Samples, Wave};
+use super::harmonics::{CONVERGED, Harmonics, SIGNIFICANT, Samples, Wave};
 use super::path::PlanePath;
 use super::search::{Search, pursue};
 use crate::error::ParameterError;
 
-/// Significance threshold: amplitude, minor axis or difference of frequencies over its standard error. Normal noise exceeds it in one case
-/// of 370.
-pub(super) const SIGNIFICANT: f64 = 3.0;
 /// Largest standard error of a frequency, over that of the fundamental, with which a harmonic is recognised. The interval of three standard
 /// errors on either side of a harmonic then covers at most a tenth of the frequencies between two harmonics.
 const RECOGNISED: f64 = 1.0 / 60.0;

@@ -6,8 +6,7 @@ use nalgebra::{DMatrix, Vector2};
 
 use super::background::Background;
 use super::ellipse::Ellipse;
-use super::harmonics::{Harmonics, Samples, Wave, legendre};
-use super::oscillations::SIGNIFICANT;
+use super::harmonics::{Harmonics, SIGNIFICANT, Samples, Wave, legendre};
 
 /// Frequencies looked at, over the resolution of the path: the highest of them misses less than 3 % of a peak.
 const DENSITY: f64 = 8.0;

@@ -8,7 +8,7 @@ use super::OrbitError;
 use super::direction::nearest_turn;
 use super::drift::in_drift;
 use super::ellipse::Ellipse;
-use super::oscillations::SIGNIFICANT;
+use super::harmonics::SIGNIFICANT;
 use super::path::PlanePath;
 use super::robust::{median_gap, quantile};
 use super::scalogram::{Analysis, Place, RidgePoint, Scalogram, decorrelation};
