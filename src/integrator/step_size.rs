@@ -71,11 +71,13 @@ fn shortest_rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize) ->
 }
 
 /// Whether what is read with a delay changes within a step behind such a time (s), since a variable did: the growth that is asked for
-/// all but jumps.
-fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64, time: f64) -> bool {
-    let history = &shoot.state.history;
-    let at = |level: &usize| laws.delays().any(|delay| (history.time(*level) + delay - time).abs() <= CLOSE * size);
-    history.discontinuities().filter(at).any(|level| shortest_rise(shoot, laws, level) < size)
+/// all but jumps. What is sharp for the coarsest of several runs is sharp for all of them. Otherwise a run with shorter steps could have
+/// the larger error.
+fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, course: &Course, time: f64) -> bool {
+    let (history, close) = (&shoot.state.history, CLOSE * course.size);
+    let at = |level: &usize| laws.delays().any(|delay| (history.time(*level) + delay - time).abs() <= close);
+    let longest = course.size.max(course.coarsest);
+    history.discontinuities().filter(at).any(|level| shortest_rise(shoot, laws, level) < longest)
 }
 
 /// The longest step up to a size that growth allows, s: tissue that leaves the zone in one step becomes one element, which must not be
@@ -184,5 +186,5 @@ pub(super) fn next_stop(
     };
     ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
     let kink = time == next_point;
-    Ok(Stop { time, discontinuity: time == discontinuity || kink && is_sharp(shoot, laws, size, time), kink })
+    Ok(Stop { time, discontinuity: time == discontinuity || kink && is_sharp(shoot, laws, course, time), kink })
 }

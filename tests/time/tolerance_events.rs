@@ -143,7 +143,7 @@ impl Scene {
             Err(IntegrationError::ToleranceNotMet { .. } | IntegrationError::Equilibrium { .. }) => return None,
             cost => cost.unwrap(),
         };
-        let elements = (2 * shoot.rod().elements()).clamp(12, 30);
+        let elements = (3 * shoot.rod().elements()).clamp(20, 60);
         let exact = self.fine(elements, 0.4 * self.end / cost.steps as f64).unwrap();
         let (error, estimate) = (distance(&path, &exact), cost.error.unwrap());
         println!("tolerance {:.1e}: error {error:.1e}, estimate {estimate:.1e}", self.tolerance);
