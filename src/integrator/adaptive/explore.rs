@@ -26,7 +26,7 @@ const AT_REST: f64 = 0.05;
 /// No mature elements are merged more coarsely than this, rad.
 const COARSEST_MERGE: f64 = 2e-3;
 /// The smallest change of these angles, relative to the one of the first trial.
-const FINEST_MERGE: f64 = 0.03;
+const FINEST_MERGE: f64 = 0.1;
 /// So often a step is halved because a run at it fails, or because it does not show the order.
 const HALVINGS: usize = 40;
 /// The number of times that elements are made shorter because no equilibrium is found. Elements are then a 35th as long as at first.
