@@ -25,8 +25,6 @@ const MOST_RUNGS: usize = 10;
 const AT_REST: f64 = 0.05;
 /// No mature elements are merged more coarsely than this, rad.
 const COARSEST_MERGE: f64 = 2e-3;
-/// The smallest change of these angles, relative to the one of the first trial.
-const FINEST_MERGE: f64 = 0.1;
 /// So often a step is halved because a run at it fails, or because it does not show the order.
 const HALVINGS: usize = 40;
 /// The number of times that elements are made shorter because no equilibrium is found. Elements are then a 35th as long as at first.
@@ -155,13 +153,7 @@ impl Adaptive {
         coarse: &Plan,
         spent: &mut Spent,
     ) -> Result<(Plan, f64), IntegrationError> {
-        let order = order_in_space(start.rod.order());
-        let mut ladder = Ladder::new(order);
-        // Merging becomes finer with the elements, so that their differences show its error.
-        let merging = |plan: &Plan| {
-            let finer = (plan.longest_element / coarse.longest_element).powf(order);
-            coarse.merge_tolerance * finer.max(FINEST_MERGE)
-        };
+        let mut ladder = Ladder::new(order_in_space(start.rod.order()));
         let enough = AIM[1] * self.tolerance;
         let mut plan = *coarse;
         self.run(shoot, start, &plan, spent, f64::INFINITY)?;
@@ -170,7 +162,6 @@ impl Adaptive {
         let mut found = f64::INFINITY;
         for _ in 0..MOST_RUNGS {
             plan.longest_element /= finer;
-            plan.merge_tolerance = merging(&plan);
             self.run(shoot, start, &plan, spent, f64::INFINITY)?;
             // By how much the elements were shorter in fact: those of a zone that grows are cut in halves, at times of their own.
             let ratio = self.tracks[1].longest_element() / self.tracks[0].longest_element();
@@ -181,7 +172,6 @@ impl Adaptive {
                 if ratio > 1.0 {
                     self.tracks.swap(0, 1);
                     plan.longest_element = compared;
-                    plan.merge_tolerance = merging(&plan);
                 }
                 return Ok((plan, difference));
             }
@@ -193,8 +183,7 @@ impl Adaptive {
             if !ladder.falls() && SAFETY * found <= self.tolerance {
                 // Such coarse steps do not show more: what is left is theirs.
                 self.tracks.swap(0, 1);
-                let plan = Plan { longest_element: compared, ..plan };
-                return Ok((Plan { merge_tolerance: merging(&plan), ..plan }, found));
+                return Ok((Plan { longest_element: compared, ..plan }, found));
             }
             if !ladder.falls() {
                 return Ok((plan, f64::INFINITY));
