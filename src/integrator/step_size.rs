@@ -114,9 +114,11 @@ fn longest_step(
 ///
 /// Without it a step close behind a discontinuity depends only on the time since then. The difference of two runs would not contain
 /// the error of such steps.
-fn longest_to_compare(shoot: &Shoot<impl Model>, laws: &Declaration, course: &Course, interval: f64) -> f64 {
+///
+/// An interval that is not longer than rounding has no such bound: its end is the end of the step.
+fn longest_to_compare(shoot: &Shoot<impl Model>, course: &Course, interval: f64, rise: impl FnOnce() -> f64) -> f64 {
     let &Course { size, coarsest, .. } = course;
-    if coarsest == 0.0 {
+    if coarsest == 0.0 || interval <= CLOSE * size {
         return f64::INFINITY;
     }
     let fineness = size / coarsest;
@@ -125,7 +127,7 @@ fn longest_to_compare(shoot: &Shoot<impl Model>, laws: &Declaration, course: &Co
     let mut longest = fineness * scale * (since / (2.0 * scale)).sqrt().clamp(FIRST_STEP, 1.0);
     if since < size {
         // A transient that is faster than a step.
-        let rise = shortest_rise(shoot, laws, shoot.state.history.levels() - 1);
+        let rise = rise();
         if rise < size {
             longest = longest.min(fineness * since.max(FRESH * rise));
         }
@@ -158,14 +160,19 @@ pub(super) fn next_stop(
     let target = until.min(discontinuity).min(next_point);
     let since = t - shoot.state.smooth_since;
     let mut first = FIRST_STEP * size;
+    let mut known_rise = None;
     if since < first {
         // Variables are read by cubics, which would swing far beyond what one comes to that changes all at once.
-        first = first.min(FRESH * shortest_rise(shoot, laws, shoot.state.history.levels() - 1));
+        let rise = shortest_rise(shoot, laws, shoot.state.history.levels() - 1);
+        first = first.min(FRESH * rise);
+        known_rise = Some(rise);
     }
     // Rounding must not turn a full step into two.
     let mut step = if since < size * (1.0 - 1e-9) { since.max(first) } else { size };
-    let interval = discontinuity.min(next_point) - shoot.state.smooth_since.max(passed_point);
-    step = step.min(longest_to_compare(shoot, laws, course, interval));
+    // A breaking point may lie ahead of the present time by rounding, and counts as passed.
+    let interval = discontinuity.min(next_point) - shoot.state.smooth_since.max(passed_point.min(t));
+    let rise = || known_rise.unwrap_or_else(|| shortest_rise(shoot, laws, shoot.state.history.levels() - 1));
+    step = step.min(longest_to_compare(shoot, course, interval, rise));
     step = step.min(longest_step(shoot, course)?);
     let last_step = shoot.state.history.last_step();
     let smooth = shoot.state.smooth_since;

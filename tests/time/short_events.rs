@@ -62,3 +62,19 @@ fn events_shorter_than_a_step_keep_the_tolerance() {
         }
     }
 }
+
+/// The first call ends just before a pulse begins and before a delay carries the start of the run on. A second pulse begins within
+/// rounding of the times of steps.
+#[test]
+fn discontinuities_that_nearly_coincide_are_passed() {
+    let pulse = |start: f64| Pulse { peak: Vector3::new(0.0, 3e-5, 0.0), start, duration: 60.0 };
+    for (gap, stop) in [(0.0, 719.95), (0.0, 719.999), (1e-10, 719.95), (1e-12, 500.0), (1e-4, 500.0)] {
+        let mut shoot = pushed((pulse(720.0), pulse(720.0 + gap)), 720.0, 720.0);
+        let mut integrator = Adaptive::new(1e-5);
+        for until in [stop, END] {
+            let cost = integrator.advance(&mut shoot, until).unwrap_or_else(|error| panic!("{gap:e}, {stop}: {error}"));
+            // 58 steps if both pulses begin at one time. No step becomes so short that there are many more.
+            assert!(cost.steps <= 70, "{gap:e}, {stop}: {cost:?}");
+        }
+    }
+}

@@ -155,7 +155,7 @@ impl Scene {
 /// draws more scenes and prints their errors and estimates.
 #[test]
 fn random_events_keep_the_tolerance() {
-    let (cases, seed) = (number("MORPHOROD_CASES", 8), number("MORPHOROD_SEED", 1));
+    let (cases, seed) = (number("MORPHOROD_CASES", 6), number("MORPHOROD_SEED", 1));
     let verdicts: Vec<(f64, f64)> = (seed..seed + cases).filter_map(|seed| Scene::random(seed).judge()).collect();
     let count = |holds: &dyn Fn(&(f64, f64)) -> bool| verdicts.iter().filter(|verdict| holds(verdict)).count();
     let (all, kept) = (verdicts.len(), count(&|(error, _)| *error <= 1.0));

@@ -1,15 +1,16 @@
 //! Swings as places on a branch.
 
+use nalgebra::DVector;
+
 use super::follow::{Condition, Corrected, Follow, Look, Same, Unknowns};
 use crate::cycle::autonomous::check_autonomous;
-use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::grid::Grid;
+use crate::cycle::map::march::{March, Path};
 use crate::cycle::periodic::PeriodicOrbit;
 use crate::cycle::periodic::PeriodicSolver;
 use crate::cycle::periodic::find::{start_of_mode, start_of_orbit};
-use crate::cycle::periodic::newton::{Further, Linear, angle_unknown, check_no_circle, flow, period_unknown};
-use crate::cycle::periodic::resolution::error_of;
+use crate::cycle::periodic::newton::{Further, Linear, angle_unknown, flow, period_unknown};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -85,27 +86,14 @@ impl Follow for PeriodicSolver {
                     };
                     let [before, after] = condition.beside(at.parameter);
                     let column = (beside(after)? - beside(before)?) / (after - before);
-                    let others = vec![0.0, condition.parameter];
-                    let parameter = Further { column, state: condition.state.clone(), others };
-                    let weights = &condition.weights;
-                    let mut time = period_unknown(&mut march, &at.start, at.clock, &path, weights)?;
-                    let mut angle = angle_unknown(&march, &at.start, &path, weights)?;
-                    for (k, unknown) in [Some(&mut time), angle.as_mut()].into_iter().flatten().enumerate() {
-                        if let Some(phase) = condition.phase(k) {
-                            unknown.state.clone_from(phase);
-                        }
-                    }
-                    let further = [time, parameter].into_iter().chain(angle).collect();
+                    let further = bordering(&mut march, &at, &path, condition, column)?;
                     equilibria += 4 * path.equilibria;
                     Linear::of(&march, at.clock, &path, further)?
                 }
             };
             if converged {
                 check_autonomous(&shoot, &path.stages[0][0].rod)?;
-                check_no_circle(&march, &at.start, &path)?;
-                check_axis(&march, &path, at.clock)?;
-                let least = self.least(&shoot, false);
-                let error = error_of(&march, &at.start, at.clock, &path, &linear, least)?;
+                let error = self.checked_error(&march, &at.start, at.clock, &path, &linear, false)?;
                 if !(error <= self.accuracy) {
                     return Err(CycleError::Unresolved { error, intervals: self.intervals });
                 }
@@ -153,4 +141,23 @@ impl Follow for PeriodicSolver {
         let exponents = found.sets.map(|set| set.iter().map(|one| one.root(orbit.period)).collect());
         Ok(Look { excursion, period: orbit.period, exponents, trivial: found.trivial / orbit.period })
     }
+}
+
+/// The columns and rows by which the period, the parameter and the angle border the linearised map.
+fn bordering(
+    march: &mut March<impl Model>,
+    at: &Unknowns,
+    path: &Path,
+    condition: &Condition,
+    column: DVector<f64>,
+) -> Result<Vec<Further>, CycleError> {
+    let parameter = Further { column, state: condition.state.clone(), others: vec![0.0, condition.parameter] };
+    let mut time = period_unknown(march, &at.start, at.clock, path, &condition.weights)?;
+    let mut angle = angle_unknown(march, &at.start, path, &condition.weights)?;
+    for (k, unknown) in [Some(&mut time), angle.as_mut()].into_iter().flatten().enumerate() {
+        if let Some(phase) = condition.phase(k) {
+            unknown.state.clone_from(phase);
+        }
+    }
+    Ok([time, parameter].into_iter().chain(angle).collect())
 }

@@ -3,11 +3,9 @@
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::PeriodicSolver;
-use super::newton::{Linear, angle_unknown, check_no_circle, period_unknown};
+use super::newton::{Linear, angle_unknown, period_unknown};
 use super::orbit::PeriodicOrbit;
-use super::resolution::error_of;
 use crate::cycle::autonomous::check_autonomous;
-use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
 use crate::cycle::fourier::Circle;
 use crate::cycle::map::grid::Grid;
@@ -161,14 +159,11 @@ impl PeriodicSolver {
                 return Err(CycleError::Stationary { strain });
             }
             if residual <= self.tolerance {
-                check_no_circle(march, &start, &path)?;
-                check_axis(march, &path, period)?;
                 let linear = match kept {
                     Some((linear, _)) => linear,
                     None => linearised(march, &start, period, &path, free)?,
                 };
-                let least = self.least(march.shoot, !free);
-                let error = error_of(march, &start, period, &path, &linear, least)?;
+                let error = self.checked_error(march, &start, period, &path, &linear, !free)?;
                 let (settings, driven_from) = (*self, (!free).then(|| march.shoot.time()));
                 return Ok(PeriodicOrbit {
                     period,

@@ -1,7 +1,8 @@
 //! How well the intervals of a period resolve an orbit.
 
 use super::PeriodicSolver;
-use super::newton::Linear;
+use super::newton::{Linear, check_no_circle};
+use crate::cycle::axis::check_axis;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::grid::Grid;
 use crate::cycle::map::march::{March, Path};
@@ -20,6 +21,21 @@ impl PeriodicSolver {
         let intervals = 2 * self.intervals;
         (intervals <= MOST).then_some(Self { intervals, ..*self })
     }
+
+    /// Checks a converged orbit for the properties that its equations assume, and estimates its error.
+    pub(crate) fn checked_error(
+        &self,
+        march: &March<impl Model>,
+        start: &Start,
+        period: f64,
+        path: &Path,
+        linear: &Linear,
+        driven: bool,
+    ) -> Result<f64, CycleError> {
+        check_no_circle(march, start, path)?;
+        check_axis(march, path, period)?;
+        error_of(march, start, period, path, linear, self.least(march.shoot, driven))
+    }
 }
 
 /// Estimate of the relative error of period and shape that the intervals leave.
@@ -27,7 +43,7 @@ impl PeriodicSolver {
 /// The orbit is mapped over a period on a grid with more stages. One step of Newton's method reduces the difference of start and end
 /// there. The estimate is the largest of its changes of period and state and of the change of the strain along the period, relative. Strain
 /// below `least` (1/m) counts as none.
-pub(crate) fn error_of(
+fn error_of(
     march: &March<impl Model>,
     start: &Start,
     period: f64,

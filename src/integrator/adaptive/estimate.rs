@@ -15,6 +15,8 @@ pub(super) const SAFETY: f64 = 2.0;
 /// Which part of the tolerance is aimed at for the error in time, and for that in space: with the factor above they leave as much
 /// again, so that a run seldom has to be repeated.
 pub(super) const AIM: [f64; 2] = [0.15, 0.1];
+/// At most this part of the error that the elements leave to the steps is aimed at. The error of the next run is known to a fifth or so.
+const LEFT_FOR_STEPS: f64 = 0.5;
 /// No lower order is believed: kinks leave three in time, and what is not resolved yet says nothing.
 const LEAST_ORDER: f64 = 2.0;
 /// Differences that exceed what the least order allows by more than this do not come from what was refined.
@@ -98,12 +100,18 @@ impl Error {
         SAFETY * (self.time + self.space)
     }
 
+    /// The error in time that a tolerance allows beside the error in space.
+    pub fn left_for_steps(&self, tolerance: f64) -> f64 {
+        tolerance / SAFETY - self.space
+    }
+
     /// How much finer the next run has to be than the last, in steps, on the way to a tolerance, and whether it may be an answer that is not
     /// held against another, if the answer is to be such a `blind` one.
     pub fn next_jump(&self, tolerance: f64, blind: bool) -> (f64, bool) {
         // By how much less is aimed at, so that what is reported stays below the tolerance.
         let caution = if blind { BLIND_SAFETY } else { 1.0 };
-        let whole = (self.time * caution / (AIM[0] * tolerance)).powf(1.0 / self.steps.order()).max(SHORTEST_JUMP);
+        let aim = (AIM[0] * tolerance).min(LEFT_FOR_STEPS * self.left_for_steps(tolerance));
+        let whole = (self.time * caution / aim).powf(1.0 / self.steps.order()).max(SHORTEST_JUMP);
         let is_last = blind && whole <= LONGEST_BLIND_JUMP;
         let tried = if blind && !is_last { whole / BLIND_JUMP } else { whole };
         // As many jumps of one size as it takes.

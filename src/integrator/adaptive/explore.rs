@@ -23,13 +23,16 @@ const LEAST_RATIO: f64 = 1.15;
 const MOST_RUNGS: usize = 10;
 /// The shape at rest from which a run starts keeps this part of the tolerance that the run is for.
 const AT_REST: f64 = 0.05;
+/// The tolerance of merging in the run that shows the error of merging, over that of the other runs. A larger tolerance would show
+/// nothing if it merged the same elements.
+const FINER_MERGING: f64 = 0.25;
 /// No mature elements are merged more coarsely than this, rad.
 const COARSEST_MERGE: f64 = 2e-3;
 /// So often a step is halved because a run at it fails, or because it does not show the order.
 const HALVINGS: usize = 40;
 /// The number of times that elements are made shorter because no equilibrium is found. Elements are then a 35th as long as at first.
 const MOST_CUTS: usize = 10;
-/// The same if there is no equilibrium at the start. Its elements are refined by themselves before.
+/// The same if a run fails where it starts without a past. The elements of the shape at rest are refined before.
 const MOST_CUTS_AT_REST: usize = 2;
 /// Steps of the first trial, at most, but for those that a start or a jump takes more.
 const MOST_FIRST_STEPS: f64 = 1000.0;
@@ -71,6 +74,10 @@ impl Adaptive {
                 return Ok(keep(shoot, plan, inherited + error.reported(), spent));
             }
             let blind = most_steps < usize::MAX;
+            if error.left_for_steps(self.tolerance) <= 0.0 {
+                let (tolerance, reached, steps) = (self.tolerance, error.reported(), spent.steps());
+                return Err(IntegrationError::ToleranceNotMet { tolerance, reached, steps });
+            }
             let (jump, is_last) = error.next_jump(self.tolerance, blind);
             plan.step /= jump;
             if is_last {
@@ -111,7 +118,8 @@ impl Adaptive {
                 Err(error) if error.is_recoverable() => {
                     // Shorter elements cure no other failure.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
-                        if cuts == if time == start.time { MOST_CUTS_AT_REST } else { MOST_CUTS } {
+                        let at_rest = time == start.time && start.history.levels() == 0;
+                        if cuts == if at_rest { MOST_CUTS_AT_REST } else { MOST_CUTS } {
                             return Err(error);
                         }
                         cuts += 1;
@@ -134,14 +142,42 @@ impl Adaptive {
         coarse: &Plan,
         spent: &mut Spent,
     ) -> Result<(Plan, Error), IntegrationError> {
-        let (fit, space) = self.fit_elements(shoot, start, coarse, spent)?;
+        let (mut fit, space) = self.fit_elements(shoot, start, coarse, spent)?;
         if space.is_infinite() {
             return Ok((fit, Error::of_first_trials(space, space)));
         }
+        let merging = self.fit_merging(shoot, start, &mut fit, spent)?;
         let half = Plan { step: 0.5 * coarse.step, ..fit };
         self.run(shoot, start, &half, spent, f64::INFINITY)?;
         let difference = self.tracks[0].distance(&self.tracks[1]);
-        Ok((half, Error::of_first_trials(difference, space + spent.at_rest)))
+        Ok((half, Error::of_first_trials(difference, space + merging + spent.at_rest)))
+    }
+
+    /// The error that merging of mature elements makes, and the tolerance of merging, which is reduced until the error is small enough.
+    /// Runs that merge less show it. None is needed if the last run merged no elements.
+    fn fit_merging(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        start: &State,
+        plan: &mut Plan,
+        spent: &mut Spent,
+    ) -> Result<f64, IntegrationError> {
+        let mut error = 0.0;
+        for _ in 0..MOST_RUNGS {
+            if spent.last.merges == 0 {
+                return Ok(0.0);
+            }
+            let finer = Plan { merge_tolerance: FINER_MERGING * plan.merge_tolerance, ..*plan };
+            self.run(shoot, start, &finer, spent, f64::INFINITY)?;
+            error = self.tracks[0].distance(&self.tracks[1]) / (1.0 - FINER_MERGING);
+            if error <= AIM[1] * self.tolerance {
+                // The run with half the steps is compared with the one that merges like itself.
+                self.tracks.swap(0, 1);
+                break;
+            }
+            *plan = finer;
+        }
+        Ok(error)
     }
 
     /// Runs with the same steps and ever more elements, until these are enough: the last resolution, and the error of its elements,
