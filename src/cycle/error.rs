@@ -145,7 +145,8 @@ pub enum CycleError {
 }
 
 impl CycleError {
-    /// What a start cannot be is an error of its own; later it is an iteration that has gone astray.
+    /// The error that the caller gets. Errors of the initial guess are returned as they are. In later iterations they mean that Newton's
+    /// method did not converge.
     pub(super) fn after(self, iterations: usize, residual: f64) -> Self {
         match self {
             Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::NotConverged { iterations, residual },

@@ -82,8 +82,11 @@ fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh
     let compliance = compliance(constitutive, state.time);
     let mut attempt = |state: &mut State, e: usize| {
         let length = state.rod.element_length(e) + state.rod.element_length(e + 1);
-        if length <= mesh.longest_element && state.merge(e, mesh.merge_tolerance, &compliance) {
+        if length <= mesh.longest_element
+            && let Some(needed) = state.merge(e, mesh.merge_tolerance, &compliance)
+        {
             statistics.merges += 1;
+            statistics.merging = statistics.merging.max(needed);
         }
     };
     let k = state.rod.first_growing();

@@ -61,6 +61,8 @@ pub struct Statistics {
     pub splits: usize,
     /// Pairs of elements that were merged.
     pub merges: usize,
+    /// The smallest tolerance with which the same pairs would have been merged, rad.
+    pub merging: f64,
     /// Intervals that the variables of a point had to be halved into, a step of a point counting as one interval.
     pub halvings: usize,
     /// Steps that failed and were tried again with half their length.
@@ -89,6 +91,7 @@ impl std::ops::AddAssign for Statistics {
         self.evaluations += other.evaluations;
         self.splits += other.splits;
         self.merges += other.merges;
+        self.merging = self.merging.max(other.merging);
         self.halvings += other.halvings;
         self.retries += other.retries;
         self.snaps += other.snaps;
@@ -109,8 +112,8 @@ impl Statistics {
 
     /// The same costs, when all that was made since then is taken back.
     fn undone_since(self, then: Self) -> Self {
-        let Self { steps, splits, merges, snaps, last_snap, largest_jump, .. } = then;
-        Self { steps, splits, merges, snaps, last_snap, largest_jump, ..self }
+        let Self { steps, splits, merges, merging, snaps, last_snap, largest_jump, .. } = then;
+        Self { steps, splits, merges, merging, snaps, last_snap, largest_jump, ..self }
     }
 }
 

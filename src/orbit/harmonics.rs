@@ -57,6 +57,8 @@ pub(super) struct Wave {
     pub omega: f64,
     pub cosine: Vector2<f64>,
     pub sine: Vector2<f64>,
+    /// Variance of white noise with the power of the noise at ω, m².
+    pub variance: f64,
     /// Standard error of ω, and those of the coefficients of a and b.
     pub omega_error: f64,
     pub cosine_error: Vector2<f64>,
@@ -67,7 +69,7 @@ impl Wave {
     /// A wave of no size.
     pub fn still(omega: f64) -> Self {
         let zero = Vector2::zeros();
-        Self { omega, cosine: zero, sine: zero, omega_error: 0.0, cosine_error: zero, sine_error: zero }
+        Self { omega, cosine: zero, sine: zero, variance: 0.0, omega_error: 0.0, cosine_error: zero, sine_error: zero }
     }
 
     /// Standard error of the semi-axes: the root mean square of those of the coefficients.
@@ -208,12 +210,25 @@ impl Harmonics {
             // A wave is disturbed by the noise near its own frequency.
             let near = level(&times, &left, &background, wave.omega, &omegas, lowest_above(&self.drift));
             let variance = near.unwrap_or(self.variance * background.at(wave.omega));
+            wave.variance = variance;
             let error = |i: usize| (variance * inverse[(i, i)]).sqrt();
             wave.omega_error = if k < free { error(2 * linear + k) } else { 0.0 };
             wave.cosine_error = Vector2::new(error(at), error(linear + at));
             wave.sine_error = Vector2::new(error(at + 1), error(linear + at + 1));
         }
         self.variance.is_finite()
+    }
+
+    /// Increases the standard errors to those in white noise of the variance of the whole residual. Other oscillations that the residual
+    /// contains disturb the waves more than the noise near their frequencies.
+    pub fn widen(&mut self) {
+        for wave in &mut self.waves {
+            let factor = (self.variance / wave.variance).sqrt().max(1.0);
+            wave.variance *= factor * factor;
+            wave.omega_error *= factor;
+            wave.cosine_error *= factor;
+            wave.sine_error *= factor;
+        }
     }
 
     /// Whether the residual of the used positions contains drift that a polynomial of a degree higher by one or two would follow: the

@@ -16,7 +16,8 @@ const RECOGNISED: f64 = 1.0 / 60.0;
 /// One oscillation of a tip.
 ///
 /// Standard errors are those of a least-squares fit with the noise that the residual has at the frequency of the oscillation: the residual
-/// is described as white noise and first-order autoregressive noise, by its autocorrelation. They do not contain the error of a model that
+/// is described as white noise and first-order autoregressive noise, by its autocorrelation. If the residual contains further oscillations,
+/// the noise is taken as white noise of the variance of the residual. They do not contain the error of a model that
 /// does not apply, as for a period that changes during the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

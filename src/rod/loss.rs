@@ -112,7 +112,7 @@ mod tests {
             let fine = rod.clone();
             // In an order of its own: from the middle, then to both sides.
             for e in [3, 2, 3, 0, 1, 0] {
-                assert!(rod.merge(e, f64::INFINITY, |_| 1.0));
+                assert!(rod.merge(e, f64::INFINITY, |_| 1.0).is_some());
             }
             assert_eq!(rod.elements(), 1);
             // F = ∫ (f − Pf) ds by brute force, f being what the elements held at first.
@@ -163,7 +163,7 @@ mod tests {
             let before = turn(&rod);
             // From the base on, as tissue matures.
             while rod.elements() > 1 {
-                assert!(rod.merge(0, f64::INFINITY, |_| 1.0));
+                assert!(rod.merge(0, f64::INFINITY, |_| 1.0).is_some());
             }
             assert!((rod.loss[0].angle() / a - 1.0).abs() < 0.3);
             (before.inverse() * turn(&rod)).angle()

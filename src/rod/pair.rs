@@ -117,22 +117,18 @@ impl<'a> Pair<'a> {
         Loss::merged(self.reference, parts)
     }
 
-    /// Whether no semi-axis changes by more than `tolerance`, relative to itself.
-    pub fn keeps_section(&self, new: &[MaterialPoint], tolerance: f64) -> bool {
+    /// The largest relative change of a semi-axis.
+    pub fn change_of_section(&self, new: &[MaterialPoint]) -> f64 {
         let axes: [fn(&MaterialPoint) -> f64; 2] = [|point| point.section.along_d1, |point| point.section.along_d2];
-        self.each().all(|(point, x, _)| {
-            axes.iter().all(|axis| (self.at(new, x, axis) - axis(point)).abs() <= tolerance * axis(point))
-        })
+        let changes = self
+            .each()
+            .flat_map(|(point, x, _)| axes.map(|axis| (self.at(new, x, axis) - axis(point)).abs() / axis(point)));
+        largest(changes)
     }
 
-    /// Whether what a couple that is constant or linear along the element bends it by stays to `tolerance`, relative to itself. The
-    /// stiffness rises fast in fresh tissue, and is known at the Gauss points alone.
-    pub fn keeps_compliance(
-        &self,
-        new: &[MaterialPoint],
-        tolerance: f64,
-        compliance: impl Fn(&MaterialPoint) -> f64,
-    ) -> bool {
+    /// The largest relative change of the bending of the element under a couple that is constant or linear along it. The stiffness
+    /// rises fast in fresh tissue, and is known at the Gauss points alone.
+    pub fn change_of_compliance(&self, new: &[MaterialPoint], compliance: impl Fn(&MaterialPoint) -> f64) -> f64 {
         let add = |bend: [f64; 2], (point, x, w): (&MaterialPoint, f64, f64)| {
             let c = w * compliance(point);
             [bend[0] + c, bend[1] + c * x]
@@ -140,6 +136,11 @@ impl<'a> Pair<'a> {
         let rule = self.reference.points.iter().zip(&self.reference.weights);
         let before = self.each().fold([0.0; 2], add);
         let after = new.iter().zip(rule).map(|(point, (x, w))| (point, *x, *w)).fold([0.0; 2], add);
-        (0..2).all(|n| (after[n] - before[n]).abs() <= tolerance * before[0])
+        largest((0..2).map(|n| (after[n] - before[n]).abs() / before[0]))
     }
+}
+
+/// The largest of some numbers, or NaN if one of them is NaN.
+fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |largest, number| if number <= largest { largest } else { number })
 }

@@ -29,9 +29,9 @@ const INSIDE: f64 = 20.0;
 /// And no larger than this unless the tolerance is, rad.
 const LARGEST_INSIDE: f64 = 2e-3;
 
-/// The angle that may be lost inside an element, rad (root of the mean square).
-fn largest_loss(tolerance: f64) -> f64 {
-    tolerance.max((INSIDE * tolerance).min(LARGEST_INSIDE))
+/// The smallest tolerance (rad) with which a loss of an angle inside an element is permitted. The angle is a root of the mean square, rad.
+fn permitting(loss: f64) -> f64 {
+    if loss > LARGEST_INSIDE { loss } else { loss / INSIDE }
 }
 
 impl Rod {
@@ -109,26 +109,37 @@ impl Rod {
 
     /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
     /// intrinsic strain would lose too much for a `tolerance` (rad), if the section or the `compliance` would change too much, or if
-    /// the node between them is to be kept. Returns whether it was done.
+    /// the node between them is to be kept. Returns the smallest tolerance with which they would have been merged, if they were.
     ///
     /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
     /// are the same as one onto the largest, so nothing accumulates; what is lost is followed exactly. A constant strain makes up for
     /// what it turns to second order.
-    pub(crate) fn merge(&mut self, e: usize, tolerance: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> bool {
+    pub(crate) fn merge(
+        &mut self,
+        e: usize,
+        tolerance: f64,
+        compliance: impl Fn(&MaterialPoint) -> f64,
+    ) -> Option<f64> {
         let (reference, p) = (self.reference(), self.order.points());
         // Tissue that left the growth zone ever so long ago goes together with its like alone.
         let exits = [e, e + 1].map(|e| self.points[e * p].exit_time.is_finite());
         if self.kept[e + 1] || exits[0] != exits[1] {
-            return false;
+            return None;
         }
         let pair = Pair::of(self, e);
         let mut new = pair.projected();
         let (loss, turn) = pair.loss([self.loss[e], self.loss[e + 1]], &new);
-        let holds = loss.angle() <= largest_loss(tolerance)
-            && pair.keeps_section(&new, tolerance)
-            && pair.keeps_compliance(&new, COMPLIANCE * tolerance, compliance);
-        if !holds {
-            return false;
+        let mut needed = 0.0;
+        let conditions: [&dyn Fn() -> f64; 3] =
+            [&|| permitting(loss.angle()), &|| pair.change_of_section(&new), &|| {
+                pair.change_of_compliance(&new, &compliance) / COMPLIANCE
+            }];
+        for condition in conditions {
+            let least = condition();
+            if !(least <= tolerance) {
+                return None;
+            }
+            needed = least.max(needed);
         }
         let strain = turn / pair.length();
         new.iter_mut().for_each(|point| point.intrinsic += strain);
@@ -147,7 +158,7 @@ impl Rod {
         if e < self.first_growing {
             self.first_growing -= 1;
         }
-        true
+        Some(needed)
     }
 }
 

@@ -205,3 +205,18 @@ fn highest_between(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     }
     if f(high) > at_left.max(at_right) { high } else { 0.5 * (low + high) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn place_of_the_largest_value_is_found() {
+        for place in [0.3, 1.0, 1.7] {
+            // A golden section has an error of the width times its share, and rounding of a parabola near its vertex is its root.
+            let found = highest_between(0.0, 2.0, |x| -(x - place).powi(2));
+            assert_abs_diff_eq!(found, place, epsilon = 2.0 * SHARP + 1e-7);
+        }
+    }
+}

@@ -164,15 +164,18 @@ impl State {
         self.rod.split(e, x);
     }
 
-    /// Makes two mature elements one if that loses no more than `tolerance`, rad.
-    pub(crate) fn merge(&mut self, e: usize, tolerance: f64, compliance: impl Fn(&MaterialPoint) -> f64) -> bool {
+    /// Makes two mature elements one if that loses no more than `tolerance` (rad), and returns the smallest tolerance that permits it.
+    pub(crate) fn merge(
+        &mut self,
+        e: usize,
+        tolerance: f64,
+        compliance: impl Fn(&MaterialPoint) -> f64,
+    ) -> Option<f64> {
         let first = self.rod.element_length(e);
         let share = first / (first + self.rod.element_length(e + 1));
-        let merges = self.rod.merge(e, tolerance, compliance);
-        if merges {
-            self.predictor.merge(&self.rod, e, share);
-        }
-        merges
+        let needed = self.rod.merge(e, tolerance, compliance)?;
+        self.predictor.merge(&self.rod, e, share);
+        Some(needed)
     }
 
     /// Takes the first `elements` growing elements out of the growth zone.

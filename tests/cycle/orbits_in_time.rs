@@ -6,11 +6,13 @@ use super::cycles::{circle, multipliers, plain, swing};
 use super::shoot;
 use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::in_norm::InNorm;
+use crate::fixtures::random::Draw;
 use crate::fixtures::shoots::{ETA, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::cycle::{CycleError, PeriodicSolver};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, MethodOfSteps};
+use morphorod::orbit::{PlanePath, Search};
 use morphorod::stability::Linearisation;
 use morphorod::tropism::{
     DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site, Source,
@@ -162,4 +164,33 @@ fn forced_orbit_is_entered_only_at_its_phase() {
     assert!(driven.state() == before.state(), "an error leaves the shoot unchanged");
     run.advance(&mut driven, 2.0 * period).unwrap();
     assert!(orbit.enter(&mut driven).is_ok());
+}
+
+/// The tip of a shoot on its periodic orbit has the period of the orbit and odd harmonics of it only: the second half of a swing is
+/// the mirror image of the first. More harmonics exceed the noise than the reading looks for.
+#[test]
+fn oscillations_of_the_tip_of_a_nonlinear_swing_are_odd_harmonics() {
+    let shoot = plain(0.074, 6);
+    let orbit = swing(&shoot, 0.0567, 64);
+    let shapes = orbit.shapes(&shoot).unwrap();
+    // The last shape is the first one of the next period.
+    let period = &shapes[..64];
+    // From 4.7 to 15.6 periods of 88 min.
+    for count in [300, 450, 610, 830, 980, 1000] {
+        let (mut times, mut positions) = (Vec::new(), Vec::new());
+        let mut draw = Draw::new(1);
+        for k in 0..count {
+            let (time, rod) = &period[k % 64];
+            times.push((k / 64) as f64 * orbit.period + time);
+            // Noise of a ten-thousandth of the largest excursion.
+            positions.push(rod.tip().xy() + draw.normal() * 5.7e-6);
+        }
+        let found = PlanePath::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
+        let mut waves = found.oscillations.clone();
+        waves.sort_by(|a, b| b.period.total_cmp(&a.period));
+        let orders: Vec<_> = waves.iter().map(|wave| wave.harmonic).collect();
+        assert_eq!(orders, [None, Some(3), Some(5), Some(7)], "{count}: {waves:?}");
+        // The interval of three standard errors.
+        assert!((waves[0].period - orbit.period).abs() < 3.0 * waves[0].period_error, "{count}: {waves:?}");
+    }
 }

@@ -151,7 +151,7 @@ impl Scene {
     }
 }
 
-/// `MORPHOROD_CASES=300 MORPHOROD_SEED=5000 cargo test --workspace --test all time::tolerance_events:: -- --nocapture`
+/// `MORPHOROD_CASES=300 MORPHOROD_SEED=40000 cargo test --workspace --test all time::tolerance_events:: -- --nocapture`
 /// draws more scenes and prints their errors and estimates.
 #[test]
 fn random_events_keep_the_tolerance() {

@@ -6,7 +6,7 @@ use crate::shoot::Shoot;
 use crate::state::State;
 
 /// Elements are joined again before a run if that changes nothing by more than this: rounding alone, of what is projected.
-const LOSSLESS: f64 = 1e-11;
+pub(super) const LOSSLESS: f64 = 1e-11;
 /// What exceeds a whole number of elements by rounding alone does not make another one.
 const ROUNDING: f64 = 1e-9;
 
@@ -67,7 +67,7 @@ fn join(shoot: &mut Shoot<impl Model>) {
     let mut e = 0;
     while e + 1 < state.rod.elements() {
         let border = e + 1 == state.rod.first_growing;
-        if border || !state.merge(e, LOSSLESS, &compliance) {
+        if border || state.merge(e, LOSSLESS, &compliance).is_none() {
             e += 1;
         }
     }

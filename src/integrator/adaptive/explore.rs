@@ -1,6 +1,6 @@
 //! The choice of steps and elements: trial runs through the time ahead, each held against another.
 
-use super::cut::{FIRST_LENGTH, cut, cut_first, longest_element as longest};
+use super::cut::{FIRST_LENGTH, LOSSLESS, cut, cut_first, longest_element as longest};
 use super::estimate::{AIM, ASYMPTOTIC, BLIND_SAFETY, Error, Ladder, SAFETY};
 use super::{Adaptive, IntegrationError, Statistics};
 use crate::integrator::stops::guarded;
@@ -23,8 +23,7 @@ const LEAST_RATIO: f64 = 1.15;
 const MOST_RUNGS: usize = 10;
 /// The shape at rest from which a run starts keeps this part of the tolerance that the run is for.
 const AT_REST: f64 = 0.05;
-/// The tolerance of merging in the run that shows the error of merging, over that of the other runs. A larger tolerance would show
-/// nothing if it merged the same elements.
+/// The tolerance of merging in the run that shows the error of merging, over the smallest with which the same pairs are merged as before.
 const FINER_MERGING: f64 = 0.25;
 /// No mature elements are merged more coarsely than this, rad.
 const COARSEST_MERGE: f64 = 2e-3;
@@ -154,7 +153,7 @@ impl Adaptive {
     }
 
     /// The error that merging of mature elements makes, and the tolerance of merging, which is reduced until the error is small enough.
-    /// Runs that merge less show it. None is needed if the last run merged no elements.
+    /// Runs that merge less show it. None is needed if merging lost nothing in the last run.
     fn fit_merging(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -164,10 +163,11 @@ impl Adaptive {
     ) -> Result<f64, IntegrationError> {
         let mut error = 0.0;
         for _ in 0..MOST_RUNGS {
-            if spent.last.merges == 0 {
+            let needed = spent.last.merging;
+            if needed <= LOSSLESS {
                 return Ok(0.0);
             }
-            let finer = Plan { merge_tolerance: FINER_MERGING * plan.merge_tolerance, ..*plan };
+            let finer = Plan { merge_tolerance: FINER_MERGING * needed, ..*plan };
             self.run(shoot, start, &finer, spent, f64::INFINITY)?;
             error = self.tracks[0].distance(&self.tracks[1]) / (1.0 - FINER_MERGING);
             if error <= AIM[1] * self.tolerance {
