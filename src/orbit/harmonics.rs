@@ -232,8 +232,9 @@ impl Harmonics {
     }
 
     /// Whether the residual of the used positions contains drift that a polynomial of a degree higher by one or two would follow: the
-    /// part of the residual along that Legendre polynomial exceeds noise as it is at the lowest frequencies above the drift.
-    pub fn drifts(&self, samples: &Samples, used: &[bool]) -> bool {
+    /// part of the residual along that Legendre polynomial exceeds `smallest` (m) and noise as it is at the lowest frequencies above the
+    /// drift.
+    pub fn drifts(&self, samples: &Samples, used: &[bool], smallest: f64) -> bool {
         let chosen: Vec<usize> = (0..used.len()).filter(|i| used[*i]).collect();
         let times: Vec<f64> = chosen.iter().map(|i| samples.times[*i]).collect();
         let left = self.residuals(samples);
@@ -250,7 +251,8 @@ impl Harmonics {
                 square += value * value;
             }
             // Of noise |along|²/square has twice the variance as its mean, and is distributed exponentially.
-            along.norm_squared() > DRIFTING * 2.0 * variance * square + samples.rounding() * square
+            let noise = DRIFTING * 2.0 * variance + samples.rounding();
+            along.norm_squared() > noise * square && along.norm() > smallest * square
         })
     }
 }

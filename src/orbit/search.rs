@@ -16,6 +16,8 @@ const CHANCE: f64 = 1e-4;
 const SMALLEST: f64 = 5e-3;
 /// Largest increase of the degree of the drift: with the cubic of the default a sinusoid of up to one turn then leaves 3e-3 of its amplitude.
 const RAISED: usize = 4;
+/// Number of turns by which the slowest wave exceeds those that the drift can follow.
+const LEAST_FASTER: f64 = 1.0;
 
 /// How periods are sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,8 +84,12 @@ fn waves(samples: &Samples, search: &Search, used: &[bool], degree: usize) -> Ha
 /// The lowest degree of the drift with which no significant drift is left beside the waves of a fit, or the highest permitted one.
 fn raised(fit: &Harmonics, samples: &Samples, used: &[bool], search: &Search) -> usize {
     let omegas: Vec<f64> = fit.waves.iter().map(|wave| wave.omega).collect();
+    // A polynomial follows half a turn for each degree. It must not follow the slowest wave.
+    let turns = omegas.iter().copied().fold(f64::INFINITY, f64::min) / PI;
+    let highest = (search.drift + RAISED).min((2.0 * (turns - LEAST_FASTER)) as usize);
+    let largest = fit.waves.iter().map(|wave| Ellipse::of(&wave.cosine, &wave.sine).major).fold(0.0, f64::max);
     let mut last = fit.clone();
-    while last.degree() < search.drift + RAISED && last.drifts(samples, used) {
+    while last.degree() < highest && last.drifts(samples, used, SMALLEST * largest) {
         let mut next = Harmonics::new(last.degree() + 1, &omegas);
         if !next.fit(samples, used, omegas.len()) || !sound(&next, search.least_turns) {
             break;

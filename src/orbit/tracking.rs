@@ -73,7 +73,7 @@ impl Quartiles {
 #[non_exhaustive]
 pub struct Tracking {
     /// Whether the tip nutates at all: there is a ridge, and noise would have as much power at one of its scales, averaged over time, in
-    /// one path of a hundred at most (Torrence and Compo 1998, section 5). The noise is white, or white and red with the variance
+    /// one path of 5,000 at most (Torrence and Compo 1998, section 5). The noise is white, or white and red with the variance
     /// and the autocorrelation of the path without its drift and without the oscillations that least squares find in the band.
     pub nutates: bool,
     /// The period along the ridge, s: median and quartiles. None if it does not nutate.

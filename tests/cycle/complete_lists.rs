@@ -41,7 +41,7 @@ fn all_roots_to_the_right_of_the_line_are_in_the_shorter_list() {
         let shoot = plain(length, 4);
         let orbit = circle(&shoot, 0.05);
         let [short, long] = [1, 4].map(|count| orbit.roots(&shoot, count).unwrap());
-        assert!(short.line < 0.0 && long.roots.len() >= 4);
+        assert!(short.line < 0.0 && !short.roots.is_empty() && long.roots.len() >= 4);
         let beyond = long.roots.iter().filter(|root| root.value.re > short.line);
         for (k, root) in beyond.enumerate() {
             // Newton's method ends at 1e-12 of the rate of rotation.

@@ -189,5 +189,8 @@ fn leading_roots_and_multipliers_of_random_orbits_are_the_growth_of_disturbances
         }
     }
     println!("orbits whose growth agrees, errors that give notice, no orbit: {counts:?}");
-    assert!(counts[0][0] + counts[1][0] > 0, "{counts:?}");
+    // Errors that give notice are no answer. At most one orbit of ten ends in one.
+    for [agree, errors, _] in counts {
+        assert!(agree > 0 && errors * 10 <= agree + errors, "{counts:?}");
+    }
 }

@@ -129,8 +129,8 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
         let isolated = |root: &Root| assert!(root.value.re > abscissa, "{seed}: {} and {abscissa}", root.value);
         let roots = [&coarse, &fine].map(|linear| conclusive(linear.rightmost()));
         roots.iter().flatten().for_each(isolated);
-        // Rounding of the differences is 1e-10 of a root. The error of the finer mesh is a share of that of the coarse mesh, which is
-        // the distance of the roots if they belong together.
+        // The error of a root is its distance to the root that Newton's method finds on the finer mesh. If this is the rightmost root there,
+        // it is the distance of the two roots. Rounding of the differences is 1e-10 of a root.
         let moves = |root: &Root, other: &Root, error: f64| {
             let moved = (root.value - other.value).norm();
             assert!(moved <= 1.000_001 * error + 1e-10 * root.value.norm(), "{seed}: {moved:e} of {error:e}");

@@ -340,6 +340,8 @@ fn failures_of_the_variables_do_not_refine_the_elements() {
     let mut integrator = Adaptive::new(1e-5);
     integrator.max_steps = 2000;
     let error = integrator.advance(&mut shoot, HOUR).unwrap_err();
-    println!("{error}: {} evaluations of the rates", calls.load(Ordering::Relaxed));
-    assert!(calls.load(Ordering::Relaxed) < 1_000_000, "{}", calls.load(Ordering::Relaxed));
+    assert!(matches!(error, IntegrationError::Variables { .. }), "{error}");
+    // One series of trials takes 12,510 evaluations. Each refinement of the elements would repeat it with more of them.
+    let calls = calls.load(Ordering::Relaxed);
+    assert!(calls < 25_000, "{calls}");
 }

@@ -1,4 +1,4 @@
-//! Random scenes with pulses, kicks, short memories and fast statoliths keep their tolerance.
+//! Random scenes with pulses, short memories and fast statoliths keep their tolerance.
 
 use super::tolerance::{Path, distance};
 use crate::fixtures::random::{Draw, number};

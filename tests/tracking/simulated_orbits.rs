@@ -58,6 +58,9 @@ fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
     // The share falls below one half between 9 and 10.5 h.
     assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
+    // From 8 h on it falls all the time. A drift that follows a part of the slow oscillation would make it rise.
+    let falling: Vec<f64> = (16..=40).map(|k| share(0.5 * f64::from(k))).collect();
+    assert!(falling.windows(2).all(|pair| pair[1] < pair[0] + 1e-3), "{falling:.3?}");
 }
 
 /// "Video 4": a kick along (2, 1, 0), and a perpendicular one after 30 h. The shoot first

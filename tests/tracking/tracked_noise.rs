@@ -10,7 +10,7 @@ const HOUR: f64 = 3600.0;
 const PERIOD: f64 = 90.0 * MINUTE;
 
 #[test]
-fn outlier_closer_than_the_next_position_is_found_by_local_parabolas() {
+fn outlier_closer_than_the_next_position_is_found_by_local_cubics() {
     // There are twelve frames in a period, and the band begins at 2.25 intervals. The second
     // neighbours are further away than 0.6 of that. They are used all the same, since they are
     // within three intervals.
@@ -23,7 +23,7 @@ fn outlier_closer_than_the_next_position_is_found_by_local_parabolas() {
         let mut positions = clean.positions().to_vec();
         // Neighbours are 2 sin(π/12) = 0.52 radii apart. The median of five positions has an error
         // of a considerable part of that everywhere, so that it cannot detect such a small outlier.
-        // A parabola through the neighbours can.
+        // A cubic through the neighbours can.
         positions[spoiled] *= 1.3;
         let spoiled_path = PlanePath::new(clean.times().to_vec(), positions).unwrap();
         assert_eq!(spoiled_path.tracked(&band).unwrap().outliers, [spoiled]);

