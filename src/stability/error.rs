@@ -30,8 +30,8 @@ pub enum StabilityError {
     /// What a law writes in [`steady`](crate::tropism::TropismLaw::steady) is no steady state of its
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
-        "`steady` of the law {law} is not a steady state of its `rates`: its variable {variable} changes by {rate:.3e} per second, \
-         {share:.1e} of the terms of this rate"
+        "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted from \
+         zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
     )]
     NotSteady {
         /// The law, by the name of its type.
@@ -40,7 +40,7 @@ pub enum StabilityError {
         variable: usize,
         /// The rate of the variable, its unit per second.
         rate: f64,
-        /// The rate relative to the sum of its terms; infinite if the rate depends neither on variables nor on stimuli.
+        /// The rate relative to the sum of its terms; infinite if all terms are zero.
         share: f64,
     },
     /// The shoot is not stationary.
