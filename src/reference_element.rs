@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use crate::quadrature::{gauss, lagrange, lagrange_derivatives, lobatto};
+use crate::numerics::interpolation::{lagrange, lagrange_derivatives};
+use crate::numerics::quadrature::{gauss, lobatto};
 
 /// The largest number of Gauss points in an element.
 pub(crate) const MAX_POINTS: usize = 4;

@@ -12,8 +12,9 @@ pub(crate) use trace::{exit_before_start, zone_elongation};
 pub use uniform::UniformGrowth;
 
 use crate::error::ParameterError;
+use crate::numerics::quadrature::rule;
+use crate::numerics::scalar::newton;
 use crate::pointers::forward_pointers;
-use crate::quadrature::rule;
 
 /// Growth of the part near the apex, equation (2): γ̇ = γ REGR.
 ///
@@ -117,24 +118,13 @@ fn search_exit<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, until: f64
     if law.flow(sigma, from, until).0 < end {
         return None;
     }
-    // The distance increases with time: Newton, kept inside a bracket that shrinks.
-    let (mut low, mut high) = (from, until);
-    let mut t = until;
-    for _ in 0..200 {
+    // The distance increases with time.
+    let excess = |t: f64| {
         let distance = law.flow(sigma, from, t).0;
-        if distance >= end {
-            high = t
-        } else {
-            low = t
-        }
-        let next = t - (distance - end) / law.apical_speed(distance, t);
-        let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-        if (next - t).abs() <= 4.0 * f64::EPSILON * t.abs().max(until - from) {
-            return Some(next);
-        }
-        t = next;
-    }
-    Some(t)
+        (distance - end, law.apical_speed(distance, t))
+    };
+    let accuracy = 4.0 * f64::EPSILON * until.abs().max(until - from);
+    Some(newton([from, until], until, accuracy, excess))
 }
 
 forward_pointers!(GrowthLaw {

@@ -1,7 +1,7 @@
 //! Where a material point is at a given time, without a simulation.
 
 use super::GrowthLaw;
-use crate::quadrature::rule;
+use crate::numerics::quadrature::rule;
 
 /// Speeds vary with time at the pace of days at most; pieces of a sixty-fourth of a run resolve anything slower than that.
 const PIECES: u32 = 64;

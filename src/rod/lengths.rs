@@ -2,7 +2,8 @@
 //! and the lengths per coordinate at the points follow them.
 
 use super::Rod;
-use super::shape::weighted_jacobian;
+use super::shape::{ROUNDING, weighted_jacobian};
+use crate::numerics::scalar::newton;
 use crate::reference_element::MAX_POINTS;
 
 /// A growing element is cut where a part of it has more than so many times the length per coordinate of another. Up to that ratio the
@@ -65,15 +66,13 @@ impl Places {
         (self.first - self.length * share, self.length * slope)
     }
 
-    /// The coordinate at which so large a part of the length lies before it.
+    /// The coordinate before which the given part of the length lies.
     pub fn coordinate(&self, part: f64) -> f64 {
-        let mut x = part.clamp(0.0, 1.0);
-        // Nearly linear: Newton reaches rounding in a few steps.
-        for _ in 0..8 {
+        let excess = |x: f64| {
             let (share, slope) = self.share(x);
-            x = (x - (share - part) / slope).clamp(0.0, 1.0);
-        }
-        x
+            (share - part, slope)
+        };
+        newton([0.0, 1.0], part, ROUNDING, excess)
     }
 }
 

@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use crate::quadrature::{legendre, rule};
+use crate::numerics::quadrature::{legendre, rule};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
 /// The angle F that is lost in an element, by its mean square and the only moments that further merging needs. The element's

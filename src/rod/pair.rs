@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::loss::{Loss, Part};
 use super::{MaterialPoint, Rod};
-use crate::quadrature::legendre;
+use crate::numerics::quadrature::legendre;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::section::Section;
 

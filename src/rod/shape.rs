@@ -1,15 +1,20 @@
 //! What follows from the rotations and the strain of the centre line: frames, strains and positions at any place. Nothing of
 //! it is stored.
 
+use std::convert::Infallible;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
-use crate::quadrature::lagrange_derivatives;
+use crate::numerics::interpolation::lagrange_derivatives;
+use crate::numerics::scalar::{bracketed_root, newton};
 use crate::reference_element::MAX_POINTS;
 use crate::section::Section;
 use crate::so3::{self, Form};
+
+/// Rounding of a coordinate in an element.
+pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 impl Rod {
     /// The rotation vector at coordinate `x` in [0, 1] of an element, relative to the frame at its first end.
@@ -203,17 +208,11 @@ impl Rod {
     /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
     pub(super) fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
         let (reference, points) = (self.reference(), self.element_points(element));
-        let mut x = (s / length).clamp(0.0, 1.0);
-        // Arc length is a smooth and nearly linear function of the coordinate: Newton reaches rounding in a few steps.
-        for _ in 0..8 {
-            let excess = weighted_jacobian(points, &reference.integral_upto(x)) - s;
-            let next = (x - excess / weighted_jacobian(points, &reference.at_points(x))).clamp(0.0, 1.0);
-            if next == x {
-                break;
-            }
-            x = next;
-        }
-        x
+        let excess = |x: f64| {
+            let before = weighted_jacobian(points, &reference.integral_upto(x));
+            ((before - s) / length, weighted_jacobian(points, &reference.at_points(x)) / length)
+        };
+        newton([0.0, 1.0], s / length, ROUNDING, excess)
     }
 
     /// The arc lengths (m) between which the rod is in its growth zone: from where the zone begins to the apex. All of a rod that
@@ -243,13 +242,14 @@ impl Rod {
         }
         let name = |e: usize, x: f64| self.initial_apex_distance(e, x);
         let e = (0..self.elements()).rev().find(|&e| name(e, 0.0) >= d).unwrap_or(0);
-        // Names fall from base to apex: halved until the place is known to rounding.
-        let (mut low, mut high) = (0.0, 1.0);
-        while high - low > f64::EPSILON {
-            let middle = 0.5 * (low + high);
-            if name(e, middle) > d { low = middle } else { high = middle }
+        // The initial distance decreases from base to apex.
+        let excess = |x: f64| name(e, x) - d;
+        if excess(1.0) >= 0.0 {
+            return Some((e, 1.0));
         }
-        Some((e, if name(e, 1.0) >= d { 1.0 } else { high }))
+        let bracket = [0.0, 1.0].map(|x| (x, excess(x)));
+        let Ok([_, x]) = bracketed_root(bracket, f64::EPSILON, |x| Ok::<_, Infallible>(excess(x)));
+        Some((e, x))
     }
 
     /// The polynomial through what the points of element `e` carry, at its coordinate `x`.

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::CLOSE;
 use super::error::StateError;
-use crate::quadrature::lagrange;
+use crate::numerics::interpolation::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
 /// How many equilibria before the last are kept. What a polynomial in time through them does not foresee, as an oscillation in a few

@@ -9,7 +9,6 @@ mod general_rods;
 mod greenhill;
 mod horizontal_base;
 mod point_force;
-mod quadrature;
 mod reported_errors;
 mod shear_and_stretch;
 mod snaps;
