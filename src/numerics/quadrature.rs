@@ -3,16 +3,30 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
+/// The Legendre polynomial of degree k + 1 at `x` from those of degrees k − 1 and k.
+fn next_legendre(k: usize, x: f64, [previous, current]: [f64; 2]) -> f64 {
+    let k = k as f64;
+    ((2.0 * k + 1.0) * x * current - k * previous) / (k + 1.0)
+}
+
+/// The values of all Legendre polynomials at `x`, in the order of their degrees.
+pub(crate) fn legendre_sequence(x: f64) -> impl Iterator<Item = f64> {
+    let mut pair = [1.0, x];
+    (1..).map(move |k| {
+        let [value, next] = pair;
+        pair = [next, next_legendre(k, x, pair)];
+        value
+    })
+}
+
 /// The Legendre polynomial of degree `n` and its derivative at `x` in [−1, 1].
 pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
-    let (mut previous, mut current) = (1.0, x);
     if n == 0 {
         return (1.0, 0.0);
     }
+    let [mut previous, mut current] = [1.0, x];
     for k in 1..n {
-        let kf = k as f64;
-        let next = ((2.0 * kf + 1.0) * x * current - kf * previous) / (kf + 1.0);
-        (previous, current) = (current, next);
+        (previous, current) = (current, next_legendre(k, x, [previous, current]));
     }
     let nf = n as f64;
     // At the ends the quotient below is 0/0. Its limit is n (n + 1)/2 with the sign of xⁿ⁻¹.
@@ -125,6 +139,7 @@ mod tests {
         for x in [-1.0_f64, -0.3, 0.0, 0.8, 1.0] {
             let (value, derivative) = legendre(3, x);
             assert_abs_diff_eq!(value, 0.5 * (5.0 * x.powi(3) - 3.0 * x), epsilon = 1e-15);
+            assert_eq!(legendre_sequence(x).nth(3), Some(value));
             // A quotient by 1 − x² ≥ 0.36.
             assert_abs_diff_eq!(derivative, 0.5 * (15.0 * x * x - 3.0), epsilon = 1e-14);
         }

@@ -11,7 +11,7 @@ const LAYERS: [&[&str]; 10] = [
     &["reference_element", "scene", "section"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
-    &["equilibrium", "orbit", "profile", "sensing"],
+    &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],
     &["checkpoint", "shoot"],
     &["integrator", "stability"],
