@@ -114,7 +114,7 @@ mod scene;
 mod section;
 mod sensing;
 mod shoot;
-pub mod so3;
+mod so3;
 pub mod stability;
 mod state;
 pub mod tracking;

@@ -14,7 +14,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
-pub use crate::rod::Tissue;
+pub use crate::rod::tissue::Tissue;
 use crate::rod::centre_line_tangent;
 
 /// The answer of an elastic law to a strain.

@@ -8,13 +8,13 @@ mod remesh;
 #[cfg(feature = "serde")]
 mod saved;
 mod shape;
-mod tissue;
+pub(crate) mod tissue;
 
 pub use check::RodError;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
-pub use tissue::Tissue;
+pub(crate) use tissue::Tissue;
 
 use loss::Loss;
 use shape::weighted_jacobian;

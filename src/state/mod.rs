@@ -14,7 +14,7 @@ pub(crate) use history::{History, Nodes, Reading, Spare};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::{Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]
-pub(crate) use saved::FORMAT;
+pub(crate) use saved::{FORMAT, check_format};
 
 use crate::rod::{MaterialPoint, Rod, part_weights};
 

@@ -12,6 +12,5 @@ mod point_force;
 mod reported_errors;
 mod shear_and_stretch;
 mod snaps;
-mod so3;
 mod static_symmetries;
 mod varying_material;
