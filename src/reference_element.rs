@@ -40,7 +40,7 @@ impl Order {
     }
 }
 
-/// What an element of a given order needs to know about polynomials on [0, 1].
+/// Quadrature and interpolation in an element of a given order, on [0, 1].
 #[derive(Debug)]
 pub(crate) struct ReferenceElement {
     /// Number of Gauss points p; the rotations have p + 1 nodes, the first with rotation zero.

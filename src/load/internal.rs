@@ -66,7 +66,7 @@ impl InternalForce {
                 distributed += per_length[j] * whole;
             }
         }
-        let initial_apex_distance = rod.initial_length;
+        let initial_apex_distance = rod.initial_length();
         let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume, initial_apex_distance };
         self.at_base = distributed + load.force(&whole, environment);
     }

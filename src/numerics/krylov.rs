@@ -1,4 +1,5 @@
-//! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz values and GMRES.
+//! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz
+//! values and GMRES.
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
@@ -11,8 +12,8 @@ pub(crate) struct Krylov {
 }
 
 impl Krylov {
-    /// Runs the Arnoldi iteration with at most `most` applications of A. It ends early when `enough` accepts the Hessenberg matrix, or when
-    /// the subspace is invariant: the new vector is smaller than `rounding` times A v.
+    /// Runs the Arnoldi iteration with at most `most` applications of A. It ends early when `enough` accepts the
+    /// Hessenberg matrix, or when the subspace is invariant: the new vector is smaller than `rounding` times A v.
     pub fn of<E>(
         start: &DVector<f64>,
         most: usize,
@@ -75,7 +76,8 @@ pub(crate) enum RitzError {
     NoConvergence,
 }
 
-/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the first one that `more` rejects.
+/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the first one
+/// that `more` rejects.
 ///
 /// # Errors
 /// A matrix that is not finite, or whose Schur form is not found.
@@ -115,7 +117,8 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
     Ok(out)
 }
 
-/// Solves A x = `right` by GMRES without restarts, with at most `most` applications of A. Returns x and its relative residual.
+/// Solves A x = `right` by GMRES without restarts, with at most `most` applications of A. Returns x and its relative
+/// residual.
 pub(crate) fn gmres<E>(
     right: &DVector<f64>,
     tolerance: f64,

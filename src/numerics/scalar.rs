@@ -2,9 +2,10 @@
 
 /// Finds a sign change of a function between two points with known values, low before high.
 ///
-/// The method is regula falsi in the variant Illinois (Dowell and Jarratt 1971). The bracket is halved when two evaluations have not made it
-/// four times shorter. The iteration ends at a zero, or when the bracket is shorter than `accuracy` or than rounding.
-/// Returns the ends of the last bracket, which coincide at a zero; the function has the sign of the given high end at the second.
+/// The method is regula falsi in the variant Illinois (Dowell and Jarratt 1971). The bracket is halved when two
+/// evaluations have not made it four times shorter. The iteration ends at a zero, or when the bracket is shorter than
+/// `accuracy` or than rounding. Returns the ends of the last bracket, which coincide at a zero; the function has the
+/// sign of the given high end at the second.
 ///
 /// # Errors
 /// The first error of the function.
@@ -41,8 +42,9 @@ pub(crate) fn bracketed_root<E>(
     Ok([low.0, high.0])
 }
 
-/// Finds the root of an increasing function in an interval by Newton's method, to an `accuracy`. The function returns its value and its
-/// derivative. A step that leaves the bracket of the root, or that is longer than half of the last one, is replaced by a bisection.
+/// Finds the root of an increasing function in an interval by Newton's method, to an `accuracy`. The function returns
+/// its value and its derivative. A step that leaves the bracket of the root, or that is longer than half of the last
+/// one, is replaced by a bisection.
 pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut x, mut last) = (start.clamp(low, high), f64::INFINITY);
     // Every other step at least halves the last one or the bracket: more iterations than rounding allows.
@@ -68,7 +70,8 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
 
 // Used by the modules that search for extrema.
 #[allow(dead_code)]
-/// Finds the place of the maximum of a function with a single maximum in an interval, to an `accuracy`, by golden sections.
+/// Finds the place of the maximum of a function with a single maximum in an interval, to an `accuracy`, by golden
+/// sections.
 pub(crate) fn maximum([mut low, mut high]: [f64; 2], accuracy: f64, f: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
@@ -123,8 +126,8 @@ mod tests {
         for (f, root) in cases {
             let ([low, high], evaluations) = bracket(f);
             assert!(high - low <= 1e-12 && low <= root + 1e-12 && high >= root - 1e-12, "{low} {high} for {root}");
-            // Bisection needs 41; two evaluations shorten the bracket by four at least, and a third one halves it.
-            assert!(evaluations <= 62, "{evaluations}");
+            // Bisection needs 41 evaluations. At most two others lie between bisections.
+            assert!(evaluations <= 123, "{evaluations}");
         }
         assert!(bracket(cube).1 < 15, "{}", bracket(cube).1);
     }

@@ -4,7 +4,8 @@ use approx::assert_abs_diff_eq;
 
 use super::*;
 
-/// Vectors without a pattern whose components lie between −`limit` and `limit`; the index of a sequence distinguishes independent vectors.
+/// Vectors without a pattern whose components lie between −`limit` and `limit`; the index of a sequence distinguishes
+/// independent vectors.
 fn vectors(limit: f64, sequence: u32) -> impl Iterator<Item = Vector3<f64>> {
     (1..=500).map(move |k| {
         // Multiples of irrational numbers are evenly distributed modulo 1.

@@ -14,8 +14,8 @@ pub struct Ellipse {
     pub minor: f64,
     /// Direction of the major axis, from the first coordinate towards the second, from −π/2 to π/2, rad.
     pub direction: f64,
-    /// Sense of rotation; `None` for a line segment. In an analysis of a track it is `None` where the minor axis does not exceed
-    /// three standard errors.
+    /// Sense of rotation; `None` for a line segment. In an analysis of a track it is `None` where the minor axis does
+    /// not exceed three standard errors.
     pub sense: Option<Handedness>,
     /// Radii of the counterclockwise and of the clockwise circular motion whose sum is the ellipse, m.
     pub circles: [f64; 2],

@@ -12,10 +12,11 @@ use crate::numerics::quadrature::legendre_sequence;
 const ITERATIONS: usize = 30;
 /// Change of a frequency at convergence, in turns over the whole track.
 pub(super) const CONVERGED: f64 = 1e-12;
-/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of the spectrum.
+/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of the
+/// spectrum.
 const LONGEST_MOVE: f64 = 0.2;
-/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that polynomial. Noise exceeds it with
-/// probability e⁻⁵ = 0.7 % if its variance is known.
+/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that polynomial.
+/// Noise exceeds it with probability e⁻⁵ = 0.7 % if its variance is known.
 const DRIFTING: f64 = 5.0;
 
 /// Positions at times that are scaled to −1 … 1.
@@ -23,8 +24,8 @@ const DRIFTING: f64 = 5.0;
 pub(super) struct Samples {
     pub times: Vec<f64>,
     pub positions: Vec<Vector2<f64>>,
-    /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the Nyquist frequency of the
-    /// median interval.
+    /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the Nyquist
+    /// frequency of the median interval.
     pub highest: f64,
     /// Square of the rounding error of the positions, m².
     pub rounding: f64,
@@ -118,8 +119,8 @@ impl Harmonics {
         samples.times.iter().zip(&samples.positions).map(|(t, p)| p - self.at(*t)).collect()
     }
 
-    /// Fits all coefficients and the frequencies of the first `free` waves by the Gauss–Newton method, coefficients first. Returns whether the
-    /// iteration converged.
+    /// Fits all coefficients and the frequencies of the first `free` waves by the Gauss–Newton method, coefficients
+    /// first. Returns whether the iteration converged.
     pub fn fit(&mut self, samples: &Samples, free: usize) -> bool {
         let linear = self.drift.len() + 2 * self.waves.len();
         if 2 * samples.times.len() <= 2 * linear + free {
@@ -193,7 +194,8 @@ impl Harmonics {
         Some((change, inverse))
     }
 
-    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns whether they are finite.
+    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns whether
+    /// they are finite.
     fn finish(&mut self, samples: &Samples, inverse: &DMatrix<f64>, free: usize) -> bool {
         let linear = self.drift.len() + 2 * self.waves.len();
         let rest = self.residuals(samples);
@@ -215,8 +217,8 @@ impl Harmonics {
         self.variance.is_finite()
     }
 
-    /// Increases the standard errors to those in white noise with the variance of the whole residual. Other oscillations in the residual
-    /// disturb the waves more than the noise near their frequencies.
+    /// Increases the standard errors to those in white noise with the variance of the whole residual. Other
+    /// oscillations in the residual disturb the waves more than the noise near their frequencies.
     pub fn widen(&mut self) {
         for wave in &mut self.waves {
             let factor = (self.variance / wave.variance).sqrt().max(1.0);
@@ -227,8 +229,8 @@ impl Harmonics {
         }
     }
 
-    /// Whether a polynomial with a degree higher by one or two would follow drift in the residual: the part of the residual along that
-    /// Legendre polynomial exceeds noise with the level at the lowest frequencies above the drift.
+    /// Whether a polynomial with a degree higher by one or two would follow drift in the residual: the part of the
+    /// residual along that Legendre polynomial exceeds noise with the level at the lowest frequencies above the drift.
     pub fn drifts(&self, samples: &Samples) -> bool {
         let (rest, lowest) = (self.residuals(samples), self.lowest());
         let variance = level(&samples.times, &rest, &Background::WHITE, lowest, &self.omegas(), lowest);

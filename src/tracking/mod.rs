@@ -1,16 +1,16 @@
 //! Analysis of tip tracks, simulated or measured: periods, ellipses, senses of rotation and the pattern of the motion.
 //!
-//! A [`Track`] is positions in time, evenly sampled or not, with the gaps, noise and outliers of measurements. Its projection along an axis is
-//! a [`PlaneTrack`]. [`PlaneTrack::oscillations`] fits
+//! A [`Track`] is positions in time, evenly sampled or not, with the gaps, noise and outliers of measurements. Its
+//! projection along an axis is a [`PlaneTrack`]. [`PlaneTrack::oscillations`] fits
 //!
 //! ```text
 //! r(t) = drift(t) + Σ [a_k cos ω_k t + b_k sin ω_k t] + noise
 //! ```
 //!
-//! with a polynomial drift. Each period has an ellipse with a sense of rotation. Standard errors of periods and axes account for noise that
-//! is correlated in time, and oscillations are distinguished from such noise. [`PlaneTrack::windows`] yields the parts of a track in which the
-//! same is done as a function of time. [`PlaneTrack::nutation`] follows a period that changes by wavelets, and gives the quantities of
-//! tracking pipelines.
+//! with a polynomial drift. Each period has an ellipse with a sense of rotation. Standard errors of periods and axes
+//! account for noise that is correlated in time, and oscillations are distinguished from such noise.
+//! [`PlaneTrack::windows`] yields the parts of a track in which the same is done as a function of time.
+//! [`PlaneTrack::nutation`] follows a period that changes by wavelets, and gives the quantities of tracking pipelines.
 //!
 //! ```
 //! use morphorod::tracking::{Pattern, Search, Track};

@@ -18,10 +18,12 @@ use crate::tropism::Handedness;
 
 /// Period at which drift begins, over the longest period of the band: 99 % of amplitudes in the band are kept.
 const DRIFT: f64 = 2.0;
-/// Instants in the shortest period: the velocity on an ellipse with a roundness of 1/8 turns by less than π between two of them.
+/// Instants in the shortest period: the velocity on an ellipse with a roundness of 1/8 turns by less than π between two
+/// of them.
 const INSTANTS: f64 = 24.0;
-/// Nominal probability with which noise is taken for nutation. The degrees of freedom and the spectrum of the noise are estimates: of 200
-/// tracks each of white noise, of white noise along a line and of red noise with a correlation of 0.8, at most one is taken for nutation.
+/// Nominal probability with which noise is taken for nutation. The degrees of freedom and the spectrum of the noise are
+/// estimates: of 200 tracks each of white noise, of white noise along a line and of red noise with a correlation of
+/// 0.8, at most one is taken for nutation.
 const CHANCE: f64 = 2e-4;
 /// Residual of a track that only drifts, over its largest coordinate: rounding of least squares.
 const ROUNDING: f64 = 4096.0 * f64::EPSILON;
@@ -49,46 +51,51 @@ pub struct Quartiles {
 
 /// Nutation of a tip, with the quantities that tracking pipelines report.
 ///
-/// The span of the bounding box, which some tools call amplitude, is not among them: for a tip that drifts it is many times the amplitude.
+/// The span of the bounding box, which some tools call amplitude, is not among them: for a tip that drifts it is many
+/// times the amplitude.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Nutation {
-    /// Whether the tip nutates: there is a ridge, and noise would have as much power at one of its scales, averaged over time, in
-    /// one track of a hundred at most (Torrence and Compo 1998, section 5). The noise is white, or white and red, with the variance
-    /// and the autocorrelation of the track without its drift and without the oscillations that least squares find in the band.
+    /// Whether the tip nutates: there is a ridge, and noise would have as much power at one of its scales, averaged
+    /// over time, in one track of a hundred at most (Torrence and Compo 1998, section 5). The noise is white, or white
+    /// and red, with the variance and the autocorrelation of the track without its drift and without the oscillations
+    /// that least squares find in the band.
     pub nutates: bool,
     /// Period along the ridge, s; `None` without nutation.
     pub period: Option<Quartiles>,
-    /// Largest semi-major axis along the ridge, m: the envelope of the lateral motion with the period of the ridge. Noise and other periods do
-    /// not contribute. `None` without nutation.
+    /// Largest semi-major axis along the ridge, m: the envelope of the lateral motion with the period of the ridge.
+    /// Noise and other periods do not contribute. `None` without nutation.
     pub amplitude: Option<f64>,
-    /// Power in the band over the power at all periods, without drift: 0 to 1. A gap spreads power over periods, as does an amplitude that
-    /// changes fast.
+    /// Power in the band over the power at all periods, without drift: 0 to 1. A gap spreads power over periods, as
+    /// does an amplitude that changes fast.
     pub band_power: f64,
-    /// Noise floor, m: the standard deviation of the noise of a coordinate, from the median of the spectrum at shorter periods than the band, for
-    /// white noise. `None` if the band leaves too few frequencies.
+    /// Noise floor, m: the standard deviation of the noise of a coordinate, from the median of the spectrum at shorter
+    /// periods than the band, for white noise. `None` if the band leaves too few frequencies.
     pub noise_floor: Option<f64>,
-    /// Sense in which the direction of the velocity turns. `None` without nutation, or if the mean of the signed semi-minor axis along the
-    /// ridge does not exceed three standard errors, as for a swing in a plane. The standard error is that of the noise floor and of
-    /// the changes along the ridge.
+    /// Sense in which the direction of the velocity turns. `None` without nutation, or if the mean of the signed
+    /// semi-minor axis along the ridge does not exceed three standard errors, as for a swing in a plane. The standard
+    /// error is that of the noise floor and of the changes along the ridge.
     pub sense: Option<Handedness>,
-    /// Number of turns of the direction of the velocity where it is known, counterclockwise positive. `None` if the sense is.
+    /// Number of turns of the direction of the velocity where it is known, counterclockwise positive. `None` if the
+    /// sense is.
     pub turns: Option<f64>,
     /// Median sampling interval over half of the median period, the Nyquist limit: at most 1, since shorter periods
     /// are not sought. Near 1 few positions determine the period. `None` without nutation.
     pub sampling: Option<f64>,
     /// The ridge, outside the cones of influence.
     pub ridge: Vec<RidgePoint>,
-    /// Direction angle of the velocity, ψ_g of Bastien and Meroz (2016), unwrapped, rad: at the times of the ridge, for the motion with its
-    /// period. Across a gap it changes by less than half a turn. Where the sense is `None`, noise determines the sign of the steps by
-    /// half a turn at both ends of a swing.
+    /// Direction angle of the velocity, ψ_g of Bastien and Meroz (2016), unwrapped, rad: at the times of the ridge, for
+    /// the motion with its period. Across a gap it changes by less than half a turn. Where the sense is `None`, noise
+    /// determines the sign of the steps by half a turn at both ends of a swing.
     pub direction: Vec<f64>,
     /// The scalogram of the ridge; empty for a tip at rest.
     pub scalogram: Scalogram,
-    /// Pairs of periods, s, that least squares separate and the wavelet does not. Both have a common ridge, whose period lies
-    /// between them and whose amplitude beats. One period whose amplitude or length changes may also be described by such a pair.
+    /// Pairs of periods, s, that least squares separate and the wavelet does not. Both have a common ridge, whose
+    /// period lies between them and whose amplitude beats. One period whose amplitude or length changes may also be
+    /// described by such a pair.
     pub unresolved: Vec<[f64; 2]>,
-    /// Indices of the positions that were excluded as outliers, the same as in [`Oscillations::outliers`](super::Oscillations::outliers).
+    /// Indices of the positions that were excluded as outliers, the same as in
+    /// [`Oscillations::outliers`](super::Oscillations::outliers).
     pub outliers: Vec<usize>,
     /// Start and end of every gap at the shortest period, s.
     pub gaps: Vec<[f64; 2]>,
@@ -97,10 +104,11 @@ pub struct Nutation {
 impl PlaneTrack {
     /// Analyses nutation with periods in a band.
     ///
-    /// Outliers are excluded, and motion slower than twice the longest period is removed ([`without_drift`](Self::without_drift)). The
-    /// wavelet transform is a sum over the positions without interpolation, each weighted by half of the neighbouring intervals, at most an
-    /// eighth of a period. An interval longer than a quarter of a period is a gap at that period, with a cone of influence on
-    /// either side. A tip at rest has no period.
+    /// Outliers are excluded, and motion slower than twice the longest period is removed
+    /// ([`without_drift`](Self::without_drift)). The wavelet transform is a sum over the positions without
+    /// interpolation, each weighted by half of the neighbouring intervals, at most an eighth of a period. An interval
+    /// longer than a quarter of a period is a gap at that period, with a cone of influence on either side. A tip at
+    /// rest has no period.
     ///
     /// ```
     /// use morphorod::tracking::{Band, PlaneTrack};
@@ -121,8 +129,8 @@ impl PlaneTrack {
     /// ```
     ///
     /// # Errors
-    /// A band out of range, whose shortest period is less than two sampling intervals, or whose longest is more than a third of the
-    /// track; too few positions.
+    /// A band out of range, whose shortest period is less than two sampling intervals, or whose longest is more than a
+    /// third of the track; too few positions.
     pub fn nutation(&self, band: &Band) -> Result<Nutation, TrackingError> {
         let Band { shortest, longest } = *band;
         ParameterError::positive("shortest period of the band", shortest)?;
@@ -189,8 +197,8 @@ impl PlaneTrack {
 }
 
 impl Nutation {
-    /// Analyses positions in units of `unit` (m): `moving` without drift, `fast` without all motion slower than the band, and `rest` without
-    /// drift and the oscillations in the band.
+    /// Analyses positions in units of `unit` (m): `moving` without drift, `fast` without all motion slower than the
+    /// band, and `rest` without drift and the oscillations in the band.
     fn of(
         sampling: &Sampling,
         moving: &[Vector2<f64>],
@@ -252,14 +260,14 @@ impl Nutation {
 /// Pairs of neighbouring periods with a common ridge.
 fn unresolved(mut periods: Vec<f64>) -> Vec<[f64; 2]> {
     periods.sort_unstable_by(f64::total_cmp);
-    // The sum of two Gaussians of standard deviation 1 has a single maximum if their centres are closer than 2. The response to a wave is a Gaussian
-    // of ω0 times the logarithm of its period.
+    // The sum of two Gaussians of standard deviation 1 has a single maximum if their centres are closer than 2. The
+    // response to a wave is a Gaussian of ω0 times the logarithm of its period.
     let close = |pair: &&[f64]| OMEGA * (pair[1] / pair[0]).ln() < 2.0;
     periods.windows(2).filter(close).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Whether the mean of the signed semi-minor axis along a ridge exceeds three standard errors. Times along the ridge are `every` seconds
-/// apart.
+/// Whether the mean of the signed semi-minor axis along a ridge exceeds three standard errors. Times along the ridge
+/// are `every` seconds apart.
 fn is_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a Place)>, every: f64) -> bool {
     let (mut sum, mut squares, mut noise, mut independent, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (ellipse, place) in ridge {

@@ -11,24 +11,25 @@ use crate::error::ParameterError;
 
 /// One oscillation of a tip.
 ///
-/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the oscillation. The residual is
-/// described as white noise and first-order autoregressive noise, by its autocorrelation. If the residual contains further oscillations,
-/// the noise is taken as white noise with the variance of the residual. The errors do not contain that of a model that does not apply, as
-/// for a period that changes during the track.
+/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the oscillation.
+/// The residual is described as white noise and first-order autoregressive noise, by its autocorrelation. If the
+/// residual contains further oscillations, the noise is taken as white noise with the variance of the residual. The
+/// errors do not contain that of a model that does not apply, as for a period that changes during the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Oscillation {
     /// Period, s.
     pub period: f64,
-    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true period in nine cases of ten.
+    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true period in
+    /// nine cases of ten.
     pub period_error: f64,
-    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would determine the sense of a swing in
-    /// a plane.
+    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would determine
+    /// the sense of a swing in a plane.
     pub ellipse: Ellipse,
     /// Standard error of the semi-axes, m.
     pub axis_error: f64,
-    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three standard errors of the
-    /// difference, as for overtones of a nonlinear swing; otherwise `None`.
+    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three standard
+    /// errors of the difference, as for overtones of a nonlinear swing; otherwise `None`.
     pub harmonic: Option<u32>,
 }
 
@@ -66,8 +67,8 @@ impl PlaneTrack {
         Ok(Oscillations { oscillations, noise: found.variance.sqrt(), drift: found.degree(), outliers })
     }
 
-    /// The share of a period (s) in the motion: its power ([`Ellipse::power`]) over that of all periods found and of this one. Zero for a
-    /// track without oscillations.
+    /// The share of a period (s) in the motion: its power ([`Ellipse::power`]) over that of all periods found and of
+    /// this one. Zero for a track without oscillations.
     ///
     /// # Errors
     /// Those of [`oscillations`](Self::oscillations), or a period that is not positive or longer than the track.
@@ -115,8 +116,8 @@ impl PlaneTrack {
         Ok(())
     }
 
-    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search: they are detected in the
-    /// residual of the default search, which does not contain the oscillations.
+    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search: they
+    /// are detected in the residual of the default search, which does not contain the oscillations.
     pub(super) fn fitted(&self, samples: &Samples, search: &Search) -> (Harmonics, Vec<bool>) {
         let (first, usual) = (self.good(), Search::default());
         let found = find_waves(&samples.only(&first), &usual);
@@ -137,7 +138,8 @@ impl PlaneTrack {
     }
 }
 
-/// Converts a wave to seconds. The track is twice `half` seconds long, and its positions have an error by `rounding` (m).
+/// Converts a wave to seconds. The track is twice `half` seconds long, and its positions have an error by `rounding`
+/// (m).
 fn oscillation(wave: &Wave, half: f64, rounding: f64) -> Oscillation {
     let period = TAU / wave.omega * half;
     let (axis_error, mut ellipse) = (wave.error(), Ellipse::of(&wave.cosine, &wave.sine));
@@ -153,7 +155,8 @@ fn harmonic(fundamental: &Oscillation, other: &Oscillation) -> Option<u32> {
     let errors = [fundamental, other].map(|wave| wave.period_error / wave.period);
     let error = ratio * errors[0].hypot(errors[1]);
     let agrees = (ratio - order).abs() <= SIGNIFICANT * error + ratio * CONVERGED;
-    // The interval of three standard errors on either side may cover at most a tenth of the frequencies between two harmonics.
+    // The interval of three standard errors on either side may cover at most a tenth of the frequencies between two
+    // harmonics.
     let precise = 2.0 * SIGNIFICANT * error < 0.1;
     (order >= 2.0 && precise && agrees).then_some(order as u32)
 }

@@ -8,15 +8,17 @@ use super::PlaneTrack;
 use super::statistics::{median, median_gap};
 use crate::numerics::interpolation::lagrange;
 
-/// Distance of an outlier from the position expected there, over the median of such distances. Normal noise exceeds it with probability
-/// exp(−8² ln 2) = 5e-20. The first position of an exponential transient is no outlier if the time constant is longer than one interval.
+/// Distance of an outlier from the position expected there, over the median of such distances. Normal noise exceeds it
+/// with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is no outlier if the time
+/// constant is longer than one interval.
 const FAR: f64 = 8.0;
 /// Number of positions on either side over which the median of distances is taken.
 const AROUND: usize = 15;
-/// Number of neighbours on either side from which the expected position is computed: the median of five positions, or a cubic.
+/// Number of neighbours on either side from which the expected position is computed: the median of five positions, or a
+/// cubic.
 const BESIDE: usize = 2;
-/// Largest distance of the neighbours of an outlier from a smooth path without it, over its own distance. At a sudden start of motion, where
-/// the speed jumps, the fraction is 0.27, and where the motion is smooth it is larger than 2.
+/// Largest distance of the neighbours of an outlier from a smooth path without it, over its own distance. At a sudden
+/// start of motion, where the speed jumps, the fraction is 0.27, and where the motion is smooth it is larger than 2.
 const SMOOTH: f64 = 0.25;
 /// Largest number of rounds. Each round finds one of several neighbouring outliers.
 const ROUNDS: usize = 12;
@@ -24,9 +26,10 @@ const ROUNDS: usize = 12;
 impl PlaneTrack {
     /// Returns for each position whether it is no outlier.
     ///
-    /// First spikes are rejected, which are far from the median of their neighbours. Then each position is compared with the cubic through
-    /// two neighbours on either side. It is an outlier if it is much farther off than the positions around it, and if its neighbours lie
-    /// on a smooth path without it. The second condition keeps a fast transient, where the cubic misses every position.
+    /// First spikes are rejected, which are far from the median of their neighbours. Then each position is compared
+    /// with the cubic through two neighbours on either side. It is an outlier if it is much farther off than the
+    /// positions around it, and if its neighbours lie on a smooth path without it. The second condition keeps a fast
+    /// transient, where the cubic misses every position.
     pub(super) fn good(&self) -> Vec<bool> {
         let mut good = despiked(&self.positions);
         for _ in 0..ROUNDS {
@@ -57,8 +60,9 @@ impl PlaneTrack {
         good
     }
 
-    /// Distances (m) of chosen positions from the cubic through their neighbours, over the standard deviation of this distance in white noise
-    /// of variance one. The distance is zero near an end or a gap, where the neighbours span more than twice the usual time.
+    /// Distances (m) of chosen positions from the cubic through their neighbours, over the standard deviation of this
+    /// distance in white noise of variance one. The distance is zero near an end or a gap, where the neighbours span
+    /// more than twice the usual time.
     fn distances(&self, chosen: &[usize]) -> Vec<f64> {
         let times: Vec<f64> = chosen.iter().map(|i| self.times[*i]).collect();
         let near = 2.0 * BESIDE as f64 * median_gap(&times);
@@ -79,8 +83,8 @@ impl PlaneTrack {
     }
 }
 
-/// Returns for each position whether it is no spike: it is near the median of itself and its neighbours, or the neighbours are as far
-/// from that median.
+/// Returns for each position whether it is no spike: it is near the median of itself and its neighbours, or the
+/// neighbours are as far from that median.
 fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let n = positions.len();
     // Near an end these are the first or the last positions.
@@ -96,8 +100,8 @@ fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let distances: Vec<f64> =
         positions.iter().zip(&middles).map(|(position, middle)| (position - middle).norm()).collect();
     let step = median(positions.windows(2).map(|w| (w[1] - w[0]).norm()).collect());
-    // At a turning point a smooth path with four or more samples in a period is about one step from the median of its neighbours: half of
-    // the threshold that follows from a quarter of a step.
+    // At a turning point a smooth path with four or more samples in a period is about one step from the median of its
+    // neighbours: half of the threshold that follows from a quarter of a step.
     let usual = median(distances.clone()).max(0.25 * step);
     let alone = |i: usize| {
         let beside = around(i).filter(|j| *j != i).map(|j| (positions[j] - middles[i]).norm());

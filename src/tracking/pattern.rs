@@ -36,7 +36,8 @@ pub enum Pattern {
 }
 
 impl Oscillations {
-    /// The pattern of the two largest oscillations. It is a trochoid if both have a determined sense and are rounder than a line.
+    /// The pattern of the two largest oscillations. It is a trochoid if both have a determined sense and are rounder
+    /// than a line.
     #[must_use]
     pub fn pattern(&self) -> Pattern {
         let Some(first) = self.oscillations.first() else { return Pattern::None };
@@ -62,7 +63,8 @@ impl Oscillations {
         }
     }
 
-    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed three standard errors.
+    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed three
+    /// standard errors.
     #[must_use]
     pub fn sense(&self) -> Option<Handedness> {
         self.oscillations.first().and_then(|first| first.ellipse.sense)

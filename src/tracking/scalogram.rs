@@ -9,11 +9,13 @@ use super::ellipse::Ellipse;
 use super::wavelet::{Sampling, gain, period_over_scale, transform};
 use crate::numerics::scalar::vertex;
 
-/// Scales in an octave: the vertex of the parabola through three of them has a relative error below 1e-3 in the period of a wave.
+/// Scales in an octave: the vertex of the parabola through three of them has a relative error below 1e-3 in the period
+/// of a wave.
 const PER_OCTAVE: f64 = 16.0;
 /// Factor by which scales reach beyond the band on both sides, so that waves outside the band have their maxima there.
 const BEYOND: f64 = 1.25;
-/// Smallest power of a ridge over that of white noise. White noise in one coordinate exceeds it with probability e⁻³ = 5 %.
+/// Smallest power of a ridge over that of white noise. White noise in one coordinate exceeds it with probability e⁻³ =
+/// 5 %.
 const VISIBLE: f64 = 3.0;
 
 /// Wavelet power by time and period, with the Morlet wavelet of ω0 = 6, as defined by Torrence and Compo (1998).
@@ -22,17 +24,18 @@ const VISIBLE: f64 = 3.0;
 pub struct Scalogram {
     /// Times, s, evenly spaced between gaps.
     pub times: Vec<f64>,
-    /// Fourier periods of the scales, s, increasing: 1.033 scales each. They reach beyond the band by a quarter on both sides.
+    /// Fourier periods of the scales, s, increasing: 1.033 scales each. They reach beyond the band by a quarter on both
+    /// sides.
     pub periods: Vec<f64>,
-    /// |W|²/σ² by period and then by time, averaged over both coordinates: 1 on average for white noise. σ² is the variance of the track
-    /// without its drift.
+    /// Power |W|²/σ² by period and then by time, averaged over both coordinates: 1 on average for white noise. σ² is the
+    /// variance of the track without its drift.
     pub power: Vec<Vec<f64>>,
     /// Whether a place lies outside the cones of influence of both ends and of every gap, in the order of `power`.
     pub outside_cone: Vec<Vec<bool>>,
 }
 
-/// A place on the ridge: the period of largest power at a time. Power is proportional to the square of the amplitude and to the period: the
-/// slower of two waves with equal amplitudes has the ridge.
+/// A place on the ridge: the period of largest power at a time. Power is proportional to the square of the amplitude
+/// and to the period: the slower of two waves with equal amplitudes has the ridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct RidgePoint {
@@ -40,8 +43,8 @@ pub struct RidgePoint {
     pub time: f64,
     /// Period, s.
     pub period: f64,
-    /// The ellipse of the motion with this period. Its sense is `None` unless the semi-minor axis exceeds three standard errors of noise at the
-    /// noise floor.
+    /// The ellipse of the motion with this period. Its sense is `None` unless the semi-minor axis exceeds three
+    /// standard errors of noise at the noise floor.
     pub ellipse: Ellipse,
 }
 
@@ -64,7 +67,8 @@ pub(super) struct Analysis {
     every: f64,
 }
 
-/// A place of the ridge: indices of time and scale, period (s), and the analytic signal, whose real part is the position.
+/// A place of the ridge: indices of time and scale, period (s), and the analytic signal, whose real part is the
+/// position.
 pub(super) struct Place {
     pub time: usize,
     scale: usize,
@@ -113,8 +117,8 @@ impl Analysis {
         Self { scalogram, scales, waves, strength, noise, variance, rest_variance, background, band, every }
     }
 
-    /// The ridge: the places of largest power in the band that exceed white noise and lie outside the cones of influence. The variance of the
-    /// noise is that of the track if it is not known.
+    /// The ridge: the places of largest power in the band that exceed white noise and lie outside the cones of
+    /// influence. The variance of the noise is that of the track if it is not known.
     pub fn ridge(&self, noise: Option<f64>) -> Vec<Place> {
         let noise = noise.unwrap_or(self.variance);
         let least = VISIBLE * (noise / self.variance).min(1.0);
@@ -141,8 +145,8 @@ impl Analysis {
         (0..times.len()).filter_map(top).collect()
     }
 
-    /// The probability that noise with the variance and the autocorrelation of the residual has as much power, averaged over time, as one of
-    /// the scales on a ridge. The noise has a number of independent `coordinates` (1 to 2).
+    /// The probability that noise with the variance and the autocorrelation of the residual has as much power, averaged
+    /// over time, as one of the scales on a ridge. The noise has a number of independent `coordinates` (1 to 2).
     pub fn chance(&self, ridge: &[Place], coordinates: f64) -> f64 {
         // Powers 0.6 octaves apart are independent (δj0 of Torrence and Compo 1998, table 2).
         let tried = ((self.band[1] / self.band[0]).log2() / 0.6).max(1.0);
@@ -163,14 +167,14 @@ impl Analysis {
     }
 }
 
-/// Time (s) after which wavelet powers at a period (s) are independent: the decorrelation factor γ of Torrence and Compo (1998, table 2) is
-/// 2.32 scales.
+/// Time (s) after which wavelet powers at a period (s) are independent: the decorrelation factor γ of Torrence and
+/// Compo (1998, table 2) is 2.32 scales.
 pub(super) fn decorrelation(period: f64) -> f64 {
     2.32 * period / period_over_scale()
 }
 
-/// The probability that χ² with given degrees of freedom exceeds its mean by a `ratio`, by the approximation of Wilson and Hilferty. Above the
-/// mean it is an upper bound.
+/// The probability that χ² with given degrees of freedom exceeds its mean by a `ratio`, by the approximation of Wilson
+/// and Hilferty. Above the mean it is an upper bound.
 fn tail(ratio: f64, freedom: f64) -> f64 {
     let variance = 2.0 / (9.0 * freedom);
     let z = (ratio.cbrt() - (1.0 - variance)) / variance.sqrt();
@@ -183,8 +187,8 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// A coordinate is sampled over √99 decorrelation times. By equation (23) of Torrence and Compo (1998) its mean power then has
-    /// twenty degrees of freedom, and that of two coordinates has forty.
+    /// A coordinate is sampled over √99 decorrelation times. By equation (23) of Torrence and Compo (1998) its mean
+    /// power then has twenty degrees of freedom, and that of two coordinates has forty.
     #[test]
     fn mean_power_has_the_degrees_of_freedom_of_torrence_and_compo() {
         let count = 1000;
@@ -210,8 +214,8 @@ mod tests {
             every,
         };
         let ridge = [Place { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
-        // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed exceeds them by
-        // 14 % and 12 %.
+        // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed
+        // exceeds them by 14 % and 12 %.
         assert_relative_eq!(analysis.chance(&ridge, 1.0), 0.004_995, epsilon = 0.0, max_relative = 0.15);
         assert_relative_eq!(analysis.chance(&ridge, 2.0), 0.000_176_3, epsilon = 0.0, max_relative = 0.15);
     }

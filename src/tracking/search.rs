@@ -1,4 +1,5 @@
-//! Search for periods: the strongest wave in the residual is added and all waves are fitted again, until only noise is left.
+//! Search for periods: the strongest wave in the residual is added and all waves are fitted again, until only noise is
+//! left.
 
 use std::f64::consts::PI;
 
@@ -16,15 +17,16 @@ const DENSITY: f64 = 8.0;
 const CHANCE: f64 = 1e-4;
 /// Smallest amplitude over the largest. Smaller oscillations cannot be distinguished from the error of the model.
 const SMALLEST: f64 = 5e-3;
-/// Largest increase of the degree of the drift: with the default cubic the residual of a sinusoid of up to one turn is then 3e-3 of its
-/// amplitude.
+/// Largest increase of the degree of the drift: with the default cubic the residual of a sinusoid of up to one turn is
+/// then 3e-3 of its amplitude.
 const RAISED: usize = 4;
 
 /// Settings of the search for periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while the residual has
-    /// significantly more power along the next two Legendre polynomials than at the lowest frequencies above the drift.
+    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while
+    /// the residual has significantly more power along the next two Legendre polynomials than at the lowest frequencies
+    /// above the drift.
     pub drift: usize,
     /// Smallest number of periods in the track; 2 by default. Slower motion is drift.
     pub least_turns: f64,
@@ -52,7 +54,8 @@ pub(super) fn find_waves(samples: &Samples, search: &Search) -> Harmonics {
     }
 }
 
-/// Finds all waves beside a drift of a given degree. If the residual contains others, the standard errors allow for them.
+/// Finds all waves beside a drift of a given degree. If the residual contains others, the standard errors allow for
+/// them.
 fn waves(samples: &Samples, search: &Search, degree: usize) -> Harmonics {
     let mut best = Harmonics::new(degree, &[]);
     let _ = best.fit(samples, 0);
@@ -82,7 +85,8 @@ fn waves(samples: &Samples, search: &Search, degree: usize) -> Harmonics {
     best
 }
 
-/// The lowest degree of the drift with which no significant drift is left beside the waves of a fit, or the highest permitted one.
+/// The lowest degree of the drift with which no significant drift is left beside the waves of a fit, or the highest
+/// permitted one.
 fn raised(fit: &Harmonics, samples: &Samples, search: &Search) -> usize {
     let omegas = fit.omegas();
     let mut last = fit.clone();
@@ -96,9 +100,10 @@ fn raised(fit: &Harmonics, samples: &Samples, search: &Search) -> usize {
     last.degree()
 }
 
-/// Whether the waves of a fit are resolved. No frequency is below the lowest one of the search, where a wave would cancel the drift. Any two
-/// differ by a turn over the whole track: two closer ones fit a swing with growing amplitude as well as one does, but they nearly cancel and
-/// their amplitudes are undetermined. Each wave exceeds three standard errors.
+/// Whether the waves of a fit are resolved. No frequency is below the lowest one of the search, where a wave would
+/// cancel the drift. Any two differ by a turn over the whole track: two closer ones fit a swing with growing amplitude
+/// as well as one does, but they nearly cancel and their amplitudes are undetermined. Each wave exceeds three standard
+/// errors.
 fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < PI;
     let lowest = PI * (least_turns - 1.0 / DENSITY);
@@ -109,8 +114,8 @@ fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     fit.waves.iter().enumerate().all(resolved)
 }
 
-/// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of white and red noise.
-/// Frequencies near the known ones are excluded.
+/// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of
+/// white and red noise. Frequencies near the known ones are excluded.
 fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2]) -> Option<f64> {
     let rest = fit.residuals(samples);
     let times = &samples.times;
@@ -182,8 +187,8 @@ mod tests {
     use approx::assert_relative_eq;
     use nalgebra::DVector;
 
-    /// The sum of squares of least squares with the drift alone, less that with the drift and a wave. The wave has 0.7 turns, so that
-    /// it resembles the drift.
+    /// The sum of squares of least squares with the drift alone, less that with the drift and a wave. The wave has 0.7
+    /// turns, so that it resembles the drift.
     #[test]
     fn power_of_a_wave_is_the_decrease_of_the_sum_of_squares() {
         let times: Vec<f64> = (0..40).map(|k| -1.0 + f64::from(k) / 19.5).collect();

@@ -6,7 +6,8 @@ use nalgebra::Vector2;
 
 use super::statistics::{GAMMA_MEDIAN, LEAST, median};
 
-/// Largest number of frequencies for each position: it limits the work for a track with a gap that is longer than all the rest.
+/// Largest number of frequencies for each position: it limits the work for a track with a gap that is longer than all
+/// the rest.
 const MOST: f64 = 4.0;
 
 /// A power spectrum.
@@ -16,7 +17,8 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    /// The spectrum of samples with given weights (s) and a Hann window, up to the Nyquist frequency of the median `interval`.
+    /// The spectrum of samples with given weights (s) and a Hann window, up to the Nyquist frequency of the median
+    /// `interval`.
     pub fn of(times: &[f64], positions: &[Vector2<f64>], weights: &[f64], interval: f64) -> Self {
         let n = times.len();
         let (start, duration) = (times[0], times[n - 1] - times[0]);
@@ -50,8 +52,9 @@ impl Spectrum {
         if all > 0.0 { own / all } else { 0.0 }
     }
 
-    /// The standard deviation of white noise in a coordinate, from the median of the power at periods below `shortest`. `left` is the share of
-    /// an amplitude at a period that removal of the drift has left. `None` with too few frequencies.
+    /// The standard deviation of white noise in a coordinate, from the median of the power at periods below `shortest`.
+    /// `left` is the share of an amplitude at a period that removal of the drift has left. `None` with too few
+    /// frequencies.
     pub fn floor(&self, shortest: f64, left: impl Fn(f64) -> f64) -> Option<f64> {
         let faster = self.lines.iter().filter(|line| line.0 * shortest > 1.0);
         let faster: Vec<f64> = faster.map(|line| line.1 / left(line.0.recip()).powi(2)).collect();

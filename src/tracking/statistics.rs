@@ -5,8 +5,9 @@ pub(super) const SIGNIFICANT: f64 = 3.0;
 /// Median of a gamma distribution of shape 2, the solution of (1 + u) e⁻ᵘ = 1/2.
 pub(super) const GAMMA_MEDIAN: f64 = 1.678_346_990_016_660_7;
 
-/// Smallest number of positions that are analysed, and of frequencies from which the noise floor is estimated. Eight positions are 16 data for
-/// the 13 unknowns of a cubic drift and a wave; the median of eight powers has a standard error of about a third.
+/// Smallest number of positions that are analysed, and of frequencies from which the noise floor is estimated. Eight
+/// positions are 16 data for the 13 unknowns of a cubic drift and a wave; the median of eight powers has a standard
+/// error of about a third.
 pub(super) const LEAST: usize = 8;
 
 /// The median of values; for an even number the larger of the two in the middle, and zero for none.

@@ -12,8 +12,8 @@ pub struct Track {
     positions: Vec<Vector3<f64>>,
 }
 
-/// A tip track projected along an axis: two coordinates (m) at increasing times (s). Counterclockwise is as seen by an observer towards whom
-/// the axis points.
+/// A tip track projected along an axis: two coordinates (m) at increasing times (s). Counterclockwise is as seen by an
+/// observer towards whom the axis points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneTrack {
     pub(super) times: Vec<f64>,
@@ -47,8 +47,9 @@ impl Track {
         Ok(Self { times, positions })
     }
 
-    /// The projection of the track along an axis. For the vertical axis e3 the coordinates are those along e1 and e2. For another axis
-    /// the first coordinate is horizontal, along e3 × axis, and the second one is along axis × (e3 × axis).
+    /// The projection of the track along an axis. For the vertical axis e3 the coordinates are those along e1 and e2.
+    /// For another axis the first coordinate is horizontal, along e3 × axis, and the second one is along axis × (e3 ×
+    /// axis).
     ///
     /// # Errors
     /// An axis that is zero or not finite.
@@ -65,8 +66,8 @@ impl Track {
 }
 
 impl PlaneTrack {
-    /// A track of two coordinates at given times, as a camera records them. The second coordinate points up: where that of an image points
-    /// down, the senses of rotation are reversed.
+    /// A track of two coordinates at given times, as a camera records them. The second coordinate points up: where that
+    /// of an image points down, the senses of rotation are reversed.
     ///
     /// # Errors
     /// Those of [`Track::new`].
@@ -128,9 +129,9 @@ impl PlaneTrack {
         }
     }
 
-    /// Windows of a `length` (s) that start `every` given time (s): the centre of each (s), and the part of the track in it. The first window
-    /// begins with the track, and the last one ends within it. A window without positions yields an error, after which the next windows
-    /// follow.
+    /// Windows of a `length` (s) that start `every` given time (s): the centre of each (s), and the part of the track
+    /// in it. The first window begins with the track, and the last one ends within it. A window without positions
+    /// yields an error, after which the next windows follow.
     ///
     /// ```
     /// # use morphorod::tracking::{PlaneTrack, Search};
