@@ -25,7 +25,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Weight, Whirl};
-use morphorod::orbit::{self, Oscillations, Pattern, Search};
+use morphorod::tracking::{self, Oscillations, Pattern, Search};
 use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
 use nalgebra::Vector3;
@@ -73,7 +73,7 @@ impl Record {
 
     /// What the path is made of once it is settled, seen from above; nothing if the run is too short for it.
     fn read(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
-        let path = orbit::Path::new(self.times.clone(), self.tips.clone())?.seen_along(&Vector3::z())?;
+        let path = tracking::Track::new(self.times.clone(), self.tips.clone())?.seen_along(&Vector3::z())?;
         let settled = path.between(SETTLED, f64::INFINITY);
         // The slow oscillation takes an hour and a half; it is to be told from drift.
         let long = settled.times().last().is_some_and(|last| last - SETTLED > 6.0 * HOUR);
@@ -160,7 +160,7 @@ const TOO_SHORT: &str = "periods are left out, they need a run of 26 h";
 
 /// Periods, amplitudes, senses and the name of the pattern.
 fn told(found: &Oscillations) -> String {
-    let wave = |wave: &orbit::Oscillation| {
+    let wave = |wave: &tracking::Oscillation| {
         let sense = wave.ellipse.sense.map_or("no sense".into(), |sense| format!("{sense:?}").to_lowercase());
         format!("every {:.3} min by {:.3} mm, {sense}", wave.period / MINUTE, 1e3 * wave.ellipse.major)
     };

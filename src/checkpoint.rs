@@ -17,7 +17,7 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::state::FORMAT;
+use crate::state::{FORMAT, StateError, check_format};
 
 /// What the bytes begin with.
 const NAME: &[u8; 9] = b"morphorod";
@@ -26,20 +26,15 @@ const NAME: &[u8; 9] = b"morphorod";
 const HEAD: usize = NAME.len() + 4 + 8 + 4;
 
 /// Bytes that are no checkpoint that this version can read, or something that cannot be made one.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
     /// Something else.
     #[error("this is no checkpoint of morphorod")]
     Foreign,
-    /// A checkpoint of another version of this crate.
-    #[error("the checkpoint is written in format {found}; this version reads format {known}")]
-    Format {
-        /// The format of the checkpoint.
-        found: u32,
-        /// The format that can be read.
-        known: u32,
-    },
+    /// The checkpoint has another format.
+    #[error(transparent)]
+    State(#[from] StateError),
     /// Cut short, or with something behind its end.
     #[error("the checkpoint has {found} bytes but was written with {written}")]
     Length {
@@ -81,10 +76,7 @@ pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointErro
     let found = bytes.len() as u64;
     let cut_short = CheckpointError::Length { found, written: HEAD as u64 };
     let (format, rest) = rest.split_first_chunk::<4>().ok_or(cut_short.clone())?;
-    let is = u32::from_le_bytes(*format);
-    if is != FORMAT {
-        return Err(CheckpointError::Format { found: is, known: FORMAT });
-    }
+    check_format(u32::from_le_bytes(*format))?;
     let (length, rest) = rest.split_first_chunk::<8>().ok_or(cut_short.clone())?;
     let (written, content) = rest.split_first_chunk::<4>().ok_or(cut_short)?;
     let whole = u64::from_le_bytes(*length).saturating_add(HEAD as u64);

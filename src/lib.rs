@@ -62,7 +62,6 @@
 //!
 //! | module | what it is about |
 //! |---|---|
-//! | [`so3`] | rotation vectors, and the derivatives that an energy of rotations needs |
 //! | [`rod`] | the discretised rod: material points, frames, shape |
 //! | [`growth`] | how tissue elongates: [`GrowthLaw`](growth::GrowthLaw) |
 //! | [`tropism`] | how the shoot steers: [`TropismLaw`](tropism::TropismLaw) |
@@ -72,7 +71,7 @@
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
 //! | [`cycle`] | limit cycles found, not waited for: circular and periodic orbits, and how stable they are |
-//! | [`orbit`] | the reading of a tip's path: periods, ellipses, senses, the pattern's name |
+//! | [`tracking`] | analysis of tip tracks, measured or simulated: periods, ellipses, senses, the pattern's name |
 //! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
 //!
 //! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
@@ -105,19 +104,20 @@ pub mod guide;
 pub mod integrator;
 pub mod load;
 mod model;
-pub mod orbit;
+mod numerics;
+
 mod pointers;
 mod profile;
-pub mod quadrature;
 mod reference_element;
 pub mod rod;
 mod scene;
 mod section;
 mod sensing;
 mod shoot;
-pub mod so3;
+mod so3;
 pub mod stability;
 mod state;
+pub mod tracking;
 pub mod tropism;
 
 pub use error::ParameterError;

@@ -1,4 +1,4 @@
-//! What a rod at rest is like at any place along it.
+//! Strain, force, couple and growth at any place along a rod in equilibrium.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -8,7 +8,7 @@ use crate::load::{Cut, Load};
 use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
 
-/// A place along a rod at rest. Components "along the directors" are those along d1, d2, d3 of the place.
+/// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Place {
@@ -16,17 +16,17 @@ pub struct Place {
     pub arc_length: f64,
     /// Distance from the apex along the rod, ℓ − s, m.
     pub apex_distance: f64,
-    /// The tissue: its section, its age, and the name of the place.
+    /// The tissue: section, age and initial distance from the apex.
     pub tissue: Tissue,
     /// Position in the fixed frame, the base at the origin, m.
     pub position: Vector3<f64>,
-    /// The frame: it turns e1, e2, e3 into the directors.
+    /// The frame, which rotates e1, e2, e3 into the directors.
     pub frame: UnitQuaternion<f64>,
-    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m. Positive u2 bends towards d1,
-    /// negative u1 towards d2, positive u3 twists d1 towards d2.
+    /// The visible strain u: bending about d1, bending about d2, twist; along the directors, 1/m. Positive u2 bends
+    /// towards d1, negative u1 towards d2, positive u3 twists d1 towards d2.
     pub strain: Vector3<f64>,
-    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) where the elastic law
-    /// knows neither.
+    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) for an
+    /// elastic law without them.
     pub line_strain: Vector3<f64>,
     /// The intrinsic strain u*, along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
@@ -34,31 +34,31 @@ pub struct Place {
     pub couple: Vector3<f64>,
     /// The force n that the part beyond exerts on the part below, in the fixed frame, N.
     pub force: Vector3<f64>,
-    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant length with ongoing
-    /// differential growth it is what drives that.
+    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant length it is
+    /// the rate of the ongoing differential growth.
     pub regr: f64,
     /// The speed ds/dt at which growth moves the tissue away from the base, along the shoot, m/s.
     pub speed: f64,
 }
 
 impl Place {
-    /// The curvature √(u1² + u2²), 1/m: that of the centre line where nothing shears or stretches, else by how much the section turns per
-    /// unstretched length.
+    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which is the curvature of
+    /// the centre line without shear and stretch.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         self.strain.xy().norm()
     }
 
-    /// The tangent of the centre line, of length 1, in the fixed frame: d3 where nothing shears.
+    /// The unit tangent of the centre line in the fixed frame: d3 without shear.
     #[must_use]
     pub fn tangent(&self) -> Vector3<f64> {
         self.frame * self.line_strain / self.line_strain.norm()
     }
 }
 
-/// A rod at rest under a load, to be read at any place along it.
+/// A rod in equilibrium under a load, which can be evaluated at any place.
 ///
-/// A shoot gives its own, [`Shoot::profile`](crate::Shoot::profile); a rod of one's own is read like this:
+/// That of a shoot is [`Shoot::profile`](crate::Shoot::profile). For a rod:
 ///
 /// ```
 /// use morphorod::constitutive::LinearElastic;
@@ -84,12 +84,12 @@ impl Place {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Between the material points position, frame, force and couple are at least as accurate as at them (order p + 2 in the
-/// element's length, with [p points](crate::Order::points) in an element; order 2 with one). The intrinsic strain is the
-/// polynomial through its values at them, of order p, and so are the age and the visible strain where there is an intrinsic one;
-/// in mature tissue merging has smoothed it ([`guide::method`](crate::guide::method)). In a rod that is not at rest the couple is
-/// the one that its load would need; a shoot whose laws were [exchanged](crate::Shoot::with_model) comes to rest when an
-/// integrator advances it to the present time.
+/// Between the material points position, frame, force and couple are at least as accurate as at them (order p + 2 in
+/// the element's length, with [p points](crate::Order::points) in an element; order 2 with one). The intrinsic strain
+/// is the polynomial through its values at them, of order p, and so are the age and the visible strain where there is
+/// an intrinsic one; in mature tissue merging has smoothed it ([`guide::method`](crate::guide::method)). In a rod that
+/// is not at rest the couple is the one that its load would need; a shoot whose laws were
+/// [exchanged](crate::Shoot::with_model) comes to rest when an integrator advances it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = NoGrowth> {
     rod: &'a Rod,
@@ -99,16 +99,16 @@ pub struct Profile<'a, C, L, G = NoGrowth> {
     environment: Environment,
     /// Of the rod, m.
     length: f64,
-    /// At the ends of the elements, the base's first.
+    /// Quantities at the ends of the elements, from base to apex.
     ends: Vec<End>,
 }
 
-/// What lies beyond the end of an element, and where that is.
+/// Integrals over the part of the rod beyond a place, and the position of the place.
 #[derive(Debug, Clone, Copy)]
 struct End {
     length: f64,
     volume: f64,
-    /// The force of what is given per length, N.
+    /// The distributed force, N.
     distributed: Vector3<f64>,
     /// In the fixed frame, N m.
     couple: Vector3<f64>,
@@ -116,7 +116,7 @@ struct End {
 }
 
 impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
-    /// Prepares to read a rod that is at rest with such material, under a load, at a time and gravity.
+    /// The profile of a rod in equilibrium with a material under a load, for the time and gravity of an environment.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
         Profile::growing(rod, material, load, &NoGrowth, *environment)
@@ -124,7 +124,7 @@ impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
 }
 
 impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
-    /// The same for a rod that grows.
+    /// The profile of a growing rod.
     pub(crate) fn growing(rod: &'a Rod, material: &'a C, load: &'a L, growth: &'a G, environment: Environment) -> Self {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
         let apex = End { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
@@ -136,23 +136,23 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         profile
     }
 
-    /// The place at an arc length `s` (m). An `s` beyond either end is taken to that end; there is no answer to one that is not a
-    /// number. Where a force jumps the answer is that of either side.
+    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force the value
+    /// is that of either side.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate(s)?;
         Some(self.within(e, x))
     }
 
-    /// So many places at equal distances from base to apex, both included. One is the base; none is an empty list.
+    /// `count` places at equal distances from base to apex, including both. A single place is the base.
     #[must_use]
     pub fn sample(&self, count: usize) -> Vec<Place> {
         let last = count.saturating_sub(1).max(1);
         (0..count).filter_map(|i| self.at(self.length * i as f64 / last as f64)).collect()
     }
 
-    /// What lies beyond the coordinate `x` of element `e`, and where that is. The element's own part is integrated by its Gauss
-    /// rule on [x, 1].
+    /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The part in the element
+    /// is integrated by its Gauss rule on [x, 1].
     fn beyond(&self, e: usize, x: f64) -> End {
         let reference = self.rod.reference();
         let mut sum = self.lengths_beyond(e, x);
@@ -167,7 +167,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         sum
     }
 
-    /// The same without what needs frames: couple and position are those of the element's last end.
+    /// These integrals without those that need frames: couple and position are those of the last end of the element.
     fn lengths_beyond(&self, e: usize, x: f64) -> End {
         let reference = self.rod.reference();
         let mut sum = self.ends[e + 1];
@@ -195,7 +195,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         tissue.initial_apex_distance = self.rod.initial_apex_distance(e, x);
         let first = self.rod.element_points(e)[0].exit_time;
         if e < self.rod.first_growing() {
-            // Ever so long ago, or interpolated.
+            // Infinite exit times cannot be interpolated.
             let exit = if first.is_finite() { self.rod.interpolate(e, x, |point| point.exit_time) } else { first };
             tissue.age = (self.environment.time - exit).max(0.0);
         }
@@ -208,7 +208,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let intrinsic = Vector3::from_fn(|i, _| self.rod.interpolate(e, x, |point| point.intrinsic[i]));
         let couple = frame.inverse_transform_vector(&beyond.couple);
         let force = self.force(e, x, &beyond);
-        // The strain from the couple, by way of the differentiated strain, as the stimuli have it.
+        // The strain follows from the couple, with the differentiated strain as initial guess, as for the stimuli.
         let near = rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();

@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use crate::quadrature::{gauss, lagrange, lagrange_derivatives, lobatto};
+use crate::numerics::interpolation::{lagrange, lagrange_derivatives};
+use crate::numerics::quadrature::{gauss, lobatto};
 
 /// The largest number of Gauss points in an element.
 pub(crate) const MAX_POINTS: usize = 4;
@@ -39,7 +40,7 @@ impl Order {
     }
 }
 
-/// What an element of a given order needs to know about polynomials on [0, 1].
+/// Quadrature and interpolation in an element of a given order, on [0, 1].
 #[derive(Debug)]
 pub(crate) struct ReferenceElement {
     /// Number of Gauss points p; the rotations have p + 1 nodes, the first with rotation zero.

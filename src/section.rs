@@ -38,7 +38,7 @@ impl Section {
     /// The radius, m: of an ellipse, that of the circle of equal area, √(a1 a2).
     #[must_use]
     pub fn radius(&self) -> f64 {
-        // Of a circle exactly.
+        // Exact for a circle.
         if self.along_d1 == self.along_d2 { self.along_d1 } else { (self.along_d1 * self.along_d2).sqrt() }
     }
 
@@ -63,11 +63,11 @@ impl Section {
     #[inline]
     pub fn torsion_constant(&self) -> f64 {
         let [first, second] = self.second_moments();
-        // 4 I1 I2/(I1 + I2), which is the same.
+        // This is 4 I1 I2/(I1 + I2).
         4.0 * first / (first + second) * second
     }
 
-    /// Refuses a semi-axis that is not positive and below `most`, m.
+    /// Returns an error for a semi-axis that is not positive and below `most`, m.
     ///
     /// # Errors
     /// The radius of a circle, or the first such semi-axis.

@@ -20,8 +20,7 @@
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// The skew matrix of `a`: `hat(a) * b == a.cross(&b)`.
-#[must_use]
-pub fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
+pub(crate) fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
     a.cross_matrix()
 }
 
@@ -39,9 +38,8 @@ const INVERSE_FACTORIAL: [f64; 34] = {
 /// Sn(x) = Σk (−x)^k / (2k + n)! for n = 0 … 7, at x = |θ|² ≥ 0.
 ///
 /// Accurate to a few units of rounding for |θ| up to π, inside which the rotation vectors of an element lie.
-#[must_use]
 #[inline]
-pub fn s_functions(x: f64) -> [f64; 8] {
+pub(crate) fn s_functions(x: f64) -> [f64; 8] {
     // Two series at the top, then Sn = 1/n! − x Sn+2 downwards. For large n the series converges in a few terms and
     // the recurrence multiplies rounding by x/((n + 1)(n + 2)), which stays small up to |θ| = π.
     // The first term left out is below 2e-17 of the first at the upper end of each range.
@@ -63,8 +61,7 @@ pub fn s_functions(x: f64) -> [f64; 8] {
 
 /// The coefficients c1, c2 of a map F(θ) (see the module's head) with their first two derivatives in x = |θ|².
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[must_use]
-pub struct Form {
+pub(crate) struct Form {
     c1: [f64; 3],
     c2: [f64; 3],
 }
@@ -72,19 +69,19 @@ pub struct Form {
 impl Form {
     /// exp(θ̂), from the values of [`s_functions`].
     #[inline]
-    pub fn exp(s: &[f64; 8]) -> Self {
+    pub(crate) fn exp(s: &[f64; 8]) -> Self {
         Self { c1: derivatives(s, 1), c2: derivatives(s, 2) }
     }
 
     /// The right Jacobian Jr(θ): for R = R₀ exp(θ̂) the Darboux vector in the moving frame is u = Jr(θ) θ'.
     #[inline]
-    pub fn right_jacobian(s: &[f64; 8]) -> Self {
+    pub(crate) fn right_jacobian(s: &[f64; 8]) -> Self {
         Self { c1: derivatives(s, 2), c2: derivatives(s, 3) }.transpose()
     }
 
     /// Jr(θ)⁻¹; its transpose is the inverse of the left Jacobian. The second derivative is not provided (zero).
     #[inline]
-    pub fn inverse_right_jacobian(s: &[f64; 8]) -> Self {
+    pub(crate) fn inverse_right_jacobian(s: &[f64; 8]) -> Self {
         // c2 = (1 − S1/(2 S2))/x = (2 S2 − S1)/(2 x S2), and 2 S2 − S1 = x (S3 − 2 S4).
         let numerator = s[3] - 2.0 * s[4];
         let [_, s2d, _] = derivatives(s, 2);
@@ -97,14 +94,13 @@ impl Form {
 
     /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ = ∂(F(θ)ᵀ g)/∂θ.
     #[inline]
-    pub fn transpose(&self) -> Self {
+    pub(crate) fn transpose(&self) -> Self {
         Self { c1: self.c1.map(|c| -c), c2: self.c2 }
     }
 
     /// F(θ) as a matrix.
-    #[must_use]
     #[inline]
-    pub fn matrix(&self, theta: &Vector3<f64>) -> Matrix3<f64> {
+    pub(crate) fn matrix(&self, theta: &Vector3<f64>) -> Matrix3<f64> {
         let x = theta.norm_squared();
         let mut m = theta * theta.transpose() * self.c2[0] + hat(theta) * self.c1[0];
         let d = 1.0 - self.c2[0] * x;
@@ -115,17 +111,15 @@ impl Form {
     }
 
     /// F(θ) y.
-    #[must_use]
     #[inline]
-    pub fn apply(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn apply(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
         let c = theta.cross(y);
         y + c * self.c1[0] + theta.cross(&c) * self.c2[0]
     }
 
     /// ∂(F(θ) y)/∂θ, row i the component, column j the direction.
-    #[must_use]
     #[inline]
-    pub fn jacobian(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
+    pub(crate) fn jacobian(&self, theta: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
         let x = theta.norm_squared();
         let ty = theta.dot(y);
         let along = (theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1]) * 2.0 - y * (2.0 * self.c2[0]);
@@ -137,9 +131,8 @@ impl Form {
     }
 
     /// ∂(g · F(θ) y)/∂θ.
-    #[must_use]
     #[inline]
-    pub fn gradient(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn gradient(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Vector3<f64> {
         let x = theta.norm_squared();
         let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
         let r = y.cross(g);
@@ -148,9 +141,8 @@ impl Form {
     }
 
     /// ∂²(g · F(θ) y)/∂θ², symmetric.
-    #[must_use]
     #[inline]
-    pub fn hessian(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
+    pub(crate) fn hessian(&self, theta: &Vector3<f64>, g: &Vector3<f64>, y: &Vector3<f64>) -> Matrix3<f64> {
         let x = theta.norm_squared();
         let (gt, ty, gy) = (g.dot(theta), theta.dot(y), g.dot(y));
         let r = y.cross(g);
@@ -183,9 +175,8 @@ fn derivatives(s: &[f64; 8], n: usize) -> [f64; 3] {
 }
 
 /// The unit quaternion of exp(θ̂).
-#[must_use]
 #[inline]
-pub fn exp(theta: &Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn exp(theta: &Vector3<f64>) -> UnitQuaternion<f64> {
     let half = theta * 0.5;
     let (sin, cos) = half.norm().sin_cos();
     let n = half.norm();
@@ -194,9 +185,8 @@ pub fn exp(theta: &Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 /// The rotation vector of `q`, of length at most π.
-#[must_use]
 #[inline]
-pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+pub(crate) fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (w, v) = (q.w, q.vector());
     let n = v.norm();
     // q and −q are the same rotation: take the one of the shorter arc.
@@ -204,3 +194,6 @@ pub fn log(q: &UnitQuaternion<f64>) -> Vector3<f64> {
     let scale = if n > 1e-8 { angle / n } else { 2.0 };
     v * if w < 0.0 { -scale } else { scale }
 }
+
+#[cfg(test)]
+mod tests;

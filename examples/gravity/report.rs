@@ -4,8 +4,8 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use morphorod::orbit::{self, Ellipse, Oscillation, Search};
 use morphorod::stability::Linearisation;
+use morphorod::tracking::{self, Ellipse, Oscillation, Search};
 use nalgebra::{Complex, Vector3};
 
 use super::common::{Series, Strip, Style, Table, strips_figure};
@@ -29,7 +29,7 @@ pub fn read(record: &Record, scene: &Centrifuge, alpha: f64, length: f64) -> Res
         println!("oscillations are left out, they need {} h at each level", LEAST / READ / HOUR);
         return Ok(Vec::new());
     }
-    let path = orbit::Path::new(record.times.clone(), record.tips.clone())?.seen_along(&Vector3::z())?;
+    let path = tracking::Track::new(record.times.clone(), record.tips.clone())?.seen_along(&Vector3::z())?;
     let mut readings = Vec::new();
     for (k, level) in scene.levels.iter().enumerate() {
         let end = scene.time * (k + 1) as f64;

@@ -3,13 +3,13 @@
 use std::error::Error;
 use std::path::Path;
 
-use morphorod::orbit::{Pattern, PlanePath};
+use morphorod::tracking::{Pattern, PlaneTrack};
 
 use super::common::{Orbit, Series, Strip, Style, Table, frames_figure, orbits_figure, strips_figure};
 use super::{ACROSS, HOUR, MINUTE, PULL, Record, WINDOW};
 
 /// Prints what the orbit is before the second pull, after it and at the end.
-pub fn tell(record: &Record, path: &PlanePath, end: f64, exact: Option<[f64; 3]>) {
+pub fn tell(record: &Record, path: &PlaneTrack, end: f64, exact: Option<[f64; 3]>) {
     for (name, to) in [("in a plane", ACROSS), ("kicked across", ACROSS + PULL + WINDOW), ("at the end", end)] {
         let Some(found) = record.read(path, to - WINDOW, to) else {
             println!("{name}: left out, the run does not have {} h without a pull for it", WINDOW / HOUR);
@@ -17,9 +17,9 @@ pub fn tell(record: &Record, path: &PlanePath, end: f64, exact: Option<[f64; 3]>
         };
         let Some(first) = found.oscillations.first() else { continue };
         let name_of = match found.pattern() {
-            Pattern::Pendular { .. } => "pendular",
-            Pattern::Elliptic { .. } => "elliptic",
-            Pattern::Circular { .. } => "circular",
+            Pattern::Pendular => "pendular",
+            Pattern::Elliptic => "elliptic",
+            Pattern::Circular => "circular",
             _ => "of two periods",
         };
         let ellipse = first.ellipse;
@@ -53,7 +53,7 @@ pub fn tell(record: &Record, path: &PlanePath, end: f64, exact: Option<[f64; 3]>
 pub fn draw(
     out: &Path,
     record: &Record,
-    path: &PlanePath,
+    path: &PlaneTrack,
     end: f64,
     exact: Option<[f64; 3]>,
 ) -> Result<(), Box<dyn Error>> {

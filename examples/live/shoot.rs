@@ -9,8 +9,8 @@ use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::{Cut, Load, Pulse, Weight, Whirl};
 use morphorod::nalgebra::Vector3;
-use morphorod::orbit::{Path, Search};
 use morphorod::stability::{Linearisation, onset};
+use morphorod::tracking::{Search, Track};
 use morphorod::tropism::{
     Gravitropism, Handedness, Memory, Oscillator, Proprioception, Remembered, Response, Statoliths,
 };
@@ -176,7 +176,7 @@ impl Live {
     /// The largest oscillation of the tip in the last hours, seen from above.
     pub fn read(&self) -> Option<Reading> {
         let (times, places) = self.tips.iter().copied().unzip();
-        let path = Path::new(times, places).ok()?.seen_along(&Vector3::z()).ok()?;
+        let path = Track::new(times, places).ok()?.seen_along(&Vector3::z()).ok()?;
         let search = Search { most: 2, ..Search::default() };
         let largest = *path.oscillations(&search).ok()?.oscillations.first()?;
         let sign = if largest.ellipse.sense == Some(Handedness::Clockwise) { -1.0 } else { 1.0 };

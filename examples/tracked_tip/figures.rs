@@ -4,7 +4,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use morphorod::orbit::{PlanePath, RidgePoint, Search, Tracking};
+use morphorod::tracking::{Nutation, PlaneTrack, RidgePoint, Search};
 
 use super::common::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure};
 use super::report::COLUMNS;
@@ -23,8 +23,8 @@ const LEAP: f64 = 0.2;
 /// Draws all.
 pub fn draw(
     out: &Path,
-    path: &PlanePath,
-    found: &Tracking,
+    path: &PlaneTrack,
+    found: &Nutation,
     rows: &[[f64; COLUMNS.len()]],
     window: f64,
 ) -> Result<(), Box<dyn Error>> {
@@ -34,7 +34,7 @@ pub fn draw(
 }
 
 /// The path as it was tracked, and its last hours with the ellipses that they are made of.
-fn paths(out: &Path, path: &PlanePath, found: &Tracking, window: f64) -> Result<(), Box<dyn Error>> {
+fn paths(out: &Path, path: &PlaneTrack, found: &Nutation, window: f64) -> Result<(), Box<dyn Error>> {
     let end = path.times().last().copied().unwrap_or(0.0);
     let place = |k: usize| (MM_PER_M * path.positions()[k].x, MM_PER_M * path.positions()[k].y);
     let (astray, good): (Vec<usize>, Vec<usize>) =
@@ -75,8 +75,8 @@ fn paths(out: &Path, path: &PlanePath, found: &Tracking, window: f64) -> Result<
 /// Power by time and period, the ridge, and the cone of influence.
 fn scalogram(
     out: &Path,
-    path: &PlanePath,
-    found: &Tracking,
+    path: &PlaneTrack,
+    found: &Nutation,
     rows: &[[f64; COLUMNS.len()]],
 ) -> Result<(), Box<dyn Error>> {
     let scalogram = &found.scalogram;
@@ -126,7 +126,7 @@ fn scalogram(
 }
 
 /// Numbers of the ridge against time (h), with a break wherever it has one, or leaps to another period.
-fn along(found: &Tracking, number: impl Fn(&RidgePoint) -> f64) -> Vec<(f64, f64)> {
+fn along(found: &Nutation, number: impl Fn(&RidgePoint) -> f64) -> Vec<(f64, f64)> {
     let mut line: Vec<(f64, f64)> = Vec::with_capacity(found.ridge.len());
     for (k, place) in found.ridge.iter().enumerate() {
         if k > 0 {
@@ -141,7 +141,7 @@ fn along(found: &Tracking, number: impl Fn(&RidgePoint) -> f64) -> Vec<(f64, f64
 }
 
 /// Amplitudes against time.
-fn amplitudes(out: &Path, found: &Tracking, rows: &[[f64; COLUMNS.len()]]) -> Result<(), Box<dyn Error>> {
+fn amplitudes(out: &Path, found: &Nutation, rows: &[[f64; COLUMNS.len()]]) -> Result<(), Box<dyn Error>> {
     let column = |k: usize| rows.iter().map(|row| (row[0] / HOUR, MM_PER_M * row[k])).collect();
     let series = [
         Series::new("along the ridge", along(found, |place| MM_PER_M * place.ellipse.major), Style::Line, 0),

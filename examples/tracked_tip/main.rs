@@ -28,7 +28,7 @@ use std::process::ExitCode;
 use common::centre_lines::{curvature, read_centre_lines};
 use common::tracks::{Layout, Track, TrackError, read_tracks};
 use common::{Opt, Options, Table};
-use morphorod::orbit::{self, Band};
+use morphorod::tracking::{self, Band};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -99,7 +99,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err("--seen-along takes three numbers, as in 0,0,1".into());
     }
     let positions = track.positions.iter().map(|p| Vector3::from(*p)).collect();
-    let path = orbit::Path::new(track.times.clone(), positions)?.seen_along(&Vector3::from_row_slice(&axis))?;
+    let path = tracking::Track::new(track.times.clone(), positions)?.seen_along(&Vector3::from_row_slice(&axis))?;
 
     let band = Band { shortest: MINUTE * options.positive("shortest"), longest: MINUTE * options.positive("longest") };
     let share = MINUTE * options.positive("share");

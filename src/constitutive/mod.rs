@@ -14,8 +14,8 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
-pub use crate::rod::Tissue;
 use crate::rod::centre_line_tangent;
+pub use crate::rod::tissue::Tissue;
 
 /// The answer of an elastic law to a strain.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,6 +2,7 @@
 
 use crate::equilibrium::EquilibriumError;
 use crate::error::ParameterError;
+use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
 /// Why no cycle was found. The shoot is as it was.
@@ -142,6 +143,16 @@ pub enum CycleError {
         /// What is left, relative.
         residual: f64,
     },
+}
+
+impl From<RitzError> for CycleError {
+    fn from(error: RitzError) -> Self {
+        let what = "the iteration for the multipliers";
+        Self::Stability(match error {
+            RitzError::NotFinite => StabilityError::NotFinite { what: "linearised map" },
+            RitzError::NoConvergence => StabilityError::NoConvergence { what, residual: f64::INFINITY },
+        })
+    }
 }
 
 impl CycleError {

@@ -9,7 +9,6 @@ mod branch;
 mod circular;
 mod error;
 mod fourier;
-mod gmres;
 mod map;
 mod periodic;
 mod point;

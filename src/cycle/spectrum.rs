@@ -7,8 +7,8 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::CycleError;
-use super::gmres::{Krylov, Ritz, ritz_values};
 use crate::error::ParameterError;
+use crate::numerics::krylov::{Krylov, Ritz, ritz_values};
 
 /// Largest number of vectors in a subspace. A multiple of the number that leading eigenvalues of return maps require, a few tens.
 const MOST: usize = 160;

@@ -8,14 +8,16 @@ use crate::rod::Rod;
 /// 1 and 2 of all that is known along the directors turn as pairs.
 pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     let along_directors = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
-    let base = rod.frames[0];
+    let base = rod.frames()[0];
     let in_space = base * along_directors * base.inverse();
     let mut out = rod.clone();
-    out.frames.iter_mut().for_each(|frame| *frame = in_space * *frame * along_directors.inverse());
-    let vectors = out.rotations.iter_mut().chain(&mut out.line_strains);
-    vectors.for_each(|vector| *vector = along_directors * *vector);
-    out.points.iter_mut().for_each(|point| point.intrinsic = along_directors * point.intrinsic);
+    let (frames, rotations) = out.shape_mut();
+    frames.iter_mut().for_each(|frame| *frame = in_space * *frame * along_directors.inverse());
+    let turn = |vector: &mut Vector3<f64>| *vector = along_directors * *vector;
+    rotations.iter_mut().for_each(turn);
+    out.line_strains_mut().iter_mut().for_each(turn);
+    out.points_mut().iter_mut().for_each(|point| point.intrinsic = along_directors * point.intrinsic);
     // Exactly: what is clamped has not moved.
-    out.frames[0] = base;
+    out.shape_mut().0[0] = base;
     out
 }

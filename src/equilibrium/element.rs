@@ -1,7 +1,7 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
-//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole element,
-//! θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One element".
+//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole
+//! element, θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One element".
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -13,7 +13,7 @@ use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::rod::{MaterialPoint, centre_line_tangent, weighted};
 use crate::so3::{Form, s_functions};
 
-/// What the equilibrium of one element depends on.
+/// Data on which the equilibrium of an element depends.
 pub(super) struct ElementData<'a> {
     pub frame: &'a UnitQuaternion<f64>,
     pub rotations: &'a [Vector3<f64>],
@@ -24,26 +24,27 @@ pub(super) struct ElementData<'a> {
     pub time: f64,
 }
 
-/// Derivatives of an element's energy, then the factors of its interior.
+/// Derivatives of the energy of an element, later the factors of its interior.
 ///
-/// Unknowns in order: rotation vectors of the nodes 1 … p, then the turn φ of the whole element. The first 3 (p − 1)
-/// are interior; [`condense`](Self::condense) eliminates them.
+/// The unknowns are the rotation vectors of the nodes 1 … p and the rotation φ of the whole element, in this order. The
+/// first 3 (p − 1) are interior; [`condense`](Self::condense) eliminates them.
 #[derive(Debug, Clone)]
 pub(super) struct ElementSystem {
     gradient: [Vector3<f64>; MAX_POINTS + 1],
-    /// The gradient after the elimination, by components.
+    /// Components of the gradient after the elimination.
     condensed: Row,
     hessian: Elimination,
-    /// Jr(θ)⁻¹ at the last node: a turn of the last frame's change of its rotation vector.
+    /// Jr(θ)⁻¹ at the last node: the change of its rotation vector by a rotation of the last frame.
     inverse: Form,
     chain: Matrix3<f64>,
-    /// What a couple bends or twists the element by at least, ∫ ds/K with the largest K, rad/(N m); of the last Hessian.
+    /// Smallest bending or twist of the element by a couple, ∫ ds/K with the largest K, rad/(N m), at the last Hessian.
     pub compliance: f64,
-    /// How much the centre line yields to the force at most, |C| |n|; of the last Hessian.
+    /// Largest strain of the centre line by the force, |C| |n|, at the last Hessian.
     pub yielding: f64,
 }
 
-/// The element's part of the condensed system: blocks for the turns of its last frame (1) and of its first (0).
+/// Contribution of the element to the condensed system: blocks for the rotations of its last frame (1) and of its first
+/// (0).
 pub(super) struct Condensed {
     pub h11: Matrix3<f64>,
     /// Rows of the first frame, columns of the last.
@@ -66,7 +67,7 @@ impl Default for ElementSystem {
 }
 
 impl ElementSystem {
-    /// Evaluates the energy and its gradient, and the Hessian if asked for. Returns the energy, J.
+    /// Evaluates the energy and its gradient, and the Hessian if requested. Returns the energy, J.
     pub fn evaluate<const P: usize, const HESSIAN: bool>(
         &mut self,
         reference: &ReferenceElement,
@@ -98,7 +99,7 @@ impl ElementSystem {
             let density = line.map_or(response.energy, |line| response.energy + line.energy);
             energy += weight * density - force.dot(&turned);
 
-            // The strain by the derivative of θ along the element's coordinate.
+            // Derivative of the strain by that of θ along the element coordinate.
             let strain_slope = to_strain.matrix(&theta) * inverse;
             let by_theta = to_strain.gradient(&theta, &couple, &slope) - exp.gradient(&theta, &force, &along);
             let by_slope = strain_slope.tr_mul(&couple);
@@ -141,15 +142,15 @@ impl ElementSystem {
             }
         }
         self.gradient = gradient;
-        // Also without a Hessian: a balance of couples on frames that have moved needs the present one.
+        // The balance of couples on the current frames needs it without a Hessian, too.
         let theta = data.rotations[P - 1];
         self.inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
         self.chain = self.inverse.matrix(&theta);
         energy
     }
 
-    /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and passes from the rotation vector of
-    /// the last node to the turn of the last frame. Counts the interior pivots.
+    /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and changes the unknown from the
+    /// rotation vector of the last node to the rotation of the last frame. Counts the interior pivots.
     pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: f64, inertia: &mut Inertia) -> Condensed {
         let m = 3 * (P - 1);
         self.hessian.eliminate::<P>(shift, inertia);
@@ -170,8 +171,8 @@ impl ElementSystem {
         }
     }
 
-    /// Eliminates from the gradient with the factors of [`condense`](Self::condense). Returns what is left: the gradient by
-    /// the turns of the last and of the first frame.
+    /// Eliminates the interior from the gradient with the factors of [`condense`](Self::condense). Returns the gradient
+    /// by the rotations of the last and of the first frame.
     pub fn condense_gradient<const P: usize>(&mut self) -> (Vector3<f64>, Vector3<f64>) {
         let m = 3 * (P - 1);
         for k in 0..=P {
@@ -203,7 +204,7 @@ impl ElementSystem {
     }
 }
 
-/// aᵀ b, where that is known to be symmetric.
+/// The product aᵀ b, for matrices for which it is symmetric.
 #[inline]
 fn symmetric_product(a: &Matrix3<f64>, b: &Matrix3<f64>) -> Matrix3<f64> {
     let [x, y, z] = [0, 1, 2].map(|i| a.column(i).dot(&b.column(i)));

@@ -89,7 +89,8 @@ impl Elimination {
         }
     }
 
-    /// Adds `shift` to the diagonal of the interior unknowns, which are the first, and eliminates them. Counts their pivots.
+    /// Adds `shift` to the diagonal of the interior unknowns, which are the first, and eliminates them. Counts their
+    /// pivots.
     pub fn eliminate<const P: usize>(&mut self, shift: f64, inertia: &mut Inertia) {
         let (m, n) = (3 * (P - 1), 3 * (P + 1));
         let mut diagonal = [0.0; MAX];

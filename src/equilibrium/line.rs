@@ -1,4 +1,4 @@
-//! Shear and stretch of the centre line, which follow from the frames: their part of the tangent, and their values.
+//! Shear and stretch of the centre line, which the frames determine: values, and contribution to the tangent.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -8,7 +8,7 @@ use crate::load::InternalForce;
 use crate::rod::{Rod, Tissue};
 use crate::so3::{Form, hat};
 
-/// Writes the strains of the centre line that the law has at the frames of a rod; none if it knows neither shear nor stretch.
+/// Writes the strains of the centre line at the frames of a rod; none for a law without shear and stretch.
 pub(super) fn strain_line(
     strains: &mut Vec<Vector3<f64>>,
     rod: &Rod,
@@ -16,17 +16,17 @@ pub(super) fn strain_line(
     force: &InternalForce,
 ) {
     strains.clear();
-    let (time, p) = (force.environment().time, rod.order.points());
+    let (time, p) = (force.environment().time, rod.order().points());
     let yields = |tissue: &Tissue| material.line_response(tissue, &Vector3::zeros()).is_some();
-    if rod.points.first().is_some_and(|point| yields(&Tissue::of(point, time))) {
+    if rod.points().first().is_some_and(|point| yields(&Tissue::of(point, time))) {
         let strain = |(i, (point, force)): (usize, (_, _))| {
             line_strain_under(material, &Tissue::of(point, time), &rod.frame_at_point(i / p, i % p), force)
         };
-        strains.extend(rod.points.iter().zip(force.at_points()).enumerate().map(strain));
+        strains.extend(rod.points().iter().zip(force.at_points()).enumerate().map(strain));
     }
 }
 
-/// Refuses strains of a rod that is compressed to nothing somewhere.
+/// Returns an error for a rod that is compressed to length zero at some place.
 pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Result<(), EquilibriumError> {
     for (v, cut) in strains.iter().zip(force.cuts()) {
         if !v.norm_squared().is_finite() {
@@ -40,8 +40,8 @@ pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Res
     Ok(())
 }
 
-/// What shear and stretch take from the second derivatives of an element's energy at a point: the line yields to the force
-/// along the directors, F = exp(θ̂)ᵀ N, by ∂Fᵀ C ∂F.
+/// Decrease of the second derivatives of the energy at a point by shear and stretch: ∂Fᵀ C ∂F, with the force along the
+/// directors F = exp(θ̂)ᵀ N and the compliance C.
 pub(super) struct LineYields {
     pub theta_theta: Matrix3<f64>,
     pub theta_turn: Matrix3<f64>,

@@ -1,4 +1,4 @@
-//! The shape at rest under the present loads, equations (1) and (9) to (12).
+//! Equilibrium of a rod under its load, equations (1) and (9) to (12).
 
 mod element;
 mod elimination;
@@ -20,25 +20,26 @@ use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
 
-/// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to buckle
-/// under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel function J₋₁⸝₃.
+/// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to
+/// buckle under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel function J₋₁⸝₃.
 ///
-/// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast can be made*,
-/// Proc. Camb. Phil. Soc. 4, 65–73 (1881).
+/// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast can be
+/// made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).
 pub const GREENHILL: f64 = 7.837_347_438_943_484;
 
-/// Signs of the eigenvalues of the energy's second derivative: how stable an equilibrium is.
+/// Signs of the eigenvalues of the second derivative of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Inertia {
     /// Number of negative eigenvalues, the Morse index: zero at a stable equilibrium.
     pub negative: usize,
-    /// Number of neutral directions: zero up to rounding. An isotropic shoot that is buckled on an exactly upright
-    /// base has one, its turn about the vertical, and is stable all the same.
+    /// Number of eigenvalues that are zero up to rounding. An isotropic buckled shoot on an exactly upright base has
+    /// one, for rotations about the vertical, and is stable.
     pub neutral: usize,
     /// Number of positive eigenvalues.
     pub positive: usize,
-    /// The smallest pivot relative to the diagonal entry that it came from: how far from losing (or gaining) stability.
+    /// Smallest pivot relative to the diagonal entry before elimination: a measure of the distance from a change of
+    /// stability.
     pub margin: f64,
 }
 
@@ -48,48 +49,49 @@ impl Default for Inertia {
     }
 }
 
-/// How an equilibrium was found.
+/// Counts, error and stability of an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[must_use]
 #[non_exhaustive]
 pub struct Equilibrium {
-    /// Newton iterations, each with a fresh tangent.
+    /// Number of Newton iterations, each with a new tangent.
     pub iterations: usize,
-    /// Factorisations of the tangent, those with a trial shift included.
+    /// Number of factorisations of the tangent, including those with a trial shift.
     pub factorisations: usize,
-    /// Evaluations of the energy and its gradient without a tangent.
+    /// Number of evaluations of the energy and its gradient without tangent.
     pub evaluations: usize,
     /// Estimated largest error of a frame against the exact minimum of the discrete energy, rad.
     pub error: f64,
     /// Total energy, J.
     pub energy: f64,
-    /// Signs of the eigenvalues of the tangent at the answer. All zero for a solver that needs no tangent.
+    /// Signs of the eigenvalues of the tangent at the equilibrium. All zero for a solver without tangent.
     pub inertia: Inertia,
-    /// How far the tip came (m) from where the first guess, or what followed from it, was found unstable: the answer need not be its
-    /// continuation. None if it was stable all the way.
+    /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
+    /// the continuation of the initial guess then. `None` if all configurations were stable.
     pub jump: Option<f64>,
 }
 
-/// Why there is no equilibrium to report. The rod is as it was before the call.
+/// Why no equilibrium was found. The rod has not changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
-    /// The iteration came to its bound. A nearer first guess, a finer mesh or a smaller load may help.
+    /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
         "no equilibrium after {iterations} Newton iterations: the last step turned a frame by {step:.3e} rad, \
              the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N"
     )]
     NoConvergence {
-        /// Newton iterations done.
+        /// Number of Newton iterations.
         iterations: usize,
         /// The largest rotation of the last step, rad.
         step: f64,
         /// The largest unbalanced couple, N m.
         residual: f64,
-        /// The largest force in the rod, N: the load under which it was sought.
+        /// The largest force in the rod, N.
         force: f64,
     },
-    /// On the way to an equilibrium an element would turn by π, where its rotation vector ends. Shorter elements are needed.
+    /// In the search an element would rotate by π, where its rotation vector is discontinuous. Shorter elements are
+    /// needed.
     #[error("element {element} would turn by π; it needs to be shorter: take more elements, or a smaller load")]
     Folded {
         /// The element, counted from the base.
@@ -101,34 +103,34 @@ pub enum EquilibriumError {
         /// Number of negative eigenvalues.
         negative: usize,
     },
-    /// The rod is compressed to nothing somewhere.
+    /// The rod is compressed to length zero at some place.
     #[error(
         "a stretch of {stretch:.3e} at {arc_length:.4} m from the base leaves nothing of the rod: the force reaches {force:.3e} N"
     )]
     Crushed {
         /// The stretch v3, which should be positive.
         stretch: f64,
-        /// Where it is, by arc length from the base, m.
+        /// Arc length of the place, m.
         arc_length: f64,
         /// The largest force in the rod, N.
         force: f64,
     },
-    /// An input was not a number, or an elastic law answered so.
+    /// An input or a value of an elastic law is not finite.
     #[error("the {what} is not finite")]
     NotFinite {
-        /// What was not finite.
+        /// The quantity that is not finite.
         what: &'static str,
     },
-    /// The factorisation found no memory.
+    /// Memory for the factorisation could not be allocated.
     #[error("no memory to factorise {unknowns} unknowns")]
     OutOfMemory {
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// A setting of the solver makes no sense.
+    /// A setting of the solver is out of range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A solver that takes no load was given one.
+    /// A solver for rods without load was given a load.
     #[error("this solver takes no load, but the force in the rod reaches {force:.3e} N")]
     Loaded {
         /// The largest force, N.
@@ -137,18 +139,19 @@ pub enum EquilibriumError {
 }
 
 impl EquilibriumError {
-    /// Whether a smaller load, a nearer guess or a smaller time step may succeed where this failed.
+    /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
         matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. } | Self::Folded { .. })
     }
 }
 
-/// Refuses an elastic law that has no stiffness at some place of a rod at a time (s), or that no force can strain soundly.
+/// Returns an error for an elastic law without stiffness, or without a finite response to a force, at some place of a
+/// rod at a time (s).
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
     for point in rod.points() {
         let (tissue, zero) = (Tissue::of(point, time), Vector3::zeros());
-        let at = |error: ParameterError| error.at(rod.initial_length - point.initial_apex_distance);
+        let at = |error: ParameterError| error.at(rod.initial_length() - point.initial_apex_distance);
         let stiffness = material.respond(&tissue, &zero).tangent.diagonal();
         for (i, name) in ["stiffness K1", "stiffness K2", "stiffness K3"].into_iter().enumerate() {
             let sound = stiffness[i] > 0.0 && stiffness[i].is_finite();
@@ -171,13 +174,13 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
     Ok(())
 }
 
-/// Finds the shape at rest.
+/// A solver for the equilibrium of a rod.
 pub trait EquilibriumSolver {
-    /// Turns the frames of `rod` into an equilibrium under its intrinsic strains and the force in it, starting from the
-    /// frames that it has. The base frame stays. The force must be that in this rod as it is.
+    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial guess is
+    /// the current configuration. The frame of the base does not change. The force must be that in this rod.
     ///
     /// # Errors
-    /// See [`EquilibriumError`]; the rod is then as it was.
+    /// See [`EquilibriumError`]; the rod does not change then.
     fn equilibrate(
         &mut self,
         rod: &mut Rod,
@@ -185,10 +188,10 @@ pub trait EquilibriumSolver {
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError>;
 
-    /// The same under a load.
+    /// Moves the frames of `rod` to an equilibrium under a load.
     ///
     /// # Errors
-    /// See [`EquilibriumError`]; the rod is then as it was.
+    /// See [`EquilibriumError`]; the rod does not change then.
     fn solve(
         &mut self,
         rod: &mut Rod,

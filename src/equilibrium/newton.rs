@@ -1,4 +1,4 @@
-//! Newton's method for the frames of a rod: settings, and what it is asked for.
+//! Solver for equilibria by Newton's method: settings and interface.
 
 use nalgebra::Vector3;
 
@@ -16,7 +16,7 @@ use crate::scene::Environment;
 /// Calls a method that is generic over the number of Gauss points in an element.
 macro_rules! with_points {
     ($rod:expr, $object:expr, $method:ident $arguments:tt) => {
-        match $rod.order.points() {
+        match $rod.order().points() {
             1 => $object.$method::<1> $arguments,
             2 => $object.$method::<2> $arguments,
             3 => $object.$method::<3> $arguments,
@@ -25,34 +25,34 @@ macro_rules! with_points {
     };
 }
 
-/// Which equilibria are acceptable.
+/// Kind of equilibria that are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Branch {
-    /// A stable one: the energy is minimised, and saddles are left on their way down.
+    /// Stable equilibria: the energy is minimised, and the search leaves saddles.
     #[default]
     Stable,
-    /// The one nearest to the first guess, stable or not: plain Newton with a bounded step.
+    /// The equilibrium close to the initial guess, stable or not, by Newton's method with a bounded step.
     Nearest,
 }
 
 /// Newton's method over faer's sparse LDLᵀ factorisation, equations (9) to (12).
 ///
-/// Keeps settings and memory, no state: two calls with equal rods give equal answers.
+/// The solver has settings and workspace, but no state: calls with equal rods give equal results.
 #[derive(Debug)]
 pub struct NewtonSolver {
     /// Largest acceptable error of a frame against the exact minimum of the discrete energy, rad.
     pub tolerance: f64,
-    /// Bound on the iterations.
+    /// Largest number of iterations.
     pub max_iterations: usize,
-    /// Which equilibria are acceptable.
+    /// Kind of equilibria that are accepted.
     pub branch: Branch,
     system: System,
-    /// Shear and stretch of the answer before it is given.
+    /// Strain of the centre line of an equilibrium before it is accepted.
     line_strains: Vec<Vector3<f64>>,
 }
 
 impl Default for NewtonSolver {
-    /// Error 1e-11 rad, at most 1000 iterations, stable equilibria only.
+    /// Error 1e-11 rad, at most 1000 iterations, stable equilibria.
     fn default() -> Self {
         let (system, line_strains) = (System::default(), Vec::new());
         Self { tolerance: 1e-11, max_iterations: 1000, branch: Branch::Stable, system, line_strains }
@@ -68,7 +68,7 @@ impl NewtonSolver {
 }
 
 impl Clone for NewtonSolver {
-    /// Clones the settings; the memory is made anew when it is needed.
+    /// Clones the settings. The workspace is allocated when it is needed.
     fn clone(&self) -> Self {
         let Self { tolerance, max_iterations, branch, .. } = *self;
         Self { tolerance, max_iterations, branch, ..Self::default() }
@@ -91,14 +91,14 @@ impl EquilibriumSolver for NewtonSolver {
         let answer = with_points!(rod, self, search(rod, material, force)).and_then(|found| {
             strain_line(&mut self.line_strains, rod, material, force);
             check_line(&self.line_strains, force)?;
-            std::mem::swap(&mut rod.line_strains, &mut self.line_strains);
+            std::mem::swap(rod.line_strains_mut(), &mut self.line_strains);
             Ok(found)
         });
         if answer.is_err() {
             self.system.initial.restore(rod);
         }
         if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
-            // The most likely reasons, if they are there.
+            // These are the most likely reasons.
             check_stiffness(rod, material, force.environment().time)?;
             check_turns(rod)?;
         }
@@ -107,7 +107,7 @@ impl EquilibriumSolver for NewtonSolver {
 }
 
 impl NewtonSolver {
-    /// The signs of the energy's second derivative at the frames that the rod has, whether in equilibrium or not.
+    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not.
     ///
     /// # Errors
     /// An input that is not finite.
@@ -121,8 +121,8 @@ impl NewtonSolver {
         self.factorise(rod, material, &InternalForce::of(rod, load, environment))
     }
 
-    /// The smallest pivot of the last tangent relative to that of the same rod without load: how far the last answer is from losing
-    /// its stability, whatever the mesh.
+    /// The smallest pivot of the last tangent relative to that of the same rod without load: a measure of the distance
+    /// from loss of stability that does not depend on the mesh.
     pub(crate) fn resistance(&self) -> f64 {
         self.system.resistance
     }
@@ -162,7 +162,7 @@ impl NewtonSolver {
     }
 }
 
-/// The tangent at an equilibrium, factorised.
+/// The factorised tangent at an equilibrium.
 pub(crate) struct FactorisedTangent<'a, C> {
     system: &'a mut System,
     material: &'a C,
@@ -170,12 +170,12 @@ pub(crate) struct FactorisedTangent<'a, C> {
 }
 
 impl<C: Constitutive> FactorisedTangent<'_, C> {
-    /// Moves the frames of `rod` to equilibrium again, to first order. It is a copy of the rod that was linearised,
-    /// whose intrinsic strain was disturbed a little.
+    /// Moves the frames of `rod` to equilibrium to first order. `rod` is a copy of the linearised rod with a small
+    /// disturbance of the intrinsic strain.
     pub fn follow(&mut self, rod: &mut Rod) {
         with_points!(rod, self.system, follow(rod, self.material, self.force));
-        let mut strains = std::mem::take(&mut rod.line_strains);
+        let mut strains = std::mem::take(rod.line_strains_mut());
         strain_line(&mut strains, rod, self.material, self.force);
-        rod.line_strains = strains;
+        *rod.line_strains_mut() = strains;
     }
 }

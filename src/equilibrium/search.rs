@@ -1,4 +1,4 @@
-//! The iteration of Newton's method on the energy of the frames, globalised: diagonal shift, bound on the step, line search.
+//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line search.
 
 use nalgebra::Vector3;
 
@@ -9,38 +9,40 @@ use crate::constitutive::Constitutive;
 use crate::load::InternalForce;
 use crate::rod::Rod;
 
-/// No step turns a frame further than this, rad: beyond it the quadratic model says nothing.
+/// Largest rotation of a frame in a step, rad. The quadratic model does not hold beyond it.
 const LARGEST_TURN: f64 = 1.0;
-/// Steps shorter than this are taken without a line search, rad: the energy no longer tells them apart from rounding.
+/// Largest rotation in a step without line search, rad. The change of the energy in it is close to rounding.
 const SMALL_TURN: f64 = 1e-4;
-/// Steps shorter than this are followed by one with the same factors, whose size tells the error.
+/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes estimate
+/// the error.
 const CHORD_TURN: f64 = 0.05;
-/// Chord steps that follow one another at most: a gradient and its solution cost a quarter of what a fresh tangent does.
+/// Largest number of successive chord steps: a gradient and its solution cost a quarter of a new tangent.
 const CHORDS: i32 = 4;
-/// The smallest pivot, relative to that without load, is to be so many times what a step may change of it by the load.
+/// Smallest ratio of the smallest pivot, relative to that without load, to its largest change by the load in a step.
 const SAFE_LOAD: f64 = 2.0;
-/// And so many times the step, whatever the load.
+/// Smallest ratio of that relative pivot to the step.
 const SAFE: f64 = 10.0;
-/// Steps shorter than this leave nothing but rounding behind, rad: Newton's method squares them.
+/// Rotation in a step after which only rounding remains, rad: Newton's method squares it.
 const NEAR_TURN: f64 = 1e-8;
-/// A shifted step shorter than this, and hardly shorter than the one before, finds next to no gradient, rad: the frames are at a saddle.
+/// Largest rotation in a shifted step at a saddle, rad, where steps do not become shorter because the gradient
+/// vanishes.
 const SADDLE_TURN: f64 = 1e-3 * SMALL_TURN;
-/// A saddle is left at most this often: thrice in bending about d2, about d1, and in twist.
+/// Largest number of saddles that are left: three each by bending about d2, by bending about d1 and by twist.
 const SADDLES: usize = 9;
-/// Passes of the inverse iteration that finds the direction in which the energy falls most.
+/// Number of inverse iterations for the direction of steepest decrease of the energy.
 const PASSES: usize = 8;
-/// How far a frame is turned to leave a saddle, rad.
+/// Largest rotation of a frame by which a saddle is left, rad.
 const PUSH: f64 = 0.1;
-/// No rotation vector within an element becomes longer, rad: at π it would jump to the other side.
+/// Longest rotation vector within an element, rad. The logarithm is discontinuous at π.
 const LARGEST_ROTATION: f64 = 3.1;
-/// A line search that comes to steps as short as this finds nothing, rad.
+/// Rotation in a step at which a line search fails, rad.
 const SHORTEST_TURN: f64 = 1e-10;
 /// Fraction of the predicted decrease that a step must achieve (Armijo).
 const DECREASE: f64 = 1e-4;
-/// Couples are balanced to rounding when what is left of them is below this fraction of force times length.
+/// Unbalanced couple over force times length at which couples are balanced to rounding.
 const BALANCED: f64 = 1e-14;
 
-/// One search for an equilibrium: what one iteration hands to the next.
+/// A search for an equilibrium, with the quantities that an iteration passes to the next one.
 pub(super) struct Search<'a, C, const P: usize> {
     system: &'a mut System,
     material: &'a C,
@@ -51,21 +53,22 @@ pub(super) struct Search<'a, C, const P: usize> {
     tolerance: f64,
     length: f64,
     largest_force: f64,
-    /// The shift of the present tangent, N; zero where it is positive definite by itself.
+    /// Shift of the current tangent, N; zero for a tangent that is positive definite without it.
     shift: f64,
-    /// The last shift that was not zero, N; zero before there was one.
+    /// Last shift other than zero, N; zero without one.
     last_shift: f64,
-    /// The largest rotation in the present step, rad.
+    /// Largest rotation in the current step, rad.
     turn: f64,
-    /// Whether the present step is not much shorter than the one before.
+    /// Whether the current step is longer than half of the previous one.
     stagnates: bool,
-    /// How often a saddle was left.
+    /// Number of saddles that were left.
     saddles: usize,
-    /// Where the tip was when the tangent was not positive definite for the first time (m), and the largest number of negative pivots.
+    /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of negative
+    /// pivots.
     lost: Option<(Vector3<f64>, usize)>,
-    /// The longest step since, rad.
+    /// Largest rotation in a step since then, rad.
     longest_turn: f64,
-    /// The answer as far as it is known: counts, and energy and inertia of the last assembly.
+    /// Counts, and energy and inertia of the last assembly.
     found: Equilibrium,
 }
 
@@ -132,14 +135,14 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     }
 
     fn finish(&self, rod: &Rod) -> Equilibrium {
-        let lost = self.lost.filter(|(_, negative)| !self.is_turned_at_no_cost(*negative));
+        let lost = self.lost.filter(|(_, negative)| !self.is_neutral(*negative));
         Equilibrium { jump: lost.map(|(tip, _)| (rod.tip() - tip).norm()), ..self.found }
     }
 
-    /// Whether the answer has neutral directions for all `negative` pivots that were met, next to where these were met. A shoot that is
-    /// buckled on an upright base turns about the vertical at no cost; on the way to its equilibrium, where couples are not
-    /// balanced yet, the energy falls or rises a little in that direction, and nothing has lost its stability.
-    fn is_turned_at_no_cost(&self, negative: usize) -> bool {
+    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to it. The
+    /// energy of a buckled shoot on an upright base does not depend on rotations about the vertical. Before couples are
+    /// balanced it changes a little in that direction, without a loss of stability.
+    fn is_neutral(&self, negative: usize) -> bool {
         negative <= self.found.inertia.neutral && self.longest_turn < LARGEST_TURN
     }
 
@@ -147,20 +150,20 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         self.system.assemble::<P>(rod, self.material, self.force, self.shift)
     }
 
-    /// A force of the size that acts in the rod, N. Without load it is the strain energy per length.
+    /// Magnitude of the force in the rod, N: without load the strain energy per length.
     fn force_scale(&self) -> f64 {
         self.largest_force.max(self.found.energy.abs() / self.length).max(f64::MIN_POSITIVE)
     }
 
-    /// Assembles and factorises the tangent, with growing shifts until no pivot is negative if the equilibrium has to be
-    /// stable.
+    /// Assembles and factorises the tangent. For a stable equilibrium the shift is increased until no pivot is
+    /// negative.
     fn find_tangent(&mut self, rod: &Rod) -> Result<(), EquilibriumError> {
         self.shift = 0.0;
         let mut negative = None;
         loop {
             (self.found.energy, self.found.inertia) = self.assemble(rod)?;
             self.found.factorisations += 1;
-            // Without a shift.
+            // The first assembly has no shift.
             negative.get_or_insert(self.found.inertia.negative);
             if !self.stable || self.found.inertia.negative == 0 {
                 break;
@@ -170,7 +173,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             } else if self.last_shift > 0.0 {
                 self.last_shift / 16.0
             } else {
-                // A shift of the size of the force in the rod makes any rod in tension or near it convex.
+                // A shift of the magnitude of the force makes the energy of a rod in tension convex.
                 0.1 * self.force_scale()
             };
             if !self.shift.is_finite() {
@@ -196,15 +199,15 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         if self.turn.is_finite() { Ok(()) } else { Err(EquilibriumError::NotFinite { what: "Newton step" }) }
     }
 
-    /// Whether the first guess is a straight rod far from a minimum: the tangent is not positive definite there, or the step too
-    /// long. A bent one is somebody's choice of a branch.
+    /// Whether the initial guess is a straight rod far from a minimum, where the tangent is not positive definite or
+    /// the step too long. A bent initial guess selects a branch and is kept.
     fn is_far(&self, rod: &Rod) -> bool {
         let far = self.stable && (self.shift > 0.0 || self.turn > LARGEST_TURN);
-        far && rod.rotations.iter().all(|theta| *theta == Vector3::zeros())
+        far && rod.rotations().iter().all(|theta| *theta == Vector3::zeros())
     }
 
-    /// Gives the rod the shape that it would have without load if its energy is lower there than where it is: from far away the
-    /// better first guess.
+    /// Gives the rod its shape without load if the energy of that shape is lower: far from a minimum it is the better
+    /// initial guess.
     fn moves_to_intrinsic_shape(&mut self, rod: &mut Rod) -> bool {
         self.system.start.keep(rod);
         if take_intrinsic_shape(rod).is_ok() {
@@ -218,13 +221,14 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         false
     }
 
-    /// Whether there is next to no gradient, yet no minimum. While steps become much shorter it may be the gradient that is left
-    /// which makes a neutral direction look like one in which the energy falls.
+    /// Whether the gradient vanishes at a saddle. While steps become much shorter, the remaining gradient may give a
+    /// neutral direction a negative pivot.
     fn is_at_saddle(&self) -> bool {
         self.stable && self.shift > 0.0 && self.turn < SADDLE_TURN && self.stagnates
     }
 
-    /// Bends the rod a little in the direction in which the energy falls most, of those that turn about one axis, another one each time.
+    /// Bends the rod in the direction of steepest decrease of the energy among rotations about one axis. The axis
+    /// changes with each saddle.
     fn leave_saddle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
         if self.saddles == SADDLES {
             self.shift = 0.0;
@@ -239,8 +243,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         Ok(())
     }
 
-    /// Whether couples balance to rounding of the largest: they cannot be balanced better. Where the shape is all but
-    /// free to move, rounding still turns the frames, by the present step, which is the error then.
+    /// Whether couples balance to rounding of the largest. In an almost neutral direction rounding still rotates the
+    /// frames by the current step, which is the error then.
     fn is_balanced_to_rounding(&self) -> bool {
         self.shift == 0.0
             && self.stagnates
@@ -248,12 +252,12 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             && self.system.unbalanced <= BALANCED * self.force_scale() * self.length
     }
 
-    /// Moves the rod along the step, by a fraction of it that lowers the energy enough. Returns the fraction.
+    /// Moves the rod along the step, by a fraction with sufficient decrease of the energy. Returns the fraction.
     fn search_line(&mut self, rod: &mut Rod) -> Result<f64, EquilibriumError> {
         let mut fraction = (LARGEST_TURN / self.turn).min(1.0);
         let slope = self.system.slope::<P>();
         let energy = self.found.energy;
-        // The energy is known to rounding of its largest terms.
+        // Rounding of the energy.
         let slack = 64.0 * f64::EPSILON * energy.abs();
         let longest = largest_rotation(rod).0.max(LARGEST_ROTATION);
         self.system.start.keep(rod);
@@ -280,9 +284,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// Chord steps: with the old factors from the gradient at the new frames, the first of which the line search has left. They
-    /// cost little, and their sizes tell the error that they leave. Returns that error, rad, and whether the last one was
-    /// clearly shorter than the step before it; at rounding level it is not.
+    /// Chord steps, with the existing factorisation and the gradient at the new frames. Returns the estimate of the
+    /// remaining error from their sizes, rad, and whether the last one was shorter than half of the step before it,
+    /// which fails at rounding level.
     fn follow_chords(&mut self, rod: &mut Rod) -> (f64, bool) {
         let (mut last, mut more) = (self.turn, CHORDS);
         loop {
@@ -295,7 +299,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
             }
             self.system.start.keep(rod);
             self.system.advance::<P>(rod, 1.0);
-            // What the chord step leaves shrinks by the same ratio again, or by what the turn has changed of the tangent.
+            // The error decreases by the same ratio again, or by the change of the tangent with the rotation.
             let ratio = (rest / last).max(self.turn);
             let error = 4.0 * rest * ratio;
             if error <= self.tolerance || !self.is_safe() || error * ratio.powi(more) > self.tolerance {
@@ -307,20 +311,20 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// Whether the signs of the tangent at the last step's start are those at its end: its smallest pivot is safe from a change of
-    /// that size. Relative to the elastic tangent, turns φ change it by |n| ℓ² φ/K at most, in what the force does along the rod
-    /// (by the square of 2/π of that) and in the couples that it causes (by 2/π).
+    /// Whether the inertia at the start of the last step is that at its end: the smallest pivot exceeds its change.
+    /// Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)² of that in the
+    /// work of the force along the rod, and by 2/π in its couples.
     fn is_safe(&self) -> bool {
-        // A third derivative of ½ n · C n by turns is 4 |C| |n|² at most, where that of n · d3 is |n|.
+        // The third derivative of ½ n · C n by rotations is at most 4 |C| |n|², that of n · d3 is at most |n|.
         let force = self.largest_force * (1.0 + 4.0 * self.system.yielding());
         let load = force * self.length * self.system.compliance();
         self.stable && self.system.resistance > (SAFE_LOAD * load).max(SAFE) * self.turn
     }
 
-    /// Whether the frames are an equilibrium of the wanted kind, within the tolerance, given their error, rad, and whether the
-    /// last chord step was clearly shorter than the one before.
+    /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad) and
+    /// whether chord steps still became shorter.
     fn accepts(&mut self, rod: &Rod, error: f64, shrinks: bool) -> Result<bool, EquilibriumError> {
-        // Where the signs are not safe, the answer is made as good as rounding allows, and a tangent is made there.
+        // Where the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
         let safe = self.is_safe();
         if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEAR_TURN)) {
             return Ok(false);
@@ -334,8 +338,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     }
 }
 
-/// The longest rotation vector within an element, rad, and its number.
+/// The longest rotation vector within an element, rad, and its index.
 fn largest_rotation(rod: &Rod) -> (f64, usize) {
-    let sizes = rod.rotations.iter().map(Vector3::norm).zip(0..);
+    let sizes = rod.rotations().iter().map(Vector3::norm).zip(0..);
     sizes.fold((0.0, 0), |a, b| if b.0 > a.0 { b } else { a })
 }

@@ -1,4 +1,4 @@
-//! The energy of a whole rod with its derivatives, the factorised tangent, and the steps that follow from it.
+//! Energy of a rod with its derivatives, factorised tangent and steps.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -10,23 +10,23 @@ use crate::load::InternalForce;
 use crate::rod::Rod;
 use crate::so3;
 
-/// Energy, gradient and tangent of a rod. The memory is kept from one call to the next.
+/// Energy, gradient and tangent of a rod. The workspace is reused by successive calls.
 #[derive(Debug, Default)]
 pub(super) struct System {
     elements: Vec<ElementSystem>,
     tangent: Tangent,
-    /// The largest couple on a frame that [`balance`](Self::balance) found, N m.
+    /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), N m.
     pub unbalanced: f64,
-    /// The smallest pivot of the last tangent relative to that of the same rod without load: how far the load is from making
-    /// it unstable.
+    /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the distance from
+    /// instability.
     pub resistance: f64,
-    /// Couples on the frames, then their turns in the present step; the base's (zero) first.
+    /// Couples on the frames, then their rotations in the current step, from base (zero) to apex.
     turns: Vec<Vector3<f64>>,
-    /// Steps of the rotation vectors of every element.
+    /// Changes of the rotation vectors of every element in the current step.
     steps: Vec<Vector3<f64>>,
-    /// Where the present step starts.
+    /// Configuration at the start of the current step.
     pub start: Configuration,
-    /// Where the search for an equilibrium starts.
+    /// Configuration at the start of the search.
     pub initial: Configuration,
 }
 
@@ -39,20 +39,21 @@ pub(super) struct Configuration {
 
 impl Configuration {
     pub fn keep(&mut self, rod: &Rod) {
-        self.frames.clone_from(&rod.frames);
-        self.rotations.clone_from(&rod.rotations);
+        rod.frames().clone_into(&mut self.frames);
+        rod.rotations().clone_into(&mut self.rotations);
     }
 
     pub fn restore(&self, rod: &mut Rod) {
-        rod.frames.clone_from(&self.frames);
-        rod.rotations.clone_from(&self.rotations);
+        let (frames, rotations) = rod.shape_mut();
+        frames.copy_from_slice(&self.frames);
+        rotations.copy_from_slice(&self.rotations);
     }
 }
 
 impl System {
     fn data<'a, const P: usize>(rod: &'a Rod, force: &'a InternalForce, e: usize) -> ElementData<'a> {
         ElementData {
-            frame: &rod.frames[e],
+            frame: &rod.frames()[e],
             rotations: rod.element_rotations(e),
             points: rod.element_points(e),
             forces: &force.at_points()[e * P..(e + 1) * P],
@@ -60,8 +61,8 @@ impl System {
         }
     }
 
-    /// Assembles, condenses and factorises the tangent at the rod's frames, with `shift` (N) on its diagonal per length.
-    /// Returns the energy, J, and the signs of the pivots.
+    /// Assembles, condenses and factorises the tangent at the rod's frames, with `shift` (N) on its diagonal per
+    /// length. Returns the energy, J, and the signs of the pivots.
     pub fn assemble<const P: usize>(
         &mut self,
         rod: &Rod,
@@ -95,17 +96,17 @@ impl System {
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
     }
 
-    /// What a couple on the apex bends or twists the rod by at least, rad/(N m); of the last assembly.
+    /// Smallest bending or twist of the rod by a couple on the apex, rad/(N m), at the last assembly.
     pub fn compliance(&self) -> f64 {
         self.elements.iter().map(|element| element.compliance).sum()
     }
 
-    /// How much the centre line yields to the force at most, |C| |n|; of the last assembly. Zero without shear and stretch.
+    /// Largest strain of the centre line by the force, |C| |n|, at the last assembly. Zero without shear and stretch.
     pub fn yielding(&self) -> f64 {
         self.elements.iter().map(|element| element.yielding).fold(0.0, f64::max)
     }
 
-    /// The energy, J, and its gradient at the rod's frames; the factors stay.
+    /// The energy, J, and its gradient at the current frames. The factorisation does not change.
     pub fn evaluate<const P: usize>(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> f64 {
         let mut energy = 0.0;
         for (e, element) in self.elements.iter_mut().enumerate() {
@@ -115,8 +116,8 @@ impl System {
         energy
     }
 
-    /// Writes the negative gradient by the frames, the couples that are not balanced, to `turns`. It is that of the last
-    /// evaluation, condensed with the factors of the last assembly.
+    /// Writes the negative gradient by the frames, the unbalanced couples, to `turns`. It is that of the last
+    /// evaluation, condensed with the factorisation of the last assembly.
     pub fn balance<const P: usize>(&mut self) {
         self.turns.fill(Vector3::zeros());
         for (e, element) in self.elements.iter_mut().enumerate() {
@@ -129,30 +130,30 @@ impl System {
         self.unbalanced = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
     }
 
-    /// The step that the factorised tangent takes from the gradient in `turns`.
+    /// Solves for the step with the factorised tangent and the gradient in `turns`.
     pub fn solve<const P: usize>(&mut self) {
         self.tangent.solve(&mut self.turns[1..]);
         self.recover::<P>();
     }
 
-    /// What the turns in the present step make of the rotation vectors within the elements.
+    /// Recovers the changes of the rotation vectors in the elements from the rotations of the frames.
     fn recover<const P: usize>(&mut self) {
         for (e, element) in self.elements.iter().enumerate() {
             element.recover::<P>(&self.turns[e + 1], &self.turns[e], &mut self.steps[e * P..(e + 1) * P]);
         }
     }
 
-    /// Makes the present step the direction in which the rod is softest, of those that turn about an axis of the base: inverse
-    /// iteration with the factors at hand, from an even bend.
+    /// Sets the current step to the softest direction of the rod among rotations about an axis of the base, by inverse
+    /// iteration with the existing factorisation from uniform bending.
     pub fn soften<const P: usize>(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
         let mut s = 0.0;
         for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
             s += rod.element_length(e);
-            *turn = rod.frames[e + 1].inverse() * (rod.frames[0] * axis) * s;
+            *turn = rod.frames()[e + 1].inverse() * (rod.frames()[0] * axis) * s;
         }
         for _ in 0..passes {
             let largest = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
-            // The couples that this turn, weighted by length, stands for.
+            // Couples are proportional to the rotations, weighted by length.
             for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
                 *turn *= rod.element_length(e) / largest;
             }
@@ -161,19 +162,19 @@ impl System {
         self.recover::<P>();
     }
 
-    /// The largest rotation in the present step, rad; not a number if one is.
+    /// The largest rotation in the current step, rad; NaN if one is.
     pub fn largest_turn(&self) -> f64 {
         let sizes = self.turns.iter().chain(&self.steps).map(Vector3::norm);
         sizes.fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
-    /// The derivative of the energy along the present step, J.
+    /// The derivative of the energy along the current step, J.
     pub fn slope<const P: usize>(&self) -> f64 {
         let each = self.elements.iter().enumerate();
         each.map(|(e, element)| element.slope::<P>(&self.steps[e * P..(e + 1) * P], &self.turns[e])).sum()
     }
 
-    /// Moves the rod by the step that the factorised tangent takes from the gradient at its frames.
+    /// Moves the rod by a Newton step with the factorised tangent and the gradient at the current frames.
     pub fn follow<const P: usize>(&mut self, rod: &mut Rod, material: &impl Constitutive, force: &InternalForce) {
         self.evaluate::<P>(rod, material, force);
         self.balance::<P>();
@@ -182,17 +183,18 @@ impl System {
         self.advance::<P>(rod, 1.0);
     }
 
-    /// Moves the rod from the start of the step by a fraction of it.
+    /// Moves the rod from the start of the step by a fraction of the step.
     pub fn advance<const P: usize>(&self, rod: &mut Rod, fraction: f64) {
+        let (frames, rotations) = rod.shape_mut();
         for (i, turn) in self.turns.iter().enumerate().skip(1) {
             let frame = self.start.frames[i] * so3::exp(&(turn * fraction));
-            rod.frames[i] = UnitQuaternion::new_normalize(frame.into_inner());
+            frames[i] = UnitQuaternion::new_normalize(frame.into_inner());
         }
-        for e in 0..rod.elements() {
+        for e in 0..frames.len() - 1 {
             for k in e * P..(e + 1) * P - 1 {
-                rod.rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
+                rotations[k] = self.start.rotations[k] + self.steps[k] * fraction;
             }
-            rod.rotations[(e + 1) * P - 1] = so3::log(&(rod.frames[e].inverse() * rod.frames[e + 1]));
+            rotations[(e + 1) * P - 1] = so3::log(&(frames[e].inverse() * frames[e + 1]));
         }
     }
 }

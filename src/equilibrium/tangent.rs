@@ -13,18 +13,19 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Inertia;
 
-/// Pivots smaller than this fraction of the diagonal entry that they came from count as neutral. Rounding leaves a
-/// few units of 1e-16 times the growth of the elimination, and what an equilibrium is off by adds its own: just past the
-/// critical length a neutral direction is known to 3e-11. A length 1e-8 off the critical one gives a pivot of about 1e-9.
+/// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units of 1e-16
+/// times the growth of the elimination, and the error of the equilibrium adds to it: just above the critical length a
+/// neutral pivot is accurate to 3e-11. A length that differs by 1e-8 from the critical one has a pivot of about 1e-9.
 pub(super) const NEUTRAL: f64 = 1e-10;
 
 /// Entries of a block column of the upper triangle: a full block above the diagonal and half of the diagonal one.
 const ENTRIES: usize = 15;
 
-/// The matrix, its factors L D Lᵀ and their memory. Rows in natural order: elimination from base to apex fills nothing.
+/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex has no
+/// fill-in.
 ///
-/// The pattern is analysed for a capacity of blocks; blocks that are not in use are the identity, so that growing by
-/// an element does not ask for a new analysis.
+/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional element does
+/// not require a new analysis.
 #[derive(Default)]
 pub(super) struct Tangent {
     blocks: usize,
@@ -48,7 +49,7 @@ impl Tangent {
     /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond the capacity.
     pub fn reset(&mut self, blocks: usize) -> Result<(), super::EquilibriumError> {
         if blocks > self.capacity || 2 * blocks < self.capacity {
-            // An eighth more than asked for, so that a growing shoot asks rarely.
+            // An eighth more than needed, so that a growing shoot allocates rarely.
             self.analyse(blocks + blocks / 8)?;
         }
         self.blocks = blocks;
@@ -91,7 +92,7 @@ impl Tangent {
         Ok(())
     }
 
-    /// Where block column `block` starts in the values.
+    /// Index of the first value of block column `block`.
     fn start(block: usize) -> usize {
         // The first column has no block above the diagonal.
         if block == 0 { 0 } else { 6 + (block - 1) * ENTRIES }
@@ -122,7 +123,7 @@ impl Tangent {
         }
     }
 
-    /// Factorises and adds the pivots to `inertia`. They are as many and of the signs of the eigenvalues (Sylvester). Returns the
+    /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues (Sylvester). Returns the
     /// smallest pivot relative to that of the same rod without load, given the elements' `compliance`, rad/(N m).
     pub fn factorise(
         &mut self,
@@ -138,7 +139,7 @@ impl Tangent {
         let factorised = factorize_simplicial_numeric_ldlt(
             &mut self.factors,
             matrix,
-            // A pivot of exactly zero becomes a tiny one: a direction without stiffness, which is counted as neutral.
+            // A pivot of exactly zero is replaced by a tiny one, which counts as neutral.
             faer::linalg::cholesky::ldlt::factor::LdltRegularization {
                 dynamic_regularization_signs: None,
                 dynamic_regularization_delta: f64::MIN_POSITIVE * 1e100,
@@ -150,11 +151,12 @@ impl Tangent {
         if factorised.is_err() {
             return Err(super::EquilibriumError::NotFinite { what: "tangent" });
         }
-        // Short elements have huge diagonal entries, beside which the stiffness of the rest of the rod must not look neutral.
+        // Short elements have huge diagonal entries. Relative to them the stiffness of the rest of the rod must not
+        // count as neutral.
         let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
         let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
-        // Without load the rest of the rod up to a frame and the element behind it are springs side by side.
+        // Without load the rod up to a frame and the element beyond it are springs in parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
             *sum += c;
@@ -168,8 +170,8 @@ impl Tangent {
             least = least.min(self.factors[at] / unloaded.min(scale));
             let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
             if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
-                // Nothing resists this direction and nothing drives it: an infinite pivot leaves it where it is,
-                // where a quotient of two rounding errors would send it anywhere.
+                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a quotient
+                // of two rounding errors.
                 self.factors[at] = f64::INFINITY;
             }
         }

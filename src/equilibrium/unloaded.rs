@@ -1,4 +1,4 @@
-//! A rod without load takes its intrinsic shape, u = u*: nothing to solve for.
+//! Equilibrium of a rod without load: the visible strain is the intrinsic strain, u = u*.
 
 use std::f64::consts::PI;
 
@@ -12,10 +12,11 @@ use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, weighted};
 use crate::so3::{self, Form};
 
-/// The solver of an unloaded scene: the frames follow from the intrinsic strain, element by element from the base.
+/// The solver for rods without load: the frames are integrated from the intrinsic strain, element by element from the
+/// base.
 ///
 /// θ' = Jr(θ)⁻¹ u* is collocated at the Gauss points, which is the minimum of the same discrete energy that
-/// [`NewtonSolver`](super::NewtonSolver) minimises. No matrix, no factorisation, no memory.
+/// [`NewtonSolver`](super::NewtonSolver) minimises. It needs neither a matrix nor workspace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Unloaded;
 
@@ -32,34 +33,34 @@ impl EquilibriumSolver for Unloaded {
             return Err(EquilibriumError::Loaded { force });
         }
         let mut outcome = Equilibrium::default();
-        // Every element is computed before any is written, so that an error leaves the rod as it was.
-        let mut rotations = Vec::with_capacity(rod.rotations.len());
+        // All elements are computed before the rod is changed, so that it does not change if one fails.
+        let mut rotations = Vec::with_capacity(rod.rotations().len());
         for e in 0..rod.elements() {
             let (of_element, iterations, error) = integrate(rod, e)?;
-            rotations.extend_from_slice(&of_element[..rod.order.points()]);
+            rotations.extend_from_slice(&of_element[..rod.order().points()]);
             outcome.iterations = outcome.iterations.max(iterations);
             outcome.error += error;
         }
-        rod.rotations.copy_from_slice(&rotations);
-        // Without force there is neither shear nor stretch.
-        rod.line_strains.clear();
+        rod.shape_mut().1.copy_from_slice(&rotations);
+        // A rod without force has neither shear nor stretch.
+        rod.line_strains_mut().clear();
         rod.chain_frames();
         Ok(outcome)
     }
 }
 
-/// Gives the rod the shape u = u*, without memory of its own: an error leaves a part of it so.
+/// Gives the rod the shape u = u*, without allocation. After an error a part of the rod has this shape.
 pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<(), EquilibriumError> {
-    let p = rod.order.points();
+    let p = rod.order().points();
     for e in 0..rod.elements() {
         let (of_element, ..) = integrate(rod, e)?;
-        rod.rotations[e * p..(e + 1) * p].copy_from_slice(&of_element[..p]);
+        rod.shape_mut().1[e * p..(e + 1) * p].copy_from_slice(&of_element[..p]);
     }
     rod.chain_frames();
     Ok(())
 }
 
-/// Refuses a rod whose intrinsic strain turns it by π or more within one element.
+/// Returns an error for an intrinsic strain that rotates an element by π or more.
 pub(super) fn check_turns(rod: &Rod) -> Result<(), ParameterError> {
     (0..rod.elements()).try_for_each(|e| match integrate(rod, e) {
         Err(EquilibriumError::Parameter(error)) => Err(error),
@@ -67,9 +68,11 @@ pub(super) fn check_turns(rod: &Rod) -> Result<(), ParameterError> {
     })
 }
 
-/// Picard's iteration for the rotation vectors of an element's nodes; also the number of sweeps and the last change.
+/// Picard iteration for the rotation vectors of the nodes of an element. Returns the number of sweeps and the last
+/// change as well.
 fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, f64), EquilibriumError> {
-    /// Each sweep shrinks the error by about |u*| h / 2; sixty reach rounding for every element that resolves its bend.
+    /// Largest number of sweeps. Each reduces the error by about |u*| h/2: sixty reach rounding in an element that
+    /// resolves its bending.
     const SWEEPS: usize = 60;
     let reference = rod.reference();
     let points = rod.element_points(e);
@@ -93,7 +96,7 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
         if !size.is_finite() {
             return Err(EquilibriumError::NotFinite { what: "intrinsic strain" });
         }
-        // Beyond half a turn the rotation vector is not the one that the frames have.
+        // Rotation vectors longer than π do not have the logarithms of their frames.
         let turn = theta[..reference.p].iter().map(Vector3::norm).fold(0.0, f64::max);
         ParameterError::unless(turn < PI, "turn within one element", turn, "below π (rad): take more elements")?;
         if change <= 4.0 * f64::EPSILON * size {

@@ -1,4 +1,4 @@
-//! How tissue elongates: the relative elemental growth rate and the motion of material points that follows from it.
+//! Growth laws: the relative elemental growth rate, and the motion of material points that follows from it.
 
 mod fixed;
 mod profile;
@@ -12,17 +12,18 @@ pub(crate) use trace::{exit_before_start, zone_elongation};
 pub use uniform::UniformGrowth;
 
 use crate::error::ParameterError;
+use crate::numerics::quadrature::rule;
+use crate::numerics::scalar::newton;
 use crate::pointers::forward_pointers;
-use crate::quadrature::rule;
 
 /// Growth of the part near the apex, equation (2): γ̇ = γ REGR.
 ///
-/// Places are given by their distance σ from the apex along the shoot (m), in which the motion is a flow of its own,
-/// σ̇ = ∫ REGR from 0 to σ, and keeps its digits near the apex, where an arc length from the base loses them. Lengths are unstretched:
-/// what a load stretches elastically neither grows faster nor leaves the zone earlier.
+/// Places are given by their distance σ from the apex along the shoot (m). In it the motion is the flow σ̇ = ∫ REGR
+/// from 0 to σ, and small distances from the apex do not suffer from cancellation, as arc lengths from the base do.
+/// Lengths are unstretched: elastic stretch by a load does not affect growth.
 ///
-/// A law must give [`regr`](Self::regr) and [`zone_length`](Self::zone_length). The motion is integrated from these
-/// unless the law knows it in closed form.
+/// A law must implement [`regr`](Self::regr) and [`zone_length`](Self::zone_length). The motion is integrated
+/// numerically unless the law implements it in closed form.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a growth law",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
@@ -43,30 +44,30 @@ pub trait GrowthLaw {
 
     /// The speed at which the apex moves away from the point at `sigma`: ∫ REGR from 0 to `sigma`, m/s.
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
-        // Eight Gauss points: rounding for the profiles that are smooth over the zone.
+        // Eight Gauss points have an error of rounding for profiles that are smooth over the zone.
         let (x, w) = rule::<8>();
         x.iter().zip(w).map(|(x, w)| w * sigma * self.regr(sigma * x, t)).sum()
     }
 
-    /// Moves a point that is at `sigma` at time `from` to time `to` (earlier or later), as if it did not leave the zone:
-    /// its new distance from the apex, and the factor by which tissue there was stretched meanwhile.
+    /// Moves a point from `sigma` at time `from` to time `to` (earlier or later), without regard to the end of the
+    /// zone. Returns its new distance from the apex and its stretch.
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
         let steps = || steps_for(self, sigma, from, to);
         if self.elongates() { integrate(self, sigma, from, to, steps()) } else { (sigma, 1.0) }
     }
 
-    /// When the point that is at `sigma` at time `from` leaves the zone, if it does so by time `until`.
+    /// The time at which the point at `sigma` at time `from` leaves the zone, unless that is after `until`.
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         if self.elongates() { search_exit(self, sigma, from, until) } else { None }
     }
 
-    /// The first time after `t` (s) at which REGR or its slope in time has a discontinuity; infinite if there is none. Integrators
-    /// step onto it, and read the law a few units of rounding before and after it.
+    /// The first time after `t` (s) at which REGR or its derivative in time has a discontinuity; infinite without one.
+    /// Integrators step onto it, and evaluate the law a few units of rounding before and after it.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Refuses parameters that make no sense for a shoot of the given initial length (m).
+    /// Returns an error for parameters out of range for a shoot with the given initial length (m).
     ///
     /// # Errors
     /// The first such parameter.
@@ -75,8 +76,8 @@ pub trait GrowthLaw {
     }
 }
 
-/// Steps of the classical fourth-order Runge–Kutta method for (σ, ln γ), so that a step is 1/512 of the fastest
-/// growth time: an error of about 1e-13 over a growth time, and rounding over a time step of a simulation.
+/// Number of steps of the classical fourth-order Runge–Kutta method for (σ, ln γ). A step is 1/512 of the fastest
+/// growth time: the error is about 1e-13 over a growth time, and rounding over a time step of a simulation.
 fn steps_for<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, to: f64) -> usize {
     let end = law.zone_length().min(2.0 * sigma);
     let middle = 0.5 * (from + to);
@@ -87,13 +88,12 @@ fn steps_for<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, to: f64) -> 
         }
     }
     let wanted = (512.0 * rate * (to - from).abs()).ceil();
-    // Bounded so that a senseless rate ends in a wrong number, which the caller checks, and not in an endless loop.
+    // The bound limits the work for an infinite rate. The caller checks the result.
     if wanted.is_finite() { wanted.clamp(1.0, 1e6) as usize } else { 1 }
 }
 
 /// Moves a point by `steps` steps of the classical fourth-order Runge–Kutta method, see [`GrowthLaw::flow`].
-#[must_use]
-pub fn integrate<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, to: f64, steps: usize) -> (f64, f64) {
+fn integrate<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, to: f64, steps: usize) -> (f64, f64) {
     let h = (to - from) / steps as f64;
     let (mut sigma, mut log_stretch) = (sigma, 0.0);
     let slope = |sigma: f64, t: f64| (law.apical_speed(sigma, t), law.regr(sigma, t));
@@ -117,24 +117,13 @@ fn search_exit<G: GrowthLaw + ?Sized>(law: &G, sigma: f64, from: f64, until: f64
     if law.flow(sigma, from, until).0 < end {
         return None;
     }
-    // The distance increases with time: Newton, kept inside a bracket that shrinks.
-    let (mut low, mut high) = (from, until);
-    let mut t = until;
-    for _ in 0..200 {
+    // The distance increases with time.
+    let excess = |t: f64| {
         let distance = law.flow(sigma, from, t).0;
-        if distance >= end {
-            high = t
-        } else {
-            low = t
-        }
-        let next = t - (distance - end) / law.apical_speed(distance, t);
-        let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-        if (next - t).abs() <= 4.0 * f64::EPSILON * t.abs().max(until - from) {
-            return Some(next);
-        }
-        t = next;
-    }
-    Some(t)
+        (distance - end, law.apical_speed(distance, t))
+    };
+    let accuracy = 4.0 * f64::EPSILON * until.abs().max(until - from);
+    Some(newton([from, until], until, accuracy, excess))
 }
 
 forward_pointers!(GrowthLaw {
@@ -147,3 +136,25 @@ forward_pointers!(GrowthLaw {
     fn next_discontinuity(t: f64) -> f64;
     fn check(length: f64) -> Result<(), ParameterError>;
 });
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+
+    use super::*;
+
+    #[test]
+    fn integrated_motion_converges_at_fourth_order() {
+        let law = LinearProfile { zone_length: 0.03, time: 72_000.0 };
+        let exact = law.flow(0.004, 0.0, law.time);
+        let errors = [8, 16, 32, 64].map(|steps| {
+            let (distance, stretch) = integrate(&law, 0.004, 0.0, law.time, steps);
+            [distance / exact.0 - 1.0, stretch / exact.1 - 1.0]
+        });
+        // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far above rounding.
+        for component in 0..2 {
+            let order = (errors[2][component] / errors[3][component]).log2();
+            assert_abs_diff_eq!(order, 4.0, epsilon = 0.2);
+        }
+    }
+}

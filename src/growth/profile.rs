@@ -7,7 +7,8 @@ use crate::error::ParameterError;
 
 /// REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the base end of the growth zone: growth is fastest at the apex.
 ///
-/// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same pace.
+/// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same
+/// pace.
 ///
 /// A point in the zone moves as σ = 2ℓg/(1 + c exp(−2t/τg)) with c = 2ℓg/σ(0) − 1, and leaves at (τg/2) ln c.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +53,8 @@ impl GrowthLaw for LinearProfile {
 
 /// REGR = (1 + cos(2π(ξ − ℓg/2)/ℓg))/τg with ξ = ℓg − σ: growth is fastest in the middle of the zone.
 ///
-/// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same pace.
+/// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same
+/// pace.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CosineProfile {

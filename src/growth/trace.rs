@@ -1,9 +1,10 @@
-//! Where a material point is at a given time, without a simulation.
+//! Motion of material points by the growth law alone, without a simulation.
 
 use super::GrowthLaw;
-use crate::quadrature::rule;
+use crate::numerics::quadrature::rule;
 
-/// Speeds vary with time at the pace of days at most; pieces of a sixty-fourth of a run resolve anything slower than that.
+/// Number of intervals in time of the quadrature: each resolves speeds that vary more slowly than a sixty-fourth of a
+/// run.
 const PIECES: u32 = 64;
 
 /// A material point at one time.
@@ -14,7 +15,7 @@ pub struct Trace {
     pub arc_length: f64,
     /// Stretch γ = ∂s/∂S since t = 0.
     pub stretch: f64,
-    /// When it left the growth zone, s, if it has by then. A point that starts outside is taken to have left before.
+    /// Time at which it left the growth zone, s; `None` inside. A point that starts outside left before t = 0.
     pub exit_time: Option<f64>,
 }
 
@@ -34,7 +35,8 @@ pub fn length(law: &impl GrowthLaw, initial: f64, t: f64) -> f64 {
     }
 }
 
-/// What a whole growth zone adds to the length between two times: ∫ of its apical speed, in so many pieces of time.
+/// Increase of the length by a whole growth zone between two times, m: the integral of its apical speed, on `pieces`
+/// intervals.
 pub(crate) fn zone_elongation(law: &impl GrowthLaw, from: f64, to: f64, pieces: u32) -> f64 {
     let zone = law.zone_length();
     let (x, w) = rule::<8>();
@@ -45,7 +47,8 @@ pub(crate) fn zone_elongation(law: &impl GrowthLaw, from: f64, to: f64, pieces: 
         .sum()
 }
 
-/// The material point that was at arc length `start` (m) of a shoot of length `initial` (m) at t = 0, at time `t` ≥ 0 (s).
+/// The material point that was at arc length `start` (m) of a shoot of length `initial` (m) at t = 0, at time `t` ≥ 0
+/// (s).
 #[must_use]
 pub fn trace(law: &impl GrowthLaw, initial: f64, start: f64, t: f64) -> Trace {
     let sigma = initial - start;
@@ -68,7 +71,7 @@ pub fn trace(law: &impl GrowthLaw, initial: f64, start: f64, t: f64) -> Trace {
     }
 }
 
-/// When a point that is outside the zone at t = 0 is taken to have left it: at the speed that the zone has at t = 0.
+/// Exit time (s) of a point outside the zone at t = 0: it has moved since with the speed of the zone at t = 0.
 pub(crate) fn exit_before_start(law: &impl GrowthLaw, sigma: f64) -> f64 {
     let zone = law.zone_length();
     -(sigma - zone) / law.apical_speed(zone, 0.0)

@@ -6,8 +6,8 @@ use crate::error::ParameterError;
 /// Equation (3): REGR = 1/τg within ℓg of the apex, 0 elsewhere; 1/τg everywhere while the shoot is shorter than ℓg.
 ///
 /// Usual values: ℓg = 7 cm and τg = 40 h (20 h where the length is constant) for a shoot of *Arabidopsis thaliana* in
-/// Agostinelli, DeSimone and Noselli (2021), 3 cm and 20 h in their map of growth (figure 3). The shoot then becomes ℓg/τg longer in
-/// a second: 1.75 mm in an hour.
+/// Agostinelli, DeSimone and Noselli (2021), 3 cm and 20 h in their map of growth (figure 3). The shoot then becomes
+/// ℓg/τg longer in a second: 1.75 mm in an hour.
 ///
 /// A point in the zone moves as σ exp(t/τg) and leaves at τg ln(ℓg/σ).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use super::stepper::Stepper;
 use super::{HistoryFunction, IntegrationError, Outcome, STIMULUS};
 use crate::equilibrium::EquilibriumSolver;
 use crate::model::Model;
-use crate::quadrature::lagrange_derivatives;
+use crate::numerics::interpolation::lagrange_derivatives;
 use crate::scene::before;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;

@@ -9,7 +9,8 @@
 use super::ORDER;
 use super::memories::Memories;
 use super::relaxation::{Kernel, LANES, Lanes, NODES};
-use crate::quadrature::{lagrange, lobatto};
+use crate::numerics::interpolation::lagrange;
+use crate::numerics::quadrature::lobatto;
 use crate::tropism::{Declaration, TropismLaw};
 
 /// Sweeps after which an interval is halved: a contraction by 1/10 a sweep reaches the tolerance in them, and means that

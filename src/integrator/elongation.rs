@@ -21,7 +21,7 @@ impl Stepper {
         let Step { leaving, growth: [from, to], .. } = step;
         let rod = &mut shoot.state.rod;
         let (zone, first, p) = (rod.zone(), rod.first_growing(), rod.order().points());
-        for (i, point) in rod.points[zone].iter_mut().enumerate() {
+        for (i, point) in rod.points_mut()[zone].iter_mut().enumerate() {
             let mut end = to;
             if i < leaving * p {
                 // Points in front of the node on the boundary leave before it does, which is at the end of the step.
@@ -36,7 +36,7 @@ impl Stepper {
         // difference.
         let mut before = None;
         for i in first..=rod.elements() {
-            let sigma = rod.node_distance[i];
+            let sigma = rod.node_distances()[i];
             let leaves = leaving > 0 && i <= first + leaving;
             let beyond = leaves.then(|| beyond_zone(growth, sigma, from, to));
             let distance =
@@ -44,7 +44,7 @@ impl Stepper {
             if let Some(e) = i.checked_sub(1).filter(|e| *e >= first) {
                 let length = match (before, beyond) {
                     (Some(before), Some(beyond)) => before - beyond,
-                    _ => rod.node_distance[e] - distance,
+                    _ => rod.node_distances()[e] - distance,
                 };
                 if !rod.set_element_length(e, length).is_finite() {
                     return Err(IntegrationError::NotFinite { what: "stretch of growing tissue", time: to });
@@ -53,7 +53,7 @@ impl Stepper {
                     return Err(IntegrationError::Uneven { time: to, element: e, ratio: rod.jacobian_ratio(e) });
                 }
             }
-            rod.node_distance[i] = distance;
+            rod.node_distances_mut()[i] = distance;
             before = beyond;
         }
         Ok(())

@@ -7,7 +7,8 @@ use nalgebra::Vector3;
 
 use super::ORDER;
 use crate::growth::GrowthLaw;
-use crate::quadrature::{lagrange, rule};
+use crate::numerics::interpolation::lagrange;
+use crate::numerics::quadrature::rule;
 use crate::section::Section;
 use crate::state::{History, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};

@@ -80,7 +80,8 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     use super::*;
-    use crate::quadrature::{lagrange, lobatto};
+    use crate::numerics::interpolation::lagrange;
+    use crate::numerics::quadrature::lobatto;
 
     /// Memories of stimulus 1 and of stimulus 0, of 0.25 s and 3 s.
     const TAUS: [f64; 2] = [0.25, 3.0];

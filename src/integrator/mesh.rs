@@ -44,7 +44,7 @@ pub(super) fn adapt(
     let boundary = growth.flow(growth.zone_length(), to, from).0;
     let first = state.rod.first_growing();
     for e in first..state.rod.elements() {
-        let (a, b) = (state.rod.node_distance[e], state.rod.node_distance[e + 1]);
+        let (a, b) = (state.rod.node_distances()[e], state.rod.node_distances()[e + 1]);
         let margin = SMALLEST_PART * (a - b);
         if boundary >= a - margin {
             return e - first;
@@ -125,7 +125,7 @@ mod tests {
             assert_eq!(shoot.rod().first_growing(), 7);
             shoot.mesh.longest_element = 0.012;
             // Given nodes are never removed. These may be.
-            shoot.state.rod.kept.fill(false);
+            shoot.state.rod.release_nodes();
             let mut statistics = Statistics::default();
             for _ in 0..5 {
                 merge_mature(&mut shoot.state, &law, &shoot.mesh, &mut statistics);

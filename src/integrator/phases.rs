@@ -27,7 +27,7 @@ impl Stepper {
         let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
         self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
         let mut largest = 0.0_f64;
-        for (i, (point, (intrinsic, place))) in state.rod.points[zone].iter_mut().zip(&self.starts).enumerate() {
+        for (i, (point, (intrinsic, place))) in state.rod.points_mut()[zone].iter_mut().zip(&self.starts).enumerate() {
             let exit = if i < leaving { growth.exit_time(*place, start, end) } else { None };
             let integral = match exit {
                 Some(exit) => {

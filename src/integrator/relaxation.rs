@@ -3,7 +3,8 @@
 use nalgebra::{Matrix4, Vector4};
 
 use super::ORDER;
-use crate::quadrature::{lagrange, rule};
+use crate::numerics::interpolation::lagrange;
+use crate::numerics::quadrature::rule;
 
 /// Collocation points: the stimuli are polynomials through as many levels.
 pub(super) const NODES: usize = ORDER;
@@ -75,7 +76,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     use super::*;
-    use crate::quadrature::lobatto;
+    use crate::numerics::quadrature::lobatto;
 
     /// ∫ from 0 to c of exp(−(c − t) z) tᵐ dt, by its power series Σ (−z)ᵏ m! c^(k+m+1)/(k + m + 1)!.
     fn moment(m: i32, z: f64, c: f64) -> f64 {

@@ -96,7 +96,7 @@ fn longest_step(
     }
     // No tissue is further from the apex than this: of a zone that is longer than the shoot none leaves.
     let rod = &shoot.state.rod;
-    let reach = rod.node_distance[rod.first_growing().min(rod.elements())].min(zone);
+    let reach = rod.node_distances()[rod.first_growing().min(rod.elements())].min(zone);
     let shortest = size.min(until - t) / MOST_PARTS;
     let mut step = size;
     while step > shortest && reach - growth.flow(zone, t + step, t).0 > mesh.longest_element {

@@ -243,7 +243,7 @@ impl Stepper {
 
     /// Tissue leaves the zone, and levels of the history that nothing will read again are dropped.
     fn close(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
-        shoot.state.mature(step.leaving);
+        shoot.state.mature(step.leaving, |point| point.exit_time);
         // A little longer than it is read, so that the steps behind a breaking point know of it.
         let behind = AROUND * (step.to - step.from);
         shoot.state.history.forget(step.to - self.laws.longest_delay() - behind, ORDER, &mut self.spare);

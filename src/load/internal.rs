@@ -29,7 +29,7 @@ impl InternalForce {
     }
 
     /// Computes the force anew, for a rod that has grown or at another time, without new allocations if there is room.
-    pub fn update(&mut self, rod: &Rod, load: &impl Load, environment: &Environment) {
+    pub(crate) fn update(&mut self, rod: &Rod, load: &impl Load, environment: &Environment) {
         let reference = rod.reference();
         let p = reference.p;
         let total = rod.length();
@@ -66,7 +66,7 @@ impl InternalForce {
                 distributed += per_length[j] * whole;
             }
         }
-        let initial_apex_distance = rod.initial_length;
+        let initial_apex_distance = rod.initial_length();
         let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume, initial_apex_distance };
         self.at_base = distributed + load.force(&whole, environment);
     }
@@ -99,7 +99,7 @@ impl InternalForce {
     ///
     /// # Errors
     /// The number of points at which the force is known.
-    pub fn check(&self, rod: &Rod) -> Result<(), ParameterError> {
+    pub(crate) fn check(&self, rod: &Rod) -> Result<(), ParameterError> {
         let points = self.forces.len();
         let known = points == rod.points().len();
         ParameterError::unless(known, "points at which the force is known", points as f64, "those of the rod")

@@ -1,27 +1,27 @@
-//! Whether a rod that comes from elsewhere is consistent in itself.
+//! Consistency of a rod that is read from a file.
 
 use nalgebra::Vector3;
 
 use super::Rod;
 
-/// Why something cannot be a rod.
+/// Why data are not a rod.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RodError {
-    /// Two frames at least belong to a rod, those of its ends.
+    /// There are fewer than two frames, those of the ends of an element.
     #[error("a rod has a frame at either end of each element, but here are {frames} frames")]
     NoElements {
-        /// How many frames there are.
+        /// Number of frames.
         frames: usize,
     },
-    /// Lists that do not belong together.
+    /// Lists have inconsistent lengths.
     #[error("{found} {what} were given for {elements} elements, which have {expected}")]
     Size {
-        /// What there are too many or too few of.
+        /// The list.
         what: &'static str,
-        /// How many there are.
+        /// Its length.
         found: usize,
-        /// How many there should be.
+        /// The consistent length.
         expected: usize,
         /// The number of elements.
         elements: usize,
@@ -34,22 +34,22 @@ pub enum RodError {
         /// The number of elements.
         elements: usize,
     },
-    /// A number that cannot be.
+    /// A number is out of range.
     #[error("the {what} number {index} is {value} but must be {requirement}")]
     Value {
-        /// What it is.
+        /// The quantity.
         what: &'static str,
-        /// Which one, counted from the base.
+        /// Its index, from the base.
         index: usize,
         /// The number.
         value: f64,
-        /// What it must be, with its unit.
+        /// Its requirement, with unit.
         requirement: &'static str,
     },
 }
 
 impl RodError {
-    /// Refuses number `index` of several unless `ok`.
+    /// Returns an error for number `index` unless `ok`.
     fn unless(
         ok: bool,
         what: &'static str,
@@ -61,7 +61,7 @@ impl RodError {
 }
 
 impl Rod {
-    /// Refuses a rod whose parts do not belong together, or hold numbers that no rod has.
+    /// Returns an error for lists of inconsistent lengths and for numbers out of range.
     pub(crate) fn check(&self) -> Result<(), RodError> {
         if self.frames.len() < 2 {
             return Err(RodError::NoElements { frames: self.frames.len() });
@@ -103,7 +103,7 @@ impl Rod {
         (0..elements).try_for_each(|e| self.check_lengths(e))
     }
 
-    /// Refuses numbers that no material point has.
+    /// Returns an error for numbers out of range at a material point.
     fn check_points(&self) -> Result<(), RodError> {
         let zone = self.zone();
         for (i, point) in self.points.iter().enumerate() {
@@ -132,7 +132,8 @@ impl Rod {
         Ok(())
     }
 
-    /// Refuses an element in which the arc length does not increase, or whose places in the growth zone are not in order.
+    /// Refuses an element in which the arc length does not increase, or whose places in the growth zone are not in
+    /// order.
     fn check_lengths(&self, e: usize) -> Result<(), RodError> {
         let (points, least) = (self.element_points(e), self.least_jacobian(e));
         let what = "least length per coordinate of element";

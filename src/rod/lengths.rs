@@ -1,33 +1,34 @@
-//! How long elements are, how evenly, and where tissue lies in those that grow: ends of elements and points move by the law of growth,
-//! and the lengths per coordinate at the points follow them.
+//! Lengths of elements, and places of the tissue in growing ones. The ends of elements and the points move by the
+//! growth law; the lengths per coordinate at the points follow from them.
 
 use super::Rod;
-use super::shape::weighted_jacobian;
+use super::shape::{ROUNDING, weighted_jacobian};
+use crate::numerics::scalar::newton;
 use crate::reference_element::MAX_POINTS;
 
-/// A growing element is cut where a part of it has more than so many times the length per coordinate of another. Up to that ratio the
-/// polynomial through those at the points is positive throughout: values between 1 and 2 leave 1.5 − Λ/2 at least, and the Lebesgue
-/// constant Λ of four Gauss points is below 2.9.
+/// Largest ratio of the lengths per coordinate in a growing element; above it the element is divided. Up to this ratio
+/// the polynomial through the values at the points is positive: for values between 1 and 2 it is at least 1.5 − Λ/2,
+/// and the Lebesgue constant Λ of four Gauss points is below 2.9.
 pub(crate) const UNEVEN: f64 = 2.0;
 
-/// Two ends, and the points with their slopes.
+/// Largest number of interpolation conditions: both ends, and the points with their slopes.
 const MAX_TERMS: usize = 2 * MAX_POINTS + 2;
 
-/// Where the tissue of a growing element lies: the polynomial of degree 2p + 1 through the distances of its ends and its points from
-/// the apex, with the lengths per coordinate as slopes (Hermite). What moves by the exact law is so found again in the parts of an
-/// element to the order 2p.
+/// Places of the tissue of a growing element: the Hermite polynomial of degree 2p + 1 through the distances of its ends
+/// and points from the apex, with the lengths per coordinate as slopes. It has the order 2p in the parts of a divided
+/// element.
 pub(super) struct Places {
-    /// Distance of the first end from the apex, and the length, m.
+    /// Distance of the first end from the apex, and length of the element, m.
     first: f64,
     length: f64,
-    /// How many terms there are, their nodes and divided differences: of the part of the length, less the coordinate.
+    /// Number of terms, nodes and divided differences of the share of the length less the coordinate.
     terms: usize,
     nodes: [f64; MAX_TERMS],
     differences: [f64; MAX_TERMS],
 }
 
 impl Places {
-    /// Those of a growing element.
+    /// The places in a growing element.
     pub fn of(rod: &Rod, e: usize) -> Self {
         let (first, last) = (rod.node_distance[e], rod.node_distance[e + 1]);
         let (length, terms) = (first - last, 2 * rod.order.points() + 2);
@@ -49,7 +50,7 @@ impl Places {
         Self { first, length, terms, nodes, differences }
     }
 
-    /// The part of the length that lies before the coordinate `x`, and its slope.
+    /// The share of the length before the coordinate `x`, and its slope.
     fn share(&self, x: f64) -> (f64, f64) {
         let (mut value, mut slope) = (0.0, 0.0);
         for i in (0..self.terms).rev() {
@@ -65,20 +66,18 @@ impl Places {
         (self.first - self.length * share, self.length * slope)
     }
 
-    /// The coordinate at which so large a part of the length lies before it.
+    /// The coordinate before which the given part of the length lies.
     pub fn coordinate(&self, part: f64) -> f64 {
-        let mut x = part.clamp(0.0, 1.0);
-        // Nearly linear: Newton reaches rounding in a few steps.
-        for _ in 0..8 {
+        let excess = |x: f64| {
             let (share, slope) = self.share(x);
-            x = (x - (share - part) / slope).clamp(0.0, 1.0);
-        }
-        x
+            (share - part, slope)
+        };
+        newton([0.0, 1.0], part, ROUNDING, excess)
     }
 }
 
 impl Rod {
-    /// Scales the lengths per coordinate in an element so that it is so long, m. Returns the factor.
+    /// Scales the lengths per coordinate of an element to a given length, m. Returns the factor.
     pub(crate) fn set_element_length(&mut self, e: usize, length: f64) -> f64 {
         let (factor, p) = (length / self.element_length(e), self.order.points());
         for point in &mut self.points[e * p..(e + 1) * p] {
@@ -87,12 +86,13 @@ impl Rod {
         factor
     }
 
-    /// The largest length per coordinate at the points of an element, by the least.
+    /// Ratio of the largest to the smallest length per coordinate at the points of an element.
     pub(crate) fn jacobian_ratio(&self, e: usize) -> f64 {
         ratio(self.element_points(e).iter().map(|point| point.jacobian))
     }
 
-    /// The largest length per coordinate of a growing element by the least: at its points, and between them and its ends.
+    /// Ratio of the largest to the smallest length per coordinate of a growing element, at its points and between them
+    /// and its ends.
     pub(crate) fn unevenness(&self, e: usize) -> f64 {
         let (points, nodes) = (self.element_points(e), &self.reference().points);
         let ends = (0.0, self.node_distance[e]);
@@ -105,7 +105,8 @@ impl Rod {
         ratio(between.chain(points.iter().map(|point| point.jacobian)))
     }
 
-    /// The least length per coordinate in an element, m: at its points, or where one would find the polynomial through them negative.
+    /// Smallest length per coordinate in an element, m: at its points, and for uneven elements on the polynomial
+    /// through them.
     pub(crate) fn least_jacobian(&self, e: usize) -> f64 {
         let points = self.element_points(e);
         let least = points.iter().map(|point| point.jacobian).fold(f64::INFINITY, f64::min);
@@ -117,19 +118,20 @@ impl Rod {
         (0..=parts).map(at).fold(least, f64::min)
     }
 
-    /// The coordinate in element `e` of the growing zone of the point at the given distance from the apex, which must lie inside.
+    /// The coordinate in element `e` of the growing zone of the point at the given distance from the apex, which must
+    /// lie inside.
     pub(crate) fn coordinate_at_distance(&self, e: usize, sigma: f64) -> f64 {
         let places = Places::of(self, e);
         places.coordinate((places.first - sigma) / places.length)
     }
 
-    /// The coordinate at which a growing element is cut into two of equal length.
+    /// The coordinate that divides a growing element into two of equal length.
     pub(crate) fn halfway(&self, e: usize) -> f64 {
         Places::of(self, e).coordinate(0.5)
     }
 }
 
-/// The largest of some numbers by the least.
+/// Ratio of the largest to the smallest of some numbers.
 fn ratio(numbers: impl Iterator<Item = f64>) -> f64 {
     let (least, largest) = numbers.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     largest / least

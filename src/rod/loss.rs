@@ -1,17 +1,18 @@
 //! What merging loses of the intrinsic strain, as the angle by which a frame inside the element is off.
 //!
-//! Of the strain f an element keeps the projection Pf onto polynomials of degree p − 1. The angle that is lost at a place is
-//! F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree 0 … p − 2, however often
-//! elements have been merged; so for the ripple that an oscillator leaves it stays as small as for one wave. What it turns to second
-//! order, ½ ∫ F × dF, does add up: of a ripple that goes round it is a twist. Derivation: `docs/method.md`, "Merging".
+//! Of the strain f an element keeps the projection Pf onto polynomials of degree p − 1. The angle that is lost at a
+//! place is F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree 0 … p
+//! − 2, however often elements have been merged; so for the ripple that an oscillator leaves it stays as small as for
+//! one wave. What it turns to second order, ½ ∫ F × dF, does add up: of a ripple that goes round it is a twist.
+//! Derivation: `docs/method.md`, "Merging".
 
 use nalgebra::Vector3;
 
-use crate::quadrature::{legendre, rule};
+use crate::numerics::quadrature::{legendre, rule};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 
-/// The angle F that is lost in an element, by its mean square and the only moments that further merging needs. The element's
-/// coordinate x in [0, 1] goes with arc length.
+/// The angle F that is lost in an element, by its mean square and the only moments that further merging needs. The
+/// element's coordinate x in [0, 1] goes with arc length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Loss {
@@ -31,7 +32,8 @@ pub(crate) struct Part<'a> {
 }
 
 impl Loss {
-    /// What is lost when two elements are made one, and the angle (rad) by which the merged one turns less, to second order.
+    /// What is lost when two elements are made one, and the angle (rad) by which the merged one turns less, to second
+    /// order.
     pub fn merged(reference: &ReferenceElement, parts: [Part; 2]) -> (Self, Vector3<f64>) {
         let p = reference.p;
         let total = parts[0].length + parts[1].length;
@@ -50,7 +52,8 @@ impl Loss {
             for (x, w) in points.iter().zip(weights) {
                 let (g, w) = (upto(*x), w * share);
                 merged.mean_square += w * g.norm_squared();
-                // ½ ∫ F × dF grows by ∫ F₁ × dG + ½ ∫ G × dG. Of F₁ the moment of degree p − 1 is all that is seen of it.
+                // ½ ∫ F × dF grows by ∫ F₁ × dG + ½ ∫ G × dG. Of F₁ the moment of degree p − 1 is all that is seen of
+                // it.
                 let rate =
                     difference.iter().zip(reference.at_points(*x)).fold(Vector3::zeros(), |sum, (d, w)| sum + d * w);
                 let seen = loss.moments[0] * ((2 * p - 1) as f64 * polynomial(p - 1, *x));
@@ -149,7 +152,8 @@ mod tests {
 
     #[test]
     fn a_ripple_that_goes_round_keeps_the_twist_that_it_makes() {
-        // Eight turns of curvature a k about the axis, d1 to d2: an angle a is lost everywhere, ½ ∫ F × dF = ½ a² k ℓ of twist with it.
+        // Eight turns of curvature a k about the axis, d1 to d2: an angle a is lost everywhere, ½ ∫ F × dF = ½ a² k ℓ
+        // of twist with it.
         let (length, waves) = (0.1, 8.0);
         let k = waves * std::f64::consts::TAU / length;
         let off = |a: f64| {
@@ -169,8 +173,8 @@ mod tests {
             (before.inverse() * turn(&rod)).angle()
         };
         let [coarse, fine] = [0.02, 0.01].map(|a| (off(a), 0.5 * a * a * waves * std::f64::consts::TAU));
-        // Without making up for it the turn would be off by that twist. What is left comes from what the element keeps of the ripple,
-        // a thirtieth of it here.
+        // Without making up for it the turn would be off by that twist. What is left comes from what the element keeps
+        // of the ripple, a thirtieth of it here.
         assert!(coarse.0 < 0.05 * coarse.1 && fine.0 < 0.05 * fine.1, "{coarse:?} {fine:?}");
     }
 }

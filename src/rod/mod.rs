@@ -1,20 +1,21 @@
-//! The discretised rod: material points, rotations, and the shape that follows from them.
+//! The discretised rod: material points, rotations, and the shape that they determine.
 
 mod check;
 mod lengths;
 mod loss;
 mod pair;
+mod parts;
 mod remesh;
 #[cfg(feature = "serde")]
 mod saved;
 mod shape;
-mod tissue;
+pub(crate) mod tissue;
 
 pub use check::RodError;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
-pub use tissue::Tissue;
+pub(crate) use tissue::Tissue;
 
 use loss::Loss;
 use shape::weighted_jacobian;
@@ -35,13 +36,12 @@ use crate::so3;
 pub struct MaterialPoint {
     /// Intrinsic strain u*, components along the directors, 1/m.
     pub intrinsic: Vector3<f64>,
-    /// Current length of the shoot, unloaded, per unit of the element's coordinate in [0, 1], m. Growth multiplies it by the
-    /// stretch.
+    /// Current unloaded length per unit of the element coordinate in [0, 1], m. Growth multiplies it by the stretch.
     pub jacobian: f64,
-    /// Distance from the apex along the shoot, m; followed while the point is in the growth zone, where it is free of
-    /// the cancellation that an arc length from the base suffers.
+    /// Distance from the apex along the shoot, m, up to date in the growth zone. In contrast to an arc length from the
+    /// base it does not suffer from cancellation near the apex.
     pub apex_distance: f64,
-    /// The same at t = 0: the name of the material point.
+    /// Distance from the apex at t = 0, m, which identifies the material point.
     pub initial_apex_distance: f64,
     /// Time t* at which the point left the growth zone, s; infinite while it is inside.
     #[cfg_attr(feature = "serde", serde(with = "infinite_as_none"))]
@@ -50,61 +50,60 @@ pub struct MaterialPoint {
     pub section: Section,
 }
 
-/// Formats without infinity, as JSON, would lose it.
+/// Infinite times as `None`, for formats without infinity such as JSON.
 #[cfg(feature = "serde")]
 mod infinite_as_none {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// Stands for −∞, the exit time of tissue behind a zone that has not begun to grow, s. A power of ten, because text is
-    /// then read exactly, whatever the reader does with last digits.
-    const EVER_SO_LONG_AGO: f64 = -1e300;
+    /// Represents −∞, the exit time of tissue behind a zone that has not begun to grow, s. A power of ten is read
+    /// exactly from text.
+    const LONG_AGO: f64 = -1e300;
 
     pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
-        (*time < f64::INFINITY).then_some(time.max(EVER_SO_LONG_AGO)).serialize(to)
+        (*time < f64::INFINITY).then_some(time.max(LONG_AGO)).serialize(to)
     }
 
     pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
         let time = Option::deserialize(from)?.unwrap_or(f64::INFINITY);
-        // What is no number stays so, to be refused.
-        Ok(if time <= EVER_SO_LONG_AGO { f64::NEG_INFINITY } else { time })
+        // NaN is kept; validation rejects it later.
+        Ok(if time <= LONG_AGO { f64::NEG_INFINITY } else { time })
     }
 }
 
-/// A rod, clamped at its base and free at its apex, cut into elements.
+/// A rod, clamped at its base and free at its apex, divided into elements.
 ///
-/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of freedom,
-/// the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is
-/// R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. It is objective and does not depend on the path by which the
-/// rotations came about.
+/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of freedom, the
+/// rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is R₀
+/// exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and independent of the path of
+/// deformation.
 ///
-/// Lengths along the rod (arc length, length, distance from the apex) are those that it has without force, as growth has made them: they
-/// name the place, whatever stretches. Positions are where shear and stretch have put them, if the elastic law knows these;
-/// with others the two are the same.
+/// Lengths along the rod (arc length, length, distance from the apex) are unstretched, as growth has made them, and
+/// identify places. Positions include shear and stretch if the elastic law has them.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "saved::SavedRod"))]
 pub struct Rod {
-    pub(crate) order: Order,
-    /// Frames at the ends of the elements, the base's first.
-    pub(crate) frames: Vec<UnitQuaternion<f64>>,
+    order: Order,
+    /// Frames at the ends of the elements, from base to apex.
+    frames: Vec<UnitQuaternion<f64>>,
     /// Rotation vectors of the nodes 1 … p of every element.
-    pub(crate) rotations: Vec<Vector3<f64>>,
-    /// The strain v of the centre line at the material points, along the directors; empty if it neither shears nor stretches.
-    pub(crate) line_strains: Vec<Vector3<f64>>,
+    rotations: Vec<Vector3<f64>>,
+    /// Strain v of the centre line at the material points, along the directors; empty without shear and stretch.
+    line_strains: Vec<Vector3<f64>>,
     /// Material points of every element.
-    pub(crate) points: Vec<MaterialPoint>,
-    /// Distance of the ends of the elements from the apex, followed while they are in the growth zone.
-    pub(crate) node_distance: Vec<f64>,
+    points: Vec<MaterialPoint>,
+    /// Distance of the ends of the elements from the apex, up to date in the growth zone.
+    node_distance: Vec<f64>,
     /// The length at t = 0, m.
-    pub(crate) initial_length: f64,
-    /// The ends of elements that merging must keep.
-    pub(crate) kept: Vec<bool>,
-    /// Elements from this one on are in the growth zone.
-    pub(crate) first_growing: usize,
-    /// For every element, what merging has lost of its intrinsic strain.
-    pub(crate) loss: Vec<Loss>,
+    initial_length: f64,
+    /// Ends of elements that merging must keep.
+    kept: Vec<bool>,
+    /// Index of the first element in the growth zone.
+    first_growing: usize,
+    /// Loss of intrinsic strain by merging, for every element.
+    loss: Vec<Loss>,
 }
 
-/// Refuses a base whose quaternion is no rotation.
+/// Returns an error for a base whose quaternion is not of norm one.
 fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
     let norm = base.coords.norm();
     ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the base frame's quaternion", norm, "1")
@@ -117,7 +116,7 @@ impl Rod {
     /// section at an arc length, or the radius (m) of a circular one; `base` turns e1, e2, e3 into d1, d2, d3.
     ///
     /// # Errors
-    /// Nodes that do not start at 0 and increase, or a section that is not positive.
+    /// Nodes that do not start at 0 or do not increase, or a section that is not positive.
     pub fn straight<S: Into<Section>>(
         nodes: &[f64],
         section: impl Fn(f64) -> S,
@@ -201,14 +200,15 @@ impl Rod {
         &self.points
     }
 
-    /// Gives every material point an intrinsic strain: components along the directors, 1/m. Positive u2 bends towards d1, negative
-    /// u1 towards d2, positive u3 twists d1 towards d2. The shape stays; the next equilibrium starts from it.
+    /// Sets the intrinsic strain of every material point: components along the directors, 1/m. Positive u2 bends
+    /// towards d1, negative u1 towards d2, positive u3 twists d1 towards d2. The shape does not change; it is the
+    /// initial guess of the next equilibrium.
     ///
     /// ```
     /// # use morphorod::{Order, rod::Rod};
     /// # use nalgebra::{UnitQuaternion, Vector3};
     /// let mut rod = Rod::uniform(0.1, 1e-3, UnitQuaternion::identity(), 4, Order::Eight)?;
-    /// // Bent about d2, the more the nearer to the apex.
+    /// // Bending about d2 that increases towards the apex.
     /// rod.set_intrinsic(|point| Vector3::y() * (10.0 - 100.0 * point.apex_distance));
     /// # Ok::<(), morphorod::ParameterError>(())
     /// ```
@@ -218,21 +218,19 @@ impl Rod {
         }
     }
 
-    /// Makes all tissue mature: it left the growth zone at the time `exit` (s), from which its age counts.
+    /// Makes all tissue mature: it left the growth zone at the time `exit` (s), at which its age is zero.
     pub fn set_mature(&mut self, exit: f64) {
+        self.points.iter_mut().for_each(|point| point.exit_time = exit);
         self.first_growing = self.elements();
-        for point in &mut self.points {
-            point.exit_time = exit;
-        }
     }
 
-    /// The frames at the ends of the elements, the base's first: each turns e1, e2, e3 into d1, d2, d3.
+    /// The frames at the ends of the elements, from base to apex: each rotates e1, e2, e3 into d1, d2, d3.
     #[must_use]
     pub fn frames(&self) -> &[UnitQuaternion<f64>] {
         &self.frames
     }
 
-    /// The element from which on the rod is in its growth zone; equal to the number of elements if none is.
+    /// The first element in the growth zone; equal to the number of elements for a mature rod.
     #[must_use]
     pub fn first_growing(&self) -> usize {
         self.first_growing
@@ -250,16 +248,17 @@ impl Rod {
         weighted_jacobian(self.element_points(element), &self.reference().weights)
     }
 
-    /// By how much an element turns under its intrinsic strain at most, rad: ∫ |u*| ds.
+    /// Upper bound of the rotation along an element by its intrinsic strain, rad: ∫ |u*| ds.
     pub(crate) fn intrinsic_turn(&self, element: usize) -> f64 {
         let points = self.element_points(element).iter().zip(&self.reference().weights);
         points.map(|(point, w)| w * point.jacobian * point.intrinsic.norm()).sum()
     }
 
-    /// The length ℓ of the rod, unstretched, m; [`centre_line_length`](Self::centre_line_length) is that under its load.
+    /// The unstretched length ℓ of the rod, m; [`centre_line_length`](Self::centre_line_length) includes elastic
+    /// stretch.
     #[must_use]
     pub fn length(&self) -> f64 {
-        // From the apex, where elements may be small, towards the base.
+        // The sum begins at the apex, where elements may be small.
         (0..self.elements()).rev().map(|e| self.element_length(e)).sum()
     }
 
@@ -272,10 +271,10 @@ impl Rod {
         each.map(|(point, w)| w * point.jacobian * point.section.area()).sum()
     }
 
-    /// Turns the whole rod so that its base has the given frame; the curvature stays.
+    /// Rotates the whole rod so that its base has the given frame.
     ///
     /// # Errors
-    /// A frame whose quaternion is not of norm 1; the rod is then as it was.
+    /// A frame whose quaternion is not of norm 1; the rod does not change then.
     pub fn set_base(&mut self, base: UnitQuaternion<f64>) -> Result<(), ParameterError> {
         check_base(&base)?;
         let turn = base * self.frames[0].inverse();
@@ -286,14 +285,12 @@ impl Rod {
         Ok(())
     }
 
-    /// Becomes equal to `source` without new allocations, if there is room.
+    /// Copies `source` without allocation if the capacities suffice.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.order, self.first_growing) = (source.order, source.first_growing);
         self.initial_length = source.initial_length;
         self.kept.clone_from(&source.kept);
-        self.frames.clone_from(&source.frames);
-        self.rotations.clone_from(&source.rotations);
-        self.line_strains.clone_from(&source.line_strains);
+        self.copy_shape(source);
         self.points.clone_from(&source.points);
         self.node_distance.clone_from(&source.node_distance);
         self.loss.clone_from(&source.loss);
@@ -314,7 +311,7 @@ impl Rod {
         &self.rotations[element * p..(element + 1) * p]
     }
 
-    /// Rebuilds the frames at the ends from the base's and the rotations within the elements.
+    /// Recomputes the frames at the ends of the elements from that of the base and the rotations in the elements.
     pub(crate) fn chain_frames(&mut self) {
         let p = self.order.points();
         for e in 0..self.elements() {

@@ -1,20 +1,20 @@
-//! Two neighbouring elements as one: the projection of what their points carry, and what it changes.
+//! Merging of two neighbouring elements: the projection of the fields, and its error.
 
 use nalgebra::Vector3;
 
 use super::loss::{Loss, Part};
 use super::{MaterialPoint, Rod};
-use crate::quadrature::legendre;
+use crate::numerics::quadrature::legendre;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::section::Section;
 
-/// The points of two elements that may become one.
+/// Two elements that may be merged.
 pub(super) struct Pair<'a> {
     reference: &'static ReferenceElement,
     source: &'a [MaterialPoint],
-    /// Of the two elements, m.
+    /// Lengths of the two elements, m.
     lengths: [f64; 2],
-    /// Of every point: its place in [0, 1] of the merged element by arc length, and its weight.
+    /// Coordinate of every point in the merged element by arc length, and its weight.
     places: [(f64, f64); 2 * MAX_POINTS],
 }
 
@@ -36,12 +36,12 @@ impl<'a> Pair<'a> {
         Self { reference, source: &rod.points[e * p..(e + 2) * p], lengths, places }
     }
 
-    /// Of both, m.
+    /// Length of the merged element, m.
     pub fn length(&self) -> f64 {
         self.lengths[0] + self.lengths[1]
     }
 
-    /// Which part of the whole the first element is.
+    /// Share of the first element in the length.
     pub fn share(&self) -> f64 {
         self.lengths[0] / self.length()
     }
@@ -68,7 +68,7 @@ impl<'a> Pair<'a> {
         weights
     }
 
-    /// Σ weights · what the points of both elements carry.
+    /// Weighted sum of a quantity at the points of both elements.
     fn sum(&self, weights: &[f64], f: impl Fn(&MaterialPoint) -> f64) -> f64 {
         self.source.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
     }
@@ -76,7 +76,7 @@ impl<'a> Pair<'a> {
     /// The points of the merged element.
     pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
         let projection = self.projection();
-        // Infinite exit times are all alike.
+        // Either all exit times are finite, or all are equal.
         let exit = self.source[0].exit_time;
         std::array::from_fn(|g| MaterialPoint {
             intrinsic: Vector3::from_fn(|i, _| self.sum(&projection[g], |point| point.intrinsic[i])),
@@ -91,19 +91,19 @@ impl<'a> Pair<'a> {
         })
     }
 
-    /// The strains of the centre line at the points of the merged element, by those at the points of both.
+    /// The strains of the centre line at the points of the merged element.
     pub fn projected_strains(&self, strains: &[Vector3<f64>]) -> [Vector3<f64>; MAX_POINTS] {
         let sum = |weights: &[f64]| strains.iter().zip(weights).fold(Vector3::zeros(), |sum, (v, w)| sum + v * *w);
         self.projection().map(|weights| sum(&weights))
     }
 
-    /// What the merged element has at a place.
+    /// A quantity of the merged element at a place.
     fn at(&self, new: &[MaterialPoint], x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
         new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()
     }
 
-    /// What is lost of the intrinsic strain, if the elements have lost `losses` already, and by which angle (rad) the merged element
-    /// turns less for it.
+    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting decrease of the
+    /// rotation along the merged element (rad).
     pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {
@@ -126,8 +126,8 @@ impl<'a> Pair<'a> {
         largest(changes)
     }
 
-    /// The largest relative change of the bending of the element under a couple that is constant or linear along it. The stiffness
-    /// rises fast in fresh tissue, and is known at the Gauss points alone.
+    /// The largest relative change of the bending of the element under a couple that is constant or linear along it.
+    /// The stiffness increases fast in young tissue, and is evaluated at the Gauss points only.
     pub fn change_of_compliance(&self, new: &[MaterialPoint], compliance: impl Fn(&MaterialPoint) -> f64) -> f64 {
         let add = |bend: [f64; 2], (point, x, w): (&MaterialPoint, f64, f64)| {
             let c = w * compliance(point);

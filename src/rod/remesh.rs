@@ -1,4 +1,4 @@
-//! Elements that are cut in two, and mature elements that are made one. What a point carries goes with it.
+//! Division of elements, and merging of mature elements.
 
 use nalgebra::Vector3;
 
@@ -10,7 +10,7 @@ use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::section::Section;
 use crate::so3;
 
-/// Weights that turn the values at the points of one element into those at the points of its part [from, to].
+/// Weights of the values at the points of an element for the values at the points of its part [from, to].
 pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> [[f64; MAX_POINTS]; MAX_POINTS] {
     let mut weights = [[0.0; MAX_POINTS]; MAX_POINTS];
     for g in 0..reference.p {
@@ -19,31 +19,32 @@ pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> 
     weights
 }
 
-/// What an element bends by under a couple may change by this fraction of the tolerance (rad), relative to itself: unlike the angle
-/// that is lost of the intrinsic strain it does not vanish on average, and moves all that lies beyond.
+/// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast to the
+/// loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element.
 const COMPLIANCE: f64 = 1e-2;
 
-/// The angle that is lost inside an element may be so many times the tolerance: it does vanish on average, and what it turns to second
-/// order is made up for.
+/// Largest angle lost inside an element, over the tolerance: its mean vanishes, and its rotation to second order is
+/// compensated.
 const INSIDE: f64 = 20.0;
-/// And no larger than this unless the tolerance is, rad.
+/// Upper bound of that angle unless the tolerance is larger, rad.
 const LARGEST_INSIDE: f64 = 2e-3;
 
-/// The smallest tolerance (rad) with which a loss of an angle inside an element is permitted. The angle is a root of the mean square, rad.
+/// The smallest tolerance (rad) that permits the loss of an angle inside an element. The angle is a root mean square,
+/// rad.
 fn permitting(loss: f64) -> f64 {
     if loss > LARGEST_INSIDE { loss } else { loss / INSIDE }
 }
 
 impl Rod {
-    /// Cuts an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and are
-    /// the same polynomials afterwards.
+    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and do
+    /// not change.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
         let reference = self.reference();
         let p = reference.p;
         let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
         let growing = e >= self.first_growing;
         let places = growing.then(|| Places::of(self, e));
-        // Where tissue was last that has left the zone.
+        // Mature tissue keeps the place at which it left the zone.
         let place = |x: f64| match &places {
             Some(places) => places.at(x),
             None => {
@@ -53,7 +54,7 @@ impl Rod {
         };
         let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
-        // Points that have not left the growth zone, or left it ever so long ago, have infinite exit times.
+        // Exit times are infinite in the growth zone and in tissue that was mature before the start.
         let exits = old[0].exit_time.is_finite();
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
             for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
@@ -98,7 +99,7 @@ impl Rod {
         }
     }
 
-    /// Cuts every element into so many, equal in its coordinate.
+    /// Divides every element into `parts` that are equal in its coordinate.
     pub(crate) fn cut(&mut self, parts: usize) {
         for e in (0..self.elements()).rev() {
             for part in 1..parts {
@@ -107,13 +108,13 @@ impl Rod {
         }
     }
 
-    /// Makes the mature elements `e` and `e` + 1 one by L² projection of what their points carry, or leaves them if the
-    /// intrinsic strain would lose too much for a `tolerance` (rad), if the section or the `compliance` would change too much, or if
-    /// the node between them is to be kept. Returns the smallest tolerance with which they would have been merged, if they were.
+    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the loss of
+    /// intrinsic strain or the change of the section or of the `compliance` exceeds a `tolerance` (rad), or if the node
+    /// between them is to be kept. Returns the smallest tolerance that permits the merging that was done.
     ///
-    /// The projection keeps the moments 0 … p − 1 of the intrinsic strain. Projections onto larger and larger elements
-    /// are the same as one onto the largest, so nothing accumulates; what is lost is followed exactly. A constant strain makes up for
-    /// what it turns to second order.
+    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto larger
+    /// elements equal one projection onto the largest, so that errors do not accumulate; the loss is computed exactly.
+    /// A constant strain compensates its rotation to second order.
     pub(crate) fn merge(
         &mut self,
         e: usize,
@@ -121,7 +122,7 @@ impl Rod {
         compliance: impl Fn(&MaterialPoint) -> f64,
     ) -> Option<f64> {
         let (reference, p) = (self.reference(), self.order.points());
-        // Tissue that left the growth zone ever so long ago goes together with its like alone.
+        // Tissue without a finite exit time is merged only with tissue of the same kind.
         let exits = [e, e + 1].map(|e| self.points[e * p].exit_time.is_finite());
         if self.kept[e + 1] || exits[0] != exits[1] {
             return None;
@@ -162,7 +163,7 @@ impl Rod {
     }
 }
 
-/// The rotation vectors of element `e` of a set, cut at `x`.
+/// Divides element `e` of a list of rotation vectors at `x`.
 pub(crate) fn split_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, x: f64) {
     let p = reference.p;
     let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
@@ -177,7 +178,7 @@ pub(crate) fn split_rotations(reference: &ReferenceElement, rotations: &mut Vec<
     rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
 }
 
-/// The rotation vectors of elements `e` and `e` + 1 of a set as those of one element, of which the first is a `share`.
+/// Merges elements `e` and `e` + 1 of a list of rotation vectors. The first one is a `share` of the merged element.
 pub(crate) fn merge_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, share: f64) {
     let p = reference.p;
     let middle = so3::exp(&rotations[(e + 1) * p - 1]);

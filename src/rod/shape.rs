@@ -1,15 +1,19 @@
-//! What follows from the rotations and the strain of the centre line: frames, strains and positions at any place. Nothing of
-//! it is stored.
+//! Frames, strains and positions at any place, computed from the rotations and the strain of the centre line.
 
+use std::convert::Infallible;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
-use crate::quadrature::lagrange_derivatives;
+use crate::numerics::interpolation::lagrange_derivatives;
+use crate::numerics::scalar::{bracketed_root, newton};
 use crate::reference_element::MAX_POINTS;
 use crate::section::Section;
 use crate::so3::{self, Form};
+
+/// Rounding of a coordinate in an element.
+pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 impl Rod {
     /// The rotation vector at coordinate `x` in [0, 1] of an element, relative to the frame at its first end.
@@ -18,13 +22,13 @@ impl Rod {
         weighted(self.element_rotations(element), &weights)
     }
 
-    /// The frame at coordinate `x` in [0, 1] of an element; nothing if there is no such element or coordinate.
+    /// The frame at coordinate `x` in [0, 1] of an element; `None` for an element or a coordinate out of range.
     #[must_use]
     pub fn frame(&self, element: usize, x: f64) -> Option<UnitQuaternion<f64>> {
         (element < self.elements() && (0.0..=1.0).contains(&x)).then(|| self.frame_within(element, x))
     }
 
-    /// The same for an element that there is.
+    /// The frame at coordinate `x` of an existing element.
     pub(crate) fn frame_within(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
         self.frames[element] * so3::exp(&self.rotation_at(element, x))
     }
@@ -41,21 +45,21 @@ impl Rod {
     }
 
     /// The visible strain u at Gauss point `g` of an element by differentiation of the rotations, of order p + 1:
-    /// components along the directors, 1/m. Nothing if there is no such element or point.
+    /// components along the directors, 1/m. `None` for an element or a point out of range.
     #[must_use]
     pub fn strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
         exists.then(|| self.strain_at_point(element, g))
     }
 
-    /// The same at a point that there is.
+    /// The visible strain at an existing point.
     pub(crate) fn strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
         let reference = self.reference();
         let jacobian = self.element_points(element)[g].jacobian;
         self.differentiated(element, &reference.shape[g], &reference.slope[g], jacobian)
     }
 
-    /// The same at coordinate `x` of an element.
+    /// The visible strain at coordinate `x` of an element.
     pub(crate) fn strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
         let reference = self.reference();
         let slopes = lagrange_derivatives(&reference.nodes, x);
@@ -65,7 +69,7 @@ impl Rod {
         self.differentiated(element, &reference.at_nodes(x), &slope, jacobian)
     }
 
-    /// The strain where the polynomials of the nodes have the values `shape` and the derivatives `slope`.
+    /// The strain at the place where the polynomials of the nodes have the values `shape` and the derivatives `slope`.
     fn differentiated(
         &self,
         element: usize,
@@ -78,32 +82,32 @@ impl Rod {
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
-    /// The strain v of the centre line at Gauss point `g` of an element, as the last equilibrium had it: ∂p/∂s = v1 d1 + v2 d2 + v3 d3,
-    /// shear v1 and v2, stretch v3 (1 where nothing stretches). Nothing if there is no such element or point.
+    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium: ∂p/∂s = v1 d1 + v2 d2
+    /// + v3 d3, with shear v1 and v2 and stretch v3 (1 without stretch). `None` for an element or a point out of range.
     #[must_use]
     pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
         exists.then(|| self.line_strain_at_point(element, g))
     }
 
-    /// Whether the line has been given shear and stretch.
+    /// Whether the centre line has shear and stretch.
     pub(crate) fn yields(&self) -> bool {
         !self.line_strains.is_empty()
     }
 
-    /// The same at a point that there is.
+    /// The strain of the centre line at an existing point.
     fn line_strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
         self.line_strains.get(element * self.order.points() + g).copied().unwrap_or_else(centre_line_tangent)
     }
 
-    /// The same at coordinate `x` of an element: the polynomial through its points.
+    /// The strain of the centre line at coordinate `x` of an element: the polynomial through its points.
     fn line_strain_within(&self, element: usize, x: f64) -> Vector3<f64> {
         let p = self.order.points();
         let strains = self.line_strains.get(element * p..(element + 1) * p);
         strains.map_or_else(centre_line_tangent, |strains| weighted(strains, &self.reference().at_points(x)))
     }
 
-    /// The length of the centre line, ∫ |v| ds, m: that of the rod where nothing shears or stretches.
+    /// The length of the centre line, ∫ |v| ds, m; equal to that of the rod without shear and stretch.
     #[must_use]
     pub fn centre_line_length(&self) -> f64 {
         let weights = self.reference().weights.iter().cycle();
@@ -125,7 +129,7 @@ impl Rod {
 
     /// The vector from one end of an element to the other, in the fixed frame, m.
     fn whole_chord(&self, element: usize) -> Vector3<f64> {
-        // Of a rod that neither shears nor stretches with a constant in its place.
+        // The constant tangent is faster without shear and stretch.
         if self.yields() {
             self.chord_along(element, |g| self.line_strain_at_point(element, g))
         } else {
@@ -133,7 +137,7 @@ impl Rod {
         }
     }
 
-    /// The same with a strain of the centre line at each Gauss point.
+    /// The vector between the ends of an element with a given strain of the centre line at each Gauss point.
     #[inline]
     fn chord_along(&self, element: usize, line_strain: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
         let reference = self.reference();
@@ -180,14 +184,13 @@ impl Rod {
         (0..count).map(place).collect()
     }
 
-    /// The element that holds arc length `s` (m), and the coordinate in it. An `s` beyond either end is taken to that end
-    /// of [0, ℓ]; there is no answer to one that is not a number.
+    /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
     #[must_use]
     pub fn locate(&self, s: f64) -> Option<(usize, f64)> {
         (!s.is_nan()).then(|| self.locate_number(s))
     }
 
-    /// The same for an `s` that is a number.
+    /// The element and the coordinate in it at an arc length `s` (m) that is not NaN.
     fn locate_number(&self, s: f64) -> (usize, f64) {
         let mut rest = s.max(0.0);
         let mut element = 0;
@@ -203,21 +206,15 @@ impl Rod {
     /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
     pub(super) fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
         let (reference, points) = (self.reference(), self.element_points(element));
-        let mut x = (s / length).clamp(0.0, 1.0);
-        // Arc length is a smooth and nearly linear function of the coordinate: Newton reaches rounding in a few steps.
-        for _ in 0..8 {
-            let excess = weighted_jacobian(points, &reference.integral_upto(x)) - s;
-            let next = (x - excess / weighted_jacobian(points, &reference.at_points(x))).clamp(0.0, 1.0);
-            if next == x {
-                break;
-            }
-            x = next;
-        }
-        x
+        let excess = |x: f64| {
+            let before = weighted_jacobian(points, &reference.integral_upto(x));
+            ((before - s) / length, weighted_jacobian(points, &reference.at_points(x)) / length)
+        };
+        newton([0.0, 1.0], s / length, ROUNDING, excess)
     }
 
-    /// The arc lengths (m) between which the rod is in its growth zone: from where the zone begins to the apex. All of a rod that
-    /// no growth law has made mature is.
+    /// The arc lengths (m) of the growth zone, from its beginning to the apex. A rod that has not been made mature is
+    /// its own growth zone.
     #[must_use]
     pub fn growth_zone(&self) -> Range<f64> {
         let length = self.length();
@@ -225,10 +222,10 @@ impl Rod {
         if self.first_growing == 0 { 0.0..length } else { length - zone..length }
     }
 
-    /// Where (arc length, m) the material is now that was at the arc length `start` (m) at t = 0. A place beyond either end is taken
-    /// to that end; there is no answer to one that is not a number.
+    /// The present arc length (m) of the material that was at the arc length `start` (m) at t = 0. `start` is clamped
+    /// to the rod; `None` for NaN.
     ///
-    /// Between material points their names are interpolated, with the order of the points in an element.
+    /// Between material points the initial distances from the apex are interpolated.
     #[must_use]
     pub fn arc_length_of(&self, start: f64) -> Option<f64> {
         let (e, x) = self.locate_initial(self.initial_length - start)?;
@@ -243,16 +240,17 @@ impl Rod {
         }
         let name = |e: usize, x: f64| self.initial_apex_distance(e, x);
         let e = (0..self.elements()).rev().find(|&e| name(e, 0.0) >= d).unwrap_or(0);
-        // Names fall from base to apex: halved until the place is known to rounding.
-        let (mut low, mut high) = (0.0, 1.0);
-        while high - low > f64::EPSILON {
-            let middle = 0.5 * (low + high);
-            if name(e, middle) > d { low = middle } else { high = middle }
+        // The initial distance decreases from base to apex.
+        let excess = |x: f64| name(e, x) - d;
+        if excess(1.0) >= 0.0 {
+            return Some((e, 1.0));
         }
-        Some((e, if name(e, 1.0) >= d { 1.0 } else { high }))
+        let bracket = [0.0, 1.0].map(|x| (x, excess(x)));
+        let Ok([_, x]) = bracketed_root(bracket, f64::EPSILON, |x| Ok::<_, Infallible>(excess(x)));
+        Some((e, x))
     }
 
-    /// The polynomial through what the points of element `e` carry, at its coordinate `x`.
+    /// The value at coordinate `x` of the polynomial through a quantity at the points of element `e`.
     pub(crate) fn interpolate(&self, e: usize, x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
         let weights = self.reference().at_points(x);
         self.element_points(e).iter().zip(weights).map(|(point, w)| w * f(point)).sum()
@@ -264,8 +262,8 @@ impl Rod {
         Section::ellipse(axis(|point| point.section.along_d1), axis(|point| point.section.along_d2))
     }
 
-    /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial through the points. One
-    /// point makes no slope; there it is linear between the points of neighbours.
+    /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial through the
+    /// points. In an element with one point it is linear between the points of the neighbours.
     pub(crate) fn initial_apex_distance(&self, e: usize, x: f64) -> f64 {
         let points = self.element_points(e);
         if let [point] = points {
@@ -286,8 +284,9 @@ impl Rod {
         self.interpolate(e, x, |point| point.initial_apex_distance)
     }
 
-    /// The same in the last element, by the ratio to the coordinate's distance from the apex: as elements there are cut and cut again
-    /// the names become as small as one likes, and rounding of the names themselves would stay.
+    /// The distance from the apex at t = 0 in the last element. Its ratio to the coordinate's distance from the apex is
+    /// interpolated: repeated division makes the distances arbitrarily small, and interpolation of the distances would
+    /// leave an absolute rounding error.
     fn initial_distance_at_apex(&self, x: f64) -> f64 {
         let reference = self.reference();
         let ratio = self.element_points(self.elements() - 1).iter().zip(&reference.points);
@@ -295,8 +294,8 @@ impl Rod {
         (1.0 - x) * each.map(|(ratio, w)| w * ratio).sum::<f64>()
     }
 
-    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). An `s` beyond either end is
-    /// taken to that end of [0, ℓ]; there is no answer to one that is not a number.
+    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to [0, ℓ];
+    /// `None` for NaN.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = self.locate(s)?;
@@ -316,8 +315,7 @@ pub(super) fn weighted_jacobian(points: &[MaterialPoint], weights: &[f64]) -> f6
     points.iter().zip(weights).map(|(point, w)| w * point.jacobian).sum()
 }
 
-/// The derivative p′ of a centre line that neither shears nor stretches by arc length, components along the directors: d3. A frame
-/// turns it into the fixed frame.
+/// The tangent ∂p/∂s of a centre line without shear and stretch, components along the directors: d3.
 #[inline]
 pub(crate) fn centre_line_tangent() -> Vector3<f64> {
     Vector3::z()

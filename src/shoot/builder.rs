@@ -228,15 +228,10 @@ impl<M: Model> ShootBuilder<M> {
         }
         let base = model.scene().base(0.0);
         let mut rod = Rod::straight(&nodes, |s| along(s), base, order)?;
-        for (node, kept_node) in nodes.iter().zip(&mut rod.kept) {
-            *kept_node = kept[1..].contains(node);
-        }
+        let to_keep = nodes.iter().zip(0..).filter(|(node, _)| kept[1..].contains(node));
+        to_keep.for_each(|(_, i)| rod.keep_node(i));
         let below = nodes.iter().take_while(|node| **node < kept[0]).count();
-        rod.first_growing = below;
-        let p = order.points();
-        for point in &mut rod.points[..below * p] {
-            point.exit_time = exit_before_start(growth, point.apex_distance);
-        }
+        rod.mature(below, |point| exit_before_start(growth, point.apex_distance));
         check_tissue(&rod, model, 0.0)?;
         check_resolved(&rod, |s| along(s))?;
         let volume = rod.volume();
@@ -253,7 +248,7 @@ pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(
     let environment = model.scene().environment(time);
     for point in rod.points() {
         let tissue = Tissue::of(point, time);
-        let place = rod.initial_length - tissue.initial_apex_distance;
+        let place = rod.initial_length() - tissue.initial_apex_distance;
         let force = model.load().per_length(&tissue, &environment).sum();
         ParameterError::finite("force per length", force).map_err(|error| error.at(place))?;
     }
@@ -262,7 +257,7 @@ pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(
 
 /// Refuses a section that the elements do not resolve, as one that jumps inside an element: cut, it might become negative.
 fn check_resolved(rod: &Rod, section: impl Fn(f64) -> Section) -> Result<(), ParameterError> {
-    let (length, mut start) = (rod.initial_length, 0.0);
+    let (length, mut start) = (rod.initial_length(), 0.0);
     for e in 0..rod.elements() {
         let h = rod.element_length(e);
         for x in [0.02, 0.25, 0.5, 0.75, 0.98] {

@@ -111,29 +111,26 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let rod = &state.rod;
     let first = rod.first_growing();
     // Ends of elements move by the exact flow.
-    let (growing, margin) = (rod.node_distance[first.min(rod.elements())], SAME_PLACE * rod.length());
+    let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
     let ok = first == 0 || zone <= growing + margin;
     let what = "length of the new growth zone";
     ParameterError::unless(ok, what, zone, "not longer than the present one: mature tissue does not grow again (m)")?;
     if zone < growing - margin {
-        let e = state.rod.node_distance[first..].partition_point(|node| *node > zone + margin) + first;
+        let e = state.rod.node_distances()[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.
-        if state.rod.node_distance[e] < zone - margin {
+        if state.rod.node_distances()[e] < zone - margin {
             let x = state.rod.coordinate_at_distance(e - 1, zone);
             state.split(e - 1, x);
         }
-        let (now, p) = (state.time, state.rod.order().points());
-        for point in &mut state.rod.points[first * p..e * p] {
-            point.exit_time = now;
-        }
-        state.mature(e - first);
+        let now = state.time;
+        state.mature(e - first, |_| now);
     }
     Ok(())
 }
 
 /// Puts nodes to keep where the load jumps.
 fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
-    for distance in jumps(model.load(), state.rod.initial_length)? {
+    for distance in jumps(model.load(), state.rod.initial_length())? {
         let Some((e, x)) = state.rod.locate_initial(distance) else { continue };
         let node = if x <= SAME_PLACE {
             e
@@ -143,7 +140,7 @@ fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
             state.split(e, x);
             e + 1
         };
-        state.rod.kept[node] = true;
+        state.rod.keep_node(node);
     }
     Ok(())
 }

@@ -176,13 +176,13 @@ mod tests {
         let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
         let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
         let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
-        lacking.rod.points.pop();
+        lacking.rod.remove_last_point();
         let expected = RodError::Size { what: "material points", found: 7, expected: 8, elements: 2 };
         assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
         assert_eq!(shoot.state, kept);
         let mut long = kept.clone();
-        long.rod.points.iter_mut().for_each(|point| point.jacobian *= 1e6);
-        long.rod.node_distance.iter_mut().for_each(|distance| *distance *= 1e6);
+        long.rod.points_mut().iter_mut().for_each(|point| point.jacobian *= 1e6);
+        long.rod.node_distances_mut().iter_mut().for_each(|distance| *distance *= 1e6);
         let error = shoot.restore(&long).unwrap_err();
         assert!(matches!(error, StateError::Value { what: "length of the rod", .. }), "{error}");
         assert_eq!(shoot.state, kept);

@@ -23,7 +23,7 @@ impl<M: Model> Shoot<M> {
         let zone = rod.zone();
         let weights = rod.reference().weights.iter().cycle();
         let mut sum = 0.0;
-        for (i, (point, weight)) in rod.points[zone].iter().zip(weights).enumerate() {
+        for (i, (point, weight)) in rod.points()[zone].iter().zip(weights).enumerate() {
             for (k, reading) in readings.iter().enumerate() {
                 past[k] = reading.and_then(|reading| history.read(&reading, i).nth(k)).unwrap_or(0.0);
             }

@@ -34,7 +34,7 @@ pub(crate) fn visit_bends(
         for sign in [1.0, -1.0] {
             let mut bend = |step: f64| {
                 moved.clone_from(rod);
-                moved.points[at].intrinsic[c] += sign * step;
+                moved.points_mut()[at].intrinsic[c] += sign * step;
                 tangent.follow(&mut moved);
                 largest_turn(rod, &moved)
             };

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! X turns a disturbance of the intrinsic strain into that of the stimuli, by way of the equilibrium; F are the laws' rates
-//! and G their gradients. All derivatives are differences of the laws' own functions, unless a law offers its own; so one
+//! and G their gradients. All derivatives are differences of the laws' own functions; so one
 //! written downstream is covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter
 //! changes, [`crossings`] where any root does, and [`boundary`] follows a crossing in two parameters. [`Refinement`] has the same
 //! to a tolerance, on meshes that it chooses; `with_error` tells the error of a mesh of one's own. Method, cost and

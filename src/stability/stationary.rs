@@ -87,7 +87,7 @@ impl StationarySolver {
             let step = linear.stationary_step(&steady);
             let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
             for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
-                rod.points[first + i].intrinsic[c] += value;
+                rod.points_mut()[first + i].intrinsic[c] += value;
             }
         }
     }
@@ -100,7 +100,7 @@ impl StationarySolver {
         let mut trial = rod.clone();
         for e in 0..rod.elements() {
             for g in 0..p {
-                trial.points[e * p + g].intrinsic = rod.strain_at_point(e, g);
+                trial.points_mut()[e * p + g].intrinsic = rod.strain_at_point(e, g);
             }
         }
         let evaluate = |trial: &mut Rod| -> Result<SteadyState, StabilityError> {
@@ -164,7 +164,7 @@ fn displaced(rod: &Rod, change: &DVector<f64>) -> Rod {
     let mut moved = rod.clone();
     let first = rod.points().len() - change.len() / 3;
     for (k, value) in change.iter().enumerate() {
-        moved.points[first + k / 3].intrinsic[k % 3] += value;
+        moved.points_mut()[first + k / 3].intrinsic[k % 3] += value;
     }
     moved
 }

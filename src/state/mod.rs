@@ -14,7 +14,7 @@ pub(crate) use history::{History, Nodes, Reading, Spare};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::{Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]
-pub(crate) use saved::FORMAT;
+pub(crate) use saved::{FORMAT, check_format};
 
 use crate::rod::{MaterialPoint, Rod, part_weights};
 
@@ -110,7 +110,7 @@ impl State {
         StateError::unless(pair < self.rod.elements(), what, pair as f64, "that of an element")?;
         self.plan.map_or(Ok(()), |plan| plan.check())?;
         let started = self.history.levels() > 0;
-        self.predictor.check(self.rod.rotations.len(), self.time, started)?;
+        self.predictor.check(self.rod.rotations().len(), self.time, started)?;
         self.history.check(self.rod.zone().len(), self.time, since)
     }
 
@@ -157,9 +157,9 @@ impl State {
     pub(crate) fn split(&mut self, e: usize, x: f64) {
         let reference = self.rod.reference();
         self.predictor.split(&self.rod, e, x);
-        if e >= self.rod.first_growing {
+        if e >= self.rod.first_growing() {
             let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
-            self.history.split((e - self.rod.first_growing) * reference.p, reference.p, [&parts[0], &parts[1]]);
+            self.history.split((e - self.rod.first_growing()) * reference.p, reference.p, [&parts[0], &parts[1]]);
         }
         self.rod.split(e, x);
     }
@@ -178,9 +178,9 @@ impl State {
         Some(needed)
     }
 
-    /// Takes the first `elements` growing elements out of the growth zone.
-    pub(crate) fn mature(&mut self, elements: usize) {
-        self.rod.first_growing += elements;
+    /// Takes the first `elements` growing elements out of the growth zone, with an exit time (s) for each of their points.
+    pub(crate) fn mature(&mut self, elements: usize, exit: impl Fn(&MaterialPoint) -> f64) {
+        self.rod.mature(elements, exit);
         self.history.drain(elements * self.rod.order().points());
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::CLOSE;
 use super::error::StateError;
-use crate::quadrature::lagrange;
+use crate::numerics::interpolation::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
 /// How many equilibria before the last are kept. What a polynomial in time through them does not foresee, as an oscillation in a few
@@ -26,7 +26,7 @@ pub(crate) type Moments = SVector<f64, 9>;
 pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
     let (reference, length) = (rod.reference(), rod.length());
     let mut moments = [Vector3::zeros(); 3];
-    for element in rod.points.chunks_exact(reference.p) {
+    for element in rod.points().chunks_exact(reference.p) {
         for (point, weight) in element.iter().zip(&reference.weights) {
             let (part, x) = (point.intrinsic * (weight * point.jacobian), point.apex_distance / length);
             moments[0] += part;
@@ -97,7 +97,7 @@ impl Predictor {
     pub fn make_room(&mut self, rod: &Rod, time: f64) {
         self.known = 0;
         self.earlier.clear();
-        let room = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations.clone() };
+        let room = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations().to_vec() };
         self.earlier.extend((0..EARLIER).map(|_| room()));
     }
 
@@ -109,7 +109,7 @@ impl Predictor {
     /// Gives the rod the shape that it had before it was extrapolated, and forgets those before.
     pub fn take_last(&mut self, rod: &mut Rod) {
         if let Some(last) = self.earlier.first().filter(|_| self.known > 0) {
-            rod.rotations.clone_from(&last.rotations);
+            rod.shape_mut().1.copy_from_slice(&last.rotations);
             rod.chain_frames();
             self.known = 0;
         }
@@ -124,7 +124,7 @@ impl Predictor {
             self.known -= 1;
         }
         let weights = self.corrected(self.weights(rod, from, to), rod, before);
-        for (i, rotation) in rod.rotations.iter_mut().enumerate() {
+        for (i, rotation) in rod.shape_mut().1.iter_mut().enumerate() {
             let present = *rotation;
             *rotation = present * weights[0];
             for (earlier, weight) in self.earlier[..self.known].iter().zip(&weights[1..]) {
@@ -158,8 +158,8 @@ impl Predictor {
             let mut next = [0.0; EARLIER + 1];
             lagrange(&times[..degree + 2], to, &mut next[..degree + 2]);
             let mut size = 0.0_f64;
-            for i in (p - 1..rod.rotations.len()).step_by(p) {
-                let mut term = rod.rotations[i] * (next[0] - weights[0]);
+            for i in (p - 1..rod.rotations().len()).step_by(p) {
+                let mut term = rod.rotations()[i] * (next[0] - weights[0]);
                 for (earlier, k) in self.earlier[..=degree].iter().zip(1..) {
                     term += earlier.rotations[i] * (next[k] - weights[k]);
                 }

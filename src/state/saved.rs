@@ -5,10 +5,15 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::{History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
 
-/// To be counted up whenever what is written changes.
+/// Number of the format, to be increased whenever the written data change.
 pub(crate) const FORMAT: u32 = 7;
 
-/// The number of the format: it stands first, so that a file of another format is refused for that reason.
+/// Returns an error for the number of another format.
+pub(crate) fn check_format(found: u32) -> Result<(), StateError> {
+    if found == FORMAT { Ok(()) } else { Err(StateError::Format { found, known: FORMAT }) }
+}
+
+/// The number of the format. It is written first, so that data of another format are refused for that reason.
 #[derive(Debug, Clone, Copy)]
 struct Format;
 
@@ -20,10 +25,8 @@ impl Serialize for Format {
 
 impl<'a> Deserialize<'a> for Format {
     fn deserialize<D: Deserializer<'a>>(from: D) -> Result<Self, D::Error> {
-        match u32::deserialize(from)? {
-            FORMAT => Ok(Self),
-            found => Err(serde::de::Error::custom(StateError::Format { found, known: FORMAT })),
-        }
+        check_format(u32::deserialize(from)?).map_err(serde::de::Error::custom)?;
+        Ok(Self)
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::{Declaration, Growing, LawDerivatives, Site, Size, TropismLaw};
+use super::{Declaration, Growing, Site, Size, TropismLaw};
 use crate::error::ParameterError;
 use crate::scene::earlier;
 
@@ -37,9 +37,6 @@ macro_rules! forward {
         }
         fn at_rest(&$self, stimuli: &[f64], variables: &mut [f64]) {
             match $self { $($pattern => $law.at_rest(stimuli, variables)),+ }
-        }
-        fn derivatives(&$self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-            match $self { $($pattern => $law.derivatives(at, variables, stimuli, out)),+ }
         }
         fn next_discontinuity(&$self, t: f64) -> f64 {
             match $self { $($pattern => $law.next_discontinuity(t)),+ }
@@ -138,13 +135,6 @@ impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
         let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
         self.0.at_rest(stimuli.0, variables.0);
         self.1.at_rest(stimuli.1, variables.1);
-    }
-    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-        let first = self.0.size();
-        let (y, x) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
-        self.0.derivatives(at, y.0, x.0, &mut out.part(0..y.0.len(), 0..x.0.len()));
-        let (rest_y, rest_x) = (y.0.len()..variables.len(), x.0.len()..stimuli.len());
-        self.1.derivatives(at, y.1, x.1, &mut out.part(rest_y, rest_x));
     }
     fn next_discontinuity(&self, t: f64) -> f64 {
         earlier(self.0.next_discontinuity(t), self.1.next_discontinuity(t))

@@ -12,7 +12,6 @@ mod response;
 mod statoliths;
 
 pub use declaration::{Declaration, Rotation, Size, Source, Variable};
-pub use derivatives::LawDerivatives;
 pub(crate) use derivatives::law_matrices;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use memory::Memory;
@@ -199,13 +198,6 @@ pub trait TropismLaw {
     /// Writes the variables at t = 0 of a shoot without a history: zero unless said otherwise.
     fn at_rest(&self, _stimuli: &[f64], variables: &mut [f64]) {
         variables.fill(0.0);
-    }
-
-    /// The derivatives of [`rates`](Self::rates) and [`gradient`](Self::gradient), for the stability of a shoot. By
-    /// [differences](LawDerivatives::by_differences) unless the law knows better: it is quicker then, and exact where
-    /// variables are so small that a step of 1e-4 is a large one.
-    fn derivatives(&self, at: &Growing, variables: &[f64], stimuli: &[f64], out: &mut LawDerivatives) {
-        out.by_differences(self, at, variables, stimuli);
     }
 
     /// The first time after `t` (s) at which what the law senses or asks for has a discontinuity, or its slope has one, of

@@ -29,7 +29,7 @@ pub enum Handedness {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Oscillator {
     /// Sensitivity α.
-    pub amplitude: f64,
+    pub sensitivity: f64,
     /// Period τe, s.
     pub period: f64,
     /// Phase φ at t = 0, rad.
@@ -41,8 +41,8 @@ pub struct Oscillator {
 impl Oscillator {
     /// An oscillator that turns counterclockwise and starts at phase zero.
     #[must_use]
-    pub fn new(amplitude: f64, period: f64) -> Self {
-        Self { amplitude, period, phase: 0.0, handedness: Handedness::Counterclockwise }
+    pub fn new(sensitivity: f64, period: f64) -> Self {
+        Self { sensitivity, period, phase: 0.0, handedness: Handedness::Counterclockwise }
     }
 }
 
@@ -50,11 +50,11 @@ impl TropismLaw for Oscillator {
     fn gradient(&self, at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
         let (sin, cos) = (TAU * at.time / self.period + self.phase).sin_cos();
         let sin = if self.handedness == Handedness::Counterclockwise { sin } else { -sin };
-        Vector3::new(cos / at.section.along_d2, sin / at.section.along_d1, 0.0) * self.amplitude
+        Vector3::new(cos / at.section.along_d2, sin / at.section.along_d1, 0.0) * self.sensitivity
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::finite("amplitude of the oscillator", self.amplitude)?;
+        ParameterError::finite("sensitivity of the oscillator", self.sensitivity)?;
         ParameterError::positive("period of the oscillator", self.period)?;
         ParameterError::finite("phase of the oscillator", self.phase)
     }

@@ -3,12 +3,12 @@
 
 use std::f64::consts::TAU;
 
-use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG, order};
+use crate::fixtures::shoots::{HOUR, WEIGHT, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::constitutive::Lignifying;
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, integrate, length, trace};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 
 /// The motion of a point at the initial distance `sigma` from the apex under the linear profile, in
@@ -21,22 +21,6 @@ fn linear(law: &LinearProfile, sigma: f64, t: f64) -> (f64, f64, f64) {
 }
 
 const LINEAR: LinearProfile = LinearProfile { zone_length: 0.03, time: 20.0 * HOUR };
-
-#[test]
-fn integrated_motion_converges_at_fourth_order() {
-    let (sigma, t) = (0.004, 20.0 * HOUR);
-    let (distance, stretch, _) = linear(&LINEAR, sigma, t);
-    let errors: Vec<(f64, f64)> = [8, 16, 32, 64]
-        .into_iter()
-        .map(|steps| integrate(&LINEAR, sigma, 0.0, t, steps))
-        .map(|(d, s)| ((d / distance - 1.0).abs(), (s / stretch - 1.0).abs()))
-        .collect();
-    let (d, s): (Vec<f64>, Vec<f64>) = errors.into_iter().unzip();
-    // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far
-    // above rounding.
-    assert_abs_diff_eq!(order(&d), 4.0, epsilon = 0.2);
-    assert_abs_diff_eq!(order(&s), 4.0, epsilon = 0.2);
-}
 
 #[test]
 fn integrated_motion_and_exit_times_match_the_linear_profile() {

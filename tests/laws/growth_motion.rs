@@ -1,13 +1,13 @@
 //! The motion of material points under uniform growth, compared with the closed form, without a
 //! simulation and for the elements of a simulated shoot, which are split many times.
 
+use crate::fixtures::gauss::gauss;
 use crate::fixtures::shoots::{HOUR, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{UniformGrowth, length, trace};
 use morphorod::integrator::{Integrator, MethodOfSteps};
-use morphorod::quadrature::{gauss, lagrange};
 use morphorod::rod::Rod;
 
 /// Equations (2) and (3) in closed form, doi 10.3389/fpls.2021.608005. With T0 = τg ln(ℓg/ℓ0) the
@@ -99,10 +99,12 @@ fn places(rod: &Rod) -> Vec<f64> {
     let ((x, w), line) = (gauss(p), rod.centre_line());
     let place = |i: usize| {
         let points = &rod.points()[i / p * p..(i / p + 1) * p];
-        let mut at = vec![0.0; p];
+        // The Lagrange polynomial of point j.
+        let polynomial =
+            |j: usize, y: f64| (0..p).filter(|k| *k != j).map(|k| (y - x[k]) / (x[j] - x[k])).product::<f64>();
         let inner = x.iter().zip(&w).map(|(y, w)| {
-            lagrange(&x, x[i % p] * y, &mut at);
-            w * x[i % p] * at.iter().zip(points).map(|(l, point)| l * point.jacobian).sum::<f64>()
+            let jacobian = (0..p).map(|j| polynomial(j, x[i % p] * y) * points[j].jacobian);
+            w * x[i % p] * jacobian.sum::<f64>()
         });
         line[i / p].0 + inner.sum::<f64>()
     };

@@ -1,5 +1,6 @@
 //! Profiles: position, strain, couple, force and growth at any arc length of a rod in equilibrium.
 
+use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::solve_tight;
 use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering};
@@ -205,7 +206,7 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
     for e in 0..rod.elements() {
         for g in 0..rod.order().points() {
             // In a uniform element, the material points are at the nodes of the Gauss rule.
-            let x = morphorod::quadrature::gauss(rod.order().points()).0[g];
+            let x = gauss(rod.order().points()).0[g];
             let place = profile.at(below + x * rod.element_length(e)).unwrap();
             let point = &rod.points()[e * rod.order().points() + g];
             assert_abs_diff_eq!(

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 /// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
 const LAYERS: [&[&str]; 10] = [
-    &["error", "pointers", "quadrature", "so3"],
+    &["error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
     &["rod"],
     &["constitutive", "growth", "load", "tropism"],
-    &["equilibrium", "orbit", "profile", "sensing"],
+    &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],
     &["checkpoint", "shoot"],
     &["integrator", "stability"],

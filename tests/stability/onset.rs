@@ -99,8 +99,7 @@ fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
         let root = linear.essential_spectrum().unwrap()[0];
         let expected =
             0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
-        // The analytical derivatives of the law are exact. Newton's method leaves 1e-13 of a root
-        // of 1e-3/s.
+        // Newton's method leaves 1e-13 of a root of 1e-3/s.
         assert!(abs_diff_eq!(root.re, expected.re, epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert!(abs_diff_eq!(root.im, expected.im.abs(), epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert_eq!(linear.unstable().unwrap(), Unstable::Finite(0));

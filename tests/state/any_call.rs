@@ -115,8 +115,9 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
         }
         // The internal force of another rod.
         let foreign = InternalForce::of(GROWING[0].rod(), &(), &environment);
-        assert!(foreign.check(&rod).is_ok() == (rod.points().len() == GROWING[0].rod().points().len()));
-        let _ = solver.equilibrate(&mut rod, &law, &foreign);
+        let fits = rod.points().len() == GROWING[0].rod().points().len();
+        let answer = solver.equilibrate(&mut rod, &law, &foreign);
+        assert!(fits || answer.is_err());
     }
     let load = GradedWeight(|_: &Tissue| d);
     let profile = Profile::of(&rod, &law, &load, &environment);

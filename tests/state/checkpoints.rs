@@ -4,7 +4,7 @@
 use crate::fixtures::shoots::{HOUR, growing, righting};
 use morphorod::checkpoint::{CheckpointError, from_bytes, to_bytes};
 use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps};
-use morphorod::{Model, Shoot, State};
+use morphorod::{Model, Shoot, State, StateError};
 
 /// State with a history, small enough for a test that damages each bit.
 fn small() -> State {
@@ -38,7 +38,7 @@ fn damage_of_any_single_bit_is_detected() {
         let error = refused(&bytes);
         let expected = match bit / 8 {
             0..9 => matches!(error, CheckpointError::Foreign),
-            9..13 => matches!(error, CheckpointError::Format { .. }),
+            9..13 => matches!(error, CheckpointError::State(StateError::Format { .. })),
             13..21 => matches!(error, CheckpointError::Length { .. }),
             _ => matches!(error, CheckpointError::Damaged { .. }),
         };
@@ -63,7 +63,10 @@ fn truncated_foreign_and_newer_files_are_refused_with_distinct_errors() {
     let mut newer = sound.clone();
     newer[9] += 1;
     let error = refused(&newer);
-    assert!(matches!(error, CheckpointError::Format { found, known } if found == known + 1), "{error}");
+    assert!(
+        matches!(error, CheckpointError::State(StateError::Format { found, known }) if found == known + 1),
+        "{error}"
+    );
     // A valid checkpoint of another type.
     assert!(matches!(refused(&to_bytes(&"a state").unwrap()), CheckpointError::Content(_)));
     assert!(matches!(refused(&to_bytes(&(small(), 1.0)).unwrap()), CheckpointError::Content(_)));

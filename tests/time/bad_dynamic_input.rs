@@ -168,7 +168,7 @@ fn invalid_tropisms_are_refused_by_name() {
         righting().tropism(Oscillator { period: x, ..oscillator }).into_dyn().build()
     });
     refused("oscillator", &NOT_FINITE, |x| {
-        righting().tropism(Oscillator { amplitude: x, ..oscillator }).into_dyn().build()
+        righting().tropism(Oscillator { sensitivity: x, ..oscillator }).into_dyn().build()
     });
     refused("oscillator", &NOT_FINITE, |x| {
         righting().tropism(Oscillator { phase: x, ..oscillator }).into_dyn().build()

@@ -49,7 +49,7 @@ impl Case {
                 .growth(UniformGrowth { zone_length: 0.065 * m, time: 20.0 * HOUR * s })
                 .tropism((
                     Oscillator {
-                        amplitude: 0.2,
+                        sensitivity: 0.2,
                         period: 24.0 * MINUTE * s,
                         phase: self.phase,
                         handedness: self.handedness,

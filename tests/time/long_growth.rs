@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use crate::fixtures::gauss::gauss;
 use crate::fixtures::random::long;
 use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, YOUNG};
@@ -10,7 +11,6 @@ use approx::{assert_relative_eq, relative_eq};
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
-use morphorod::quadrature::gauss;
 use morphorod::rod::Rod;
 use morphorod::{DynLaws, Order, Shoot, State};
 

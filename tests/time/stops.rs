@@ -1,11 +1,11 @@
 //! Runs step by step, runs that stop at a condition, and runs with output times.
 
+use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, Statistics};
-use morphorod::quadrature::gauss;
 use morphorod::{DynLaws, Shoot, Still, Turned};
 use nalgebra::Vector3;
 

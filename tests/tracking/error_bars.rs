@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::MINUTE;
-use morphorod::orbit::{Band, PlanePath, Search};
+use morphorod::tracking::{Band, PlaneTrack, Search};
 use nalgebra::Vector2;
 
 /// Time between two frames, s.
@@ -36,7 +36,7 @@ struct Track {
 }
 
 impl Track {
-    fn draw(&self, draw: &mut Draw, period: f64) -> PlanePath {
+    fn draw(&self, draw: &mut Draw, period: f64) -> PlaneTrack {
         let (phase, drift_phase) = (draw.uniform(0.0, TAU), draw.uniform(0.0, TAU));
         let mut noise = draw.normal();
         let (mut times, mut positions) = (Vec::new(), Vec::new());
@@ -61,7 +61,7 @@ impl Track {
             times.push(t);
             positions.push(if spoiled { position + off } else { position });
         }
-        PlanePath::new(times, positions).unwrap()
+        PlaneTrack::new(times, positions).unwrap()
     }
 
     /// Checks that nominal 90 % intervals of the period and of both axes contain the true values in 85 to 95 % of the tracks, and that
@@ -137,7 +137,7 @@ fn autocorrelated_noise_is_not_reported_as_oscillation_or_nutation() {
         let noise = Track { correlation: 0.8, still: true, gaps: case % 2 == 1, ..Track::default() };
         let noise = noise.draw(&mut draw, 90.0 * MINUTE);
         oscillating += usize::from(!noise.oscillations(&Search::default()).unwrap().oscillations.is_empty());
-        nutating += usize::from(noise.tracked(&band).unwrap().nutates);
+        nutating += usize::from(noise.nutation(&band).unwrap().nutates);
     }
     println!("of {cases} tracks of noise, {oscillating} oscillate and {nutating} nutate");
     // The thresholds are probabilities of 1e-4 and 2e-4 for noise with a known spectrum. The spectrum is estimated, which increases them.

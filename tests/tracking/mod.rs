@@ -2,10 +2,10 @@
 
 mod drift_and_windows;
 mod error_bars;
-mod orbit;
-mod orbit_swelling;
+mod growing_amplitude;
+mod oscillations;
 mod outliers;
-mod simulated_orbits;
+mod simulated_tracks;
 mod swings;
 mod tracked_files;
 mod tracked_noise;

@@ -2,7 +2,7 @@
 //! absent.
 
 use crate::fixtures::random::{Draw, circle, path};
-use morphorod::orbit::{Band, PlanePath, Search};
+use morphorod::tracking::{Band, PlaneTrack, Search};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -18,15 +18,15 @@ fn outlier_closer_than_the_next_position_is_found_by_local_cubics() {
     let band = Band { shortest: 2.25 * every, longest: 8.0 * HOUR };
     let radius = 3e-3;
     let clean = path(145, every, |t| circle(t, 12.0 * every, radius));
-    assert!(clean.tracked(&band).unwrap().outliers.is_empty());
+    assert!(clean.nutation(&band).unwrap().outliers.is_empty());
     for spoiled in [40, 71, 100] {
         let mut positions = clean.positions().to_vec();
         // Neighbours are 2 sin(π/12) = 0.52 radii apart. The median of five positions has an error
         // of a considerable part of that everywhere, so that it cannot detect such a small outlier.
         // A cubic through the neighbours can.
         positions[spoiled] *= 1.3;
-        let spoiled_path = PlanePath::new(clean.times().to_vec(), positions).unwrap();
-        assert_eq!(spoiled_path.tracked(&band).unwrap().outliers, [spoiled]);
+        let spoiled_path = PlaneTrack::new(clean.times().to_vec(), positions).unwrap();
+        assert_eq!(spoiled_path.nutation(&band).unwrap().outliers, [spoiled]);
     }
 }
 

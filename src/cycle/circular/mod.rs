@@ -186,7 +186,7 @@ impl<'a, M: Model> Problem<'a, M> {
         ParameterError::unless(start.strain.len() == zone.len(), what, points, "that of the points of the zone")?;
         let what = "rate of the start";
         ParameterError::unless(start.rate != 0.0 && start.rate.is_finite(), what, start.rate, "not zero (1/s)")?;
-        for (point, strain) in rod.points[zone].iter_mut().zip(&start.strain) {
+        for (point, strain) in rod.points_mut()[zone].iter_mut().zip(&start.strain) {
             ParameterError::finite("strain of the start", strain.sum())?;
             point.intrinsic = *strain;
         }
@@ -315,7 +315,7 @@ impl<'a, M: Model> Problem<'a, M> {
         let share = share.clamp(-most, most);
         let first = self.rod.zone().start;
         for k in 0..n {
-            self.rod.points[first + k / 2].intrinsic[k % 2] -= share * change[k];
+            self.rod.points_mut()[first + k / 2].intrinsic[k % 2] -= share * change[k];
         }
         self.rate -= share * change[n];
         let strain = self.strain();

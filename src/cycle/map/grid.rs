@@ -3,7 +3,8 @@
 //! The last point of an interval is its end. What dies out much faster than an interval then does so on the grid, too; with Gauss
 //! points it would stay, with its sign turning from interval to interval, and pass for a multiplier.
 
-use crate::quadrature::{gauss, lagrange, legendre};
+use crate::numerics::interpolation::lagrange;
+use crate::numerics::quadrature::{gauss, legendre};
 
 /// Times in units of an interval.
 #[derive(Debug, Clone, PartialEq)]

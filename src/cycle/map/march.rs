@@ -161,7 +161,7 @@ impl<'a, M: Model> March<'a, M> {
         let environment = scene.environment(time);
         let first = self.rod.zone().start;
         for k in 0..strain.len() {
-            self.rod.points[first + k / 2].intrinsic[k % 2] = strain[k];
+            self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
         }
         self.rod.set_base(scene.base(time))?;
         let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
@@ -273,9 +273,7 @@ impl<'a, M: Model> March<'a, M> {
             let strain = carried(&path.strains[n], &strain_slopes, &self.grid.upto[i]);
             if let Some(guess) = self.guesses.get(n * stages + i) {
                 // The shape alone: it may be that of a shoot beside this one, of another length.
-                self.rod.frames.clone_from(&guess.frames);
-                self.rod.rotations.clone_from(&guess.rotations);
-                self.rod.line_strains.clone_from(&guess.line_strains);
+                self.rod.copy_shape(guess);
             }
             let (rod, force) = self.settle(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);

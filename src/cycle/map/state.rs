@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::grid::Grid;
 use crate::error::ParameterError;
-use crate::quadrature::lagrange;
+use crate::numerics::interpolation::lagrange;
 
 /// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,13 +3,13 @@
 use nalgebra::DVector;
 
 use crate::cycle::error::CycleError;
-use crate::cycle::gmres::gmres;
 use crate::cycle::map::march::{March, Path};
 use crate::cycle::map::state::{Start, carried};
 use crate::cycle::map::turn::Turn;
 use crate::cycle::map::variation::Variation;
 use crate::model::Model;
-use crate::quadrature::lagrange;
+use crate::numerics::interpolation::lagrange;
+use crate::numerics::krylov::gmres;
 
 /// Krylov's subspaces grow up to this: a return map contracts all but a handful of directions.
 const KRYLOV: usize = 80;

@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-9;
 /// The longest element of the shoot, of those in the growth zone if it elongates, m.
 pub(super) fn longest_element(state: &State) -> f64 {
     let rod = &state.rod;
-    let first = if rod.first_growing < rod.elements() { rod.first_growing } else { 0 };
+    let first = if rod.first_growing() < rod.elements() { rod.first_growing() } else { 0 };
     (first..rod.elements()).map(|e| rod.element_length(e)).fold(0.0, f64::max)
 }
 
@@ -43,12 +43,12 @@ pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
         join(shoot);
         longest *= FIRST_LENGTH;
         let rod = &shoot.state.rod;
-        let mature: f64 = (0..rod.first_growing).map(|e| rod.element_length(e)).sum();
+        let mature: f64 = (0..rod.first_growing()).map(|e| rod.element_length(e)).sum();
         longest_mature = longest.min(mature * longest / size(shoot));
     }
     let state = &mut shoot.state;
     for e in (0..state.rod.elements()).rev() {
-        let longest = if e < state.rod.first_growing { longest_mature } else { longest };
+        let longest = if e < state.rod.first_growing() { longest_mature } else { longest };
         let parts = (state.rod.element_length(e) / longest * (1.0 - ROUNDING)).ceil();
         cut_into(state, e, parts.max(1.0) as usize);
     }
@@ -66,7 +66,7 @@ fn join(shoot: &mut Shoot<impl Model>) {
     let compliance = compliance(model.constitutive(), state.time);
     let mut e = 0;
     while e + 1 < state.rod.elements() {
-        let border = e + 1 == state.rod.first_growing;
+        let border = e + 1 == state.rod.first_growing();
         if border || state.merge(e, LOSSLESS, &compliance).is_none() {
             e += 1;
         }

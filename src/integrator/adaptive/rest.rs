@@ -179,7 +179,7 @@ fn distance(coarse: &Rod, fine: &Rod) -> f64 {
 
 /// By how much the two ends of element `e` are turned differently against each other on the two rods, rad.
 fn turn_between(coarse: &Rod, fine: &Rod, e: usize) -> f64 {
-    let turn = |rod: &Rod, a: usize, b: usize| rod.frames[a].inverse() * rod.frames[b];
+    let turn = |rod: &Rod, a: usize, b: usize| rod.frames()[a].inverse() * rod.frames()[b];
     let difference: Vector3<f64> = so3::log(&(turn(coarse, e, e + 1).inverse() * turn(fine, 2 * e, 2 * e + 2)));
     difference.norm()
 }

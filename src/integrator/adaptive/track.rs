@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::cut::longest_element;
 use crate::integrator::step_size::Stop;
 use crate::model::Model;
-use crate::quadrature::lagrange;
+use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
 /// Places along the shoot that are followed, the apex last: thirds miss no wave that a shoot of a few elements has.

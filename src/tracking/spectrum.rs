@@ -1,27 +1,24 @@
-//! The power of a path at every frequency.
+//! Power spectrum of a track.
 
 use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
-use super::robust::median;
+use super::statistics::{GAMMA_MEDIAN, LEAST, median};
 
-/// Frequencies at most, for every position: a gap that is longer than all the rest asks for no more.
+/// Largest number of frequencies for each position: it limits the work for a track with a gap that is longer than all
+/// the rest.
 const MOST: f64 = 4.0;
-/// Median of the power of white noise in two coordinates over the variance of one: that of a gamma distribution of shape 2.
-const MEDIAN: f64 = 1.678_347;
-/// Frequencies from which a median is told.
-const LEAST: usize = 8;
 
-/// Power at frequencies.
+/// A power spectrum.
 pub(super) struct Spectrum {
-    /// Frequencies, 1/s, and the power of both coordinates in units of what white noise of variance 1 in one coordinate gives.
+    /// Frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in one coordinate.
     lines: Vec<(f64, f64)>,
 }
 
 impl Spectrum {
-    /// The spectrum of samples that stand each for a time (`weights`), faded in and out by Hann's window, up to the Nyquist frequency of
-    /// the usual interval.
+    /// The spectrum of samples with given weights (s) and a Hann window, up to the Nyquist frequency of the median
+    /// `interval`.
     pub fn of(times: &[f64], positions: &[Vector2<f64>], weights: &[f64], interval: f64) -> Self {
         let n = times.len();
         let (start, duration) = (times[0], times[n - 1] - times[0]);
@@ -46,20 +43,22 @@ impl Spectrum {
         Self { lines }
     }
 
-    /// The power at periods between two over that at all.
+    /// The power at periods from `shortest` to `longest` over the whole power.
     pub fn share(&self, shortest: f64, longest: f64) -> f64 {
-        // The frequency of either end belongs to the band, whatever its last digit.
+        // The ends of the band belong to it in spite of rounding.
         let inside = |f: f64| f * longest >= 1.0 - 1e-9 && f * shortest <= 1.0 + 1e-9;
         let all: f64 = self.lines.iter().map(|line| line.1).sum();
         let own: f64 = self.lines.iter().filter(|line| inside(line.0)).map(|line| line.1).sum();
         if all > 0.0 { own / all } else { 0.0 }
     }
 
-    /// The standard deviation of a coordinate's white noise, by the median of what is faster than a period; of amplitudes of which
-    /// `left` tells how much is left at a period.
+    /// The standard deviation of white noise in a coordinate, from the median of the power at periods below `shortest`.
+    /// `left` is the share of an amplitude at a period that removal of the drift has left. `None` with too few
+    /// frequencies.
     pub fn floor(&self, shortest: f64, left: impl Fn(f64) -> f64) -> Option<f64> {
         let faster = self.lines.iter().filter(|line| line.0 * shortest > 1.0);
         let faster: Vec<f64> = faster.map(|line| line.1 / left(line.0.recip()).powi(2)).collect();
-        (faster.len() >= LEAST).then(|| (median(faster) / MEDIAN).sqrt())
+        // The power of noise in two coordinates has a gamma distribution of shape 2.
+        (faster.len() >= LEAST).then(|| (median(faster) / GAMMA_MEDIAN).sqrt())
     }
 }

@@ -1,62 +1,68 @@
-//! Morlet's wavelet, at one scale: a Gaussian that is moved along the path, times a wave.
+//! Continuous wavelet transform with the Morlet wavelet, a wave times a Gaussian.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use nalgebra::{Complex, Vector2};
 
-/// Turns of the wave under the Gaussian: ω0, for which Torrence and Compo (1998) give their numbers.
+use super::track::whole_steps;
+
+/// Angular frequency of the wave at scale 1, ω0, for which Torrence and Compo (1998) tabulate the properties of the
+/// wavelet.
 pub(super) const OMEGA: f64 = 6.0;
-/// The Gaussian reaches so many scales: beyond lie 6e-5 of it.
+/// Width of the cone of influence on one side over the scale: the power of a jump has fallen by e² there (Torrence and
+/// Compo 1998, table 1).
+pub(super) const CONE: f64 = SQRT_2;
+/// Truncation of the Gaussian, in scales: 6e-5 of its integral lie beyond.
 const REACH: f64 = 4.0;
-/// An interval longer than this part of a period is a gap at that period: across it a straight line misses up to 0.3 of an amplitude.
+/// Length of a gap at a period, over the period. Linear interpolation across it has an error of up to 0.3 amplitudes.
 const GAP: f64 = 0.25;
-/// No interval is a gap that is shorter than so many median intervals: a frame may be lost.
+/// Shortest gap, in median intervals: one lost frame is no gap.
 const USUAL: f64 = 2.5;
 
-/// The Fourier period of a scale over the scale, 4π/(ω0 + √(2 + ω0²)) = 1.033 (Torrence and Compo 1998, table 1): at a period the power
-/// is largest for this scale.
+/// Fourier period of a scale over the scale, 4π/(ω0 + √(2 + ω0²)) = 1.033 (Torrence and Compo 1998, table 1). The power
+/// of a wave is largest at the scale with its period.
 pub(super) fn period_over_scale() -> f64 {
     4.0 * PI / (OMEGA + (2.0 + OMEGA * OMEGA).sqrt())
 }
 
-/// Where a path is sampled, and the even instants at which it is looked at.
+/// Sampling times of a track, and the evenly spaced instants at which the transform is evaluated.
 pub(super) struct Sampling<'a> {
     pub times: &'a [f64],
     /// The median interval, s.
     pub interval: f64,
-    /// Between instants, s.
+    /// Time between instants, s.
     pub every: f64,
     pub stretches: Vec<Stretch>,
 }
 
-/// Instants without a gap between them.
+/// Evenly spaced instants between two gaps.
 pub(super) struct Stretch {
-    /// Place of its first one among all.
+    /// Index of the first instant among all instants.
     pub offset: usize,
-    /// Time of its first one, s.
+    /// Time of the first instant, s.
     pub start: f64,
     pub count: usize,
 }
 
-/// Whether an interval is a gap at a period.
+/// Whether an interval is a gap at a period, for the median interval `usual`.
 fn is_gap(interval: f64, period: f64, usual: f64) -> bool {
     interval > (GAP * period).max(USUAL * usual)
 }
 
 impl<'a> Sampling<'a> {
-    /// Instants `every` so many seconds between gaps, for periods from `shortest` on.
+    /// Instants `every` given time (s) between the gaps at the period `shortest`.
     pub fn new(times: &'a [f64], interval: f64, every: f64, shortest: f64) -> Self {
         let mut sampling = Self { times, interval, every, stretches: Vec::new() };
         let mut offset = 0;
         for [from, to] in sampling.parts(shortest) {
-            let count = ((to - from) / every * (1.0 + 4.0 * f64::EPSILON)).floor() as usize + 1;
+            let count = whole_steps(to - from, every) + 1;
             sampling.stretches.push(Stretch { offset, start: from, count });
             offset += count;
         }
         sampling
     }
 
-    /// First and last times of what has no gap at a period.
+    /// First and last times of the parts without a gap at a period.
     pub fn parts(&self, period: f64) -> Vec<[f64; 2]> {
         let (Some(first), Some(last)) = (self.times.first(), self.times.last()) else { return Vec::new() };
         let mut edges = vec![*first];
@@ -73,10 +79,10 @@ impl<'a> Sampling<'a> {
         self.stretches.iter().flat_map(|stretch| (0..stretch.count).map(move |k| at(stretch, k))).collect()
     }
 
-    /// Which instants lie outside the cone of influence of a scale: at least √2 scales from both ends and from every gap, so that the
-    /// power of a jump there has fallen by e² (Torrence and Compo 1998, table 1).
+    /// Returns for each instant whether it lies outside the cones of influence of both ends and of every gap at a
+    /// scale.
     pub fn outside_cone(&self, scale: f64, instants: &[f64]) -> Vec<bool> {
-        let cone = SQRT_2 * scale;
+        let cone = CONE * scale;
         let parts = self.parts(scale * period_over_scale());
         let mut part = 0;
         let clear = |t: &f64| {
@@ -88,35 +94,35 @@ impl<'a> Sampling<'a> {
         instants.iter().map(clear).collect()
     }
 
-    /// The time that each sample stands for at a period, s: half of both intervals beside it, as far as they are no gaps.
+    /// Weights of the samples at a period (s): half of both neighbouring intervals, of which gaps count only to their
+    /// shortest length.
     pub fn weights(&self, period: f64) -> Vec<f64> {
         let most = 0.5 * (GAP * period).max(USUAL * self.interval);
         let n = self.times.len();
         let half = |i: usize| (0.5 * (self.times[i + 1] - self.times[i])).min(most);
-        // Before the first and behind the last one there is none.
+        // The first and the last sample have one neighbouring interval.
         (0..n).map(|i| (i.saturating_sub(1)..(i + 1).min(n.saturating_sub(1))).map(half).sum()).collect()
     }
 }
 
-/// What a scale (s) gives of a wave of a period (s) and size 1.
+/// Response of the transform at a scale (s) to a wave with a period (s) and amplitude 1.
 pub(super) fn gain(scale: f64, period: f64) -> f64 {
     (-0.5 * (TAU * scale / period - OMEGA).powi(2)).exp()
 }
 
-/// A scale's answer at every instant.
-pub(super) struct Answer {
-    /// A wave A cos ωt gives A exp(iωt) times the [`gain`].
+/// The transform at one scale, at every instant.
+pub(super) struct Transform {
+    /// Analytic signal: that of a wave A cos ωt is A exp(iωt) times the [`gain`].
     pub waves: Vec<Vector2<Complex<f64>>>,
-    /// The mean of |waves|² for a coordinate that is white noise of variance 1.
+    /// Mean of |waves|² for a coordinate of white noise with variance 1.
     pub noise: Vec<f64>,
 }
 
 /// The transform of positions at a scale (s).
 ///
-/// Each sample is turned back by the wave and then spread over the instants by the Gaussian, whose values at even instants follow from
-/// one another by two products. Sums are divided by that of the weights, so that a wave keeps its size where a part of the Gaussian lies
-/// beyond an end.
-pub(super) fn transform(sampling: &Sampling, positions: &[Vector2<f64>], scale: f64) -> Answer {
+/// The values of the Gaussian at evenly spaced instants follow from one another by two products. Sums are divided by
+/// the sum of the weights: a wave keeps its amplitude where a part of the Gaussian lies beyond an end.
+pub(super) fn transform(sampling: &Sampling, positions: &[Vector2<f64>], scale: f64) -> Transform {
     let total = sampling.stretches.last().map_or(0, |last| last.offset + last.count);
     let mut waves = vec![Vector2::from_element(Complex::ZERO); total];
     let (mut noise, mut whole) = (vec![0.0; total], vec![0.0; total]);
@@ -151,5 +157,5 @@ pub(super) fn transform(sampling: &Sampling, positions: &[Vector2<f64>], scale: 
         waves[k] = waves[k].map(|z| z * forth);
         noise[k] *= size * size;
     }
-    Answer { waves, noise }
+    Transform { waves, noise }
 }

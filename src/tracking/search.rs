@@ -1,4 +1,5 @@
-//! The search for periods: the strongest first, what is left for the next, and all of them fitted anew.
+//! Search for periods: the strongest wave in the residual is added and all waves are fitted again, until only noise is
+//! left.
 
 use std::f64::consts::PI;
 
@@ -6,28 +7,32 @@ use nalgebra::{DMatrix, Vector2};
 
 use super::background::Background;
 use super::ellipse::Ellipse;
-use super::harmonics::{Harmonics, SIGNIFICANT, Samples, Wave, legendre};
+use super::harmonics::{Harmonics, Samples, Wave};
+use super::statistics::SIGNIFICANT;
+use crate::numerics::quadrature::legendre_sequence;
 
-/// Frequencies looked at, over the resolution of the path: the highest of them misses less than 3 % of a peak.
+/// Number of examined frequencies in the resolution of the track. The highest of them misses less than 3 % of a peak.
 const DENSITY: f64 = 8.0;
 /// Probability that white and red noise alone have a peak as high.
 const CHANCE: f64 = 1e-4;
-/// Oscillations smaller than this against the largest are not told from what the model leaves out.
+/// Smallest amplitude over the largest. Smaller oscillations cannot be distinguished from the error of the model.
 const SMALLEST: f64 = 5e-3;
-/// Largest increase of the degree of the drift: with the cubic of the default a sinusoid of up to one turn then leaves 3e-3 of its amplitude.
+/// Largest increase of the degree of the drift: with the default cubic the residual of a sinusoid of up to one turn is
+/// then 3e-3 of its amplitude.
 const RAISED: usize = 4;
 /// Number of turns by which the slowest wave exceeds those that the drift can follow.
 const LEAST_FASTER: f64 = 1.0;
 
-/// How periods are sought.
+/// Settings of the search for periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while the residual has
-    /// significantly more power along the next two Legendre polynomials than at the lowest frequencies above the drift.
+    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while
+    /// the residual has significantly more power along the next two Legendre polynomials than at the lowest frequencies
+    /// above the drift.
     pub drift: usize,
-    /// A period must fit into the path so often at least; 2 by default. What is slower is drift.
+    /// Smallest number of periods in the track; 2 by default. Slower motion is drift.
     pub least_turns: f64,
-    /// So many oscillations at most; 4 by default.
+    /// Largest number of oscillations; 4 by default.
     pub most: usize,
 }
 
@@ -37,13 +42,13 @@ impl Default for Search {
     }
 }
 
-/// Finds the drift and all waves that exceed noise in the positions that are used.
-pub(super) fn pursue(samples: &Samples, search: &Search, used: &[bool]) -> Harmonics {
+/// Finds the drift and all waves that exceed noise.
+pub(super) fn find_waves(samples: &Samples, search: &Search) -> Harmonics {
     let mut degree = search.drift;
     loop {
-        let best = waves(samples, search, used, degree);
-        // Slow motion that the drift does not follow disturbs all waves and the estimate of the noise.
-        let higher = raised(&best, samples, used, search);
+        let best = waves(samples, search, degree);
+        // Slow motion above the degree of the drift disturbs all waves and the estimate of the noise.
+        let higher = raised(&best, samples, search);
         if higher == degree {
             return best;
         }
@@ -51,18 +56,19 @@ pub(super) fn pursue(samples: &Samples, search: &Search, used: &[bool]) -> Harmo
     }
 }
 
-/// Finds all waves beside a drift of a given degree. If the residual contains others, the standard errors allow for them.
-fn waves(samples: &Samples, search: &Search, used: &[bool], degree: usize) -> Harmonics {
+/// Finds all waves beside a drift of a given degree. If the residual contains others, the standard errors allow for
+/// them.
+fn waves(samples: &Samples, search: &Search, degree: usize) -> Harmonics {
     let mut best = Harmonics::new(degree, &[]);
-    let _ = best.fit(samples, used, 0);
+    let _ = best.fit(samples, 0);
     let mut refused: Vec<f64> = Vec::new();
-    let range = [PI * search.least_turns, samples.highest()];
+    let range = [PI * search.least_turns, samples.highest];
     while best.waves.len() < search.most && refused.len() <= search.most {
-        let known: Vec<f64> = best.waves.iter().map(|wave| wave.omega).chain(refused.iter().copied()).collect();
-        let Some(omega) = strongest(samples, &best, used, &known, range) else { break };
-        let omegas: Vec<f64> = best.waves.iter().map(|wave| wave.omega).chain([omega]).collect();
+        let known = [best.omegas(), refused.clone()].concat();
+        let Some(omega) = strongest(samples, &best, &known, range) else { break };
+        let omegas = [best.omegas(), vec![omega]].concat();
         let mut next = Harmonics::new(degree, &omegas);
-        if !next.fit(samples, used, omegas.len()) || !sound(&next, search.least_turns) {
+        if !next.fit(samples, omegas.len()) || !sound(&next, search.least_turns) {
             refused.push(omega);
             continue;
         }
@@ -74,24 +80,25 @@ fn waves(samples: &Samples, search: &Search, used: &[bool], degree: usize) -> Ha
         }
         best = next;
     }
-    let known: Vec<f64> = best.waves.iter().map(|wave| wave.omega).chain(refused).collect();
-    if best.waves.len() == search.most && strongest(samples, &best, used, &known, range).is_some() {
+    let known = [best.omegas(), refused].concat();
+    if best.waves.len() == search.most && strongest(samples, &best, &known, range).is_some() {
         best.widen();
     }
     best
 }
 
-/// The lowest degree of the drift with which no significant drift is left beside the waves of a fit, or the highest permitted one.
-fn raised(fit: &Harmonics, samples: &Samples, used: &[bool], search: &Search) -> usize {
-    let omegas: Vec<f64> = fit.waves.iter().map(|wave| wave.omega).collect();
+/// The lowest degree of the drift with which no significant drift is left beside the waves of a fit, or the highest
+/// permitted one.
+fn raised(fit: &Harmonics, samples: &Samples, search: &Search) -> usize {
+    let omegas = fit.omegas();
     // A polynomial follows half a turn for each degree. It must not follow the slowest wave.
     let turns = omegas.iter().copied().fold(f64::INFINITY, f64::min) / PI;
     let highest = (search.drift + RAISED).min((2.0 * (turns - LEAST_FASTER)) as usize);
     let largest = fit.waves.iter().map(|wave| Ellipse::of(&wave.cosine, &wave.sine).major).fold(0.0, f64::max);
     let mut last = fit.clone();
-    while last.degree() < highest && last.drifts(samples, used, SMALLEST * largest) {
+    while last.degree() < highest && last.drifts(samples, SMALLEST * largest) {
         let mut next = Harmonics::new(last.degree() + 1, &omegas);
-        if !next.fit(samples, used, omegas.len()) || !sound(&next, search.least_turns) {
+        if !next.fit(samples, omegas.len()) || !sound(&next, search.least_turns) {
             break;
         }
         last = next;
@@ -99,9 +106,10 @@ fn raised(fit: &Harmonics, samples: &Samples, used: &[bool], search: &Search) ->
     last.degree()
 }
 
-/// Whether the waves of a fit are resolved. None has moved below the lowest frequency that is searched, where it would cancel the drift. Any
-/// two differ by a turn over the whole path: a swing with growing amplitude is fitted by two nearer ones as well as by one, but they nearly
-/// cancel and have any size. Each exceeds three standard errors.
+/// Whether the waves of a fit are resolved. No frequency is below the lowest one of the search, where a wave would
+/// cancel the drift. Any two differ by a turn over the whole track: two closer ones fit a swing with growing amplitude
+/// as well as one does, but they nearly cancel and their amplitudes are undetermined. Each wave exceeds three standard
+/// errors.
 fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < PI;
     let lowest = PI * (least_turns - 1.0 / DENSITY);
@@ -112,19 +120,18 @@ fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     fit.waves.iter().enumerate().all(resolved)
 }
 
-/// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of white and red noise.
-/// Frequencies near the known ones are left out.
-fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], range: [f64; 2]) -> Option<f64> {
+/// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of
+/// white and red noise. Frequencies near the known ones are excluded.
+fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2]) -> Option<f64> {
     let rest = fit.residuals(samples);
-    let chosen: Vec<usize> = (0..used.len()).filter(|i| used[*i]).collect();
-    let times: Vec<f64> = chosen.iter().map(|i| samples.times[*i]).collect();
-    let rest: Vec<Vector2<f64>> = chosen.iter().map(|i| rest[*i]).collect();
+    let times = &samples.times;
     let noise = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
-    if !(noise > samples.rounding()) {
+    if !(noise > samples.rounding) {
         return None;
     }
-    // Nothing that a drift can follow.
-    let drift = DMatrix::from_fn(times.len(), fit.drift.len(), |i, j| legendre(fit.degree(), times[i])[j]).qr().q();
+    // Orthonormal basis of the drift.
+    let rows = times.iter().flat_map(|t| legendre_sequence(*t).take(fit.drift.len()));
+    let drift = DMatrix::from_row_iterator(times.len(), fit.drift.len(), rows).qr().q();
     let ([lowest, highest], step) = (range, PI / DENSITY);
     if !(highest >= lowest) {
         return None;
@@ -132,8 +139,8 @@ fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], r
     let count = ((highest - lowest) / step).floor().max(0.0) as usize + 1;
     let mut phases: Vec<(f64, f64)> = times.iter().map(|t| (lowest * t).sin_cos()).collect();
     let turns: Vec<(f64, f64)> = times.iter().map(|t| (step * t).sin_cos()).collect();
-    let background = Background::of(&times, &rest);
-    // Of noise the power of two coordinates over its variance is distributed as χ² with four degrees of freedom.
+    let background = Background::of(times, &rest);
+    // The power of noise in two coordinates over its variance is distributed as χ² with four degrees of freedom.
     let chance = |half: f64| (1.0 + half) * (-half).exp() * (count as f64 / DENSITY).max(1.0);
     let mut best = (0.0, None);
     for k in 0..count {
@@ -151,7 +158,7 @@ fn strongest(samples: &Samples, fit: &Harmonics, used: &[bool], known: &[f64], r
     best.1
 }
 
-/// By how much a cosine and a sine beside the drift lower the sum of squares.
+/// The decrease of the sum of squares by a cosine and a sine that are fitted beside the drift.
 fn power(phases: &[(f64, f64)], rest: &[Vector2<f64>], drift: &DMatrix<f64>) -> f64 {
     let (mut squares, mut with_rest) = ([0.0; 3], [Vector2::zeros(); 2]);
     let mut with_drift = vec![[0.0; 2]; drift.ncols()];
@@ -166,7 +173,7 @@ fn power(phases: &[(f64, f64)], rest: &[Vector2<f64>], drift: &DMatrix<f64>) -> 
             sums[1] += drift[(i, j)] * sine;
         }
     }
-    // What is left has no drift, so that its sums stay.
+    // The residual is orthogonal to the drift: its products with the waves do not change.
     for [cosine, sine] in with_drift {
         squares[0] -= cosine * cosine;
         squares[1] -= cosine * sine;
@@ -186,8 +193,8 @@ mod tests {
     use approx::assert_relative_eq;
     use nalgebra::DVector;
 
-    /// The sum of squares of least squares with the drift alone, less that with the drift and a wave. The wave has 0.7 turns, so that
-    /// it resembles the drift.
+    /// The sum of squares of least squares with the drift alone, less that with the drift and a wave. The wave has 0.7
+    /// turns, so that it resembles the drift.
     #[test]
     fn power_of_a_wave_is_the_decrease_of_the_sum_of_squares() {
         let times: Vec<f64> = (0..40).map(|k| -1.0 + f64::from(k) / 19.5).collect();

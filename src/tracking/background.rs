@@ -1,40 +1,27 @@
-//! Spectrum of the noise of a path: white noise, or white and red noise.
+//! Spectrum of the noise of a tip track: white noise, or white and red noise.
 
 use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use super::robust::median_gap;
+use super::statistics::{SIGNIFICANT, median_gap};
 
-/// An autocorrelation at a lag of one interval counts if it exceeds its standard error in white noise by this factor: white noise exceeds
-/// it once in 740 paths.
-const CORRELATED: f64 = 3.0;
-/// The largest correlation of successive values. Red noise of this correlation is a random walk over all paths shorter than a million
-/// intervals.
+/// Largest correlation of successive values. Red noise with this correlation is a random walk on all tracks shorter
+/// than a million intervals.
 const LARGEST: f64 = 1.0 - 1e-6;
-
-/// Distance of a neighbouring frequency, in turns over the whole path: nearer ones are affected by the fit of a wave.
+/// Distance of a neighbouring frequency, in turns over the whole track. The fit of a wave affects nearer ones.
 const APART: f64 = 2.0;
-/// Largest number of neighbouring frequencies.
+/// Largest number of neighbouring frequencies: a geometric mean of twelve has a standard error of a fifth. A third of
+/// them is enough, and a third more are examined on either side.
 const NEIGHBOURS: usize = 12;
-/// Smallest number of neighbouring frequencies.
-const LEAST: f64 = 4.0;
-/// Number of neighbouring frequencies that are examined on either side.
-const FARTHEST: usize = 16;
-/// The logarithm of the mean less the mean of the logarithm of χ² with four degrees of freedom: ln 2 − ψ(2).
-const LOGARITHM: f64 = 0.270_363;
-/// Degrees of freedom of a geometric mean of n such numbers, over n: 2/(π²/6 − 1), from the variance ψ'(2) = π²/6 − 1 of their logarithm.
-const FREEDOM: f64 = 3.101;
-/// The quantile of Student's distribution with ν degrees of freedom over that of the normal one is 1 + (z² + 1)/4ν + O(1/ν²), with z = 1.645.
-const STUDENT: f64 = 0.926;
 
-/// Spectrum of noise over that of white noise of the same variance.
+/// Spectrum of noise over that of white noise with the same variance.
 ///
-/// The noise is the sum of white noise and of a first-order autoregressive process, the red noise of Torrence and Compo (1998, section 4).
-/// Its autocorrelation at a lag of k ≥ 1 intervals is `red` `correlation`ᵏ, if no frame is lost.
+/// The noise is the sum of white noise and of a first-order autoregressive process, the red noise of Torrence and Compo
+/// (1998, section 4). Its autocorrelation at a lag of k ≥ 1 intervals is `red` `correlation`ᵏ if no frame is lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Background {
-    /// Fraction of the variance that is red noise, 0 to 1.
+    /// Red noise as a fraction of the variance, 0 to 1.
     red: f64,
     /// Correlation of successive values of the red noise, 0 to 1.
     correlation: f64,
@@ -46,8 +33,8 @@ impl Background {
     /// White noise.
     pub const WHITE: Self = Self { red: 0.0, correlation: 0.0, interval: 0.0 };
 
-    /// Estimates the spectrum from the autocorrelation of a residual at lags of one and of two intervals. The time between
-    /// two positions is rounded to a multiple of the median interval.
+    /// Estimates the spectrum from the autocorrelation of a residual at lags of one and two intervals. Time differences
+    /// are rounded to multiples of the median interval.
     pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
         let interval = median_gap(times);
         let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
@@ -65,8 +52,8 @@ impl Background {
         let scale =
             |k: usize| if pairs[k] > 0 && variance > 0.0 { sums[k] / (pairs[k] as f64 * variance) } else { 0.0 };
         let [first, second] = [0, 1].map(scale);
-        // Each pair has two coordinates.
-        if !(first > CORRELATED / (2.0 * pairs[0] as f64).sqrt()) {
+        // The standard error in white noise: each pair has two coordinates.
+        if !(first > SIGNIFICANT / (2.0 * pairs[0] as f64).sqrt()) {
             return Self::WHITE;
         }
         // Without white noise the first autocorrelation is the correlation of successive values.
@@ -77,7 +64,8 @@ impl Background {
         Self { red: regular * (first / correlation).min(1.0), correlation, interval }
     }
 
-    /// The spectrum at an angular frequency, in the inverse unit of the times: equation (16) of Torrence and Compo (1998).
+    /// The spectrum at an angular frequency, in the inverse unit of the times: equation (16) of Torrence and Compo
+    /// (1998).
     pub fn at(&self, omega: f64) -> f64 {
         let Self { red, correlation, interval } = *self;
         let distance = (1.0 - correlation).powi(2) + 2.0 * correlation * (1.0 - (omega * interval).cos());
@@ -86,12 +74,14 @@ impl Background {
     }
 }
 
-/// The variance of white noise that has the power of a residual near an angular frequency; `None` with fewer than four free frequencies.
+/// The variance of white noise with the power of a residual near an angular frequency; `None` with fewer than four free
+/// frequencies.
 ///
-/// The power is evaluated at neighbouring frequencies, a turn over the whole path apart. They differ by two turns or more from the given
-/// one and from those of fitted `waves`, where the fit has removed power. The spectrum of the background converts it to the given
-/// frequency. The times reach from −1 to 1. The variance is the geometric mean, which the nearest frequency of a steep spectrum does not
-/// dominate. A factor accounts for the number of frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
+/// The power is evaluated at neighbouring frequencies, one turn over the whole track apart. They differ by two turns or
+/// more from the given one and from those of fitted `waves`, where the fit has removed power. The spectrum of the
+/// background converts the power to the given frequency. The times reach from −1 to 1. The variance is the geometric
+/// mean, which the nearest frequency of a steep spectrum does not dominate. A factor accounts for the number of
+/// frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
 pub(super) fn level(
     times: &[f64],
     residual: &[Vector2<f64>],
@@ -103,7 +93,8 @@ pub(super) fn level(
     let highest = PI / median_gap(times);
     let free =
         |omega: &f64| (lowest..highest).contains(omega) && waves.iter().all(|wave| (omega - wave).abs() >= APART * PI);
-    let beside = (0..FARTHEST).flat_map(|j| [-1.0, 1.0].map(|sign| omega + sign * PI * (APART + j as f64)));
+    let beside =
+        (0..NEIGHBOURS + NEIGHBOURS / 3).flat_map(|j| [-1.0, 1.0].map(|sign| omega + sign * PI * (APART + j as f64)));
     let (mut logarithms, mut count) = (0.0, 0.0);
     for other in beside.filter(free).take(NEIGHBOURS) {
         let mut sums = [Vector2::zeros(); 2];
@@ -112,13 +103,20 @@ pub(super) fn level(
             sums[0] += rest * cosine;
             sums[1] += rest * sine;
         }
-        // Squares of the cosine and of the sine add up to one, in both coordinates.
+        // The squares of the cosine and of the sine add up to one in each coordinate.
         let power = (sums[0].norm_squared() + sums[1].norm_squared()) / (2.0 * times.len() as f64);
-        logarithms += (power * background.at(omega) / background.at(other)).ln() + LOGARITHM;
+        // The power is χ² with four degrees of freedom: the logarithm of its mean exceeds the mean of its logarithm by
+        // ln 2 − ψ(2).
+        logarithms += (power * background.at(omega) / background.at(other)).ln() + 0.270_363;
         count += 1.0;
     }
-    let freedom = FREEDOM * count;
-    (count >= LEAST).then(|| f64::exp(logarithms / count) * (1.0 + STUDENT / freedom).powi(2))
+    // Degrees of freedom of the geometric mean over the number of frequencies, 2/(π²/6 − 1): the logarithms have the
+    // variance ψ'(2) = π²/6 − 1.
+    let freedom = 3.101 * count;
+    // The quantile of Student's distribution with ν degrees of freedom over the normal one is 1 + (z² + 1)/4ν +
+    // O(1/ν²), with z = 1.645.
+    let student = 1.0 + 0.926 / freedom;
+    (count >= (NEIGHBOURS / 3) as f64).then(|| f64::exp(logarithms / count) * student.powi(2))
 }
 
 #[cfg(test)]
@@ -145,8 +143,9 @@ mod tests {
     fn spectrum_of_autoregressive_noise_is_that_of_torrence_and_compo() {
         let (times, noise) = red_noise(0.8, 100_000);
         let found = Background::of(&times, &noise);
-        // At frequency zero the spectrum is (1 + 0.8)/(1 − 0.8) = 9, at the Nyquist frequency its inverse. The correlation has a standard
-        // error of √((1 − 0.8²)/2e5) = 1.3e-3; a change by this changes the spectrum at zero by 0.07.
+        // At frequency zero the spectrum is (1 + 0.8)/(1 − 0.8) = 9, at the Nyquist frequency its inverse. The
+        // correlation has a standard error of √((1 − 0.8²)/2e5) = 1.3e-3; a change by this changes the spectrum at zero
+        // by 0.07.
         assert_abs_diff_eq!(found.correlation, 0.8, epsilon = 6e-3);
         assert_abs_diff_eq!(found.at(0.0), 9.0, epsilon = 0.35);
         assert_abs_diff_eq!(found.at(std::f64::consts::FRAC_PI_2), 1.0 / 9.0, epsilon = 0.015);

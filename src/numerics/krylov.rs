@@ -1,18 +1,19 @@
-//! Krylov's subspaces: linear systems and leading eigenvalues of an operator that is only applied.
+//! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz
+//! values and GMRES.
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
-use crate::stability::StabilityError;
-
-/// An orthonormal basis of x, A x, A² x, …, and what A does to it.
-pub(super) struct Krylov {
+/// The Arnoldi relation A V = V H of a Krylov subspace span{x, A x, A² x, …}.
+pub(crate) struct Krylov {
+    /// Orthonormal basis V.
     pub basis: Vec<DVector<f64>>,
-    /// A basis = basis H: one row more than columns.
+    /// Hessenberg matrix H. It has one row more than columns unless the subspace is invariant.
     pub hessenberg: DMatrix<f64>,
 }
 
 impl Krylov {
-    /// With at most `most` applications; fewer where the subspace is invariant to `rounding`, relative to what A made of the vector.
+    /// Runs the Arnoldi iteration with at most `most` applications of A. It ends early when `enough` accepts the
+    /// Hessenberg matrix, or when the subspace is invariant: the new vector is smaller than `rounding` times A v.
     pub fn of<E>(
         start: &DVector<f64>,
         most: usize,
@@ -27,7 +28,7 @@ impl Krylov {
             let mut next = apply(&basis[k])?;
             let size = next.norm();
             hessenberg = hessenberg.resize(k + 2, k + 1, 0.0);
-            // Twice is enough for orthogonality to rounding.
+            // A second orthogonalisation reaches orthogonality to rounding.
             for _ in 0..2 {
                 for (i, vector) in basis.iter().enumerate() {
                     let part = vector.dot(&next);
@@ -56,42 +57,47 @@ impl Krylov {
     }
 }
 
-/// An approximate eigenvalue from a Krylov subspace.
+/// An approximate eigenvalue of A, with its vector v of norm one.
 #[derive(Debug, Clone)]
-pub(super) struct Ritz {
+pub(crate) struct Ritz {
     pub value: Complex<f64>,
-    /// |A v − μ v| of its vector v of norm one.
+    /// Residual |A v − μ v|.
     pub residual: f64,
-    /// The vector v in the basis.
+    /// Coefficients of v in the basis.
     pub weights: DVector<Complex<f64>>,
 }
 
-/// Approximate eigenvalues of A by the Hessenberg matrix of a subspace, largest modulus first: as long as `more` holds, and the first for
-/// which it does not.
+/// Why no Ritz values are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RitzError {
+    /// An entry of the Hessenberg matrix is not finite.
+    NotFinite,
+    /// The QR iteration for the Schur form does not converge.
+    NoConvergence,
+}
+
+/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the first one
+/// that `more` rejects.
 ///
 /// # Errors
-/// A matrix that is not finite, or of which the iteration for the eigenvalues does not end.
-pub(super) fn ritz_values(
-    hessenberg: &DMatrix<f64>,
-    more: impl Fn(&Ritz) -> bool,
-) -> Result<Vec<Ritz>, StabilityError> {
+/// A matrix that is not finite, or whose Schur form is not found.
+pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> bool) -> Result<Vec<Ritz>, RitzError> {
     let k = hessenberg.ncols();
     let square = hessenberg.rows(0, k).clone_owned();
     let last = if hessenberg.nrows() > k { hessenberg[(k, k - 1)] } else { 0.0 };
-    // The iteration would not end.
+    // The QR iteration does not end for such a matrix.
     if !square.iter().all(|x| x.is_finite()) {
-        return Err(StabilityError::NotFinite { what: "linearised map" });
+        return Err(RitzError::NotFinite);
     }
-    // Entries below rounding do not always become small enough: then a larger threshold must do.
+    // Subdiagonal entries do not always fall below rounding. A larger threshold is tried then.
     let schur = [1.0, 1e2, 1e4].iter().find_map(|x| Schur::try_new(square.clone(), x * f64::EPSILON, 100 * k + 100));
-    let what = "the iteration for the multipliers";
-    let schur = schur.ok_or(StabilityError::NoConvergence { what, residual: f64::INFINITY })?;
+    let schur = schur.ok_or(RitzError::NoConvergence)?;
     let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
     values.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     let complex = square.map(Complex::from);
     let mut out = Vec::new();
     for value in values {
-        // Inverse iteration, a little off the eigenvalue.
+        // Inverse iteration with a shift close to the eigenvalue, so that the matrix is regular.
         let shift = value + Complex::from(1e-12 * value.norm().max(1e-12));
         let lu = (&complex - DMatrix::from_diagonal_element(k, k, shift)).lu();
         let mut weights = DVector::from_fn(k, |i, _| Complex::new(1.0, 0.1 * (i as f64).sin()));
@@ -111,8 +117,9 @@ pub(super) fn ritz_values(
     Ok(out)
 }
 
-/// Solves A x = `right` to a relative residual; returns what was reached, too.
-pub(super) fn gmres<E>(
+/// Solves A x = `right` by GMRES without restarts, with at most `most` applications of A. Returns x and its relative
+/// residual.
+pub(crate) fn gmres<E>(
     right: &DVector<f64>,
     tolerance: f64,
     most: usize,
@@ -123,7 +130,7 @@ pub(super) fn gmres<E>(
         return Ok((DVector::zeros(right.len()), 0.0));
     }
     let best = |hessenberg: &DMatrix<f64>| {
-        // Singular values of it would be sought for ever.
+        // The singular value decomposition does not end for such a matrix.
         if !hessenberg.iter().all(|x| x.is_finite()) {
             return (DVector::zeros(hessenberg.ncols()), f64::NAN);
         }
@@ -146,7 +153,7 @@ mod tests {
 
     use super::*;
 
-    /// A matrix that is only applied, and how often it was.
+    /// A matrix and the number of its applications.
     struct Operator {
         matrix: DMatrix<f64>,
         applied: Cell<usize>,
@@ -161,7 +168,7 @@ mod tests {
             Self { matrix: DMatrix::from_diagonal(&vector(values)), applied: Cell::new(0) }
         }
 
-        fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, StabilityError> {
+        fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, RitzError> {
             self.applied.set(self.applied.get() + 1);
             Ok(&self.matrix * x)
         }
@@ -182,7 +189,7 @@ mod tests {
     }
 
     /// All approximate eigenvalues with their residuals.
-    fn eigenvalues(krylov: &Krylov) -> Result<Vec<(Complex<f64>, f64)>, StabilityError> {
+    fn eigenvalues(krylov: &Krylov) -> Result<Vec<(Complex<f64>, f64)>, RitzError> {
         let all = ritz_values(&krylov.hessenberg, |_| true)?;
         Ok(all.into_iter().map(|one| (one.value, one.residual)).collect())
     }
@@ -351,14 +358,13 @@ mod tests {
             let residual = operator.solve(&[1.0; 3], 3).1;
             assert!(!(residual < 0.5), "callers refuse what is not below a bound: {residual}");
             let found = eigenvalues(&operator.krylov(&[1.0; 3], 3));
-            assert!(matches!(found, Err(StabilityError::NotFinite { .. })), "{found:?}");
+            assert!(matches!(found, Err(RitzError::NotFinite)), "{found:?}");
         }
     }
 
     #[test]
     fn an_error_of_the_operator_is_passed_on() {
-        let error = StabilityError::NoIsolatedRoot;
-        let solved = gmres(&vector(&[1.0, 2.0]), 1e-12, 2, |_| Err(error.clone()));
-        assert_eq!(solved, Err(error));
+        let solved = gmres(&vector(&[1.0, 2.0]), 1e-12, 2, |_| Err("error of the operator"));
+        assert_eq!(solved, Err("error of the operator"));
     }
 }

@@ -1,21 +1,35 @@
-//! Gauss–Legendre and Gauss–Lobatto nodes on [0, 1], and polynomials through them.
+//! Gauss–Legendre rules and Gauss–Lobatto nodes on [0, 1].
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
+/// The Legendre polynomial of degree k + 1 at `x` from those of degrees k − 1 and k.
+fn next_legendre(k: usize, x: f64, [previous, current]: [f64; 2]) -> f64 {
+    let k = k as f64;
+    ((2.0 * k + 1.0) * x * current - k * previous) / (k + 1.0)
+}
+
+/// The values of all Legendre polynomials at `x`, in the order of their degrees.
+pub(crate) fn legendre_sequence(x: f64) -> impl Iterator<Item = f64> {
+    let mut pair = [1.0, x];
+    (1..).map(move |k| {
+        let [value, next] = pair;
+        pair = [next, next_legendre(k, x, pair)];
+        value
+    })
+}
+
 /// The Legendre polynomial of degree `n` and its derivative at `x` in [−1, 1].
 pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
-    let (mut previous, mut current) = (1.0, x);
     if n == 0 {
         return (1.0, 0.0);
     }
+    let [mut previous, mut current] = [1.0, x];
     for k in 1..n {
-        let kf = k as f64;
-        let next = ((2.0 * kf + 1.0) * x * current - kf * previous) / (kf + 1.0);
-        (previous, current) = (current, next);
+        (previous, current) = (current, next_legendre(k, x, [previous, current]));
     }
     let nf = n as f64;
-    // At the ends the usual quotient is 0/0; the limit is n (n + 1)/2, with the sign of xⁿ⁻¹.
+    // At the ends the quotient below is 0/0. Its limit is n (n + 1)/2 with the sign of xⁿ⁻¹.
     let derivative = if (x * x - 1.0).abs() < f64::EPSILON {
         x.signum().powi(n as i32 + 1) * nf * (nf + 1.0) / 2.0
     } else {
@@ -25,12 +39,11 @@ pub(crate) fn legendre(n: usize, x: f64) -> (f64, f64) {
 }
 
 /// Points and weights of the `n`-point Gauss–Legendre rule on [0, 1], exact for polynomials of degree 2n − 1.
-#[must_use]
-pub fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
     (0..n)
         .map(|i| {
             let mut x = -((PI * (i as f64 + 0.75)) / (n as f64 + 0.5)).cos();
-            // Newton from this guess converges quadratically; five steps reach rounding for every n used.
+            // Newton's method converges quadratically from this guess; five steps reach rounding for n ≤ 16.
             for _ in 0..8 {
                 let (p, d) = legendre(n, x);
                 x -= p / d;
@@ -41,15 +54,14 @@ pub fn gauss(n: usize) -> (Vec<f64>, Vec<f64>) {
         .unzip()
 }
 
-/// The rule of [`gauss`] for `N` ≤ 8 points, computed once.
+/// The Gauss–Legendre rule with `N` ≤ 8 points, computed once.
 pub(crate) fn rule<const N: usize>() -> &'static (Vec<f64>, Vec<f64>) {
     static RULES: [OnceLock<(Vec<f64>, Vec<f64>)>; 9] = [const { OnceLock::new() }; 9];
     RULES[N].get_or_init(|| gauss(N))
 }
 
-/// The `n` + 1 Gauss–Lobatto nodes on [0, 1], both ends among them, `n` ≥ 1.
-#[must_use]
-pub fn lobatto(n: usize) -> Vec<f64> {
+/// The `n` + 1 Gauss–Lobatto nodes on [0, 1], including both ends, for `n` ≥ 1.
+pub(crate) fn lobatto(n: usize) -> Vec<f64> {
     let nf = n as f64;
     (0..=n)
         .map(|i| {
@@ -57,7 +69,7 @@ pub fn lobatto(n: usize) -> Vec<f64> {
                 return if i == 0 { 0.0 } else { 1.0 };
             }
             let mut x = -(PI * i as f64 / nf).cos();
-            // Interior nodes are the zeros of Pn'; (1 − x²) Pn'' = 2 x Pn' − n (n + 1) Pn gives Newton's slope.
+            // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn' − n (n + 1) Pn.
             for _ in 0..20 {
                 let (p, d) = legendre(n, x);
                 x -= d * (1.0 - x * x) / (2.0 * x * d - nf * (nf + 1.0) * p);
@@ -67,38 +79,9 @@ pub fn lobatto(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// The values at `x` of the Lagrange polynomials through `nodes`, written to `values`.
-pub fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
-    for (k, value) in values.iter_mut().enumerate() {
-        *value = 1.0;
-        for (j, node) in nodes.iter().enumerate() {
-            if j != k {
-                *value *= (x - node) / (nodes[k] - node);
-            }
-        }
-    }
-}
-
-/// The derivatives at `x` of the Lagrange polynomials through `nodes`.
-#[must_use]
-pub fn lagrange_derivatives(nodes: &[f64], x: f64) -> Vec<f64> {
-    (0..nodes.len())
-        .map(|k| {
-            (0..nodes.len())
-                .filter(|&m| m != k)
-                .map(|m| {
-                    (0..nodes.len())
-                        .filter(|&j| j != k && j != m)
-                        .fold(1.0 / (nodes[k] - nodes[m]), |p, j| p * (x - nodes[j]) / (nodes[k] - nodes[j]))
-                })
-                .sum()
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use approx::{assert_abs_diff_eq, assert_relative_eq};
+    use approx::assert_abs_diff_eq;
 
     use super::*;
 
@@ -115,11 +98,11 @@ mod tests {
             let factorial = |m: usize| (1..=m).map(|i| i as f64).product::<f64>();
             let remainder = factorial(n).powi(4) / (factorial(2 * n).powi(2) * (2 * n + 1) as f64);
             assert_abs_diff_eq!(1.0 / (2 * n + 1) as f64 - sum(2 * n), remainder, epsilon = 1e-15);
-            assert_eq!(points, rule_of(n), "the rule that is computed once");
+            assert_eq!(points, rule_of(n), "the cached rule");
         }
     }
 
-    /// The points of the rule that is computed once.
+    /// Points of the cached rule.
     fn rule_of(n: usize) -> Vec<f64> {
         match n {
             1 => rule::<1>(),
@@ -151,31 +134,12 @@ mod tests {
     }
 
     #[test]
-    fn lagrange_polynomials_reproduce_polynomials_and_their_derivatives() {
-        let nodes = [-2.0, -0.5, 0.0, 1.0];
-        let cubic = |x: f64| 1.0 - 2.0 * x + 0.5 * x.powi(2) - x.powi(3);
-        let slope = |x: f64| -2.0 + x - 3.0 * x.powi(2);
-        let mut values = [0.0; 4];
-        for x in [-2.0, -1.3, 0.4, 1.0, 2.0] {
-            lagrange(&nodes, x, &mut values);
-            let sum: f64 = values.iter().zip(nodes).map(|(weight, node)| weight * cubic(node)).sum();
-            let derivative: f64 =
-                lagrange_derivatives(&nodes, x).iter().zip(nodes).map(|(weight, node)| weight * cubic(node)).sum();
-            // Weights and values are of the size of ten.
-            assert_relative_eq!(sum, cubic(x), epsilon = 1e-14, max_relative = 1e-13);
-            assert_relative_eq!(derivative, slope(x), epsilon = 1e-14, max_relative = 1e-13);
-        }
-        // At a node its own polynomial is one and the others are zero, exactly.
-        lagrange(&nodes, -0.5, &mut values);
-        assert_eq!(values, [0.0, 1.0, 0.0, 0.0]);
-    }
-
-    #[test]
     fn legendre_polynomials_and_their_derivatives_are_the_known_ones() {
         // P3 = (5x³ − 3x)/2.
         for x in [-1.0_f64, -0.3, 0.0, 0.8, 1.0] {
             let (value, derivative) = legendre(3, x);
             assert_abs_diff_eq!(value, 0.5 * (5.0 * x.powi(3) - 3.0 * x), epsilon = 1e-15);
+            assert_eq!(legendre_sequence(x).nth(3), Some(value));
             // A quotient by 1 − x² ≥ 0.36.
             assert_abs_diff_eq!(derivative, 0.5 * (15.0 * x * x - 3.0), epsilon = 1e-14);
         }

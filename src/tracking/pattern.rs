@@ -1,52 +1,43 @@
-//! The name of a pattern.
+//! Classification of the pattern of a tip.
 
 use super::oscillations::Oscillations;
 use crate::tropism::Handedness;
 
-/// Rounder than this an ellipse is called a circle, and flatter than its complement a line.
+/// Smallest roundness of a circle. One minus this number is the largest roundness of a line.
 const ROUND: f64 = 0.9;
-/// A second oscillation is part of the pattern if its amplitude is at least this share of the first one's.
+/// Smallest amplitude of the second oscillation of a trochoid, over that of the first one.
 const PART: f64 = 0.05;
 
-/// The name of a tip's pattern, with the numbers that led to it.
+/// The pattern of a tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pattern {
     /// No period was found.
     None,
-    /// To and fro: the ellipse's axes are as 1 to 10 or flatter.
-    Pendular {
-        /// Minor over major axis.
-        roundness: f64,
-    },
-    /// An ellipse.
-    Elliptic {
-        /// Minor over major axis.
-        roundness: f64,
-    },
-    /// A circle, to a tenth.
-    Circular {
-        /// Minor over major axis.
-        roundness: f64,
-    },
-    /// A slow turn and a fast one in the same sense: T_slow/T_fast − 1 loops or waves in a turn, which point inwards.
+    /// Motion to and fro: an ellipse whose roundness is at most 0.1.
+    Pendular,
+    /// An ellipse with a roundness between 0.1 and 0.9.
+    Elliptic,
+    /// An ellipse whose roundness is at least 0.9.
+    Circular,
+    /// A slow and a fast rotation in the same sense: T_slow/T_fast − 1 loops or waves in a turn, which point inwards.
     Epitrochoid {
-        /// Loops in a turn; seldom a whole number.
+        /// Loops in a turn; in general not a whole number.
         loops: f64,
-        /// The amplitude of the faster over that of the slower.
+        /// Amplitude of the faster over that of the slower rotation.
         ratio: f64,
     },
-    /// A slow turn and a fast one in opposite senses: T_slow/T_fast + 1 loops or waves in a turn, which point outwards.
+    /// A slow and a fast rotation in opposite senses: T_slow/T_fast + 1 loops or waves in a turn, which point outwards.
     Hypotrochoid {
-        /// Loops in a turn; seldom a whole number.
+        /// Loops in a turn; in general not a whole number.
         loops: f64,
-        /// The amplitude of the faster over that of the slower.
+        /// Amplitude of the faster over that of the slower rotation.
         ratio: f64,
     },
 }
 
 impl Oscillations {
-    /// The name of the pattern of the two largest oscillations. It is a trochoid if both have a determined sense and are rounder than a
-    /// swing.
+    /// The pattern of the two largest oscillations. It is a trochoid if both have a determined sense and are rounder
+    /// than a line.
     #[must_use]
     pub fn pattern(&self) -> Pattern {
         let Some(first) = self.oscillations.first() else { return Pattern::None };
@@ -66,13 +57,14 @@ impl Oscillations {
             }
         }
         match roundness {
-            r if !goes_round(r) => Pattern::Pendular { roundness },
-            r if r < ROUND => Pattern::Elliptic { roundness },
-            _ => Pattern::Circular { roundness },
+            r if !goes_round(r) => Pattern::Pendular,
+            r if r < ROUND => Pattern::Elliptic,
+            _ => Pattern::Circular,
         }
     }
 
-    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed three standard errors.
+    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed three
+    /// standard errors.
     #[must_use]
     pub fn sense(&self) -> Option<Handedness> {
         self.oscillations.first().and_then(|first| first.ellipse.sense)

@@ -1,0 +1,80 @@
+//! Access to the parts of a rod for the modules that move, bend and mature it.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{MaterialPoint, Rod};
+
+impl Rod {
+    /// Takes the first `elements` growing elements out of the growth zone, with an exit time (s) for each of their
+    /// points.
+    pub(crate) fn mature(&mut self, elements: usize, exit: impl Fn(&MaterialPoint) -> f64) {
+        let leaving = self.zone().start..(self.first_growing + elements) * self.order.points();
+        self.points[leaving].iter_mut().for_each(|point| point.exit_time = exit(point));
+        self.first_growing += elements;
+    }
+
+    /// The material points, to be changed.
+    pub(crate) fn points_mut(&mut self) -> &mut [MaterialPoint] {
+        &mut self.points
+    }
+
+    /// The rotation vectors of the nodes 1 … p of all elements.
+    pub(crate) fn rotations(&self) -> &[Vector3<f64>] {
+        &self.rotations
+    }
+
+    /// The frames at the ends of the elements and the rotation vectors in them, to be changed together.
+    pub(crate) fn shape_mut(&mut self) -> (&mut [UnitQuaternion<f64>], &mut [Vector3<f64>]) {
+        (&mut self.frames, &mut self.rotations)
+    }
+
+    /// The strain of the centre line at the material points, to be replaced; empty for a rod that neither shears nor
+    /// stretches.
+    pub(crate) fn line_strains_mut(&mut self) -> &mut Vec<Vector3<f64>> {
+        &mut self.line_strains
+    }
+
+    /// Takes the shape of a rod with the same elements: frames, rotations and the strain of the centre line.
+    pub(crate) fn copy_shape(&mut self, source: &Self) {
+        self.frames.clone_from(&source.frames);
+        self.rotations.clone_from(&source.rotations);
+        self.line_strains.clone_from(&source.line_strains);
+    }
+
+    /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.
+    pub(crate) fn node_distances(&self) -> &[f64] {
+        &self.node_distance
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn node_distances_mut(&mut self) -> &mut [f64] {
+        &mut self.node_distance
+    }
+
+    /// The length at t = 0, m.
+    pub(crate) fn initial_length(&self) -> f64 {
+        self.initial_length
+    }
+
+    /// Whether merging must keep the end of an element.
+    pub(crate) fn keeps_node(&self, node: usize) -> bool {
+        self.kept[node]
+    }
+
+    /// Protects the end of an element from merging.
+    pub(crate) fn keep_node(&mut self, node: usize) {
+        self.kept[node] = true;
+    }
+
+    /// Makes the rod inconsistent.
+    #[cfg(test)]
+    pub(crate) fn remove_last_point(&mut self) {
+        self.points.pop();
+    }
+
+    /// Permits merging at all ends of elements.
+    #[cfg(test)]
+    pub(crate) fn release_nodes(&mut self) {
+        self.kept.fill(false);
+    }
+}
