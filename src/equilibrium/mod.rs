@@ -68,6 +68,9 @@ pub struct Equilibrium {
     /// How far the tip came (m) from where the first guess, or what followed from it, was found unstable: the answer need not be its
     /// continuation. None if it was stable all the way.
     pub jump: Option<f64>,
+    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of stability that does
+    /// not depend on the mesh. Zero for a solver that needs no tangent.
+    pub(crate) resistance: f64,
 }
 
 /// Why there is no equilibrium to report. The rod is as it was before the call.

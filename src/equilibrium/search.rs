@@ -133,7 +133,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
 
     fn finish(&self, rod: &Rod) -> Equilibrium {
         let lost = self.lost.filter(|(_, negative)| !self.is_turned_at_no_cost(*negative));
-        Equilibrium { jump: lost.map(|(tip, _)| (rod.tip() - tip).norm()), ..self.found }
+        let jump = lost.map(|(tip, _)| (rod.tip() - tip).norm());
+        Equilibrium { jump, resistance: self.system.resistance, ..self.found }
     }
 
     /// Whether the answer has neutral directions for all `negative` pivots that were met, next to where these were met. A shoot that is

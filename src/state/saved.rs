@@ -6,7 +6,7 @@ use super::{History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
 
 /// To be counted up whenever what is written changes.
-pub(crate) const FORMAT: u32 = 7;
+pub(crate) const FORMAT: u32 = 8;
 
 /// The number of the format: it stands first, so that a file of another format is refused for that reason.
 #[derive(Debug, Clone, Copy)]
