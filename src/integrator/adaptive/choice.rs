@@ -4,7 +4,7 @@ use super::elements::{FIRST_LENGTH, LOSSLESS, cut_first, longest_element};
 use super::richardson::{AIM, ASYMPTOTIC, ErrorEstimate, Richardson, SAFETY};
 use super::trials::Trials;
 use super::{IntegrationError, Statistics};
-use crate::integrator::MAX_HALVINGS;
+use crate::integrator::{MAX_HALVINGS, ROUNDING};
 use crate::model::Model;
 use crate::reference_element::Order;
 use crate::shoot::Shoot;
@@ -27,8 +27,6 @@ const FINER_MERGING: f64 = 0.25;
 const MAX_MERGE_TOLERANCE: f64 = 2e-3;
 /// Smallest and largest number of steps of the first trial, not counting short steps behind discontinuities.
 const FIRST_STEPS: [f64; 2] = [16.0, 1000.0];
-/// Shortest first step, relative to the time: a million units of its rounding.
-const SHORTEST_STEP: f64 = 1e6 * f64::EPSILON;
 
 impl<M: Model> Trials<'_, M> {
     /// Chooses a resolution for the time to `until` and integrates with it, at most `max_steps` steps of the way. Returns the
@@ -212,5 +210,5 @@ fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
     };
     // Steps are longer than delays that are far shorter than the run.
     let [fewest, most] = FIRST_STEPS;
-    scale.max(span / most).min(span / fewest).max(SHORTEST_STEP * until.abs())
+    scale.max(span / most).min(span / fewest).max(ROUNDING * until.abs())
 }

@@ -5,14 +5,14 @@ use super::relaxation::{Kernel, LANES, NODES};
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, Source};
 
-/// Shoots all of whose variables are linear memories of stimuli, as in the reduced model.
+/// Exact integration of variables that are all linear memories of stimuli, as in the reduced model.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
-    /// One for every variable; none if one of them is not the memory of a stimulus.
+    /// One memory for each variable.
     each: Vec<Memory>,
 }
 
-/// y at the end of a step is a part of what it was, and a part of the stimulus at every level.
+/// Weights with which y at the end of a step depends on y at its start and on the stimulus at each level.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     stimulus: usize,
