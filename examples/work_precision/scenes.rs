@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::tropism::{
@@ -191,12 +191,6 @@ where
         }
         methods.push(Method { name: format!("steps, {elements} elements"), driven: false, points });
     }
-    let few = course.elements[0];
-    let (shoot, mut points) = (make(few)?, Vec::new());
-    for &step in some(quick, course.steps) {
-        points.push(timed(quick, &shoot, &mut Iterated::new(step), &exact, format!("{step} s"))?);
-    }
-    methods.push(Method { name: format!("iterated, {few} elements"), driven: false, points });
     let (shoot, mut points) = (make(8)?, Vec::new());
     // The last is beyond the reference.
     for &tolerance in some(quick, &TOLERANCES[..6]) {

@@ -69,6 +69,9 @@ pub struct Equilibrium {
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
     /// the continuation of the initial guess then. `None` if all configurations were stable.
     pub jump: Option<f64>,
+    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of stability that does
+    /// not depend on the mesh. Zero for a solver that needs no tangent.
+    pub(crate) resistance: f64,
 }
 
 /// Why no equilibrium was found. The rod has not changed.

@@ -121,12 +121,6 @@ impl NewtonSolver {
         self.factorise(rod, material, &InternalForce::of(rod, load, environment))
     }
 
-    /// The smallest pivot of the last tangent relative to that of the same rod without load: a measure of the distance
-    /// from loss of stability that does not depend on the mesh.
-    pub(crate) fn resistance(&self) -> f64 {
-        self.system.resistance
-    }
-
     /// Factorises the tangent at an equilibrium.
     ///
     /// # Errors

@@ -136,7 +136,8 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
 
     fn finish(&self, rod: &Rod) -> Equilibrium {
         let lost = self.lost.filter(|(_, negative)| !self.is_neutral(*negative));
-        Equilibrium { jump: lost.map(|(tip, _)| (rod.tip() - tip).norm()), ..self.found }
+        let jump = lost.map(|(tip, _)| (rod.tip() - tip).norm());
+        Equilibrium { jump, resistance: self.system.resistance, ..self.found }
     }
 
     /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to it. The

@@ -1,24 +1,17 @@
-//! What came before the start of a run: the history function of the delay equations, on [−delay, 0].
+//! The history function of the delay equations, on [−delay, 0].
 
-use crate::pointers::forward_pointers;
 use crate::tropism::{Site, TropismLaw};
 
 /// The laws' variables before the start of a run, at every material point.
 pub trait HistoryFunction {
-    /// Whether the variables were the same at all times before 0.
+    /// Returns whether the variables were constant before 0.
     fn is_constant(&self) -> bool;
 
-    /// Writes the variables of `law` at time `t` ≤ 0 (s) before the start, at a place as it is in the first equilibrium,
-    /// where the law senses `stimuli`.
+    /// Writes the variables of `law` at time `t` ≤ 0 (s), at a place in the first equilibrium, where the law senses `stimuli`.
     fn variables(&self, law: &impl TropismLaw, t: f64, site: &Site, stimuli: &[f64], variables: &mut [f64]);
 }
 
-forward_pointers!(HistoryFunction {
-    fn is_constant() -> bool;
-    fn variables(law: &impl TropismLaw, t: f64, site: &Site, stimuli: &[f64], variables: &mut [f64]);
-});
-
-/// The default history: memories empty before the start, statoliths settled in the first equilibrium.
+/// The default history: memories are zero before the start, and statoliths are settled in the first equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EmptyHistory;
 
@@ -32,7 +25,7 @@ impl HistoryFunction for EmptyHistory {
     }
 }
 
-/// A steady history: the stimuli of the first equilibrium have lasted for ever.
+/// A steady history: the stimuli were those of the first equilibrium at all times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SteadyHistory;
 
@@ -46,11 +39,11 @@ impl HistoryFunction for SteadyHistory {
     }
 }
 
-/// A history given as a smooth function of place and of the time since the start (s, from minus the longest delay to 0), which writes the
-/// variables of the laws in the order of the tuple.
+/// A history given by a smooth function of the time (s, from minus the longest delay to 0) and the place. It writes the variables of the
+/// laws in the order of the tuple.
 #[derive(Debug, Clone, Copy)]
 pub struct GivenHistory<F>(
-    /// Writes the variables at a time and a place.
+    /// Function that writes the variables.
     pub F,
 );
 

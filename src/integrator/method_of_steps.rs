@@ -1,32 +1,43 @@
-//! The method of steps: what the laws ask for during a step is known before it.
+//! The method of steps for delay differential equations, with corrections where a step exceeds the shortest delay.
 
-use super::course::Course;
-use super::stepper::Stepper;
+use super::stepper::{MAX_CORRECTIONS, RunOptions, Stepper};
+use super::undo::undo_on_error;
 use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
-use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::state::State;
 
-/// An explicit integrator for delayed laws: one equilibrium in a step, fourth order in time.
+/// An integrator with a fixed longest step, of fourth order in time, for laws with any delay.
 ///
-/// As long as a step is not longer than the shortest delay, the laws read only the past, and the intrinsic strain at the
-/// end of the step is a quadrature. Then one equilibrium gives the shape, and the stimuli that it offers, interpolated
-/// in time through four equilibria, carry the laws' variables. Method and order of accuracy: [`guide::method`](crate::guide::method).
-#[derive(Debug, Clone, Default)]
+/// A step that is not longer than the shortest delay reads only the past. It is explicit: the intrinsic strain at its end is a
+/// quadrature, one equilibrium gives the shape, and the stimuli of the last four equilibria, interpolated in time, drive the laws'
+/// variables.
+///
+/// A longer step, or a step of laws that read something without delay, is implicit. It is solved by fixed-point iteration: the step is
+/// repeated with the variables at its end until an angle changes by less than [`tolerance`](Self::tolerance). The iteration contracts by
+/// about the step times the fastest rate of response. It costs one equilibrium for each correction.
+/// [`guide::method`](crate::guide::method) describes the method and its order of accuracy.
+#[derive(Debug, Clone)]
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
     pub step: f64,
-    /// How often in a call a step that fails is tried again with half its length, where that may help; none by default.
-    /// [`Statistics::retries`] has the number.
+    /// Largest change of an angle in the last correction of an implicit step, rad.
+    pub tolerance: f64,
+    /// Largest number of corrections of an implicit step.
+    pub max_corrections: usize,
+    /// Largest number of times in a call that a failed step is repeated with half its length, if the error is recoverable; zero by
+    /// default. [`Statistics::retries`] counts them.
     pub retries: usize,
-    /// Finds the shapes.
+    /// Solver of the equilibria.
     pub solver: E,
     stepper: Stepper,
+    backup: Option<State>,
 }
 
 impl MethodOfSteps<NewtonSolver> {
-    /// Steps of `step` seconds and Newton's method to 1e-8 rad, well below the error in time of any usual step.
+    /// Steps of `step` seconds, and Newton's method with a tolerance of 1e-8 rad, which is well below the error in time of any usual
+    /// step.
     #[must_use]
     pub fn new(step: f64) -> Self {
         Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
@@ -34,10 +45,11 @@ impl MethodOfSteps<NewtonSolver> {
 }
 
 impl<E> MethodOfSteps<E> {
-    /// Steps of `step` seconds with the given solver.
+    /// Steps of `step` seconds with the given solver; corrections to 1e-8 rad, at most 30 in a step.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        Self { step, retries: 0, solver, stepper: Stepper::default() }
+        let (stepper, backup) = (Stepper::default(), None);
+        Self { step, tolerance: 1e-8, max_corrections: MAX_CORRECTIONS, retries: 0, solver, stepper, backup }
     }
 }
 
@@ -47,26 +59,27 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
         shoot: &mut Shoot<impl Model>,
         history: &impl HistoryFunction,
     ) -> Result<Statistics, IntegrationError> {
-        self.stepper.start(shoot, &mut self.solver, history)
+        let Self { solver, stepper, backup, .. } = self;
+        undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history))
     }
 
     fn advance_at_most(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         until: f64,
-        most_steps: usize,
+        max_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
-        let Self { step, retries, solver, stepper } = self;
-        ParameterError::positive("time step", *step)?;
-        stepper.laws.read(shoot.model.tropism());
-        stepper.laws.check()?;
-        if !stepper.reads_past_alone(*step) {
-            let delay = stepper.laws.shortest_delay();
-            return Err(IntegrationError::StepTooLong { step: *step, delay });
-        }
-        let mesh = shoot.mesh;
-        let course =
-            Course { until, size: *step, most_steps, retries: *retries, correction: None, mesh, coarsest: 0.0 };
-        stepper.advance(shoot, solver, course)
+        let options = RunOptions {
+            until,
+            step: self.step,
+            max_steps,
+            retries: self.retries,
+            tolerance: self.tolerance,
+            max_corrections: self.max_corrections,
+            mesh: shoot.mesh,
+            coarsest_step: None,
+        };
+        let Self { solver, stepper, backup, .. } = self;
+        undo_on_error(shoot, backup, |shoot, _| stepper.advance(shoot, solver, options, |_, _| ()))
     }
 }

@@ -1,4 +1,4 @@
-//! Shoots of unlike laws side by side.
+//! Shoots with different laws as one type.
 
 use super::{IntegrationError, Integrator, Statistics};
 use crate::model::Model;
@@ -6,8 +6,8 @@ use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::state::{State, StateError};
 
-/// A shoot with the integrator that moves it, whatever laws it obeys: the pair `(shoot, integrator)` is one. The trait is object
-/// safe, so that shoots of unlike laws can stand in one list.
+/// A shoot of any laws with its integrator. The pair `(shoot, integrator)` implements it. The trait is object safe, so that shoots with
+/// different laws can be elements of one list.
 ///
 /// ```
 /// use morphorod::Shoot;
@@ -30,25 +30,25 @@ use crate::state::{State, StateError};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Simulation {
-    /// Carries the shoot to time `until`, s, as [`Integrator::advance`].
+    /// Advances the shoot to time `until` (s), as [`Integrator::advance`].
     ///
     /// # Errors
-    /// See [`IntegrationError`]; the shoot is then as it was.
+    /// See [`IntegrationError`]. The shoot is then as it was.
     fn advance(&mut self, until: f64) -> Result<Statistics, IntegrationError>;
 
-    /// Takes one step on the way to time `until`, s, as [`Integrator::step`].
+    /// Makes one step towards time `until` (s), as [`Integrator::step`].
     ///
     /// # Errors
-    /// See [`IntegrationError`]; the shoot is then as it was.
+    /// See [`IntegrationError`]. The shoot is then as it was.
     fn step(&mut self, until: f64) -> Result<Statistics, IntegrationError>;
 
     /// The state of the shoot.
     fn state(&self) -> &State;
 
-    /// Goes back, or forth, to a state that was kept before, as [`Shoot::restore`].
+    /// Restores a state, as [`Shoot::restore`].
     ///
     /// # Errors
-    /// A state that is damaged or of other laws. The shoot is then as it was.
+    /// The state is damaged or has other laws. The shoot is then as it was.
     fn restore(&mut self, state: &State) -> Result<(), StateError>;
 
     /// The rod at the present time.

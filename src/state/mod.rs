@@ -44,7 +44,7 @@ pub struct State {
     pub(crate) changed: bool,
     /// The pair of mature elements that was last tried to be merged.
     pub(crate) merge_next: usize,
-    /// The steps and elements that were chosen for a tolerance, if one was given.
+    /// The resolution that `Adaptive` has chosen last. `Adaptive` alone creates and uses it.
     pub(crate) plan: Option<Plan>,
 }
 
@@ -92,6 +92,11 @@ impl State {
     pub(crate) fn forget(&mut self) {
         (self.predictor, self.history) = (Predictor::default(), History::default());
         (self.smooth_since, self.changed, self.plan) = (self.time, false, None);
+    }
+
+    /// The resolution that `Adaptive` has chosen, unless another integrator has advanced the shoot since.
+    pub(crate) fn plan(&self) -> Option<Plan> {
+        self.plan.filter(|plan| plan.reached == self.time)
     }
 
     /// Refuses a state whose parts do not belong together, or hold numbers that no state has.

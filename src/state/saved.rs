@@ -6,7 +6,7 @@ use super::{History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
 
 /// Number of the format, to be increased whenever the written data change.
-pub(crate) const FORMAT: u32 = 7;
+pub(crate) const FORMAT: u32 = 8;
 
 /// Returns an error for the number of another format.
 pub(crate) fn check_format(found: u32) -> Result<(), StateError> {

@@ -5,7 +5,7 @@ use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, Iterated, MethodOfSteps, Simulation};
+use morphorod::integrator::{Integrator, MethodOfSteps, Simulation};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StationarySolver};
 use morphorod::tropism::{
@@ -233,11 +233,11 @@ fn present_stimuli_are_empty_for_laws_that_do_not_request_them() {
     let gravitropism = || steering(SettledStatoliths).0;
     for at_once in [false, true] {
         let mut shoot = righting().tropism((gravitropism(), Straightens { at_once })).into_dyn().build().unwrap();
-        Iterated::new(300.0).advance(&mut shoot, 1800.0).unwrap();
+        MethodOfSteps::new(300.0).advance(&mut shoot, 1800.0).unwrap();
         let _ = StationarySolver::default().solve(&mut shoot).unwrap();
         let both = (Straightens { at_once: true }, Straightens { at_once });
         let mut shoot = righting().tropism((gravitropism(), both)).into_dyn().build().unwrap();
-        Iterated::new(300.0).advance(&mut shoot, 1800.0).unwrap();
+        MethodOfSteps::new(300.0).advance(&mut shoot, 1800.0).unwrap();
         let _ = StationarySolver::default().solve(&mut shoot).unwrap();
         let _ = Linearisation::about(&shoot).unwrap();
     }

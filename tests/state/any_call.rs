@@ -7,7 +7,7 @@ use crate::fixtures::shoots::{HOUR, Reduced, YOUNG, growing, reduced};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth, length, trace};
-use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, PointForce, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::stability::{Linearisation, StationarySolver};
@@ -184,14 +184,13 @@ fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: 
     // Limit the distance, so that no case takes seconds.
     let near = |t: f64| if (t - now).abs() < 3000.0 || !t.is_finite() { t } else { now + 1.0 };
     let step = if a > 0.0 && a < 60.0 { 60.0 + a } else { a };
-    let (mut steps, mut iterated) = (MethodOfSteps::new(step), Iterated::new(step));
-    let answer = match k % 7 {
+    let mut steps = MethodOfSteps::new(step);
+    let answer = match k % 6 {
         0 => steps.advance(&mut moved, near(b)),
-        1 => iterated.advance(&mut moved, near(b)),
-        2 => steps.step(&mut moved, near(b)),
-        3 => steps.advance_until(&mut moved, near(b), |shoot| shoot.tip().x * c + d),
-        4 => steps.advance_showing(&mut moved, near(b), [c, d].map(near), |shoot| assert!(sound(shoot.rod()))),
-        5 => steps.advance_showing(&mut moved, now + 200.0, [now, c, d], |_| {}),
+        1 => steps.step(&mut moved, near(b)),
+        2 => steps.advance_until(&mut moved, near(b), |shoot| shoot.tip().x * c + d),
+        3 => steps.advance_showing(&mut moved, near(b), [c, d].map(near), |shoot| assert!(sound(shoot.rod()))),
+        4 => steps.advance_showing(&mut moved, now + 200.0, [now, c, d], |_| {}),
         _ => steps.advance_until(&mut moved, now + 400.0, |_| c),
     };
     match answer {

@@ -6,7 +6,7 @@ use crate::fixtures::shoots::{
 };
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, Scene, Shoot, State, Still};
@@ -71,7 +71,7 @@ fn shoot_of_constant_length_resumed_from_a_state_repeats_the_uninterrupted_run()
         (gravitropism, Proprioception { sensitivity: ETA }.remembered(MEMORY))
     };
     let shoot = righting().elements(4).tropism(laws()).into_dyn().build().unwrap();
-    assert_repeats(shoot, || Iterated::new(100.0), 0.5 * HOUR, HOUR);
+    assert_repeats(shoot, || MethodOfSteps::new(100.0), 0.5 * HOUR, HOUR);
 }
 
 #[test]

@@ -4,10 +4,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use crate::fixtures::shoots::{HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
-use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
+use crate::fixtures::shoots::{ETA, HOUR, MEMORY, STATOLITHS, WEIGHT, growing, reduced, steering};
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
-use morphorod::tropism::Oscillator;
+use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
 use morphorod::{Model, Shoot};
 use nalgebra::Vector3;
 
@@ -79,18 +79,21 @@ fn in_calls(mut shoot: Shoot<impl Model>, mut run: impl Integrator, step: f64, c
 
 #[test]
 fn step_of_a_shoot_of_constant_length_allocates_no_memory() {
-    let (gravitropism, proprioception) = steering(STATOLITHS);
+    let (gravitropism, _) = steering(STATOLITHS);
     let push = ApicalForce(|t: f64| Vector3::new(1e-6 * (t / 500.0).sin(), 0.0, 0.0));
-    let shoot = || {
-        let laws = (Oscillator::new(0.2, 1440.0), gravitropism, proprioception);
+    let shoot = |delay: f64| {
+        let memory = Memory { delay, ..MEMORY };
+        let bend = Proprioception { sensitivity: ETA }.remembered(memory);
+        let laws = (Oscillator::new(0.2, 1440.0), gravitropism, bend);
         reduced(0.0659, 20.0 * HOUR).tropism(laws).load((WEIGHT, push)).build().unwrap()
     };
     let calls = [1, 1, 2, 5, 20, 100, 1];
     for step in [90.0, 100.0, 720.0] {
-        let found = in_calls(shoot(), MethodOfSteps::new(step), step, &calls);
-        assert_eq!(found, [0; 7], "MethodOfSteps at {step} s: allocations in calls of {calls:?} steps");
-        let found = in_calls(shoot(), Iterated::new(step), step, &calls);
-        assert_eq!(found, [0; 7], "Iterated at {step} s: allocations in calls of {calls:?} steps");
+        // Explicit steps, and implicit ones.
+        for delay in [MEMORY.delay, 0.0] {
+            let found = in_calls(shoot(delay), MethodOfSteps::new(step), step, &calls);
+            assert_eq!(found, [0; 7], "delay {delay} s, step {step} s: allocations in calls of {calls:?} steps");
+        }
     }
 }
 

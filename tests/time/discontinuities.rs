@@ -4,7 +4,7 @@
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, WEIGHT, order, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
-use morphorod::integrator::{Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Cut, Load};
 use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, TropismLaw, Variable};
 use morphorod::{Environment, Scene, Still, Turned};
@@ -76,7 +76,7 @@ fn base_tilted_for_half_an_hour_keeps_fourth_order_however_the_condition_is_code
 fn base_tilted_at_the_start_acts_like_one_tilted_later() {
     // The first equilibrium is upright, where nothing moves: a later tilt gives the same motion,
     // later.
-    let after = |from: f64| tip(Turned::tilted(0.5, from, f64::INFINITY), Iterated::new(22.5), from + HOUR);
+    let after = |from: f64| tip(Turned::tilted(0.5, from, f64::INFINITY), MethodOfSteps::new(22.5), from + HOUR);
     // Rounding of the times, at 7e-6 m/s, and of the tip.
     let at_start = after(0.0);
     assert_abs_diff_eq!(InNorm(at_start), InNorm(after(1e-3)), epsilon = 1e-14);

@@ -10,7 +10,7 @@ use crate::fixtures::shoots::{HOUR, growing, righting};
 use approx::abs_diff_eq;
 use morphorod::constitutive::Constitutive;
 use morphorod::equilibrium::{Equilibrium, EquilibriumError, EquilibriumSolver, NewtonSolver};
-use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::InternalForce;
 use morphorod::rod::Rod;
 use morphorod::tropism::{Declaration, Growing, Site, Size, TropismLaw};
@@ -90,7 +90,7 @@ fn failed_step_is_retried_with_half_its_length() {
     }
     // If no retry succeeds, their number bounds the work.
     let mut shoot = righting().into_dyn().build().unwrap();
-    let mut run = Iterated::with_solver(120.0, Flaky::new(10..usize::MAX));
+    let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(10..usize::MAX));
     run.retries = 8;
     let before = shoot.clone();
     assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());

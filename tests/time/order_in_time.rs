@@ -11,7 +11,7 @@ use crate::fixtures::shoots::{
 use approx::assert_abs_diff_eq;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{GivenHistory, Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{GivenHistory, Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
 use morphorod::{DynLaws, Shoot, Still};
@@ -96,31 +96,27 @@ fn iterated_steps_have_fourth_order_with_and_without_delays() {
         (minutes(9.0, 1.7), minutes(12.0, 12.0)),
     ] {
         let shoot = || righting().elements(4).tropism(laws(gravity, bend)).into_dyn().build().unwrap();
-        let found = errors(shoot, Iterated::new, &HOURS, STEPS, 6.0);
+        let found = errors(shoot, MethodOfSteps::new, &HOURS, STEPS, 6.0);
         assert_fourth_order(&format!("{gravity:?} {bend:?}"), found);
     }
 }
 
 #[test]
-fn both_integrators_agree_where_both_apply() {
+fn steps_are_corrected_only_if_they_exceed_the_shortest_delay() {
     let shoot =
         || righting().elements(4).tropism(laws(minutes(9.0, 7.0), minutes(12.0, 12.0))).into_dyn().build().unwrap();
     let run = |step: f64| {
-        let (mut a, mut b) = (shoot(), shoot());
-        let t = 4.0 * HOUR;
-        let one = MethodOfSteps::new(step).advance(&mut a, t).unwrap();
-        let other = Iterated::new(step).advance(&mut b, t).unwrap();
-        assert_eq!(one.steps, other.steps);
-        (a.tip() - b.tip()).norm()
+        let mut shoot = shoot();
+        let cost = MethodOfSteps::new(step).advance(&mut shoot, 4.0 * HOUR).unwrap();
+        (shoot.tip(), cost.equilibria - cost.steps - 1)
     };
-    // The two runs are identical up to the shortest delay: the first correction is zero.
-    assert_eq!(run(420.0), 0.0);
-    // Longer steps are possible for one of them only, with the error of such a step.
-    let mut far = shoot();
-    let _ = Iterated::new(600.0).advance(&mut far, 4.0 * HOUR).unwrap();
-    let mut near = shoot();
-    let _ = MethodOfSteps::new(60.0).advance(&mut near, 4.0 * HOUR).unwrap();
-    assert_abs_diff_eq!(InNorm(far.tip()), InNorm(near.tip()), epsilon = 1e-4);
+    let (near, corrections) = run(60.0);
+    assert_eq!(corrections, 0);
+    assert_eq!(run(420.0).1, 0);
+    // A longer step has its own error in time.
+    let (far, corrections) = run(600.0);
+    assert!(corrections > 10, "{corrections}");
+    assert_abs_diff_eq!(InNorm(far), InNorm(near), epsilon = 1e-4);
 }
 
 #[test]
@@ -141,7 +137,7 @@ fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     let sluggish = || upright().tropism(steering(STATOLITHS)).load((WEIGHT, pulse)).into_dyn().build().unwrap();
     assert_fourth_order("pulse, statoliths", errors(sluggish, MethodOfSteps::new, &HOURS, steps, 3.0));
     let iterated = || upright().tropism(laws(minutes(12.0, 0.0), minutes(12.0, 0.0))).load((WEIGHT, pulse));
-    let found = errors(|| iterated().into_dyn().build().unwrap(), Iterated::new, &HOURS, steps, 3.0);
+    let found = errors(|| iterated().into_dyn().build().unwrap(), MethodOfSteps::new, &HOURS, steps, 3.0);
     assert_fourth_order("pulse, no delay", found);
 }
 
@@ -218,7 +214,7 @@ fn weightless_shoot_converges_to_the_closed_form_at_fourth_order() {
         assert_fourth_order(&format!("circling {:?}", circling.memory), found);
     }
     let present = Circling::damped(30.0 * MINUTE, 9.0);
-    let found = STEPS.map(|step| present.error(Iterated::with_solver(step, Unloaded), 1.3 * HOUR));
+    let found = STEPS.map(|step| present.error(MethodOfSteps::with_solver(step, Unloaded), 1.3 * HOUR));
     assert_fourth_order("circling without delay", found);
 }
 
@@ -229,7 +225,7 @@ fn delays_that_no_step_divides_keep_fourth_order() {
     let memory = |delay: f64| Memory { time: 726.0, delay };
     for (gravity, bend) in [(550.0, 550.0), (550.0, 71.0)] {
         let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).into_dyn().build().unwrap();
-        let found = errors(shoot, Iterated::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
+        let found = errors(shoot, MethodOfSteps::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
         // Rounding is 1e-16 m.
         assert!(order(&found) >= LEAST, "delays {gravity} s and {bend} s: {found:?}");
         // With steps across the kinks, the errors with both delays at 550 s were 1.3e-7, 2.5e-8,

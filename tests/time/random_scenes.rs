@@ -10,7 +10,7 @@ use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::assert_sound;
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{CosineProfile, LinearProfile, Ongoing, UniformGrowth};
-use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps};
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, PointForce, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Order, Section, Shoot, ShootBuilder, State, Still, checkpoint};
@@ -90,19 +90,12 @@ fn steer(builder: ShootBuilder<DynLaws>, mut draw: Draw) -> End {
 
 fn run(mut shoot: Shoot<DynLaws>, mut draw: Draw) -> End {
     let size = draw.log(1.0, 1e4);
-    let (iterated, twice, saved) = (draw.chance(0.5), draw.chance(0.1), draw.chance(0.1));
+    let (twice, saved) = (draw.chance(0.1), draw.chance(0.1));
     let mut end = End::Answer;
     for _ in 0..12 {
         let until = shoot.time() + 4.0 * size * draw.unit();
         let before = shoot.state().clone();
-        let go = |shoot: &mut Shoot<_>| match iterated {
-            false => match MethodOfSteps::new(size).step(shoot, until) {
-                Err(IntegrationError::StepTooLong { .. }) => Iterated::new(size).step(shoot, until),
-                answer => answer,
-            },
-            true => Iterated::new(size).step(shoot, until),
-        };
-        let answer = go(&mut shoot);
+        let answer = MethodOfSteps::new(size).step(&mut shoot, until);
         if let Err(error) = &answer {
             if std::env::var("MORPHOROD_SHOW").is_ok() {
                 println!("{error}");
@@ -122,7 +115,7 @@ fn run(mut shoot: Shoot<DynLaws>, mut draw: Draw) -> End {
         if twice {
             let after = shoot.state().clone();
             shoot.restore(&before).unwrap();
-            assert!(go(&mut shoot) == answer && after == *shoot.state());
+            assert!(MethodOfSteps::new(size).step(&mut shoot, until) == answer && after == *shoot.state());
         }
     }
     end

@@ -3,7 +3,7 @@
 use super::tolerance::{Path, distance};
 use crate::fixtures::shoots::{RADIUS, WEIGHT, YOUNG};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, Integrator, Iterated, Statistics};
+use morphorod::integrator::{Adaptive, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{Load, Pulse, Whirl};
 use morphorod::tropism::{Memory, Proprioception, Response};
 use morphorod::{DynLaws, Shoot, Still};
@@ -46,7 +46,7 @@ fn events_shorter_than_a_step_keep_the_tolerance() {
     let scenes: [Scene; 3] = [(&whirl, 300.0, [1e-4, 1e-6]), (&slow, 300.0, [1e-4, 1e-6]), (&fast, 60.0, [1e-5, 1e-7])];
     for (scene, (shoot, event, tolerances)) in scenes.iter().enumerate() {
         // The reference divides the event into 30 steps. With 60 steps it changes by less than a tenth of the errors below.
-        let mut fine = Iterated::new(event / 30.0);
+        let mut fine = MethodOfSteps::new(event / 30.0);
         (fine.tolerance, fine.solver.tolerance) = (1e-12, 1e-12);
         let (exact, _) = path(shoot(), &mut fine, *event);
         for tolerance in *tolerances {

@@ -2,10 +2,13 @@
 
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::in_norm::InNorm;
-use crate::fixtures::shoots::{HOUR, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering};
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
+};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{IntegrationError, Integrator, Iterated, MethodOfSteps, Statistics};
+use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, Statistics};
+use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot, Still, Turned};
 use nalgebra::Vector3;
 
@@ -41,8 +44,6 @@ fn single_steps_repeat_the_run_of_one_call() {
     assert_eq!(found, expected);
     // No step is left at the end.
     assert_eq!(integrator.step(&mut single, end).unwrap().steps, 0);
-    let mut repeated = Iterated::new(130.0);
-    assert_eq!(repeated.step(&mut eventful(), end).unwrap().steps, 1);
 }
 
 #[test]
@@ -210,28 +211,29 @@ fn output_time_costs_one_equilibrium_and_a_stop_a_few() {
 #[test]
 fn stops_at_almost_equal_times_keep_the_accuracy() {
     // Extrapolation from levels at almost equal times would magnify their rounding errors.
-    let end = |stops: &[f64], iterated: bool| {
-        let mut shoot = righting().into_dyn().build().unwrap();
+    let end = |stops: &[f64], delay: f64| {
+        let laws = (
+            Gravitropism { sensitivity: BETA, perception: SettledStatoliths }.remembered(Memory { delay, ..MEMORY }),
+            Proprioception { sensitivity: ETA }.remembered(MEMORY),
+        );
+        let mut shoot = righting().tropism(laws).into_dyn().build().unwrap();
         for until in stops.iter().chain(&[2.0 * HOUR]) {
-            let _ = if iterated {
-                Iterated::new(180.0).advance(&mut shoot, *until).unwrap()
-            } else {
-                MethodOfSteps::new(180.0).advance(&mut shoot, *until).unwrap()
-            };
+            let _ = MethodOfSteps::new(180.0).advance(&mut shoot, *until).unwrap();
         }
         shoot.tip()
     };
-    for iterated in [false, true] {
-        let plain = end(&[3960.0], iterated);
+    // Explicit steps, and implicit ones.
+    for delay in [MEMORY.delay, 0.0] {
+        let plain = end(&[3960.0], delay);
         for gap in [5e-13, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3, 0.1] {
             for stops in
                 [[3960.0, 3960.0 + gap].as_slice(), &[3960.0, 3960.0 + gap, 3960.0 + 2.0 * gap], &[gap, 3960.0]]
             {
-                let tip = end(stops, iterated);
+                let tip = end(stops, delay);
                 // A step in two unequal parts differs by its own error in time, about 1e-7 m.
                 assert!(
                     abs_diff_eq!(InNorm(tip), InNorm(plain), epsilon = 5e-7),
-                    "iterated {iterated}, {stops:?}: {tip:?} against {plain:?}"
+                    "delay {delay}, {stops:?}: {tip:?} against {plain:?}"
                 );
             }
         }

@@ -6,9 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::fixtures::shoots::{self, HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{
-    Adaptive, EmptyHistory, IntegrationError, Integrator, Iterated, MethodOfSteps, SteadyHistory,
-};
+use morphorod::integrator::{Adaptive, EmptyHistory, IntegrationError, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Pulse, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Shoot, Still};
@@ -226,7 +224,7 @@ fn delays_and_time_spans_of_any_size_are_accepted() {
         let make = || righting().tropism(laws()).into_dyn().build().unwrap();
         let (mut found, mut exact) = (make(), make());
         let cost = Adaptive::new(1e-5).advance(&mut found, 2.0 * HOUR).unwrap();
-        Iterated::new(10.0).advance(&mut exact, 2.0 * HOUR).unwrap();
+        MethodOfSteps::new(10.0).advance(&mut exact, 2.0 * HOUR).unwrap();
         let error = (found.tip() - exact.tip()).norm() / 0.05;
         assert!(error < 1e-5 && cost.steps < 3000, "{delay} s: {error:e}, {cost:?}");
     }

@@ -5,7 +5,7 @@ use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, IntegrationError, Integrator, Iterated};
+use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Pulse;
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Site,
@@ -122,7 +122,7 @@ impl Scene {
             let middle = 0.5 * (from.max(0.0) + until);
             let near = |pulse: &&Pulse| (pulse.start..pulse.start + 1.3 * pulse.duration).contains(&middle);
             let size = self.pulses.iter().filter(near).map(|pulse| pulse.duration / 24.0).fold(step, f64::min);
-            let mut integrator = Iterated::new(size);
+            let mut integrator = MethodOfSteps::new(size);
             (integrator.tolerance, integrator.solver.tolerance) = (1e-12, 1e-12);
             let times = self.times().into_iter().filter(|time| *time > from && *time <= until);
             let show = |shoot: &Shoot<_>| path.push((shoot.rod().length(), shoot.rod().centre_line_at(5)));

@@ -5,7 +5,7 @@ use crate::fixtures::random::number;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, IntegrationError, Integrator, Iterated};
+use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Shoot, Still};
 
@@ -44,7 +44,7 @@ fn judge(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, tolerance: f64) -> Op
     };
     let last = vec![(shoot.rod().length(), shoot.rod().centre_line_at(5))];
     let elements = (2 * shoot.rod().elements()).clamp(12, 30);
-    let mut fine = Iterated::new(0.4 * end / cost.steps as f64);
+    let mut fine = MethodOfSteps::new(0.4 * end / cost.steps as f64);
     (fine.tolerance, fine.solver.tolerance) = (1e-12, 1e-12);
     let exact = path(make(elements), &mut fine, end).unwrap();
     let mut shown = make(8);

@@ -1,42 +1,44 @@
-//! Digits instead of steps: an integrator that is given a tolerance, and says how accurate its answer is.
+//! An integrator that chooses its steps and elements for a tolerance, and estimates its error.
+//!
+//! `choice` has the choice of the resolution, by the runs of `trials` and the estimates of `richardson`; `equilibrium_mesh` has the choice of
+//! elements for an equilibrium.
 
-mod cut;
-mod estimate;
-mod explore;
-mod jumps;
-mod rest;
+mod choice;
+mod elements;
+mod equilibrium_mesh;
+mod hidden_turns;
+mod richardson;
 mod track;
+mod trials;
 
-use super::course::{CORRECTIONS, Correction, Course, check_ahead};
-use super::stepper::Stepper;
-use super::stops::guarded;
+use std::ops::RangeInclusive;
+
+use super::stepper::{MAX_CORRECTIONS, RunOptions, StepEnd, Stepper, check_ahead};
+use super::undo::undo_on_error;
 use super::{EmptyHistory, HistoryFunction, IntegrationError, Integrator, Statistics};
 use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::{Mesh, Shoot};
-use crate::state::Plan;
-use track::Track;
+use crate::state::{Plan, State};
+use trials::Trials;
 
-/// The smallest tolerance: rounding alone, of positions that are sums over all elements, comes to a tenth of it.
-const SMALLEST: f64 = 1e-12;
-/// From here on it is no accuracy any more.
-const LARGEST: f64 = 0.1;
-/// Equilibria and corrections are found to this part of the tolerance: errors of single steps may add up.
+/// Tolerances: rounding of positions, which are sums over all elements, is a tenth of the smallest. Above the largest the shape has
+/// no correct digit.
+const TOLERANCES: RangeInclusive<f64> = 1e-12..=0.1;
+/// Tolerance of equilibria and corrections, rad, over the tolerance of the shape: errors of single steps may add up.
 const EQUILIBRIUM: f64 = 1e-3;
-/// The largest error of an equilibrium that a run still follows, rad.
-const LOOSEST_EQUILIBRIUM: f64 = 1e-7;
-/// No equilibrium is more accurate than this: rounding, rad.
-const TIGHTEST_EQUILIBRIUM: f64 = 1e-13;
+/// Bounds on the tolerance of equilibria and corrections, rad: rounding, and the largest error with which Newton's method still follows
+/// a branch of equilibria.
+const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 
-/// An integrator that chooses steps, elements, merging and the accuracy of equilibria by itself, so that the shape keeps a
-/// tolerance, and that estimates its error.
+/// An integrator that chooses steps, elements, merging and the accuracy of equilibria, so that the error of the shape is below a
+/// tolerance, and that estimates this error.
 ///
-/// It goes through the time ahead several times: with few elements, with a few more, with half the steps, then with the
-/// resolution that these differences ask for, and compares the last run with the one before. What a run costs is proportional to
-/// its steps, so that the trials together cost about half of the answer. The method is that of
-/// [`MethodOfSteps`](super::MethodOfSteps); where steps are longer than the shortest delay of the laws it is that of
-/// [`Iterated`](super::Iterated), so that it takes laws of any delay. [`guide::accuracy`](crate::guide::accuracy) has the details.
+/// It makes several runs through the time ahead: with few elements, with more, with half the steps, and then with the resolution that
+/// follows from the differences of these runs. It compares the last run with the one before. The cost of a run is proportional to
+/// its steps, so that the trials together cost about half of the last run. The method is that of
+/// [`MethodOfSteps`](super::MethodOfSteps). [`guide::accuracy`](crate::guide::accuracy) has the details.
 ///
 /// ```
 /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::{Ongoing, UniformGrowth}, load::Weight, Still};
@@ -53,74 +55,86 @@ const TIGHTEST_EQUILIBRIUM: f64 = 1e-13;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// # What the tolerance is about
-/// The largest distance, at any time of the call, between the centre line and that of the same shoot without any error of
-/// numerics, divided by the length. What a shoot holds when the call begins is taken as exact: a section is that which its
-/// elements hold, and elements are cut but never joined once a run has started. [`Statistics::error`] is the estimate, of this
-/// call and of those before it together; it includes a factor of two for safety. So the error of a run that calls `advance` every
-/// hour may come to more than the tolerance: one call of [`advance_showing`](Integrator::advance_showing) shows the hours on its way,
-/// and gives one estimate for all of them.
+/// # Tolerance
+/// The tolerance bounds the largest distance, at any time of the call, between the centre line and that of the same shoot without
+/// numerical errors, divided by the length. The state at the beginning of the call is taken as exact: a section is that which the
+/// elements store, and elements are cut but never merged without loss once a run has started. [`Statistics::error`] is the estimate for
+/// this call and those before it together, with a safety factor of two. The error of a run that calls `advance` every hour may therefore
+/// exceed the tolerance. One call of [`advance_showing`](Integrator::advance_showing) shows the same hours with one estimate for
+/// all of them.
 ///
-/// The estimate is of positions. That of an angle, or of a time that [`advance_until`](Integrator::advance_until) finds, is what
-/// changes in it when the run is made again with a tenth of the tolerance.
+/// The estimate is of positions. The error of an angle, or of a time that [`advance_until`](Integrator::advance_until) finds, can be
+/// estimated by a second run with a tenth of the tolerance.
 ///
-/// [`advance`](Integrator::advance) holds its answer against the trial before it, and refines again if it has to. Calls
-/// that stop on the way, as [`step`](Integrator::step) and all that is made of it, look ahead first, to the time that they are given,
-/// and then go there by what they have chosen: the estimate is then an extrapolation from the trials. What was chosen is part of
-/// the shoot's state. A later call to a later time looks ahead anew, from where the shoot is: few long calls cost less than many
-/// short ones.
+/// [`advance`](Integrator::advance) compares its answer with the trial before it, and refines further if necessary. Calls that stop
+/// on the way, such as [`step`](Integrator::step) and the methods that use it, first make trial runs to the given time, and then use the
+/// chosen resolution. Their estimate is extrapolated from the trials. The chosen resolution is part of the state. A later call to a later
+/// time makes new trials from the present state: few long calls cost less than many short ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive {
     /// Largest error of the shape, relative to the length: from 1e-12 to 0.1.
     pub tolerance: f64,
-    /// Bound on the steps of a call, trials included.
+    /// Largest number of steps in a call, trial runs included.
     pub max_steps: usize,
     solver: NewtonSolver,
     stepper: Stepper,
-    /// The last run and the one before it.
-    tracks: [Track; 2],
+    backup: Option<State>,
 }
 
 impl Adaptive {
-    /// Keeps the tolerance, relative to the length, in at most a million steps.
+    /// An integrator with a tolerance relative to the length, and at most a million steps in a call.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
-        Self {
-            tolerance,
-            max_steps: 1_000_000,
-            solver: NewtonSolver::default(),
-            stepper: Stepper::default(),
-            tracks: Default::default(),
-        }
+        let (solver, stepper) = (NewtonSolver::default(), Stepper::default());
+        Self { tolerance, max_steps: 1_000_000, solver, stepper, backup: None }
     }
 
     fn check(&self) -> Result<(), ParameterError> {
-        let ok = (SMALLEST..=LARGEST).contains(&self.tolerance);
+        let ok = TOLERANCES.contains(&self.tolerance);
         ParameterError::unless(ok, "tolerance", self.tolerance, "from 1e-12, the smallest that is possible, to 0.1")
     }
 
-    /// The way through the time to `until` at a resolution.
-    fn course(&mut self, shoot: &Shoot<impl Model>, resolution: &Plan, most_steps: usize) -> Course {
-        let tolerance = of_equilibria(resolution.tolerance);
+    /// Advances the shoot with the resolution of a plan.
+    fn follow<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        plan: &Plan,
+        until: f64,
+        max_steps: usize,
+        observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
+    ) -> Result<Statistics, IntegrationError> {
+        let tolerance = tolerance_of_equilibria(plan.tolerance);
         self.solver.tolerance = tolerance;
-        self.stepper.laws.read(shoot.model.tropism());
-        let past_only = self.stepper.reads_past_alone(resolution.step);
-        let correction = Correction { tolerance, most: CORRECTIONS };
-        Course {
-            until: resolution.until,
-            size: resolution.step,
-            most_steps,
+        let options = RunOptions {
+            until,
+            step: plan.step,
+            max_steps,
             retries: 0,
-            correction: if past_only { None } else { Some(correction) },
-            mesh: Mesh { longest_element: resolution.longest_element, merge_tolerance: resolution.merge_tolerance },
-            coarsest: resolution.coarsest,
-        }
+            tolerance,
+            max_corrections: MAX_CORRECTIONS,
+            mesh: Mesh { longest_element: plan.longest_element, merge_tolerance: plan.merge_tolerance },
+            coarsest_step: Some(plan.coarsest_step),
+        };
+        self.stepper.advance(shoot, &mut self.solver, options, observe)
+    }
+
+    /// Calls `work`. If it fails, the shoot returns to its state before.
+    fn undo_on_error<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        work: impl FnOnce(&mut Self, &mut Shoot<M>, &State) -> Result<Statistics, IntegrationError>,
+    ) -> Result<Statistics, IntegrationError> {
+        let mut backup = self.backup.take();
+        let answer = undo_on_error(shoot, &mut backup, |shoot, before| work(self, shoot, before));
+        self.backup = backup;
+        answer
     }
 }
 
-/// How closely equilibria are found in a run for a tolerance, rad.
-fn of_equilibria(tolerance: f64) -> f64 {
-    (EQUILIBRIUM * tolerance).clamp(TIGHTEST_EQUILIBRIUM, LOOSEST_EQUILIBRIUM)
+/// Returns the tolerance of equilibria and corrections in a run with a tolerance, rad.
+fn tolerance_of_equilibria(tolerance: f64) -> f64 {
+    let [smallest, largest] = EQUILIBRIUM_BOUNDS;
+    (EQUILIBRIUM * tolerance).clamp(smallest, largest)
 }
 
 impl Integrator for Adaptive {
@@ -130,14 +144,14 @@ impl Integrator for Adaptive {
         history: &impl HistoryFunction,
     ) -> Result<Statistics, IntegrationError> {
         self.check()?;
-        guarded(shoot, |shoot, _| self.rest(shoot, history))
+        self.undo_on_error(shoot, |integrator, shoot, _| integrator.start_on_refined_elements(shoot, history))
     }
 
     fn advance_at_most(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         until: f64,
-        most_steps: usize,
+        max_steps: usize,
     ) -> Result<Statistics, IntegrationError> {
         self.check()?;
         check_ahead("time to advance to", shoot, until)?;
@@ -145,16 +159,15 @@ impl Integrator for Adaptive {
         if until == shoot.time() && !started {
             return self.start(shoot, &EmptyHistory);
         }
-        let planned = shoot
-            .state
-            .plan
-            .filter(|plan| started && !shoot.state.changed && plan.tolerance == self.tolerance && until <= plan.until);
-        let Some(plan) = planned else {
-            return self.look_ahead(shoot, until, most_steps);
-        };
-        let course = Course { until, ..self.course(shoot, &plan, most_steps) };
-        let statistics = self.stepper.advance(shoot, &mut self.solver, course)?;
-        shoot.state.plan = Some(plan);
-        Ok(Statistics { error: Some(plan.error), ..statistics })
+        self.undo_on_error(shoot, |integrator, shoot, start| {
+            let valid = started && !start.changed;
+            let usable = |plan: &Plan| valid && plan.tolerance == integrator.tolerance && until <= plan.until;
+            let (plan, statistics) = match start.plan().filter(usable) {
+                Some(plan) => (plan, integrator.follow(shoot, &plan, until, max_steps, |_, _| ())?),
+                None => Trials::new(integrator, shoot, start).choose(until, max_steps)?,
+            };
+            shoot.state.plan = Some(Plan { reached: shoot.time(), ..plan });
+            Ok(Statistics { error: Some(plan.error), ..statistics })
+        })
     }
 }

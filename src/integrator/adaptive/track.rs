@@ -1,117 +1,118 @@
-//! The path of a shoot through a run, to hold two runs against each other.
+//! The path of a shoot in a run, for the comparison of two runs.
 
 use nalgebra::Vector3;
 
-use super::cut::longest_element;
-use crate::integrator::step_size::Stop;
+use super::elements::longest_element;
+use crate::integrator::ORDER;
+use crate::integrator::stepper::StepEnd;
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
-/// Places along the shoot that are followed, the apex last: thirds miss no wave that a shoot of a few elements has.
+/// Number of places along the shoot that are compared, the apex last. They resolve every wave that a few elements do.
 const PLACES: usize = 4;
-/// Positions between two steps are interpolated through so many: two orders better than the steps themselves.
-const THROUGH: usize = 6;
+/// Number of steps through which positions are interpolated: two orders more than the method has.
+const POINTS: usize = ORDER + 2;
 
-/// Where a shoot was after every step.
+/// Positions of a shoot after every step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Track {
-    looks: Vec<Look>,
-    /// The sum over all looks, m.
+    samples: Vec<Sample>,
+    /// Sum of the longest elements of all samples, m.
     longest_elements: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Look {
+struct Sample {
     time: f64,
-    /// How the path goes on here from what was before.
-    joint: Joint,
+    /// Smoothness of the path at this time.
+    smoothness: Smoothness,
     length: f64,
     places: [Vector3<f64>; PLACES],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Joint {
+enum Smoothness {
     Smooth,
-    /// Nothing is interpolated across it.
+    /// The path is interpolated on either side, with this point.
     Kink,
-    /// Nor up to it.
+    /// The quantity itself is discontinuous. The path before is interpolated without this point.
     Jump,
 }
 
 impl Track {
     pub fn clear(&mut self) {
-        self.looks.clear();
+        self.samples.clear();
         self.longest_elements = 0.0;
     }
 
-    /// Writes down where the shoot is, after a step to a stop.
-    pub fn record(&mut self, shoot: &Shoot<impl Model>, stop: Option<Stop>) {
-        let joint = match stop {
-            Some(Stop { discontinuity: false, kink: false, .. }) => Joint::Smooth,
-            Some(Stop { discontinuity: false, .. }) => Joint::Kink,
-            _ => Joint::Jump,
+    /// Appends the present positions of the shoot, after a step or at the start.
+    pub fn record(&mut self, shoot: &Shoot<impl Model>, end: Option<StepEnd>) {
+        let smoothness = match end {
+            Some(StepEnd { discontinuity: false, kink: false, .. }) => Smoothness::Smooth,
+            Some(StepEnd { discontinuity: false, .. }) => Smoothness::Kink,
+            _ => Smoothness::Jump,
         };
         self.longest_elements += longest_element(&shoot.state);
         let line = shoot.rod().centre_line_at(PLACES + 1);
-        self.looks.push(Look {
+        self.samples.push(Sample {
             time: shoot.time(),
-            joint,
+            smoothness,
             length: shoot.rod().length(),
             places: std::array::from_fn(|k| line[k + 1]),
         });
     }
 
-    /// The longest element, on average over the run, m.
+    /// Longest element, averaged over the steps of the run, m.
     pub fn longest_element(&self) -> f64 {
-        self.longest_elements / self.looks.len() as f64
+        self.longest_elements / self.samples.len() as f64
     }
 
-    /// The largest distance, relative to the length, between this run and a coarser one, at the steps of that one.
+    /// Largest distance, relative to the length, between this run and a coarser one, at the steps of the coarser one.
     pub fn distance(&self, coarser: &Self) -> f64 {
         let mut largest = 0.0_f64;
         let mut near = 0;
-        for look in &coarser.looks {
-            while near < self.looks.len() && self.looks[near].time < look.time {
+        for sample in &coarser.samples {
+            while near < self.samples.len() && self.samples[near].time < sample.time {
                 near += 1;
             }
-            let Some(places) = self.at(look.time, near) else { continue };
-            for (a, b) in places.iter().zip(&look.places) {
-                // Not a number is further away than any other.
-                let distance = (a - b).norm() / look.length;
+            let Some(places) = self.at(sample.time, near) else { continue };
+            for (a, b) in places.iter().zip(&sample.places) {
+                // NaN counts as an infinite distance.
+                let distance = (a - b).norm() / sample.length;
                 largest = if distance.is_nan() { f64::INFINITY } else { largest.max(distance) };
             }
         }
         largest
     }
 
-    /// The places at a time, by the looks around number `near`, the first that is not before it.
+    /// Interpolates the places at a time. `near` is the number of the first sample that is not before it.
     fn at(&self, time: f64, near: usize) -> Option<[Vector3<f64>; PLACES]> {
-        if let Some(look) = self.looks.get(near).filter(|look| look.time == time) {
-            return Some(look.places);
+        if let Some(sample) = self.samples.get(near).filter(|sample| sample.time == time) {
+            return Some(sample.places);
         }
-        let joint = |i: usize| self.looks[i].joint;
-        // There is a look at the start of the run, so one before.
+        let smoothness = |i: usize| self.samples[i].smoothness;
+        // The first sample is at the start of the run.
         let (mut first, mut end) = (near.checked_sub(1)?, near);
-        while end - first < THROUGH {
-            let before = first.checked_sub(1).filter(|_| joint(first) == Joint::Smooth);
-            let goes_on = end < self.looks.len() && joint(end) != Joint::Jump;
-            let after = goes_on && (end == near || joint(end - 1) == Joint::Smooth);
+        while end - first < POINTS {
+            let before = first.checked_sub(1).filter(|_| smoothness(first) == Smoothness::Smooth);
+            let goes_on = end < self.samples.len() && smoothness(end) != Smoothness::Jump;
+            let after = goes_on && (end == near || smoothness(end - 1) == Smoothness::Smooth);
             match before {
-                // The nearer half on either side, as far as there are some.
+                // Half of the points on either side, if there are enough.
                 Some(i) if !after || near - first <= end - near => first = i,
                 _ if after => end += 1,
                 _ => break,
             }
         }
-        let mut times = [0.0; THROUGH];
-        for (time, other) in times.iter_mut().zip(&self.looks[first..end]) {
+        let mut times = [0.0; POINTS];
+        for (time, other) in times.iter_mut().zip(&self.samples[first..end]) {
             *time = other.time;
         }
-        let mut weights = [0.0; THROUGH];
+        let mut weights = [0.0; POINTS];
         lagrange(&times[..end - first], time, &mut weights[..end - first]);
         let mut places = [Vector3::zeros(); PLACES];
-        for (other, weight) in self.looks[first..end].iter().zip(weights) {
+        for (other, weight) in self.samples[first..end].iter().zip(weights) {
             for (place, at) in places.iter_mut().zip(&other.places) {
                 *place += at * weight;
             }

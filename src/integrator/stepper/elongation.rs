@@ -1,19 +1,17 @@
-//! The motion of tissue over a step. The law moves points and ends of elements; how long elements are follows from their ends.
+//! The motion of tissue over a step. The law moves points and ends of elements; the lengths of elements follow from their ends.
 
-use super::course::Step;
-use super::stepper::Stepper;
-use super::{IntegrationError, Outcome};
+use super::{IntegrationError, Outcome, Step, Stepper};
 use crate::growth::{GrowthLaw, zone_elongation};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
 impl Stepper {
-    /// Moves the points and nodes of the zone; the points of the first elements leave it.
+    /// Moves the points and nodes of the zone. The points of the first elements leave it.
     ///
-    /// Points are stretched one by one, so that their lengths per coordinate add up to the length of an element as well as the
-    /// mesh resolves. They are scaled to the length that its ends say: else the difference, be it rounding, grows with the tissue
-    /// at the apex, by exp(∫ REGR dt) without end.
-    pub fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
+    /// Points are stretched one by one, so that their lengths per coordinate add up to the length of an element as accurately as the
+    /// mesh resolves. They are then scaled to the distance between its ends: otherwise the difference, even if it is rounding, would grow
+    /// with the tissue at the apex, by exp(∫ REGR dt).
+    pub(super) fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
         let growth = shoot.model.growth();
         if !growth.elongates() {
             return Ok(());
@@ -32,8 +30,8 @@ impl Stepper {
             point.apex_distance = distance;
             point.jacobian *= stretch;
         }
-        // Of elements that leave, the length that the boundary has travelled over them: of distances from the apex it would be a small
-        // difference.
+        // The length of an element that leaves is the distance that the boundary has travelled over it: as a difference of distances from
+        // the apex it would lose digits.
         let mut before = None;
         for i in first..=rod.elements() {
             let sigma = rod.node_distances()[i];
@@ -60,7 +58,7 @@ impl Stepper {
     }
 }
 
-/// How far beyond the boundary of the zone a node will be, m; negative inside.
+/// Distance of a node beyond the boundary of the zone at the end of the step, m; negative inside.
 fn beyond_zone(growth: &impl GrowthLaw, sigma: f64, from: f64, to: f64) -> f64 {
     let zone = growth.zone_length();
     if sigma >= zone {

@@ -46,7 +46,7 @@ fn free<F: Fn(f64, f64) -> f64>(rate: F) -> Law<F> {
 /// Times of the levels, in steps.
 const LEVELS: Levels = Levels { count: ORDER, times: [-2.0, -1.0, 0.0, 1.0] };
 
-/// Carries y = `start` over `steps` steps of `size`, driven by the stimulus `x` of time. None if a step fails.
+/// Advances y = `start` over `steps` steps of `size`, driven by the stimulus `x` of time. None if a step fails.
 fn carried(
     law: &Law<impl Fn(f64, f64) -> f64>,
     size: f64,
@@ -59,8 +59,8 @@ fn carried(
     for step in 0..steps {
         let stimuli = LEVELS.times.map(|time| [x((step as f64 + time) * size)]);
         collocation.prepare(&declaration, size, LEVELS);
-        collocation.renew();
-        if !collocation.carry(law, &stimuli.each_ref().map(|x| &x[..]), &mut y) {
+        collocation.begin_step();
+        if !collocation.integrate(law, &stimuli.each_ref().map(|x| &x[..]), &mut y) {
             return (None, collocation.halvings);
         }
     }

@@ -1,11 +1,9 @@
-//! The phases of a step, but for the motion of tissue: differential growth, equilibrium, sensing, and the variables.
+//! The phases of a step, except for the motion of tissue: differential growth, equilibrium, sensing, and the laws' variables.
 
 use super::collocation::Levels;
-use super::course::Step;
 use super::memories::check_memories;
-use super::stepper::Stepper;
-use super::{IntegrationError, ORDER, Outcome, STIMULUS};
-use crate::equilibrium::EquilibriumSolver;
+use super::{IntegrationError, ORDER, Outcome, ROUNDING, STIMULUS, Step, Stepper};
+use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
@@ -16,9 +14,13 @@ use crate::state::CLOSE;
 use crate::tropism::TropismLaw;
 
 impl Stepper {
-    /// Differential growth over the step: sets the intrinsic strain of every point of the zone, up to its exit. Returns
-    /// by how much that changes an angle, rad.
-    pub fn drive(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Result<f64, IntegrationError> {
+    /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point. Returns the largest change
+    /// of an angle against the strain that the points have, rad.
+    pub(super) fn integrate_strain(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        step: Step,
+    ) -> Result<f64, IntegrationError> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
         let Step { from, to, leaving, growth: [start, end] } = step;
@@ -47,17 +49,17 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to where it is at `time` (s), and finds the shape at rest under what acts then.
-    pub fn equilibrate(
+    /// Moves the base to its frame at `time` (s), and finds the equilibrium under the load and the environment of that time.
+    pub(super) fn solve_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         time: f64,
-    ) -> Result<Option<f64>, IntegrationError> {
+    ) -> Result<Equilibrium, IntegrationError> {
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let (base, environment) = (model.scene().base(time), model.scene().environment(time));
-        // A quaternion that is no rotation would be normalised into one that nobody meant.
-        if !((base.norm() - 1.0).abs() < 1e-9) {
+        // A quaternion that is not a rotation must not be normalised silently.
+        if !((base.norm() - 1.0).abs() < ROUNDING) {
             return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
         }
         if !environment.gravity.norm().is_finite() {
@@ -65,15 +67,13 @@ impl Stepper {
         }
         rod.set_base(base)?;
         self.force.update(rod, model.load(), &environment);
-        let found = solver
+        solver
             .equilibrate(rod, model.constitutive(), &self.force)
-            .map_err(|source| IntegrationError::Equilibrium { time, source })?;
-        self.statistics += found;
-        Ok(found.jump)
+            .map_err(|source| IntegrationError::Equilibrium { time, source })
     }
 
     /// Writes the stimuli of the present equilibrium to the last level.
-    pub fn sense(&mut self, shoot: &mut Shoot<impl Model>) -> Outcome {
+    pub(super) fn sense(&mut self, shoot: &mut Shoot<impl Model>) -> Outcome {
         if self.laws.size().stimuli == 0 {
             return Ok(());
         }
@@ -90,8 +90,8 @@ impl Stepper {
         if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: STIMULUS, time }) }
     }
 
-    /// Carries the variables from the last level but one to the last.
-    pub fn carry(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
+    /// Integrates the laws' variables from the last level but one to the last.
+    pub(super) fn integrate_variables(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
         if self.laws.size().variables == 0 {
             return Ok(());
         }
@@ -100,7 +100,7 @@ impl Stepper {
         let size = step.to - step.from;
         let smooth = state.history.smooth::<ORDER>(state.smooth_since, CLOSE * size);
         let count = smooth.len();
-        // Time counts in steps.
+        // The unit of time is the step.
         let mut times = [0.0; ORDER];
         for (time, level) in times.iter_mut().zip(smooth.iter()) {
             *time = (state.history.time(*level) - step.from) / size;
@@ -108,28 +108,28 @@ impl Stepper {
         times[count - 1] = 1.0;
         self.collocation.prepare(&self.laws, size, Levels { count, times });
         let first = state.rod.zone().start;
-        let mut honest = Ok(());
-        let carried = state.history.each_step(&smooth, |before, stimuli, variables, rates| {
+        let mut check = Ok(());
+        let integrated = state.history.each_step(&smooth, |before, stimuli, variables, rates| {
             variables.copy_from_slice(before);
-            let carried = self.collocation.carry(tropism, stimuli, variables);
+            let integrated = self.collocation.integrate(tropism, stimuli, variables);
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[count - 1], rates);
-            // What is declared is what is integrated, and what stability is computed from: it has to be true at every step.
-            let finite = carried && rates.iter().all(|rate| rate.is_finite());
+            // The declaration is what is integrated, and what stability is computed from. It is checked in every step.
+            let finite = integrated && rates.iter().all(|rate| rate.is_finite());
             if finite {
-                honest = check_memories(&self.laws, variables, rates, stimuli[count - 1]);
+                check = check_memories(&self.laws, variables, rates, stimuli[count - 1]);
             }
-            finite && honest.is_ok()
+            finite && check.is_ok()
         });
-        carried.or_else(|point| {
-            // The likely reasons, if they are there.
+        integrated.or_else(|point| {
+            // More specific errors come first.
             self.check_size(tropism)?;
-            honest?;
+            check?;
             Err(IntegrationError::Variables { time: step.to, point: first + point })
         })
     }
 
-    /// Refuses laws that have changed what they declare since the call began.
+    /// Returns an error if the laws have changed their declaration since the call began.
     fn check_size(&self, tropism: &impl TropismLaw) -> Result<(), ParameterError> {
         let (now, before) = (tropism.size(), self.laws.size());
         let name = "number of variables and stimuli that the tropism laws declare";
@@ -138,10 +138,10 @@ impl Stepper {
     }
 
     /// Writes the rates of the variables at the last level.
-    pub fn find_rates(&self, shoot: &mut Shoot<impl Model>) {
+    pub(super) fn find_rates(&self, shoot: &mut Shoot<impl Model>) {
         let tropism = shoot.model.tropism();
         for point in shoot.state.history.each_present() {
-            // What a law forgets to write is not a number.
+            // A rate that a law does not write is NaN, and is detected later.
             point.rates.fill(f64::NAN);
             tropism.rates(point.variables, point.stimuli, point.rates);
         }

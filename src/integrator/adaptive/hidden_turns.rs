@@ -1,26 +1,26 @@
-//! Stiffness that jumps inside an element, or all but jumps.
+//! Stiffness that jumps, or changes steeply, inside an element.
 //!
-//! A jump is as good as at the border between two material points, and the halves of an element may have a border at the same place: then
-//! two meshes agree on a shape that is off.
+//! The quadrature places a jump at the border between two material points. The halves of an element may have a border at the same place.
+//! The two meshes then agree on a wrong shape.
 
 use nalgebra::Vector3;
 
-use crate::integrator::mesh::compliance;
+use crate::integrator::stepper::compliance;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// A compliance is smooth if the polynomial through its values at the points of an element keeps to it up to this share.
+/// Largest relative difference between a smooth compliance and the polynomial through its values at the points of an element.
 const SMOOTH: f64 = 0.1;
 
-/// By how much each element of `coarse` may turn otherwise than it seems, rad, because its compliance is not smooth; zero if it is. The
-/// shoot has the halves of these elements.
+/// Returns, for each element of `coarse`, by how much its turn may be wrong because its compliance is not smooth, rad; zero if it is
+/// smooth. The shoot has the halves of these elements.
 pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> {
     let (compliance, fine) = (compliance(shoot.model.constitutive(), shoot.time()), shoot.rod());
     let (p, reference) = (coarse.reference().p, coarse.reference());
     let values = |rod: &Rod| -> Vec<f64> { rod.points().iter().map(&compliance).collect() };
     let (before, after) = (values(coarse), values(fine));
-    // By what share of it the compliance of a point of the halves is not that of a polynomial through others, at coordinate x.
+    // Relative difference between the compliance of a point of the halves and the polynomial through other points, at coordinate x.
     let departure = |i: usize, others: &[f64], x: f64| {
         let expected: f64 = others.iter().zip(reference.at_points(x)).map(|(value, w)| value * w).sum();
         (1.0 - expected / after[i]).abs()
@@ -42,7 +42,7 @@ pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> 
     for e in 1..coarse.elements() {
         let (last, first) = (2 * e * p - 1, 2 * e * p);
         let gaps = [last, first].map(|i| reference.points[0] * fine.points()[i].jacobian);
-        // By the polynomial of the longer one.
+        // The polynomial of the longer element is extrapolated.
         let share = if gaps[0] > gaps[1] {
             departure(first, &after[first - p..first], 1.0 + reference.points[0] * gaps[1] / gaps[0])
         } else {

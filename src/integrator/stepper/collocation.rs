@@ -6,24 +6,21 @@
 //! the answer is the exact response to x. Where N depends on y the collocation equations are solved by Picard's
 //! iteration, node after node; if that does not contract fast, the interval is halved.
 
-use super::ORDER;
 use super::memories::Memories;
 use super::relaxation::{Kernel, LANES, Lanes, NODES};
+use super::{MAX_HALVINGS, ORDER};
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto;
 use crate::tropism::{Declaration, TropismLaw};
 
-/// Sweeps after which an interval is halved: a contraction by 1/10 a sweep reaches the tolerance in them, and means that
-/// the nonlinearity is well resolved.
-const SWEEPS: usize = 12;
-/// Error of a variable, relative to itself and its own motion, that ends the iteration: below any error in time by far.
+/// Largest number of sweeps over an interval before it is halved. A contraction by 1/10 in each sweep, which means that the
+/// nonlinearity is well resolved, reaches [`TOLERANCE`] in them.
+const MAX_SWEEPS: usize = 12;
+/// Error of a variable, relative to itself and its own motion, that ends the iteration: far below any error in time.
 const TOLERANCE: f64 = 1e-12;
-/// Halvings after which it is given up.
-const DEPTH: usize = 40;
-
-/// Halvings in a step, all points and corrections together, after which it is given up: enough to follow a variable ten thousand times faster than
-/// the step at one of them, or hundreds of times at all, and an end within a second for laws that cannot be followed.
-const BUDGET: usize = 20_000;
+/// Largest number of halvings in a step, of all points and corrections together. A variable may be ten thousand times faster than the
+/// step at one point, or hundreds of times at all points. Laws that cannot be integrated fail within a second.
+const MAX_HALVINGS_IN_STEP: usize = 20_000;
 
 /// Weights that belong to one size of interval.
 #[derive(Debug, Clone, Default)]
@@ -32,12 +29,12 @@ struct Weights {
     kernels: Vec<Kernel>,
 }
 
-/// A few variables of a point. What fills up the last group stays zero.
+/// A few variables of a point. Unused places of the last group stay zero.
 #[derive(Debug, Clone, Copy, Default)]
 struct Group {
     /// 1/τ.
     inverse: Lanes,
-    /// The variables at the start of the interval, and how far they would go on as they start.
+    /// The variables at the start of the interval, and their change at the initial rate.
     start: Lanes,
     motion: Lanes,
     /// N at every node.
@@ -46,7 +43,7 @@ struct Group {
 
 impl Group {
     /// The variables at node `j`.
-    // Out of line, so that numbers of one group are treated together, and not those of two groups, which lie apart.
+    // Not inlined, so that the numbers of one group are vectorised together.
     #[inline(never)]
     fn at(&self, j: usize, kernel: &Kernel) -> Lanes {
         let mut value = [0.0; LANES];
@@ -61,8 +58,8 @@ impl Group {
         value
     }
 
-    /// Sets N = ẏ + y/τ at node `j`. Returns by how much that changes a variable within the interval, relative to the variable
-    /// and its own motion: they need not share a unit.
+    /// Sets N = ẏ + y/τ at node `j`. Returns the largest change of a variable within the interval, relative to the variable and its own
+    /// motion, since variables may have different units.
     #[inline(never)]
     fn force(&mut self, j: usize, value: &Lanes, rate: &Lanes, kernel: &Kernel) -> f64 {
         let (forcing, mut change) = (&mut self.forcing[j], [0.0; LANES]);
@@ -76,7 +73,7 @@ impl Group {
     }
 }
 
-/// Solves for the variables; keeps nothing between calls but workspace and weights.
+/// Solver of the collocation equations. It keeps only workspace and weights between calls.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ExponentialCollocation {
     nodes: Vec<f64>,
@@ -88,9 +85,9 @@ pub(super) struct ExponentialCollocation {
     sensed: usize,
     constants: Vec<f64>,
     weights: Vec<Weights>,
-    /// Whether the interval before this one, of the same step, converged: it is the first guess.
+    /// Whether the interval before this one, of the same step, converged. It is then the initial guess.
     follows: bool,
-    /// Whether there is nothing but memories, which need no iteration.
+    /// Whether all variables are memories of stimuli, which need no iteration.
     remember: bool,
     memories: Memories,
     stimuli: Vec<f64>,
@@ -104,7 +101,7 @@ pub(super) struct ExponentialCollocation {
     budget: usize,
 }
 
-/// The times of a few levels of stimuli; time counts in steps, 0 the start of the present one and 1 its end.
+/// The times of a few levels of stimuli. The unit is the step: it starts at 0 and ends at 1.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Levels {
     pub count: usize,
@@ -125,7 +122,7 @@ impl ExponentialCollocation {
     pub fn prepare(&mut self, laws: &Declaration, size: f64, levels: Levels) {
         if self.nodes.is_empty() {
             self.nodes = lobatto(NODES - 1);
-            self.weights.resize_with(DEPTH + 1, Weights::default);
+            self.weights.resize_with(MAX_HALVINGS + 1, Weights::default);
         }
         (self.levels, self.follows) = (levels, false);
         for (at, c) in self.at_nodes.iter_mut().zip(&self.nodes) {
@@ -143,12 +140,12 @@ impl ExponentialCollocation {
         self.remember = self.memories.prepare(laws, &self.weights[0].kernels, &self.at_nodes);
     }
 
-    /// Begins a step, corrections included, with all that it may cost.
-    pub fn renew(&mut self) {
-        self.budget = BUDGET;
+    /// Resets the number of halvings for a step and its corrections.
+    pub fn begin_step(&mut self) {
+        self.budget = MAX_HALVINGS_IN_STEP;
     }
 
-    /// Makes room for the numbers of a point, so that no later step allocates when it first halves its interval.
+    /// Allocates the numbers of a point, so that no later step allocates when it first halves its interval.
     fn make_room(&mut self, laws: &Declaration) {
         (self.variables, self.sensed) = (laws.size().variables, laws.size().stimuli);
         self.stimuli.resize(NODES * self.sensed, 0.0);
@@ -177,10 +174,10 @@ impl ExponentialCollocation {
         }
     }
 
-    /// Carries the variables `y` of a point over the step, under its stimuli at every level. Returns whether it succeeded.
-    pub fn carry(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; ORDER], y: &mut [f64]) -> bool {
+    /// Advances the variables `y` of a point over the step, under its stimuli at every level. Returns whether it succeeded.
+    pub fn integrate(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; ORDER], y: &mut [f64]) -> bool {
         if self.remember {
-            self.memories.carry(&stimuli[..self.levels.count], y);
+            self.memories.integrate(&stimuli[..self.levels.count], y);
             return true;
         }
         self.advance(law, stimuli, y, 0.0, 0)
@@ -189,14 +186,13 @@ impl ExponentialCollocation {
     /// Evaluates the rates at node `j`.
     fn find_rates(&mut self, law: &impl TropismLaw, j: usize) {
         let (v, m) = (self.variables, self.sensed);
-        // What a law does not write is not a number, whatever stood there before.
+        // A rate that a law does not write is NaN.
         let rates = &mut self.rates.as_flattened_mut()[..v];
         rates.fill(f64::NAN);
         law.rates(&self.values[j].as_flattened()[..v], &self.stimuli[j * m..(j + 1) * m], rates);
     }
 
-    /// Begins an interval: the variables are known at its start, and N is taken to change as at the point before, if
-    /// there was one in this step, or to stay as it is.
+    /// Sets the initial guess of an interval. N changes as at the point before, if there was one in this step, or is constant.
     fn begin(&mut self, law: &impl TropismLaw, y: &[f64], depth: usize) {
         let follows = std::mem::replace(&mut self.follows, true);
         self.values[0].as_flattened_mut()[..y.len()].copy_from_slice(y);
@@ -218,16 +214,16 @@ impl ExponentialCollocation {
         }
     }
 
-    /// Finds the variables at node `j` from N at every node.
+    /// Evaluates the variables at node `j` from N at every node.
     #[inline]
-    fn integrate(&mut self, j: usize, depth: usize) {
+    fn integrate_to(&mut self, j: usize, depth: usize) {
         let groups = self.values[j].iter_mut().zip(&self.weights[depth].kernels).zip(&self.groups);
         for ((value, kernel), group) in groups {
             *value = group.at(j, kernel);
         }
     }
 
-    /// Evaluates N at node `j`. Returns by how much that changes a variable within the interval, relatively.
+    /// Evaluates N at node `j`. Returns the largest relative change of a variable within the interval.
     #[inline]
     fn force(&mut self, law: &impl TropismLaw, j: usize, depth: usize) -> f64 {
         self.find_rates(law, j);
@@ -240,7 +236,7 @@ impl ExponentialCollocation {
         largest
     }
 
-    /// Carries the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, under the stimuli of a point
+    /// Advances the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, under the stimuli of a point
     /// at every level. Returns whether it succeeded.
     fn advance(
         &mut self,
@@ -271,9 +267,9 @@ impl ExponentialCollocation {
             y.copy_from_slice(&self.values[NODES - 1].as_flattened()[..y.len()]);
             return true;
         }
-        // What did not converge is no guess, and may not be a number.
+        // Values that did not converge may be NaN, and are no initial guess.
         self.follows = false;
-        if depth == DEPTH || self.budget == 0 {
+        if depth == MAX_HALVINGS || self.budget == 0 {
             return false;
         }
         self.budget -= 1;
@@ -281,25 +277,25 @@ impl ExponentialCollocation {
         self.advance(law, stimuli, y, start, depth + 1) && self.advance(law, stimuli, y, start + 0.5 * part, depth + 1)
     }
 
-    /// Iterates from the forcing that is guessed at every node. Returns whether that converged.
+    /// Iterates from the initial guess of N at every node. Returns whether that converged.
     fn sweep(&mut self, law: &impl TropismLaw, depth: usize) -> bool {
-        // Where one variable drives another and this one the first, sweeps gain much and little in turns.
+        // Where two variables drive each other, the contraction of sweeps alternates between large and small.
         let (mut last, mut last_ratio, mut known) = (f64::INFINITY, 0.0_f64, false);
-        for _ in 0..SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let mut change = 0.0_f64;
-            // Each node uses what the ones before it have become in this sweep.
+            // Each node uses the new values at the nodes before it (Gauss–Seidel).
             for j in 1..NODES {
-                self.integrate(j, depth);
+                self.integrate_to(j, depth);
                 change = change.max(self.force(law, j, depth));
             }
             if change == f64::INFINITY {
                 break;
             }
-            // How far the variables will be off when they have followed once more: the next change, by the slower of two sweeps.
+            // The expected next change, from the slower contraction of two sweeps, estimates the error.
             let ratio = change / last;
             let next = change * ratio.max(last_ratio);
             if change <= TOLERANCE || (known && next <= TOLERANCE) {
-                self.integrate(NODES - 1, depth);
+                self.integrate_to(NODES - 1, depth);
                 return self.values[NODES - 1].as_flattened().iter().all(|y| y.is_finite());
             }
             known = last.is_finite();

@@ -1,16 +1,13 @@
-//! Elements follow the tissue: cut as they stretch, cut at the boundary of the growth zone, merged behind it.
+//! Elements follow the tissue: they are cut as they stretch and at the boundary of the growth zone, and merged behind it.
 
 use nalgebra::Vector3;
 
-use super::Statistics;
+use super::{ROUNDING, Statistics};
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
 use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;
-
-/// Parts shorter than this fraction of an element are not cut off: the boundary is then on the node up to rounding.
-const SMALLEST_PART: f64 = 1e-9;
 
 /// Prepares the elements for a step from `from` to `to` and returns how many of the growing ones leave the zone in it.
 ///
@@ -31,9 +28,8 @@ pub(super) fn adapt(
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
         let length = state.rod.element_length(e);
-        // Rounding is no reason to cut.
-        let long = length > mesh.longest_element * (1.0 + 1e-9);
-        let uneven = length > mesh.longest_element * SMALLEST_PART && state.rod.unevenness(e) > UNEVEN;
+        let long = length > mesh.longest_element * (1.0 + ROUNDING);
+        let uneven = length > mesh.longest_element * ROUNDING && state.rod.unevenness(e) > UNEVEN;
         if long || uneven {
             state.split(e, state.rod.halfway(e));
             statistics.splits += 1;
@@ -45,17 +41,18 @@ pub(super) fn adapt(
     let first = state.rod.first_growing();
     for e in first..state.rod.elements() {
         let (a, b) = (state.rod.node_distances()[e], state.rod.node_distances()[e + 1]);
-        let margin = SMALLEST_PART * (a - b);
+        // A boundary this close to a node is on the node.
+        let margin = ROUNDING * (a - b);
         if boundary >= a - margin {
             return e - first;
         }
         if boundary > b + margin {
             let x = state.rod.coordinate_at_distance(e, boundary);
-            // Ends of elements and lengths inside them agree as well as the mesh resolves: there may be nothing to cut off.
-            if x <= SMALLEST_PART {
+            // Ends of elements and lengths inside them agree only as accurately as the mesh resolves: the part may be empty.
+            if x <= ROUNDING {
                 return e - first;
             }
-            if x < 1.0 - SMALLEST_PART {
+            if x < 1.0 - ROUNDING {
                 state.split(e, x);
                 statistics.splits += 1;
             }
@@ -65,16 +62,16 @@ pub(super) fn adapt(
     state.rod.elements() - first
 }
 
-/// What a couple bends a material point by at a time (s), up to a factor: what merging has to keep.
-pub(super) fn compliance(constitutive: &impl Constitutive, time: f64) -> impl Fn(&MaterialPoint) -> f64 {
+/// Returns the bending compliance of a material point at a time (s), up to a factor. Merging preserves it.
+pub(in crate::integrator) fn compliance(constitutive: &impl Constitutive, time: f64) -> impl Fn(&MaterialPoint) -> f64 {
     move |point| {
         let tangent = constitutive.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
         1.0 / (tangent[(0, 0)] + tangent[(1, 1)])
     }
 }
 
-/// Tries the youngest pair of mature elements, and one of all others, each in its turn: what could not be merged when it was fresh
-/// may be when it has stiffened.
+/// Tries to merge the youngest pair of mature elements, and one of all others in turn: a pair that could not be merged when it was fresh
+/// may be merged when it has stiffened.
 fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh, statistics: &mut Statistics) {
     if mesh.merge_tolerance == 0.0 {
         return;
@@ -86,7 +83,7 @@ fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh
             && let Some(needed) = state.merge(e, mesh.merge_tolerance, &compliance)
         {
             statistics.merges += 1;
-            statistics.merging = statistics.merging.max(needed);
+            statistics.merge_loss = statistics.merge_loss.max(needed);
         }
     };
     let k = state.rod.first_growing();

@@ -1,18 +1,18 @@
-//! Variables that remember stimuli, τ ẏ = x − y: the exact answer is a sum with fixed weights.
+//! Variables that remember stimuli, τ ẏ = x − y: the exact solution is a sum with fixed weights.
 
 use super::ORDER;
 use super::relaxation::{Kernel, LANES, NODES};
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, Source};
 
-/// Shoots all of whose variables are linear memories of stimuli, as in the reduced model.
+/// Exact integration of variables that are all linear memories of stimuli, as in the reduced model.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
-    /// One for every variable; none if one of them is not the memory of a stimulus.
+    /// One memory for each variable.
     each: Vec<Memory>,
 }
 
-/// y at the end of a step is a part of what it was, and a part of the stimulus at every level.
+/// Weights with which y at the end of a step depends on y at its start and on the stimulus at each level.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     stimulus: usize,
@@ -40,9 +40,9 @@ impl Memories {
         true
     }
 
-    /// Carries the variables `y` of a point over the step, under its stimuli at every level.
+    /// Advances the variables `y` of a point over the step, under its stimuli at every level.
     #[inline]
-    pub fn carry(&self, stimuli: &[&[f64]], y: &mut [f64]) {
+    pub fn integrate(&self, stimuli: &[&[f64]], y: &mut [f64]) {
         for (memory, y) in self.each.iter().zip(y) {
             *y *= memory.decay;
             for (stimuli, weight) in stimuli.iter().zip(memory.weights) {
@@ -52,7 +52,7 @@ impl Memories {
     }
 }
 
-/// Refuses laws whose rates are not those of the linear memories that they declare.
+/// Returns an error if the rates are not those of the linear memories that the laws declare.
 pub(super) fn check_memories(
     laws: &Declaration,
     variables: &[f64],
@@ -108,7 +108,7 @@ mod tests {
         let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
         let stimuli = [-2.0, -1.0, 0.0, 1.0].map(|time| lines.map(|x| x(time * size)));
         let mut y = [-1.0, 7.0];
-        memories.carry(&stimuli.each_ref().map(|x| &x[..]), &mut y);
+        memories.integrate(&stimuli.each_ref().map(|x| &x[..]), &mut y);
         // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
         let exact =
             |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();

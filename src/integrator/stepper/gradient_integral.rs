@@ -13,19 +13,19 @@ use crate::section::Section;
 use crate::state::{History, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
-/// The Gauss points of a step and how the past is read at each of them; the same for all material points.
+/// Gauss points of a step, with the interpolation of the past at each of them. They are the same for all material points.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
-    /// For every node, one entry for every delay.
+    /// Interpolations of the past: for each node, one for each delay.
     readings: Vec<Reading>,
-    /// The delays with which variables are read, each once, s.
+    /// Distinct delays with which variables are read, s.
     delays: Vec<f64>,
-    /// For every variable, which of them is its own; none for one that is not read.
+    /// Index of the delay of each variable; none for a variable that is not read.
     delay_of: Vec<Option<usize>>,
-    /// The levels through which present stimuli are interpolated.
+    /// Levels through which present stimuli are interpolated.
     levels: Option<Nodes<ORDER>>,
-    /// The ends of the pieces.
+    /// Ends of the pieces, s.
     ends: Vec<f64>,
     past: Vec<f64>,
     present: Vec<f64>,
@@ -35,7 +35,7 @@ pub(super) struct GradientIntegral {
 struct Node {
     time: f64,
     weight: f64,
-    /// The weights with which the present stimuli are interpolated through the levels.
+    /// Interpolation weights of the present stimuli.
     interpolation: [f64; ORDER],
 }
 
@@ -49,7 +49,7 @@ impl GradientIntegral {
         self.ends.extend([from, to]);
         let variables = laws.variables();
         let size = laws.size();
-        // What is not read stays zero.
+        // Variables that are not read stay zero.
         self.past.clear();
         self.past.resize(size.variables, 0.0);
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
@@ -84,14 +84,14 @@ impl GradientIntegral {
                     lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
                 }
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
-                // Every Gauss point of a piece lies between the same two levels as its middle does.
+                // All Gauss points of a piece lie between the same two levels as its middle.
                 let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
                 self.readings.extend(self.delays.iter().copied().map(read));
             }
         }
     }
 
-    /// The change of the intrinsic strain of a point of the zone over the interval, 1/m, with its distance from the apex
+    /// Returns the change of the intrinsic strain of a point of the zone over the interval, 1/m. The point has a distance from the apex
     /// (m) at the time `start` (s).
     pub fn of(
         &mut self,

@@ -1,9 +1,8 @@
-//! The beginning of a run: the first equilibrium and the history before it.
+//! The start of a run: the first equilibrium and the history before it.
 
 use super::memories::check_memories;
-use super::step_size::starts_at_discontinuity;
-use super::stepper::Stepper;
-use super::{HistoryFunction, IntegrationError, Outcome, STIMULUS};
+use super::step_end::starts_at_discontinuity;
+use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, STIMULUS, Stepper};
 use crate::equilibrium::EquilibriumSolver;
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange_derivatives;
@@ -13,12 +12,9 @@ use crate::shoot::Shoot;
 use crate::state::History;
 use crate::tropism::TropismLaw;
 
-/// Intervals into which a history that varies is sampled, over the longest delay.
-const SAMPLES: usize = 64;
-
 impl Stepper {
     /// Finds the equilibrium at the present time and gives the laws a history.
-    pub fn begin(
+    pub(super) fn begin(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
@@ -26,13 +22,15 @@ impl Stepper {
     ) -> Outcome {
         let now = shoot.state.time;
         let discontinuity = starts_at_discontinuity(shoot)?;
-        self.equilibrate(shoot, solver, if discontinuity { before(now) } else { now })?;
+        let found = self.solve_equilibrium(shoot, solver, if discontinuity { before(now) } else { now })?;
+        self.statistics.add_equilibrium(&found);
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
         state.predictor.make_room(&state.rod, now);
         (state.smooth_since, state.changed) = (now, false);
         let (size, longest) = (self.laws.size(), self.laws.longest_delay());
-        // Levels before now, and now twice: with the rates of the past, and with those that the stimuli cause.
-        let intervals = if past.is_constant() { 1 } else { SAMPLES };
+        // Levels before the present, and two at the present: with the rates of the past, and with those that follow from the stimuli.
+        // A history that varies is sampled as finely as the first steps, relative to the longest delay.
+        let intervals = if past.is_constant() { 1 } else { FIRST_STEP.recip() as usize };
         let first = if longest == 0.0 { intervals } else { 0 };
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
@@ -66,9 +64,9 @@ impl Stepper {
     }
 }
 
-/// Fills in the rates of a sampled history by differentiating the polynomials through five samples: fourth order.
+/// Sets the rates of a sampled history to the derivatives of the polynomials through five samples, which are of fourth order.
 fn differentiate(history: &mut History) {
-    // The last level is the present with the rates that follow from the stimuli.
+    // The last level already has the rates that follow from the stimuli.
     let known = history.levels() - 1;
     let times: Vec<f64> = (0..known).map(|level| history.time(level)).collect();
     for level in 0..known {

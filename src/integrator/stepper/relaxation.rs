@@ -6,13 +6,13 @@ use super::ORDER;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::rule;
 
-/// Collocation points: the stimuli are polynomials through as many levels.
+/// Number of collocation points. The stimuli are polynomials through the same number of levels.
 pub(super) const NODES: usize = ORDER;
 
-/// Variables that are treated together: as many numbers as processors add at once, or twice as many.
+/// Number of variables in a group: the width of a vector register of a processor, or twice that.
 pub(super) const LANES: usize = 4;
 
-/// A number for each of a few variables.
+/// One number for each variable of a group.
 pub(super) type Lanes = [f64; LANES];
 
 /// The weights of a few variables, for an interval of δ seconds.

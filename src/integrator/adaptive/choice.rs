@@ -1,0 +1,214 @@
+//! The choice of elements, merge tolerance and steps by trial runs, in the order of the chapter [`guide::accuracy`](crate::guide::accuracy).
+
+use super::elements::{FIRST_LENGTH, LOSSLESS, cut_first, longest_element};
+use super::richardson::{AIM, ASYMPTOTIC, ErrorEstimate, Richardson, SAFETY};
+use super::trials::Trials;
+use super::{IntegrationError, Statistics};
+use crate::integrator::{MAX_HALVINGS, ROUNDING};
+use crate::model::Model;
+use crate::reference_element::Order;
+use crate::shoot::Shoot;
+use crate::state::Plan;
+use crate::tropism::Declaration;
+
+/// Length of elements over that in the trial before: a little less than [`FIRST_LENGTH`], so that every element of a run that has
+/// started already is cut.
+const SHORTER: f64 = 0.7;
+/// Smallest ratio of the elements of two runs that shows the error of the elements.
+const MIN_RATIO: f64 = 1.15;
+/// Largest number of refinements of the elements, of the merge tolerance, and after failures. The elements are then shorter by
+/// 0.7¹⁰ = 1/35 at least.
+const MAX_REFINEMENTS: usize = 10;
+/// The same for failures at the start of a run, where the elements of the equilibrium have been refined before.
+const MAX_REFINEMENTS_AT_START: usize = 2;
+/// Merge tolerance of the run that shows the error of merging, over the smallest with which the same pairs are merged as before.
+const FINER_MERGING: f64 = 0.25;
+/// Largest merge tolerance, rad: the largest ripple inside an element that `Rod::merge` removes.
+const MAX_MERGE_TOLERANCE: f64 = 2e-3;
+/// Smallest and largest number of steps of the first trial, not counting short steps behind discontinuities.
+const FIRST_STEPS: [f64; 2] = [16.0, 1000.0];
+
+impl<M: Model> Trials<'_, M> {
+    /// Chooses a resolution for the time to `until` and integrates with it, at most `max_steps` steps of the way. Returns the
+    /// resolution and the statistics of the call.
+    pub(super) fn choose(&mut self, until: f64, max_steps: usize) -> Result<(Plan, Statistics), IntegrationError> {
+        // The answer of a call that stops on the way cannot be compared with another run.
+        let extrapolated = max_steps < usize::MAX;
+        let tolerance = self.integrator.tolerance;
+        let earlier_calls = self.start.plan().map_or(0.0, |plan| plan.error);
+        let (mut plan, mut estimate) = self.first_runs(until)?;
+        loop {
+            if estimate.reported() <= tolerance && !extrapolated {
+                plan.error = earlier_calls + estimate.reported() + self.last.equilibrium_error;
+                return Ok((plan, self.statistics()));
+            }
+            if estimate.left_for_steps(tolerance) <= 0.0 {
+                return Err(self.not_met(estimate.reported()));
+            }
+            let (ratio, is_last) = estimate.next_refinement(tolerance, extrapolated);
+            plan.step /= ratio;
+            if is_last {
+                plan.error = earlier_calls + estimate.extrapolated(ratio);
+                return Ok((plan, self.run_uncompared(&plan, max_steps)?));
+            }
+            self.run(&plan, estimate.reported())?;
+            estimate = estimate.refined(ratio, self.difference());
+        }
+    }
+
+    /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Steps and elements are refined until
+    /// these runs succeed and show an order of convergence. Returns the last resolution and its error.
+    fn first_runs(&mut self, until: f64) -> Result<(Plan, ErrorEstimate), IntegrationError> {
+        let mut coarse = self.first_plan(until);
+        let (mut failure, mut refinements) = (None, 0);
+        for _ in 0..MAX_HALVINGS {
+            match self.compare(&coarse) {
+                Ok((plan, estimate)) if estimate.is_asymptotic() => return Ok((plan, estimate)),
+                Ok(_) | Err(IntegrationError::GrowsTooFast { .. }) => (),
+                Err(error) if error.is_recoverable() => {
+                    // Shorter elements may help in these cases only.
+                    if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
+                        let at_start = time == self.start.time && !self.has_started();
+                        if refinements == if at_start { MAX_REFINEMENTS_AT_START } else { MAX_REFINEMENTS } {
+                            return Err(error);
+                        }
+                        refinements += 1;
+                        coarse.longest_element *= SHORTER;
+                    }
+                    failure = Some(error);
+                }
+                Err(error) => return Err(failure.unwrap_or(error)),
+            }
+            coarse.step *= 0.5;
+        }
+        Err(failure.unwrap_or_else(|| self.not_met(ASYMPTOTIC)))
+    }
+
+    /// The resolution of the first run: few elements, and steps as long as the shortest delay.
+    fn first_plan(&mut self, until: f64) -> Plan {
+        let longest_element = if self.has_started() {
+            // The elements of a run that has started are kept.
+            let kept = self.start.plan().map(|plan| plan.longest_element);
+            kept.unwrap_or_else(|| longest_element(self.start) / FIRST_LENGTH)
+        } else {
+            self.shoot.state.copy_from(self.start);
+            cut_first(self.shoot);
+            longest_element(&self.shoot.state) / FIRST_LENGTH
+        };
+        let step = first_step(self.shoot, until);
+        let tolerance = self.integrator.tolerance;
+        let merge_tolerance = tolerance.min(MAX_MERGE_TOLERANCE);
+        let (reached, error) = (self.start.time, 1.0);
+        Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, reached, error }
+    }
+
+    /// Determines the errors of elements, of merging and of steps, in this order, by runs with the steps of `coarse` and half of these.
+    fn compare(&mut self, coarse: &Plan) -> Result<(Plan, ErrorEstimate), IntegrationError> {
+        let (mut plan, elements) = self.refine_elements(coarse)?;
+        if elements.is_infinite() {
+            return Ok((plan, ErrorEstimate::of_half_steps(elements, elements)));
+        }
+        let merging = self.refine_merging(&mut plan)?;
+        plan.step *= 0.5;
+        self.run(&plan, f64::INFINITY)?;
+        let space = elements + merging + self.initial_error;
+        Ok((plan, ErrorEstimate::of_half_steps(self.difference(), space)))
+    }
+
+    /// Refines the elements at constant steps until their error is small enough. Returns the resolution and the error, which is infinite if
+    /// runs with such long steps do not show it.
+    fn refine_elements(&mut self, coarse: &Plan) -> Result<(Plan, f64), IntegrationError> {
+        let mut estimate = Richardson::new(order_in_space(self.start.rod.order()));
+        let enough = AIM[1] * self.integrator.tolerance;
+        let mut plan = *coarse;
+        self.run(&plan, f64::INFINITY)?;
+        let mut compared = plan.longest_element;
+        let (mut refinement, mut error) = (1.0 / SHORTER, f64::INFINITY);
+        for _ in 0..MAX_REFINEMENTS {
+            plan.longest_element /= refinement;
+            self.run(&plan, f64::INFINITY)?;
+            let (ratio, difference) = (self.element_ratio(), self.difference());
+            let differ = !(1.0 / MIN_RATIO..MIN_RATIO).contains(&ratio);
+            if difference <= enough && differ {
+                // The longer elements are sufficient.
+                if ratio > 1.0 {
+                    self.keep_earlier();
+                    plan.longest_element = compared;
+                }
+                return Ok((plan, difference));
+            }
+            if ratio < MIN_RATIO {
+                self.keep_earlier();
+                continue;
+            }
+            let next_error = estimate.error(ratio, difference);
+            if !estimate.converges() {
+                // The remaining difference is due to the steps.
+                if SAFETY * error > self.integrator.tolerance {
+                    return Ok((plan, f64::INFINITY));
+                }
+                self.keep_earlier();
+                return Ok((Plan { longest_element: compared, ..plan }, error));
+            }
+            compared = plan.longest_element;
+            if difference > ASYMPTOTIC {
+                refinement = 2.0;
+                continue;
+            }
+            error = next_error;
+            if error <= enough {
+                return Ok((plan, error));
+            }
+            // Elements are halved at most: the observed order does not hold for more.
+            refinement = (error / enough).powf(1.0 / estimate.order()).clamp(1.0 / SHORTER, 2.0);
+        }
+        Err(self.not_met(self.difference()))
+    }
+
+    /// Reduces the merge tolerance until the error of merging is small enough, and returns this error. A run that merges less shows it.
+    fn refine_merging(&mut self, plan: &mut Plan) -> Result<f64, IntegrationError> {
+        let mut error = 0.0;
+        for _ in 0..MAX_REFINEMENTS {
+            let needed = self.last.merge_loss;
+            if needed <= LOSSLESS {
+                return Ok(0.0);
+            }
+            let finer = Plan { merge_tolerance: FINER_MERGING * needed, ..*plan };
+            self.run(&finer, f64::INFINITY)?;
+            error = self.difference() / (1.0 - FINER_MERGING);
+            if error <= AIM[1] * self.integrator.tolerance {
+                // The run with half the steps has the same merge tolerance as the earlier run.
+                self.keep_earlier();
+                break;
+            }
+            *plan = finer;
+        }
+        Ok(error)
+    }
+}
+
+/// Order in space: positions are of order 2 p, and what the laws sense at a material point of order p + 2. One order is subtracted
+/// since shapes are not smooth everywhere.
+fn order_in_space(order: Order) -> f64 {
+    let p = order.points() as f64;
+    (2.0 * p).min(p + 1.0)
+}
+
+/// Step of the first run: the shortest delay, or the longest time constant of laws without delay.
+fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
+    let span = (until - shoot.time()).max(f64::MIN_POSITIVE);
+    let mut laws = Declaration::default();
+    laws.read(shoot.model.tropism());
+    let delay = laws.shortest_delay();
+    let slowest = laws.variables().iter().map(|variable| variable.time_constant).fold(0.0, f64::max);
+    let scale = if delay > 0.0 && delay.is_finite() {
+        delay
+    } else if slowest > 0.0 {
+        slowest
+    } else {
+        span
+    };
+    // Steps are longer than delays that are far shorter than the run.
+    let [fewest, most] = FIRST_STEPS;
+    scale.max(span / most).min(span / fewest).max(ROUNDING * until.abs())
+}

@@ -1,0 +1,92 @@
+//! Counts and error estimates of a run.
+
+use crate::equilibrium::Equilibrium;
+
+/// Cost of a run, and estimates of its accuracy.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Statistics {
+    /// Number of time steps, not counting the extra equilibria at output times.
+    pub steps: usize,
+    /// Number of equilibria.
+    pub equilibria: usize,
+    /// Newton iterations of all equilibria.
+    pub iterations: usize,
+    /// Factorisations of all equilibria.
+    pub factorisations: usize,
+    /// Evaluations of energy and gradient without a tangent.
+    pub evaluations: usize,
+    /// Number of elements that were cut in two.
+    pub splits: usize,
+    /// Number of pairs of elements that were merged.
+    pub merges: usize,
+    /// Number of intervals that were halved while the laws' variables of a point were integrated over a step.
+    pub halvings: usize,
+    /// Number of steps that failed and were repeated with half their length.
+    pub retries: usize,
+    /// Number of steps in which the shape lost its stability and jumped to another one. The quasi-static model does not
+    /// resolve the motion in between.
+    pub snaps: usize,
+    /// End of the step with the last snap, s.
+    pub last_snap: Option<f64>,
+    /// Largest distance over which a snap moved the tip, m.
+    pub largest_jump: f64,
+    /// Number of steps of trial runs. Their other costs are included in the other counts.
+    pub trial_steps: usize,
+    /// Estimated largest error of the shape, as a distance relative to the length, if the integrator estimates it.
+    pub error: Option<f64>,
+    /// Smallest tolerance with which the same pairs would have been merged, rad.
+    pub(super) merge_loss: f64,
+    /// Largest error estimate of an equilibrium, rad.
+    pub(super) equilibrium_error: f64,
+}
+
+impl std::ops::AddAssign for Statistics {
+    fn add_assign(&mut self, other: Self) {
+        self.steps += other.steps;
+        self.equilibria += other.equilibria;
+        self.iterations += other.iterations;
+        self.factorisations += other.factorisations;
+        self.evaluations += other.evaluations;
+        self.splits += other.splits;
+        self.merges += other.merges;
+        self.halvings += other.halvings;
+        self.retries += other.retries;
+        self.snaps += other.snaps;
+        self.last_snap = other.last_snap.or(self.last_snap);
+        self.largest_jump = self.largest_jump.max(other.largest_jump);
+        self.trial_steps += other.trial_steps;
+        // Each estimate covers the run from its beginning.
+        self.error = [self.error, other.error].into_iter().flatten().reduce(f64::max);
+        self.merge_loss = self.merge_loss.max(other.merge_loss);
+        self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
+    }
+}
+
+impl Statistics {
+    /// Adds the cost and the error of an equilibrium.
+    pub(super) fn add_equilibrium(&mut self, found: &Equilibrium) {
+        self.equilibria += 1;
+        self.iterations += found.iterations;
+        self.factorisations += found.factorisations;
+        self.evaluations += found.evaluations;
+        self.equilibrium_error = self.equilibrium_error.max(found.error);
+    }
+
+    /// Counts a snap in a step that ends at `time` (s), once for each step.
+    pub(super) fn add_snap(&mut self, time: f64, jump: f64) {
+        self.snaps += usize::from(self.last_snap.replace(time) != Some(time));
+        self.largest_jump = self.largest_jump.max(jump);
+    }
+
+    /// Returns the cost of a run whose result is discarded.
+    pub(super) fn as_trial(self) -> Self {
+        Self { trial_steps: self.trial_steps + self.steps, ..self.undone_since(Self::default()) }
+    }
+
+    /// Returns the same cost with the changes of the shoot since `then` undone.
+    pub(super) fn undone_since(self, then: Self) -> Self {
+        let Self { steps, splits, merges, merge_loss, snaps, last_snap, largest_jump, .. } = then;
+        Self { steps, splits, merges, merge_loss, snaps, last_snap, largest_jump, ..self }
+    }
+}

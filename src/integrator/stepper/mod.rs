@@ -1,0 +1,272 @@
+//! The time steps of a run, shared by the integrators.
+
+mod collocation;
+mod elongation;
+mod gradient_integral;
+mod memories;
+mod mesh;
+mod options;
+mod phases;
+mod relaxation;
+mod start;
+mod step_end;
+
+use nalgebra::Vector3;
+
+use super::undo::undo_on_error;
+use super::{
+    EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, MAX_PARTS, ORDER, ROUNDING, Statistics,
+};
+use crate::equilibrium::{Equilibrium, EquilibriumSolver};
+use crate::error::ParameterError;
+use crate::load::InternalForce;
+use crate::model::Model;
+use crate::scene::after;
+use crate::shoot::{Mesh, Shoot};
+use crate::state::{Spare, State, intrinsic_moments};
+use crate::tropism::Declaration;
+use collocation::ExponentialCollocation;
+use gradient_integral::GradientIntegral;
+pub(super) use mesh::compliance;
+pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
+pub(super) use step_end::StepEnd;
+use step_end::{EQUAL_STEPS, next_step_end};
+
+/// Name of a stimulus in an error.
+const STIMULUS: &str = "stimulus of a tropism law (one that looks where it is must declare `with_position`)";
+
+/// Result of a part of a run.
+type Outcome = Result<(), IntegrationError>;
+
+/// Workspace of a run. It keeps no state between calls.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Stepper {
+    laws: Declaration,
+    gradient_integral: GradientIntegral,
+    /// The same up to the exit of a point from the growth zone.
+    exit_integral: GradientIntegral,
+    collocation: ExponentialCollocation,
+    force: InternalForce,
+    /// Intrinsic strain and distance from the apex of the zone's points at the start of the step.
+    starts: Vec<(Vector3<f64>, f64)>,
+    spare: Spare,
+    statistics: Statistics,
+    /// Copy of the state before a step that may be repeated.
+    backup: Option<State>,
+}
+
+/// Interval of a step.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    from: f64,
+    to: f64,
+    /// Number of growing elements that leave the zone.
+    leaving: usize,
+    /// Times between which growth is read, s: after a discontinuity at the start, and before one at the end.
+    growth: [f64; 2],
+}
+
+impl Stepper {
+    /// Finds the first equilibrium and gives the laws a history. After an error the caller restores the shoot.
+    pub fn start(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        history: &impl HistoryFunction,
+    ) -> Result<Statistics, IntegrationError> {
+        self.prepare(shoot)?;
+        self.begin(shoot, solver, history)?;
+        Ok(self.finish())
+    }
+
+    /// Advances the shoot, and calls `observe` at the start and after every step with the end of that step. After an error the caller
+    /// restores the shoot.
+    pub fn advance<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        solver: &mut impl EquilibriumSolver,
+        options: RunOptions,
+        mut observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
+    ) -> Result<Statistics, IntegrationError> {
+        options.check(shoot)?;
+        self.prepare(shoot)?;
+        if shoot.state.history.levels() == 0 {
+            self.begin(shoot, solver, &EmptyHistory)?;
+        }
+        self.check_history(&shoot.state)?;
+        self.reserve_levels(&mut shoot.state, &options);
+        if shoot.state.changed {
+            self.pass_discontinuity(shoot, solver)?;
+        }
+        observe(shoot, None);
+        let mut retries_left = options.retries;
+        while shoot.state.time < options.until && self.statistics.steps < options.max_steps {
+            let end = self.next_step(shoot, solver, &options, &mut retries_left)?;
+            observe(shoot, Some(end));
+        }
+        Ok(self.finish())
+    }
+
+    /// Finds the equilibrium at the present time, and nothing else.
+    pub fn equilibrium(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+    ) -> Result<Equilibrium, IntegrationError> {
+        let time = shoot.state.time;
+        self.solve_equilibrium(shoot, solver, time)
+    }
+
+    /// Reads what the laws declare, and resets the counts.
+    fn prepare(&mut self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
+        self.statistics = Statistics::default();
+        self.collocation.halvings = 0;
+        self.laws.read(shoot.model.tropism());
+        self.laws.check()
+    }
+
+    fn finish(&self) -> Statistics {
+        Statistics { halvings: self.collocation.halvings, ..self.statistics }
+    }
+
+    /// Makes one step and passes the discontinuity at its end, if there is one. After a recoverable error the step is repeated with half
+    /// its length, while retries are left.
+    fn next_step(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        options: &RunOptions,
+        retries_left: &mut usize,
+    ) -> Result<StepEnd, IntegrationError> {
+        let mut end = next_step_end(shoot, &self.laws, options)?;
+        while *retries_left > 0 {
+            let counts = self.statistics;
+            let mut backup = self.backup.take();
+            let result = undo_on_error(shoot, &mut backup, |shoot, _| self.step(shoot, solver, end, options));
+            self.backup = backup;
+            match result {
+                Err(error) if error.is_recoverable() => {
+                    *retries_left -= 1;
+                    self.statistics = self.statistics.undone_since(counts);
+                    self.statistics.retries += 1;
+                    let step = 0.5 * (end.time - shoot.state.time);
+                    end = next_step_end(shoot, &self.laws, &RunOptions { step, ..*options })?;
+                }
+                result => return result.map(|()| end),
+            }
+        }
+        self.step(shoot, solver, end, options).map(|()| end)
+    }
+
+    /// One step, and the discontinuity at its end.
+    fn step(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        end: StepEnd,
+        options: &RunOptions,
+    ) -> Outcome {
+        let step = self.begin_step(shoot, &options.mesh, end);
+        self.collocation.begin_step();
+        let before = intrinsic_moments(&shoot.state.rod);
+        self.integrate_strain(shoot, step)?;
+        self.elongate(shoot, step)?;
+        shoot.state.predictor.extrapolate(&mut shoot.state.rod, &before, step.from, step.to);
+        shoot.state.time = step.to;
+        let mut corrections = 0;
+        loop {
+            let found = match self.solve_equilibrium(shoot, solver, end.before()) {
+                // The extrapolated shape may be a bad initial guess. The last equilibrium is a safer one.
+                Err(error) if error.is_recoverable() && corrections == 0 => {
+                    shoot.state.predictor.take_last(&mut shoot.state.rod);
+                    self.solve_equilibrium(shoot, solver, end.before())?
+                }
+                found => found?,
+            };
+            self.record(&found, shoot);
+            self.sense(shoot)?;
+            self.integrate_variables(shoot, step)?;
+            // A step that is not longer than the shortest delay reads only the past, and is explicit.
+            if step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING) {
+                break;
+            }
+            let change = self.integrate_strain(shoot, step)?;
+            if change <= options.tolerance {
+                break;
+            }
+            if corrections == options.max_corrections {
+                return Err(IntegrationError::NotConverged { time: step.to, corrections, change });
+            }
+            corrections += 1;
+        }
+        self.end_step(shoot, step);
+        if end.discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
+    }
+
+    /// Adds an equilibrium to the counts. After a snap the earlier equilibria are no longer extrapolated.
+    fn record(&mut self, found: &Equilibrium, shoot: &mut Shoot<impl Model>) {
+        self.statistics.add_equilibrium(found);
+        if let Some(jump) = found.jump {
+            self.statistics.add_snap(shoot.state.time, jump);
+            shoot.state.predictor.forget();
+        }
+    }
+
+    /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.
+    fn begin_step(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, end: StepEnd) -> Step {
+        let (from, to) = (shoot.state.time, end.time);
+        let growth = [if from == shoot.state.smooth_since { after(from) } else { from }, end.before()];
+        let laws = (shoot.model.growth(), shoot.model.constitutive());
+        let leaving = mesh::adapt(&mut shoot.state, laws, mesh, growth, &mut self.statistics);
+        let rod = &shoot.state.rod;
+        self.starts.clear();
+        self.starts.extend(rod.points()[rod.zone()].iter().map(|point| (point.intrinsic, point.apex_distance)));
+        shoot.state.history.push(to, &mut self.spare);
+        Step { from, to, leaving, growth }
+    }
+
+    /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no longer read.
+    fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
+        shoot.state.mature(step.leaving, |point| point.exit_time);
+        // Levels are kept somewhat longer than they are read: the choice of the steps after a breaking point depends on them.
+        let kept = EQUAL_STEPS * (step.to - step.from);
+        shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, ORDER, &mut self.spare);
+        self.statistics.steps += 1;
+    }
+
+    /// Finds the equilibrium after a discontinuity at the present time, and restarts interpolation from there.
+    fn pass_discontinuity(&mut self, shoot: &mut Shoot<impl Model>, solver: &mut impl EquilibriumSolver) -> Outcome {
+        let time = shoot.state.time;
+        let found = self.solve_equilibrium(shoot, solver, after(time))?;
+        self.record(&found, shoot);
+        shoot.state.history.push(time, &mut self.spare);
+        self.sense(shoot)?;
+        self.find_rates(shoot);
+        (shoot.state.smooth_since, shoot.state.changed) = (time, false);
+        shoot.state.predictor.forget();
+        Ok(())
+    }
+
+    /// Returns an error if the history belongs to other laws, or is shorter than the longest delay.
+    fn check_history(&self, state: &State) -> Result<(), ParameterError> {
+        let (size, known) = (self.laws.size(), state.history.size());
+        let own = known == (size.variables, size.stimuli);
+        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
+        let reach = state.history.oldest().map_or(f64::NEG_INFINITY, |oldest| state.time - oldest);
+        ParameterError::unless(
+            reach >= self.laws.longest_delay() * (1.0 - ROUNDING),
+            "time that the state looks back",
+            reach,
+            "at least the longest delay of the shoot's laws (s)",
+        )
+    }
+
+    /// Allocates all levels that the history will hold, so that later steps need no allocation.
+    fn reserve_levels(&mut self, state: &mut State, options: &RunOptions) {
+        // Full steps over the longest delay, or to the end if that comes first; the first steps; and those around the ends.
+        let known = state.history.levels() as f64;
+        let full = (self.laws.longest_delay() / options.step).min(known + (options.until - state.time) / options.step);
+        let levels = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;
+        state.history.reserve(levels, &mut self.spare);
+    }
+}

@@ -1,0 +1,50 @@
+//! Options of a run.
+
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::shoot::{Mesh, Shoot};
+
+/// Default of the largest number of corrections. The iteration gains a factor of two in each at least, or the step is too long:
+/// 2⁻³⁰ = 1e-9.
+pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
+
+/// End, step size and settings of a run.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::integrator) struct RunOptions {
+    /// End of the run, s.
+    pub until: f64,
+    /// Longest step, s.
+    pub step: f64,
+    /// Largest number of steps.
+    pub max_steps: usize,
+    /// Largest number of times that a failed step is repeated with half its length.
+    pub retries: usize,
+    /// Largest change of an angle in the last correction of a step, rad.
+    pub tolerance: f64,
+    /// Largest number of corrections of a step.
+    pub max_corrections: usize,
+    /// Longest element and merge tolerance.
+    pub mesh: Mesh,
+    /// Longest step of the coarsest of several runs that are compared, s. Short intervals and fast transients are divided more finely in
+    /// the proportion of `step` to it, so that the steps of these runs differ everywhere.
+    pub coarsest_step: Option<f64>,
+}
+
+impl RunOptions {
+    /// Returns an error unless the settings are valid and the end of the run is not in the past of the shoot.
+    pub fn check(&self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
+        ParameterError::positive("time step", self.step)?;
+        ParameterError::positive("tolerance of the corrections", self.tolerance)?;
+        check_ahead("time to advance to", shoot, self.until)
+    }
+}
+
+/// Returns an error unless `until` (s) is finite and not in the past of the shoot.
+pub(in crate::integrator) fn check_ahead(
+    name: &'static str,
+    shoot: &Shoot<impl Model>,
+    until: f64,
+) -> Result<(), ParameterError> {
+    let ahead = until >= shoot.time() && until.is_finite();
+    ParameterError::unless(ahead, name, until, "finite and not in the past (s)")
+}
