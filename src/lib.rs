@@ -103,6 +103,7 @@ mod error;
 pub mod growth;
 pub mod guide;
 pub mod integrator;
+mod linear;
 pub mod load;
 mod model;
 pub mod orbit;
