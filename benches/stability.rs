@@ -15,7 +15,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, StabilityError, StationarySolver, boundary, onset,
+    BoundaryPoint, BoundarySettings, Linearisation, StabilityError, SteadyStateSolver, boundary, onset,
 };
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
@@ -36,7 +36,7 @@ fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisati
         ))
         .load(Weight { density: 1000.0 })
         .build()?;
-    let _ = StationarySolver::default().solve(&mut shoot)?;
+    let _ = SteadyStateSolver::default().solve(&mut shoot)?;
     Linearisation::about(&shoot)
 }
 

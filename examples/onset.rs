@@ -56,7 +56,7 @@ struct Kind {
 }
 
 impl Kind {
-    /// The linear problem of the upright shoot of a length.
+    /// The linearisation of the upright shoot of a length.
     fn at(&self, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
         let shoot = Shoot::builder(LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 })
             .length(length)
@@ -67,7 +67,7 @@ impl Kind {
             .load(Weight { density: 1000.0 });
         let bending = Proprioception { sensitivity: self.proprioception }.remembered(MEMORY);
         let sensitivity = self.gravitropism;
-        // Upright it is stationary as it is built. Of a tilted one the StationarySolver finds the stationary shape.
+        // An upright shoot is in a steady state as it is built. SteadyStateSolver finds that of a tilted one.
         if self.statoliths {
             let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
             Linearisation::about(
@@ -122,10 +122,15 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     let out = options.out_dir();
 
-    let critical = onset(|length| kind.at(length, kind.elements), LENGTHS[0], LENGTHS[1])?;
+    let mut linearisations = 0;
+    let family = |length| {
+        linearisations += 1;
+        kind.at(length, kind.elements)
+    };
+    let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
     println!("critical length  {:.8} cm", critical.parameter / CM);
     println!("period there     {:.6} min", critical.period() / MINUTE);
-    println!("found with {} linearisations", critical.linearisations);
+    println!("found with {linearisations} linearisations");
     // A little below it every root is stable, and yet a disturbance may grow at first.
     let short = kind.at(SHORT * critical.parameter, kind.elements)?;
     let percent = 100.0 * SHORT;

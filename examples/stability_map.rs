@@ -3,7 +3,7 @@
 //! This is figure 4 of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front. Plant Sci. 12:608005.
 //! The upright shoot of the reduced model (all of it differentiates, none of it elongates) is always in equilibrium. It
 //! stays upright if every small tilt dies out. If not, the delay between sensing and growing makes it swing: a root of
-//! its linear problem has crossed the imaginary axis. Each curve is where one root does.
+//! its characteristic matrix has crossed the imaginary axis. Each curve is where one root does.
 //!
 //! - *A, gravity alone*: the shoot senses gravity but not its own bending.
 //! - *B, microgravity*: it senses its bending but not gravity, and has no weight.
@@ -33,6 +33,7 @@ mod common;
 #[path = "stability_map/curves.rs"]
 mod curves;
 
+use std::cell::Cell;
 use std::error::Error;
 use std::panic::resume_unwind;
 use std::process::ExitCode;
@@ -58,26 +59,30 @@ const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5)
 /// The essential spectrum.
 const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
 
-/// A place on every curve of a panel, and how many linear problems it took to find them. `micro` is the onset in weightlessness.
+/// A place on every curve of a panel, and the number of linearisations. `micro` is the onset in weightlessness.
 fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), StabilityError> {
     if kind.weightless {
         return Ok((vec![BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency }], 0));
     }
     // The lowest branch, then all others that cross one line.
-    let main = onset(|ratio| kind.at(20.0, ratio, kind.refinement.first), 0.3, 0.99)?;
+    let linearisations = Cell::new(0);
+    let at = |hours: f64, ratio: f64, n: usize| {
+        linearisations.set(linearisations.get() + 1);
+        kind.at(hours, ratio, n)
+    };
+    let main = onset(|ratio| at(20.0, ratio, kind.refinement.first), 0.3, 0.99)?;
     let mut starts = vec![BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency }];
     // The fast one comes close to Greenhill's length at any growth time.
-    let fast = kind.crossings(|ratio, n| kind.at(20.0, ratio, n), 0.99, 0.9995)?;
+    let fast = kind.crossings(|ratio, n| at(20.0, ratio, n), 0.99, 0.9995)?;
     let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
-    let others = kind.crossings(|hours, n| kind.at(hours, 0.985, n), quickest, 60.0)?;
+    let others = kind.crossings(|hours, n| at(hours, 0.985, n), quickest, 60.0)?;
     starts.extend(fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }));
     // The fast ones cross that line, too; they have the same period everywhere.
     let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
     let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
     let place = |at: &Onset| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency };
     starts.extend(others.iter().rev().map(place));
-    let spent = [fast.first(), others.first()].into_iter().flatten().map(|at| at.linearisations);
-    Ok((starts, main.linearisations + spent.sum::<usize>()))
+    Ok((starts, linearisations.get()))
 }
 
 fn run() -> Result<(), Box<dyn Error>> {

@@ -102,6 +102,7 @@ mod error;
 pub mod growth;
 pub mod guide;
 pub mod integrator;
+mod linear;
 pub mod load;
 mod model;
 mod numerics;

@@ -32,7 +32,7 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// The linear problem of a shoot: growth time in hours, length over Greenhill's, and elements.
+    /// The linearisation of a shoot: growth time in hours, length over Greenhill's, and elements.
     pub fn at(self, hours: f64, ratio: f64, elements: usize) -> Result<Linearisation, StabilityError> {
         let length = ratio * greenhill();
         let gravitropism =
@@ -46,7 +46,7 @@ impl Kind {
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
             .tropism((gravitropism, proprioception))
             .load(WEIGHT);
-        // The upright shoot is stationary as it is built; StationarySolver finds other stationary shapes.
+        // The upright shoot is in a steady state as it is built; SteadyStateSolver finds those of other shoots.
         if self.weightless {
             Linearisation::about(&shoot.scene(Still::weightless()).build()?)
         } else {
@@ -88,7 +88,14 @@ impl Kind {
     pub fn curve(self, start: BoundaryPoint) -> Result<Curve, StabilityError> {
         let [low, high] = WINDOW;
         let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
-        let follow = |settings| self.refinement.boundary(|hours, ratio, n| self.at(hours, ratio, n), settings);
+        let follow = |settings| -> Result<(Vec<RefinedPoint>, usize), StabilityError> {
+            let mut linearisations = 0;
+            let family = |hours, ratio, n| {
+                linearisations += 1;
+                self.at(hours, ratio, n)
+            };
+            Ok((self.refinement.boundary(family, settings)?, linearisations))
+        };
         let down = BoundarySettings { direction: [0.0, -1.0], ..up };
         // Both ways at once: the last curve then keeps two cores busy.
         let (down, up) = std::thread::scope(|scope| {
@@ -96,11 +103,10 @@ impl Kind {
             let up = follow(&up);
             (down.join().unwrap_or_else(|panic| resume_unwind(panic)), up)
         });
-        let (down, up) = (down?, up?);
-        let linearisations = down.linearisations + up.linearisations;
-        let mut points = down.points;
+        let ((mut points, before), (up, after)) = (down?, up?);
+        let linearisations = before + after;
         points.reverse();
-        points.extend(up.points.into_iter().skip(1));
+        points.extend(up.into_iter().skip(1));
         let errors = (0..points.len()).map(|k| self.mesh_error(&points, k)).collect();
         let unstable = self.unstable_along(&points)?;
         Ok(Curve { points, errors, unstable, linearisations })

@@ -4,12 +4,13 @@ use nalgebra::Vector3;
 
 use super::error::CycleError;
 use crate::growth::GrowthLaw;
+use crate::linear::{self, SteadyLaws, change_of_causes, relative};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
-use crate::stability::{StabilityError, SteadyState, change_of_causes, check_unforced, relative};
+use crate::stability::StabilityError;
 use crate::tropism::Growing;
 
 /// Twist that is less than this share of the bend that the laws ask for is rounding: shapes are known to 1e-11.
@@ -32,7 +33,8 @@ pub(super) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, 
 pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(), CycleError> {
     let now = shoot.environment();
     let load = shoot.model.load();
-    Ok(check_unforced(shoot, rod, load, &SteadyState::of(shoot, rod, &InternalForce::of(rod, load, &now)))?)
+    let steady = SteadyLaws::of(shoot, rod, &InternalForce::of(rod, load, &now));
+    Ok(linear::check_autonomous(shoot, rod, load, &steady)?)
 }
 
 /// Refuses laws, loads, growth or a scene that are not the same a period (s) later, at some times that no period divides.
@@ -44,7 +46,7 @@ pub(super) fn check_period(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) ->
         change = change.max(scene.base(now).angle_to(&scene.base(then)));
         let forces = [now, then].map(|time| InternalForce::of(rod, load, &scene.environment(time)));
         change = change.max(change_of_causes(shoot, rod, &forces[0], &forces[1]));
-        let [a, b] = forces.map(|force| SteadyState::of(shoot, rod, &force).gradients);
+        let [a, b] = forces.map(|force| SteadyLaws::of(shoot, rod, &force).gradients);
         let [first, second] = [&a, &b].map(|all| all.iter().map(Vector3::norm).fold(0.0, f64::max));
         for (one, other) in a.iter().zip(&b) {
             change = change.max(relative((one - other).norm(), first, second));

@@ -6,9 +6,9 @@ use super::error::CycleError;
 use super::map::march::{March, PRECISE, Path, Stage};
 use super::map::state::Start;
 use super::map::turn::Turn;
-use super::sensitivity::look;
 use super::turned::turned;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::linear::visit_stimuli;
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -79,7 +79,7 @@ fn check_laws(march: &March<impl Model>, turn: &Turn, stage: &Stage, period: f64
     let rod = turned(&stage.rod, -turn.angle);
     let force = InternalForce::of(&rod, shoot.model.load(), &shoot.environment());
     let mut stimuli = stage.stimuli.clone();
-    look(shoot, &rod, &force, |i, x| stimuli.as_mut_slice()[i * m..(i + 1) * m].copy_from_slice(x));
+    visit_stimuli(shoot, &rod, &force, |i, _, x| stimuli.as_mut_slice()[i * m..(i + 1) * m].copy_from_slice(x));
     let [variables, past] =
         [&stage.variables, &stage.past].map(|values| turn.back(&state(&stage.strain, values)).variables);
     let expected = turn.back(&answer(&stage.stimuli, &stage.variables, &stage.past));

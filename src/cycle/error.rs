@@ -2,6 +2,7 @@
 
 use crate::equilibrium::EquilibriumError;
 use crate::error::ParameterError;
+use crate::linear::LawError;
 use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
@@ -163,5 +164,11 @@ impl CycleError {
             Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::NotConverged { iterations, residual },
             error => error,
         }
+    }
+}
+
+impl From<LawError> for CycleError {
+    fn from(error: LawError) -> Self {
+        Self::Stability(error.into())
     }
 }

@@ -4,26 +4,13 @@ use nalgebra::DMatrix;
 
 use super::error::CycleError;
 use super::turned::turned;
+use crate::linear::{precise_solver, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Environment;
-use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::stability::{precise_solver, visit_bends};
-use crate::tropism::{Declaration, TropismLaw};
-
-/// Calls `visit` with the number of every point of the zone and its stimuli, on a rod at rest under a force. The force does not
-/// depend on the shape.
-pub(super) fn look(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce, mut visit: impl FnMut(usize, &[f64])) {
-    let law = shoot.model.tropism();
-    let laws = Declaration::of(law);
-    let mut stimuli = vec![0.0; laws.size().stimuli];
-    visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
-        law.sense(site, &mut stimuli);
-        visit(i, &stimuli);
-    });
-}
+use crate::tropism::{Site, TropismLaw};
 
 /// The stimuli of the points of the zone by components 1 and 2 of their intrinsic strain, when the rod at rest has turned by some
 /// phases: central differences along the factorised tangent. A row for every point, phase and stimulus.
@@ -40,14 +27,14 @@ pub(super) fn stimuli_by_strain(
     let mut out = DMatrix::zeros(zone.len() * phases.len() * m, n);
     visit_bends(shoot, rod, &force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, moved| {
         for (j, phase) in phases.iter().enumerate() {
-            let mut add = |i: usize, x: &[f64]| {
+            let mut add = |i: usize, _: &Site, x: &[f64]| {
                 let rows = out.column_mut(k).data.into_slice_mut()[(i * phases.len() + j) * m..][..m].iter_mut();
                 rows.zip(x).for_each(|(sum, x)| *sum += weight * x);
             };
             if *phase == 0.0 {
-                look(shoot, moved, &force, &mut add);
+                visit_stimuli(shoot, moved, &force, &mut add);
             } else {
-                look(shoot, &turned(moved, *phase), &force, &mut add);
+                visit_stimuli(shoot, &turned(moved, *phase), &force, &mut add);
             }
         }
     })?;

@@ -1,19 +1,20 @@
-//! Why a question of stability has no answer.
+//! Errors of steady states, characteristic roots and their continuation.
 
 use crate::equilibrium::EquilibriumError;
 use crate::error::ParameterError;
+use crate::linear::LawError;
 
-/// Why a question of stability has no answer.
+/// Reason why there is no steady state, root or boundary of stability.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StabilityError {
-    /// A setting makes no sense.
+    /// A parameter is out of range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No mechanical equilibrium was found.
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
-    /// The equilibrium is unstable by itself, before any growth.
+    /// The mechanical equilibrium is unstable.
     #[error(
         "the shoot buckles or falls: its equilibrium has {negative} unstable directions; make it shorter or stiffer"
     )]
@@ -21,13 +22,13 @@ pub enum StabilityError {
         /// Number of negative eigenvalues of the energy.
         negative: usize,
     },
-    /// A law, a load, growth, gravity or the base depends on time (an oscillator, say): nothing is stationary.
+    /// A law, a load, growth, gravity or the base depends on time, as an oscillator does.
     #[error("the shoot is forced: its laws, loads or base change in time, by {change:.3e} 1/m; leave the forcing out")]
-    Forced {
-        /// By how much the gradient changes, or over the length the turn of the base, or force and REGR as shares of themselves, 1/m.
+    NotAutonomous {
+        /// Change of the gradient; or rotation of the base, or relative change of force and REGR, over the length; 1/m.
         change: f64,
     },
-    /// What a law writes in [`steady`](crate::tropism::TropismLaw::steady) is no steady state of its
+    /// The state that a law returns from [`steady`](crate::tropism::TropismLaw::steady) is no steady state of its
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
         "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted from \
@@ -43,31 +44,31 @@ pub enum StabilityError {
         /// The rate relative to the sum of its terms; infinite if all terms are zero.
         share: f64,
     },
-    /// The shoot is not stationary.
-    #[error("the shoot is not stationary: the laws ask for a gradient of {gradient:.3e} 1/m")]
-    NotStationary {
-        /// The largest gradient asked for, 1/m.
+    /// The shoot is not in a steady state.
+    #[error("the shoot is not in a steady state: the laws have a gradient of {gradient:.3e} 1/m")]
+    NotSteadyState {
+        /// The largest gradient of the laws, 1/m.
         gradient: f64,
     },
-    /// No stationary state was found; a tilted shoot without proprioception has none.
-    #[error("no stationary state: after {iterations} iterations the laws ask for a gradient of {gradient:.3e} 1/m")]
-    NoStationaryState {
-        /// Iterations done.
+    /// No steady state was found; a tilted shoot without proprioception has none.
+    #[error("no steady state: after {iterations} iterations the laws have a gradient of {gradient:.3e} 1/m")]
+    NoSteadyState {
+        /// Number of iterations.
         iterations: usize,
-        /// The largest gradient still asked for, 1/m.
+        /// The largest gradient of the laws, 1/m.
         gradient: f64,
     },
-    /// The laws ask for no change at any material point, but the shape between the points is not resolved: there is no
-    /// stationary state, as with a tilted shoot without proprioception, or the elements are too long for it.
-    #[error("the mesh does not resolve the stationary shape: waves inside an element turn it by {turn:.3e} rad")]
+    /// The gradients of the laws vanish at all material points, but the shape between the points is not resolved: there is no
+    /// steady state, as with a tilted shoot without proprioception, or the elements are too long for it.
+    #[error("the mesh does not resolve the steady state: waves inside an element turn it by {turn:.3e} rad")]
     Unresolved {
-        /// The largest turn within an element by the highest polynomial of the strain, rad.
+        /// The largest rotation within an element by the highest polynomial of the strain, rad.
         turn: f64,
     },
     /// No law acts on any point of the growth zone.
     #[error("nothing is steered: there is no law, or its sensitivity is zero, or no tissue grows")]
     NothingDriven,
-    /// The parameter range holds no crossing of the axis.
+    /// No root crosses the axis in the range of the parameter.
     #[error("no root crosses the axis: {unstable_from} are unstable at {from}, {unstable_to} at {to}")]
     NoCrossing {
         /// Start of the range.
@@ -85,11 +86,11 @@ pub enum StabilityError {
         /// Largest real part of the essential spectrum, 1/s.
         abscissa: f64,
     },
-    /// The mesh does not resolve waves that matter for the answer; take more elements. Next to the essential spectrum, and
-    /// with fast growth and no proprioception, ever shorter waves matter, and it may be that no mesh resolves them.
+    /// The mesh does not resolve waves that contribute to the answer; take more elements. Next to the essential spectrum, and
+    /// with fast growth and no proprioception, ever shorter waves contribute, and it may be that no mesh resolves them.
     #[error("short waves matter that the mesh does not resolve (to {share:.1e} of the function); take more elements")]
     UnderResolved {
-        /// The share of itself by which the characteristic function may change, at the λ where this share is largest.
+        /// Relative error of the characteristic function, at the λ where it is largest.
         share: f64,
     },
     /// The finest mesh allowed does not meet the tolerance.
@@ -97,17 +98,17 @@ pub enum StabilityError {
         "the mesh puts the answer off by {error:.1e} of itself with {elements} elements, more than {tolerance:.1e}"
     )]
     ToleranceNotMet {
-        /// The tolerance asked for.
+        /// The tolerance that was requested.
         tolerance: f64,
-        /// The estimated error that was reached, relative; infinite if no two meshes had an answer.
+        /// The estimated relative error; infinite if no two meshes had an answer.
         error: f64,
-        /// The number of elements asked for on the last mesh with an estimate; zero if there was none.
+        /// The number of elements of the last mesh with an estimate; zero if there was none.
         elements: usize,
     },
     /// A number that follows from the shoot and its laws is infinite or not a number.
     #[error("the {what} is not finite")]
     NotFinite {
-        /// What was computed.
+        /// The quantity.
         what: &'static str,
     },
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
@@ -127,21 +128,31 @@ pub enum StabilityError {
         /// The largest number of operations that is allowed.
         most: f64,
     },
-    /// A search for roots, or a count of them, takes more than it is allowed to: ever more roots lie in its region, as left of the
-    /// axis where delays are long against memories, or next to the essential spectrum.
+    /// A search for roots, or their count, needs too many evaluations, because very many roots lie in its region, as left of the
+    /// axis where delays are long compared with memories, or next to the essential spectrum.
     #[error(
         "roots are too many: the search was given up after {evaluations} evaluations of the characteristic function"
     )]
     TooMuchWork {
-        /// Evaluations done.
+        /// Number of evaluations.
         evaluations: usize,
     },
-    /// A count of roots or a root did not come out to the accuracy asked for.
+    /// A root, a crossing or a count of roots did not converge.
     #[error("{what} did not converge: {residual:.3e} is left")]
     NoConvergence {
-        /// What was sought.
+        /// The quantity.
         what: &'static str,
-        /// What is left of the residual.
+        /// The last residual.
         residual: f64,
     },
+}
+
+impl From<LawError> for StabilityError {
+    fn from(error: LawError) -> Self {
+        match error {
+            LawError::NotFinite { what } => Self::NotFinite { what },
+            LawError::NotSteady { law, variable, rate, share } => Self::NotSteady { law, variable, rate, share },
+            LawError::NotAutonomous { change } => Self::NotAutonomous { change },
+        }
+    }
 }

@@ -1,32 +1,31 @@
-//! When does a shoot begin to oscillate? Stationary shoots, their characteristic roots, and where these cross the axis.
+//! Steady states of shoots, their characteristic roots, and the parameters at which roots cross the imaginary axis.
 //!
-//! A shoot is *stationary* when it is in mechanical equilibrium and its laws ask for no change of the intrinsic strain:
-//! [`StationarySolver`] finds such a state. [`Linearisation`] is the linear problem of small disturbances δu* exp(λt)
-//! about it, with whatever laws the shoot was built from and with the delays entering exactly:
+//! A shoot is in a *steady state* when it is in mechanical equilibrium and the gradients of its laws vanish;
+//! [`SteadyStateSolver`] finds such a state. [`Linearisation`] describes small disturbances δu* exp(λt) of it by the
+//! characteristic matrix M(λ), for any laws, with exact delays:
 //!
 //! ```text
 //! M(λ) δu* = 0,   M(λ) = λ − T(λ) X,   T = REGR [G_y exp(−λd) (λ − F_y)⁻¹ F_x + G_x].
 //! ```
 //!
-//! X turns a disturbance of the intrinsic strain into that of the stimuli, by way of the equilibrium; F are the laws' rates
-//! and G their gradients. All derivatives are differences of the laws' own functions; so one
-//! written downstream is covered as it stands. [`onset`] finds where the rightmost root crosses the axis as a parameter
-//! changes, [`crossings`] where any root does, and [`boundary`] follows a crossing in two parameters. [`Refinement`] has the same
-//! to a tolerance, on meshes that it chooses; `with_error` tells the error of a mesh of one's own. Method, cost and
-//! limits: [`guide::stability`](crate::guide::stability).
+//! X is the derivative of the stimuli in equilibrium with respect to the intrinsic strain, F are the rates of the laws and G
+//! their gradients. Derivatives are differences of the laws' own functions, so that laws of your own need nothing else. Unstable roots are counted by the argument principle. [`onset`] finds the value of a parameter at which
+//! the rightmost root crosses the axis, [`crossings`] those at which any root does, and [`boundary`] follows a crossing in two
+//! parameters. [`Refinement`] does the same by mesh refinement to a tolerance; `with_error` estimates the error of a given
+//! mesh. Method, cost and limits: [`guide::stability`](crate::guide::stability).
 //!
-//! At which length does an upright shoot begin to oscillate, and how fast?
+//! The length at which an upright shoot begins to oscillate, and the period:
 //!
 //! ```
 //! use morphorod::Shoot;
 //! use morphorod::constitutive::LinearElastic;
 //! use morphorod::growth::{Ongoing, UniformGrowth};
 //! use morphorod::load::Weight;
-//! use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
+//! use morphorod::stability::{Linearisation, StabilityError, SteadyStateSolver, Unstable, onset};
 //! use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 //!
 //! let memory = Memory { time: 720.0, delay: 720.0 };
-//! // The linear problem of the shoot of a length (m). Its waves need more elements the longer it is.
+//! // The linearisation of a shoot of a length (m). Its waves need more elements the longer it is.
 //! let family = |length: f64| -> Result<Linearisation, StabilityError> {
 //!     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
 //!         .length(length)
@@ -39,7 +38,7 @@
 //!         ))
 //!         .load(Weight { density: 1000.0 })
 //!         .build()?;
-//!     StationarySolver::default().solve(&mut shoot)?;
+//!     SteadyStateSolver::default().solve(&mut shoot)?;
 //!     Linearisation::about(&shoot)
 //! };
 //! assert_eq!(family(0.06)?.unstable()?, Unstable::Finite(0));
@@ -51,43 +50,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod analytic;
-mod bends;
-mod block;
-mod boundary;
-mod count;
-mod effort;
+mod continuation;
 mod error;
-mod follow;
-mod inverse_transform;
-mod linear;
-mod linearisation;
-mod mesh_error;
-mod modes;
-mod onset;
-mod refine;
-mod refine_boundary;
-mod response;
-mod roots;
-mod sets;
-mod short_waves;
 mod spectrum;
-mod stationary;
-mod steady;
-mod transfer;
-mod transient;
 
-pub(crate) use analytic::AnalyticMatrix;
-pub(crate) use bends::visit_bends;
-pub use boundary::{BoundaryPoint, BoundarySettings, boundary};
+pub use continuation::{BoundaryPoint, BoundarySettings, Onset, RefinedPoint, Refinement, boundary, crossings, onset};
 pub use error::StabilityError;
-pub(crate) use linear::precise_solver;
-pub use linearisation::{Linearisation, Unstable};
-pub use modes::{Polarisation, Root};
-pub use onset::{Onset, crossings, onset};
-pub use refine::Refinement;
-pub use refine_boundary::{RefinedBoundary, RefinedPoint};
-pub use response::Response;
-pub use stationary::{Stationary, StationarySolver};
-pub(crate) use steady::{SteadyState, change_of_causes, check_steady, check_unforced, relative};
-pub use transient::TransientGrowth;
+pub use spectrum::{
+    ForcedResponse, Linearisation, Polarisation, Root, SteadyState, SteadyStateSolver, TransientGrowth, Unstable,
+};

@@ -175,7 +175,7 @@ fn is_none_near(error: &CycleError) -> bool {
 }
 
 fn is_forced(error: &CycleError) -> bool {
-    matches!(error, CycleError::Stability(StabilityError::Forced { change }) if *change > 0.0)
+    matches!(error, CycleError::Stability(StabilityError::NotAutonomous { change }) if *change > 0.0)
 }
 
 /// The name of the parameter that is refused.

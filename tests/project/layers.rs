@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
-const LAYERS: [&[&str]; 10] = [
+const LAYERS: [&[&str]; 11] = [
     &["error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
     &["rod"],
@@ -14,6 +14,7 @@ const LAYERS: [&[&str]; 10] = [
     &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],
     &["checkpoint", "shoot"],
+    &["linear"],
     &["integrator", "stability"],
     &["cycle"],
     &["guide"],

@@ -7,7 +7,7 @@ use approx::{abs_diff_eq, assert_relative_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::{Load, Weight};
 use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, StabilityError, StationarySolver, Unstable, boundary, crossings,
+    BoundaryPoint, BoundarySettings, Linearisation, StabilityError, SteadyStateSolver, Unstable, boundary, crossings,
     onset,
 };
 use morphorod::tropism::{
@@ -261,7 +261,7 @@ fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
             .scene(Still::tilted(0.5))
             .into_dyn()
             .build()?;
-        let _ = StationarySolver::default().solve(&mut shoot)?;
+        let _ = SteadyStateSolver::default().solve(&mut shoot)?;
         Linearisation::about(&shoot)
     };
     let [coarse, fine] = [4, 6].map(|elements| linear(0.068, elements).unwrap().rightmost().unwrap().value);

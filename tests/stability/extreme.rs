@@ -12,7 +12,7 @@ use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::Weight;
 use morphorod::nalgebra::{Complex, Vector3};
-use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
+use morphorod::stability::{Linearisation, StabilityError, SteadyStateSolver, Unstable, onset};
 use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Shoot, Still};
 use proptest::prelude::*;
@@ -80,7 +80,7 @@ impl Leaning {
             .scene(Still::tilted(self.tilt))
             .into_dyn()
             .build()?;
-        let _ = StationarySolver::default().solve(&mut shoot)?;
+        let _ = SteadyStateSolver::default().solve(&mut shoot)?;
         Ok(shoot)
     }
 

@@ -7,7 +7,7 @@
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, StationarySolver, Unstable};
+use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, SteadyStateSolver, Unstable};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
 
@@ -94,7 +94,7 @@ impl Random {
             let gravity = Gravitropism { sensitivity, perception: SettledStatoliths };
             builder.tropism((gravity.remembered(self.gravity), bending)).into_dyn().build()?
         };
-        let _ = StationarySolver::default().solve(&mut shoot)?;
+        let _ = SteadyStateSolver::default().solve(&mut shoot)?;
         Linearisation::about(&shoot)
     }
 }

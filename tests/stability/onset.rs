@@ -4,7 +4,7 @@
 
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable, onset};
+use morphorod::stability::{Linearisation, StabilityError, SteadyStateSolver, Unstable, onset};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
 
@@ -172,14 +172,17 @@ fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
     };
     let forced = Linearisation::about(&shoot(true, 0.0)).unwrap_err();
     // The gradient of the oscillator rotates on a circle of radius α/r = 400/m.
-    assert!(matches!(forced, StabilityError::Forced { change } if change > 100.0 && change <= 800.0), "{forced}");
+    assert!(
+        matches!(forced, StabilityError::NotAutonomous { change } if change > 100.0 && change <= 800.0),
+        "{forced}"
+    );
     let mut tilted = shoot(false, 0.5);
     let before = tilted.state().clone();
-    let none = StationarySolver::default().solve(&mut tilted).unwrap_err();
-    assert!(matches!(none, StabilityError::Unresolved { .. } | StabilityError::NoStationaryState { .. }), "{none}");
+    let none = SteadyStateSolver::default().solve(&mut tilted).unwrap_err();
+    assert!(matches!(none, StabilityError::Unresolved { .. } | StabilityError::NoSteadyState { .. }), "{none}");
     assert_eq!(&before, tilted.state());
     let moving = Linearisation::about(&tilted).unwrap_err();
-    assert!(matches!(moving, StabilityError::NotStationary { .. }), "{moving}");
+    assert!(matches!(moving, StabilityError::NotSteadyState { .. }), "{moving}");
     let nothing = Shoot::builder(YOUNG).length(0.05).radius(5e-4).into_dyn().build().unwrap();
     assert!(matches!(Linearisation::about(&nothing), Err(StabilityError::NothingDriven)));
 }

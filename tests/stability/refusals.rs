@@ -9,7 +9,7 @@ use approx::assert_abs_diff_eq;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::load::ApicalForce;
-use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable};
+use morphorod::stability::{Linearisation, StabilityError, SteadyStateSolver, Unstable};
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site, TropismLaw, Variable,
 };
@@ -32,18 +32,18 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
     }
     let laws = || (Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY), BENDING);
     let answer = analyse(laws(), WEIGHT, Clinostat, 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
     let pull = ApicalForce(|t: f64| Vector3::new(1e-7 * (2.0 * PI * t / 1440.0).sin(), 0.0, 0.0));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
     // A force along the shoot, which does not bend the upright shape.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-7 * (2.0 * PI * t / 1440.0).sin()));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
     // A force that changes by 1e-11 of its magnitude.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-3 * (1.0 + 1e-11 * (2.0 * PI * t / 1440.0).sin())));
     let answer = analyse(laws(), ((), pull), Still::upright(), 20.0, 0.05, 3);
-    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
     let steady = ApicalForce(|_| Vector3::new(0.0, 0.0, 1e-7));
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }
@@ -73,7 +73,7 @@ fn growth_rate_that_depends_on_time_is_refused_as_forced() {
         .build()
         .unwrap();
     let answer = Linearisation::about(&shoot).map(|_| ());
-    assert!(matches!(answer, Err(StabilityError::Forced { .. })), "{answer:?}");
+    assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
 }
 
 #[test]
@@ -135,13 +135,13 @@ fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
             .build()
     };
     let mut twisted = shoot().unwrap();
-    let _ = StationarySolver::default().solve(&mut twisted).unwrap();
+    let _ = SteadyStateSolver::default().solve(&mut twisted).unwrap();
     assert_abs_diff_eq!(twisted.rod().strain(0, 0).unwrap().z, 10.0, epsilon = 1e-6);
     assert!(Linearisation::about(&twisted).is_ok());
     for invalid in [f64::NAN, -100.0] {
         *delay.lock().unwrap() = 720.0;
         let mut built_before = shoot().unwrap();
-        let _ = StationarySolver::default().solve(&mut built_before).unwrap();
+        let _ = SteadyStateSolver::default().solve(&mut built_before).unwrap();
         // The delay becomes invalid after the shoot was built. No shoot can be built with an
         // invalid delay.
         *delay.lock().unwrap() = invalid;

@@ -8,7 +8,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, Polarisation, StabilityError, StationarySolver, Unstable};
+use morphorod::stability::{Linearisation, Polarisation, StabilityError, SteadyStateSolver, Unstable};
 use morphorod::tropism::{
     Gravitropism, Growing, Handedness, Memory, Proprioception, Response, SettledStatoliths, Statoliths, TropismLaw,
 };
@@ -45,7 +45,7 @@ fn root_in_time(
     wait: f64,
 ) -> (Complex<f64>, Complex<f64>) {
     let mut shoot = shoot(length, lean, 6, laws);
-    let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+    let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
     let roots = Linearisation::about(&shoot).unwrap().roots(-2e-4).unwrap();
     let rest = shoot.tip();
     // The disturbance lies in the plane of the tilt. It is small: cubic terms are 1e-8 of it even
@@ -123,7 +123,7 @@ fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
     for angle in [0.1, -0.1] {
         let laws = (Screwed(angle).remembered(MEMORY), Proprioception { sensitivity: 20.0 }.remembered(MEMORY));
         let mut shoot = shoot(0.067, 0.0, 4, laws);
-        let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+        let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
         let root = Linearisation::about(&shoot).unwrap().rightmost().unwrap();
         let Polarisation::Turning(sense) = root.polarisation else { panic!("{:?}", root.polarisation) };
         assert!(root.growth_rate() > 0.0 && root.multiplicity == 1);
@@ -153,13 +153,13 @@ fn roots_are_double_on_an_upright_base_and_single_on_a_tilted_base() {
         )
     };
     let mut upright = shoot(0.067, 0.0, 4, laws());
-    let _ = StationarySolver::default().solve(&mut upright).unwrap();
+    let _ = SteadyStateSolver::default().solve(&mut upright).unwrap();
     let root = Linearisation::about(&upright).unwrap().rightmost().unwrap();
     assert_eq!((root.polarisation, root.multiplicity), (Polarisation::Isotropic, 2));
     assert!(root.growth_rate() > 0.0 && root.residual < 1e-12);
     assert_eq!(root.displacement[0].norm(), 0.0, "displacement of the base");
     let mut righted = shoot(0.06, 0.5, 4, laws());
-    let _ = StationarySolver::default().solve(&mut righted).unwrap();
+    let _ = SteadyStateSolver::default().solve(&mut righted).unwrap();
     let linear = Linearisation::about(&righted).unwrap();
     assert_eq!(linear.rightmost().unwrap().multiplicity, 1);
 }
@@ -188,7 +188,7 @@ fn stationary_shape_on_a_horizontal_base_has_a_closed_form_at_any_weight_and_sti
                 .into_dyn()
                 .build()
                 .unwrap();
-            let found = StationarySolver::default().solve(&mut shoot).unwrap();
+            let found = SteadyStateSolver::default().solve(&mut shoot).unwrap();
             let agrees = abs_diff_eq!(InNorm(shoot.tip()), InNorm(exact), epsilon = 1e-10);
             assert!(agrees, "E = {stiffness:e}, ρ = {density}: {} against {exact}, {found:?}", shoot.tip());
         }

@@ -6,7 +6,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, StabilityError, StationarySolver, Unstable};
+use morphorod::stability::{Linearisation, StabilityError, SteadyStateSolver, Unstable};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot};
 
@@ -28,7 +28,7 @@ fn upright(stiffness: f64, growth_time: f64, eta: f64, elements: usize) -> Shoot
         .into_dyn()
         .build()
         .unwrap();
-    let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+    let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
     shoot
 }
 
@@ -46,7 +46,7 @@ fn transient_growth_without_weight_has_a_closed_form() {
         .into_dyn()
         .build()
         .unwrap();
-    let _ = StationarySolver::default().solve(&mut shoot).unwrap();
+    let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
     let found = Linearisation::about(&shoot).unwrap().transient_growth(10.0 * HOUR).unwrap();
     let (b, decay) = (eta / growth_time, 0.5 / tau);
     let omega = (b / tau - decay * decay).sqrt();

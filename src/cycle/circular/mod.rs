@@ -14,15 +14,16 @@ use super::error::CycleError;
 use super::fourier::Circle;
 use super::map::march::PRECISE;
 use super::point::{Round, Steady};
-use super::sensitivity::{look, stimuli_by_strain};
+use super::sensitivity::stimuli_by_strain;
 use super::turned::turned;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
+use crate::linear::{SteadyLaws, check_steady, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::stability::{Root, SteadyState, check_steady};
+use crate::stability::Root;
 use crate::tropism::{Growing, TropismLaw};
 
 /// Waves in one turn that are followed. Of a law that knows no direction of its own all that is known along the directors has
@@ -235,12 +236,12 @@ impl<'a, M: Model> Problem<'a, M> {
         let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
         let _ = self.solver.equilibrate(&mut self.rod, material, &force)?;
         // The steady variables are the initial guess of those that go round.
-        check_steady(self.law(), &SteadyState::of(self.shoot, &self.rod, &force))?;
+        check_steady(self.law(), &SteadyLaws::of(self.shoot, &self.rod, &force))?;
         let m = self.law().size().stimuli;
         let mut stimuli = vec![DMatrix::zeros(m, self.circle.len()); self.places.len()];
         for (j, phase) in self.circle.phases.iter().enumerate() {
             let rod = turned(&self.rod, *phase);
-            look(self.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
+            visit_stimuli(self.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
         }
         self.stimuli = stimuli;
         let round = self.round();

@@ -12,9 +12,9 @@ use crate::cycle::periodic::PeriodicSolver;
 use crate::cycle::periodic::find::start_of_waves;
 use crate::cycle::spectrum::{Spectrum, check_count};
 use crate::error::ParameterError;
+use crate::linear::{AnalyticMatrix, newton, newton_step};
 use crate::model::Model;
 use crate::shoot::Shoot;
-use crate::stability::AnalyticMatrix;
 
 /// Largest number of turns of the frame that are tried: the map over a whole turn does not determine this number.
 const FRAMES: i32 = 3;
@@ -199,29 +199,13 @@ impl<'a, M: Model> Characteristic<'a, M> {
             return Complex::from(f64::NAN);
         };
         let (_, trace) = AnalyticMatrix { value, derivative }.pivots();
-        if trace.re.is_infinite() {
-            return Complex::ZERO;
-        }
-        -(trace - known.iter().map(|root| (z - root).inv()).sum::<Complex<f64>>()).inv()
+        newton_step(trace - known.iter().map(|root| (z - root).inv()).sum::<Complex<f64>>())
     }
 
     /// The root near a guess that is none of the known ones.
     fn polish(&self, start: Complex<f64>, known: &[Complex<f64>]) -> Option<Complex<f64>> {
-        let (mut z, mut last) = (start, f64::INFINITY);
-        for _ in 0..30 {
-            let step = self.step(z, known);
-            z += step;
-            let size = step.norm();
-            // Below rounding of the function steps no longer shrink.
-            if size < 1e-12 * self.problem.rate.abs() || (size < 1e-8 * self.problem.rate.abs() && size >= last) {
-                return Some(z);
-            }
-            if !size.is_finite() {
-                break;
-            }
-            last = size;
-        }
-        None
+        // The accuracy is the rounding error of the determinant.
+        newton(start, 1e-12, |_| self.problem.rate.abs(), |z| self.step(z, known)).ok()
     }
 }
 

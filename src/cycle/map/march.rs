@@ -11,9 +11,9 @@ use super::state::{Start, carried};
 use super::turn::{Turn, turned_back};
 use crate::cycle::autonomous::{check_gradients, driven_points};
 use crate::cycle::error::CycleError;
-use crate::cycle::sensitivity::look;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
+use crate::linear::visit_stimuli;
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -277,7 +277,7 @@ impl<'a, M: Model> March<'a, M> {
             }
             let (rod, force) = self.settle(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);
-            look(self.shoot, &rod, &force, |point, x| {
+            visit_stimuli(self.shoot, &rod, &force, |point, _, x| {
                 stimuli.as_mut_slice()[point * m..(point + 1) * m].copy_from_slice(x);
             });
             made.push(Stage { rod, strain, stimuli, variables: DVector::zeros(v * p), past });

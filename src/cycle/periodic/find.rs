@@ -12,8 +12,8 @@ use crate::cycle::map::grid::Grid;
 use crate::cycle::map::march::{March, Path};
 use crate::cycle::map::state::Start;
 use crate::cycle::point::{Round, Steady};
-use crate::cycle::sensitivity::look;
 use crate::error::ParameterError;
+use crate::linear::visit_stimuli;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;
@@ -302,7 +302,7 @@ pub(crate) fn start_of_mode<M: Model>(
     let mut stimuli = vec![DMatrix::zeros(m, circle.len()); p];
     for (j, phase) in circle.phases.iter().enumerate() {
         let (rod, force) = march.settle(&at(*phase), 0.0)?;
-        look(march.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
+        visit_stimuli(march.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
     }
     let round = Round::new(march.shoot.model.tropism(), &circle, root.value.im);
     let steady = round.settle_all(&march.places, &stimuli)?;

@@ -7,8 +7,8 @@ use super::orbit::PeriodicOrbit;
 use crate::cycle::autonomous::check_period;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::state::Start;
-use crate::cycle::sensitivity::look;
 use crate::error::ParameterError;
+use crate::linear::visit_stimuli;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::tropism::TropismLaw;
@@ -30,7 +30,7 @@ impl PeriodicSolver {
         let (rod, force) = march.settle(&strain, 0.0)?;
         check_period(shoot, &rod, period)?;
         let mut variables = DVector::zeros(v * points);
-        look(shoot, &rod, &force, |i, stimuli| {
+        visit_stimuli(shoot, &rod, &force, |i, _, stimuli| {
             shoot.model().tropism().steady(stimuli, &mut variables.as_mut_slice()[i * v..(i + 1) * v]);
         });
         let slopes = vec![vec![DVector::zeros(v * points); march.grid.order()]; march.kept];

@@ -6,12 +6,13 @@ use nalgebra::{Complex, DMatrix, Matrix3, RowDVector, Vector3};
 
 use super::analytic::Analytic;
 use super::count::count_right_of;
-use super::error::StabilityError;
+
+use super::characteristic::CharacteristicMatrix;
 use super::inverse_transform::{DAMPING, SAMPLES, Series};
-use super::linear::LinearProblem;
 use super::linearisation::Linearisation;
-use super::spectrum::Spectrum;
+use super::parts::Spectrum;
 use crate::error::ParameterError;
+use crate::stability::error::StabilityError;
 
 /// Terms of the series are doubled until the gain moves by no more than this share of the largest.
 const TOLERANCE: f64 = 1e-4;
@@ -57,11 +58,11 @@ impl Linearisation {
     /// [`TooMuchWork`](StabilityError::TooMuchWork): the duration holds too many of the shoot's shortest times.
     pub fn transient_growth(&self, duration: f64) -> Result<TransientGrowth, StabilityError> {
         ParameterError::positive("duration of transient growth", duration)?;
-        let release = Release::of(&self.problem)?;
+        let release = Release::of(&self.characteristic)?;
         let mut series = Series::new(self.line_right_of_all(DAMPING / duration)?, duration);
         let mut gains: Vec<f64> = Vec::new();
         let error = loop {
-            series.extend(|z| release.rest(&self.problem, &self.spectrum, z))?;
+            series.extend(|z| release.rest(&self.characteristic, &self.spectrum, z))?;
             let rests = series.sampled();
             let next: Vec<f64> =
                 rests.iter().enumerate().map(|(j, rest)| release.gain(series.time(j), rest).0).collect();
@@ -85,8 +86,8 @@ impl Linearisation {
         let (before, after) = (series.time(most.saturating_sub(1)), series.time((most + 1).min(SAMPLES)));
         let time = if most == 0 { 0.0 } else { highest_between(before, after, |t| gain(t).0) };
         let (largest, disturbance) = gain(time);
-        let mut strain = vec![Vector3::zeros(); self.problem.kind.len()];
-        for (&(i, c), x) in self.problem.unknowns.iter().zip(disturbance.iter()) {
+        let mut strain = vec![Vector3::zeros(); self.characteristic.kind.len()];
+        for (&(i, c), x) in self.characteristic.unknowns.iter().zip(disturbance.iter()) {
             strain[i][c] = *x;
         }
         let history = gains.iter().enumerate().map(|(j, gain)| (series.time(j), *gain)).collect();
@@ -96,7 +97,7 @@ impl Linearisation {
     /// A line right of all roots, by no less than `distance`, 1/s.
     fn line_right_of_all(&self, distance: f64) -> Result<f64, StabilityError> {
         let isolated = self.spectrum.blocks().map(|(_, block)| block as &dyn Analytic);
-        for part in isolated.chain(self.spectrum.local.iter().map(|local| local as &dyn Analytic)) {
+        for part in isolated.chain(self.spectrum.points.iter().map(|point| point as &dyn Analytic)) {
             if count_right_of(part, distance)? > 0 {
                 return Ok(distance + self.leading()?.1.re);
             }
@@ -128,7 +129,7 @@ struct Release {
 }
 
 impl Release {
-    fn of(problem: &LinearProblem) -> Result<Self, StabilityError> {
+    fn of(problem: &CharacteristicMatrix) -> Result<Self, StabilityError> {
         let all: Vec<usize> = (0..problem.unknowns.len()).collect();
         let zero = Complex::ZERO;
         let still = problem.matrix(zero, &problem.transfers_at(zero), &problem.response, &all).value;
@@ -148,7 +149,7 @@ impl Release {
     /// The transform at λ of what is left of the displacement of the apex by each unknown.
     fn rest(
         &self,
-        problem: &LinearProblem,
+        problem: &CharacteristicMatrix,
         spectrum: &Spectrum,
         z: Complex<f64>,
     ) -> Result<DMatrix<Complex<f64>>, StabilityError> {

@@ -1,66 +1,66 @@
-//! Shoots that stay as they are.
+//! Steady states of a shoot.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::error::StabilityError;
-use super::linear::{LinearProblem, precise_solver};
-use super::steady::{SteadyState, check_steady, check_unforced};
+use super::characteristic::CharacteristicMatrix;
 use crate::equilibrium::{EquilibriumSolver, Unloaded};
+use crate::linear::{SteadyLaws, check_autonomous, check_steady, precise_solver};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
+use crate::stability::error::StabilityError;
 
-/// How a stationary state was found.
+/// Report of the search for a steady state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Stationary {
-    /// Newton iterations for the shape and for its polish.
+pub struct SteadyState {
+    /// Newton iterations for the visible strain and for the whole.
     pub iterations: usize,
-    /// The largest gradient that the laws still ask for, 1/m.
+    /// The largest gradient of the laws, 1/m: what remains of the residual.
     pub gradient: f64,
-    /// Negative eigenvalues of the energy. If there are any, the shape is an equilibrium that no shoot keeps.
+    /// Negative eigenvalues of the energy. If there are any, the equilibrium is unstable.
     pub negative: usize,
 }
 
-/// Finds the intrinsic strain under which a shoot is in equilibrium and its laws ask for no change, u̇* = 0.
+/// Solves for the intrinsic strain at which a shoot is in equilibrium and the gradients of its laws vanish, u̇* = 0.
 ///
-/// Laws sense the shape, so the visible strain is found first, without regard to load and stiffness; the intrinsic strain
-/// that holds it against the load follows point by point. A few Newton iterations of the whole then remove what the
-/// discretisation makes of the difference.
+/// Laws sense the shape, so that the visible strain is found first, without load and stiffness. The intrinsic strain that
+/// keeps it under the load follows point by point. A few Newton iterations for the whole then remove the difference that is
+/// due to the discretisation.
 #[derive(Debug, Clone)]
-pub struct StationarySolver {
-    /// Largest gradient that may be left, relative to 1/radius.
+pub struct SteadyStateSolver {
+    /// Largest gradient of the laws in a steady state, relative to 1/radius.
     pub tolerance: f64,
-    /// Bound on the iterations of either part.
+    /// Largest number of iterations of either part.
     pub max_iterations: usize,
 }
 
-impl Default for StationarySolver {
+impl Default for SteadyStateSolver {
     /// 1e-10 of 1/radius, at most 50 iterations.
     fn default() -> Self {
         Self { tolerance: 1e-10, max_iterations: 50 }
     }
 }
 
-impl StationarySolver {
-    /// Brings the shoot into a stationary state at its present time. Start an integrator with
+impl SteadyStateSolver {
+    /// Brings the shoot into a steady state at its present time. Start an integrator with
     /// [`SteadyHistory`](crate::integrator::SteadyHistory) to keep it there.
     ///
     /// # Errors
-    /// Laws that depend on time or have no stationary state, or no equilibrium; the shoot is then as it was.
-    pub fn solve(&self, shoot: &mut Shoot<impl Model>) -> Result<Stationary, StabilityError> {
+    /// Laws that are not autonomous or have no steady state, or no equilibrium. The shoot is then unchanged.
+    pub fn solve(&self, shoot: &mut Shoot<impl Model>) -> Result<SteadyState, StabilityError> {
         let mut rod = shoot.state.rod.clone();
-        let found = self.settle(shoot, &mut rod)?;
+        let found = self.solve_rod(shoot, &mut rod)?;
         shoot.state.rod = rod;
         Ok(found)
     }
 
-    /// Brings a rod, instead of that of the shoot, into a stationary state under the shoot's laws. After an error it is in
-    /// no state of use.
-    pub(super) fn settle(&self, shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<Stationary, StabilityError> {
+    /// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. After an error the rod is not
+    /// usable.
+    pub(super) fn solve_rod(&self, shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<SteadyState, StabilityError> {
         let environment = shoot.environment();
         rod.set_base(shoot.model.scene().base(environment.time))?;
         let mut iterations = self.find_shape(shoot, rod)?;
@@ -71,29 +71,29 @@ impl StationarySolver {
         loop {
             let force = InternalForce::of(rod, shoot.model.load(), &environment);
             let found = solver.equilibrate(rod, shoot.model.constitutive(), &force)?;
-            let steady = SteadyState::of(shoot, rod, &force);
+            let steady = SteadyLaws::of(shoot, rod, &force);
             check_steady(shoot.model.tropism(), &steady)?;
-            check_unforced(shoot, rod, shoot.model.load(), &steady)?;
+            check_autonomous(shoot, rod, shoot.model.load(), &steady)?;
             let gradient = steady.largest_gradient();
             if gradient * steady.radius() <= self.tolerance {
-                return Ok(Stationary { iterations, gradient, negative: found.inertia.negative });
+                return Ok(SteadyState { iterations, gradient, negative: found.inertia.negative });
             }
             if iterations == limit || !gradient.is_finite() || gradient > 10.0 * last {
-                return Err(StabilityError::NoStationaryState { iterations, gradient });
+                return Err(StabilityError::NoSteadyState { iterations, gradient });
             }
             last = gradient;
             iterations += 1;
-            let linear = LinearProblem::about(shoot, rod, &steady, &force, &mut solver)?;
-            let step = linear.stationary_step(&steady);
-            let step = step.ok_or(StabilityError::NoStationaryState { iterations, gradient })?;
-            for (&(i, c), value) in linear.unknowns.iter().zip(step.iter()) {
+            let matrix = CharacteristicMatrix::about(shoot, rod, &steady, &force, &mut solver)?;
+            let step = matrix.steady_step(&steady);
+            let step = step.ok_or(StabilityError::NoSteadyState { iterations, gradient })?;
+            for (&(i, c), value) in matrix.unknowns.iter().zip(step.iter()) {
                 rod.points_mut()[first + i].intrinsic[c] += value;
             }
         }
     }
 
-    /// Gives the rod the shape in which the laws ask for no change, and the intrinsic strain that holds it. Newton's
-    /// method for the visible strain, on an unloaded copy of the rod.
+    /// Gives the rod the shape in which the gradients of the laws vanish, and the intrinsic strain that keeps it, by Newton's
+    /// method for the visible strain on an unloaded copy of the rod.
     fn find_shape(&self, shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<usize, StabilityError> {
         let environment = shoot.environment();
         let p = rod.order().points();
@@ -103,21 +103,21 @@ impl StationarySolver {
                 trial.points_mut()[e * p + g].intrinsic = rod.strain_at_point(e, g);
             }
         }
-        let evaluate = |trial: &mut Rod| -> Result<SteadyState, StabilityError> {
+        let evaluate = |trial: &mut Rod| -> Result<SteadyLaws, StabilityError> {
             let force = InternalForce::of(trial, &(), &environment);
             let _ = Unloaded.equilibrate(trial, shoot.model.constitutive(), &force)?;
-            Ok(SteadyState::of(shoot, trial, &force))
+            Ok(SteadyLaws::of(shoot, trial, &force))
         };
         let mut steady = evaluate(&mut trial)?;
         check_steady(shoot.model.tropism(), &steady)?;
-        check_unforced(shoot, &trial, &(), &steady)?;
+        check_autonomous(shoot, &trial, &(), &steady)?;
         let mut iterations = 0;
         loop {
             let gradient = steady.largest_gradient();
             if gradient * steady.radius() <= 0.1 * self.tolerance {
                 break;
             }
-            let failed = StabilityError::NoStationaryState { iterations, gradient };
+            let failed = StabilityError::NoSteadyState { iterations, gradient };
             if iterations == self.max_iterations || !gradient.is_finite() {
                 return Err(failed);
             }
@@ -142,7 +142,7 @@ impl StationarySolver {
         if turn > RESOLVED {
             return Err(StabilityError::Unresolved { turn });
         }
-        // The law's answer to the couple is elastic strain: of the visible strain the rest is intrinsic.
+        // The visible strain is the sum of the elastic strain under the couple and the intrinsic strain.
         let force = InternalForce::of(&trial, shoot.model.load(), &environment);
         let mut change = DVector::zeros(3 * steady.gradients.len());
         let first = trial.points().len() - steady.gradients.len();
@@ -155,11 +155,11 @@ impl StationarySolver {
 }
 
 /// The gradients as one vector.
-fn flat(steady: &SteadyState) -> DVector<f64> {
+fn flat(steady: &SteadyLaws) -> DVector<f64> {
     DVector::from_iterator(3 * steady.gradients.len(), steady.gradients.iter().flatten().copied())
 }
 
-/// A rod whose growth zone is strained by a change of its intrinsic strain, point by point.
+/// A rod with a change of the intrinsic strain at the points of its growth zone.
 fn displaced(rod: &Rod, change: &DVector<f64>) -> Rod {
     let mut moved = rod.clone();
     let first = rod.points().len() - change.len() / 3;
@@ -169,11 +169,11 @@ fn displaced(rod: &Rod, change: &DVector<f64>) -> Rod {
     moved
 }
 
-/// The derivative of the gradients by the intrinsic strain, by central differences.
+/// The derivative of the gradients with respect to the intrinsic strain, by central differences.
 fn jacobian(
     rod: &Rod,
     n: usize,
-    evaluate: impl Fn(&mut Rod) -> Result<SteadyState, StabilityError>,
+    evaluate: impl Fn(&mut Rod) -> Result<SteadyLaws, StabilityError>,
 ) -> Result<DMatrix<f64>, StabilityError> {
     let mut out = DMatrix::zeros(n, n);
     // Strains are of the size of 1/length or of the gradient over a sensitivity; 1e-4/length is a small angle.
@@ -183,7 +183,7 @@ fn jacobian(
         let [ahead, behind] = [evaluate(&mut displaced(rod, &change))?, evaluate(&mut displaced(rod, &-change))?];
         out.set_column(k, &((flat(&ahead) - flat(&behind)) / (2.0 * h)));
     }
-    // Components that nothing drives have rows and columns of zeros; they stay.
+    // Components that nothing drives have rows and columns of zeros; they do not change.
     for k in 0..n {
         if out.row(k).amax() == 0.0 {
             out[(k, k)] = 1.0;
@@ -192,11 +192,12 @@ fn jacobian(
     Ok(out)
 }
 
-/// A shape whose strains end in polynomials that turn a frame by more than this within an element is none, rad.
+/// Largest rotation of a frame within an element by the highest polynomial of the strain in a shape that is resolved, rad.
+/// It lies between the discretisation error of a resolved shape and the rotation by an oscillation between the points.
 const RESOLVED: f64 = 0.1;
 
-/// The largest turn that the highest polynomial of the intrinsic strain makes in an element, rad. With one point in an
-/// element: that of half the jump to the next one, or of all if there is no other.
+/// The largest rotation by the highest polynomial of the intrinsic strain in an element, rad. With one point in an element
+/// it is that of half the jump to the next element, or of the whole strain if there is only one element.
 fn unresolved(rod: &Rod) -> f64 {
     let reference = rod.reference();
     let p = reference.p;

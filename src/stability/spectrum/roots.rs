@@ -1,59 +1,47 @@
-//! The zeros of an analytic function: found by Newton's method, checked by counting.
+//! The zeros of an analytic function: found by Newton's method, and checked by counting.
 
 use nalgebra::Complex;
 
-use super::analytic::Analytic;
+use super::analytic::{Analytic, limited};
 use super::count::{Line, count_along, count_right_of, count_within};
-use super::effort::limited;
-use super::error::StabilityError;
+use crate::linear::{newton, newton_step};
+use crate::stability::error::StabilityError;
 
-/// A pole further from a zero than this share of it has nothing to do with it.
+/// Largest distance between a zero and a pole that is due to the same waves, relative to |λ|. The test counts zeros and
+/// poles around both, so that the value decides only when it is made.
 const NEIGHBOUR: f64 = 0.3;
-/// Points on a line from which Newton's method may start.
+/// Number of points on a line from which Newton's method may start: several for each of the zeros that a line is drawn for.
 const GRID: usize = 96;
-/// Roots closer than this share of themselves are one.
+/// Largest relative distance between two approximations of one root: the accuracy of a double root, √1e-16.
 const SAME: f64 = 1e-8;
-/// So many zeros are found at once: four pairs.
+/// Largest number of zeros that are sought from one line: four pairs.
 const FEW: usize = 8;
-/// From line to line towards the left, in units of the slowest rate: over a delay that is this rate's inverse, the function grows
-/// by less than two.
+/// Distance from line to line towards the left, in units of the slowest rate. Over a delay that is the inverse of this rate
+/// the function increases by less than a factor of two.
 const STRIDE: f64 = 0.5;
-/// Distance of the last line from the left end of the search, as a share of that of the axis; of the stride if the left end is right
-/// of the axis.
+/// Distance of the last line from the left end of the search, relative to the distance of the axis, or to the stride if the
+/// left end lies right of the axis.
 const CLOSEST: f64 = 2.5e-4;
+/// Places at which a region is cut: not in the middle, where symmetric problems have roots, and elsewhere if a root lies on
+/// the cut.
+const CUTS: [f64; 3] = [0.47, 0.61, 0.35];
 
-/// How many roots a root with Im λ ≥ 0 stands for: two with its conjugate.
+/// Number of roots that a root with Im λ ≥ 0 represents: two with its conjugate.
 pub(super) fn with_conjugate(z: &Complex<f64>) -> usize {
     if z.im > 1e-9 * z.norm() { 2 } else { 1 }
 }
 
-/// −f/f', the step of Newton's method.
-fn newton_step(f: &dyn Analytic, z: Complex<f64>) -> Complex<f64> {
-    let slope = f.at(z).log_derivative;
-    // At a root to the last digit: a pivot is zero.
-    if slope.re.is_infinite() { Complex::ZERO } else { -slope.inv() }
+/// The step of Newton's method at λ.
+fn step_at(f: &dyn Analytic, z: Complex<f64>) -> Complex<f64> {
+    newton_step(f.at(z).log_derivative)
 }
 
-/// Newton's method for a zero near `start`.
-pub(super) fn polish(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
-    let mut z = start;
-    let mut last = f64::INFINITY;
-    let smallest = f.scales().slowest_rate() * 1e-3;
-    for _ in 0..60 {
-        let step = newton_step(f, z);
-        z += step;
-        let size = step.norm();
-        if !size.is_finite() {
-            break;
-        }
-        // Rounding of the determinant's quotient; beyond it steps no longer shrink.
-        let scale = z.norm().max(smallest);
-        if size <= 1e-13 * scale || (size < 1e-9 * scale && size >= last) {
-            return Ok(z);
-        }
-        last = size;
-    }
-    Err(StabilityError::NoConvergence { what: "characteristic root", residual: last })
+/// The zero that Newton's method finds near `start`.
+pub(super) fn zero_near(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
+    let smallest = f.scales().smallest_modulus();
+    // The accuracy is the rounding error of the quotient of determinants.
+    let found = newton(start, 1e-13, |z| z.norm().max(smallest), |z| step_at(f, z));
+    found.map_err(|residual| StabilityError::NoConvergence { what: "characteristic root", residual })
 }
 
 /// All zeros with Re λ > `abscissa` and Im λ ≥ 0, rightmost first.
@@ -67,7 +55,8 @@ pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Comp
 /// The zeros right of a line.
 ///
 /// Newton's method is started where its step is shortest along lines in the region; counting says whether that has found
-/// them all. The first line is that of the count; others are drawn if it does not do, and then the region is halved.
+/// them all. The first line is that of the count. If the zeros found from it are too few, others are tried, and then the
+/// region is divided.
 fn find(f: &dyn Analytic, line: &Line) -> Result<Vec<Complex<f64>>, StabilityError> {
     let mut found = near_line(f, line);
     let Line { abscissa, number, .. } = *line;
@@ -78,7 +67,7 @@ fn find(f: &dyn Analytic, line: &Line) -> Result<Vec<Complex<f64>>, StabilityErr
         }
     }
     if multiplicity(&found) != number {
-        // By halving the region, which misses none.
+        // Dividing the region by counts misses none.
         found.clear();
         isolate(f, (Complex::new(abscissa, -0.01 * top), Complex::new(top, top)), None, 0, &mut found)?;
     }
@@ -91,12 +80,12 @@ fn find(f: &dyn Analytic, line: &Line) -> Result<Vec<Complex<f64>>, StabilityErr
     Ok(found)
 }
 
-/// How many zeros some with Im λ ≥ 0 stand for.
+/// Number of zeros that those with Im λ ≥ 0 represent.
 fn multiplicity(found: &[Complex<f64>]) -> usize {
     found.iter().map(with_conjugate).sum()
 }
 
-/// The zeros right of a line that Newton's method finds from its own samples.
+/// The zeros right of a line that Newton's method finds from the samples of its count.
 fn near_line(f: &dyn Analytic, line: &Line) -> Vec<Complex<f64>> {
     let mut found = Vec::new();
     if line.number > 0 {
@@ -105,11 +94,12 @@ fn near_line(f: &dyn Analytic, line: &Line) -> Vec<Complex<f64>> {
     found
 }
 
-/// Adds the zeros right of a line that Newton's method finds from another, where its steps are known or made.
+/// Adds the zeros right of a line that Newton's method finds from places on another line, at `re`. `steps` are its known
+/// steps there.
 fn newton_from(f: &dyn Analytic, line: &Line, re: f64, steps: Option<&[(f64, f64)]>, found: &mut Vec<Complex<f64>>) {
     let made = if steps.is_some() { Vec::new() } else { grid(f, re) };
     for w in starts(steps.unwrap_or(&made)) {
-        if let Ok(z) = polish(f, Complex::new(re, w))
+        if let Ok(z) = zero_near(f, Complex::new(re, w))
             && z.re > line.abscissa
             && is_new(found, z)
             && !is_next_to_a_pole(f, z, line.abscissa)
@@ -119,7 +109,8 @@ fn newton_from(f: &dyn Analytic, line: &Line, re: f64, steps: Option<&[(f64, f64
     }
 }
 
-/// The rightmost zero, if one lies right of `left`. `guess` is where it may be: that of a function which differs little.
+/// The rightmost zero, if one lies right of `left`. `guess` is an approximation of it, as the rightmost zero of a similar
+/// function is.
 ///
 /// # Errors
 /// Those of a count, zeros that are not found, or too much work.
@@ -129,14 +120,14 @@ pub(super) fn rightmost(
     guess: Option<Complex<f64>>,
 ) -> Result<Option<Complex<f64>>, StabilityError> {
     limited(f, |f| {
-        if let Some(z) = guess.and_then(|z| polish(f, z).ok())
+        if let Some(z) = guess.and_then(|z| zero_near(f, z).ok())
             && z.re > left
             && matches!(count_right_of(f, z.re + threshold(f)), Ok(0))
         {
             return Ok(Some(Complex::new(z.re, z.im.abs())));
         }
         let Some((mut line, mut clear)) = first_line(f, left)? else { return Ok(None) };
-        // Back until there are few, which Newton's method finds from the line.
+        // The line moves right until few zeros are left, which Newton's method finds from the line.
         while clear - line.abscissa > threshold(f) {
             if line.number <= FEW {
                 let mut found = near_line(f, &line);
@@ -145,8 +136,7 @@ pub(super) fn rightmost(
                     return Ok(found.first().copied());
                 }
             }
-            // Off the middle, and elsewhere if a root lies there.
-            let places = [0.47, 0.61, 0.35].map(|share| line.abscissa + share * (clear - line.abscissa));
+            let places = CUTS.map(|share| line.abscissa + share * (clear - line.abscissa));
             match places.into_iter().find_map(|re| count_along(f, re).ok()) {
                 Some(Line { abscissa, number: 0, .. }) => clear = abscissa,
                 Some(closer) => line = closer,
@@ -160,9 +150,9 @@ pub(super) fn rightmost(
 /// The first line towards the left that has zeros on its right, and the last one that had none. None if no line right of `left`
 /// has.
 ///
-/// Ever more zeros lie ever further left: exp(|Re λ| d) of them, d the longest delay, and without bound next to the essential
-/// spectrum. The lines therefore begin at the axis and move left in short strides, ever closer to `left`. If `left` lies right
-/// of the axis, each line halves the distance between `left` and the bound of the zeros.
+/// The number of zeros increases towards the left as exp(|Re λ| d), d the longest delay, and without bound next to the
+/// essential spectrum. The lines therefore begin at the axis and approach `left` in short strides. If `left` lies right of
+/// the axis, each line halves the distance between `left` and the bound of the zeros.
 fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(Line, f64)>, StabilityError> {
     let axis = threshold(f);
     let stride = STRIDE * f.scales().slowest_rate();
@@ -186,12 +176,12 @@ fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(Line, f64)>, Stabil
     Ok(None)
 }
 
-/// How far right of the axis a zero must lie to count as unstable, 1/s.
+/// Smallest real part of an unstable zero, 1/s.
 pub(super) fn threshold(f: &dyn Analytic) -> f64 {
     1e-6 * f.scales().slowest_rate()
 }
 
-/// Adds a root or its conjugate, whichever has Im λ ≥ 0, if it is new.
+/// Adds a root or its conjugate, whichever has Im λ ≥ 0, unless it is known.
 fn insert(found: &mut Vec<Complex<f64>>, z: Complex<f64>) {
     let z = Complex::new(z.re, z.im.abs());
     if is_new(found, z) {
@@ -204,8 +194,8 @@ fn is_new(found: &[Complex<f64>], z: Complex<f64>) -> bool {
     !found.iter().any(|other| (other - z).norm() < SAME * z.norm())
 }
 
-/// Finds the zeros in a rectangle between two corners: halves it until each part holds one, from where Newton's method
-/// finds it. `known` is how many there are, if that is known.
+/// Finds the zeros in a rectangle between two corners. It is divided until each part contains one zero, which Newton's method
+/// finds from the centre. `known` is the number of zeros, if that is known.
 fn isolate(
     f: &dyn Analytic,
     (low, high): (Complex<f64>, Complex<f64>),
@@ -220,7 +210,7 @@ fn isolate(
     }
     let inside = |z: Complex<f64>| z.re > low.re && z.re < high.re && z.im > low.im && z.im < high.im;
     if number == 1
-        && let Ok(z) = polish(f, 0.5 * (low + high))
+        && let Ok(z) = zero_near(f, 0.5 * (low + high))
         && inside(z)
     {
         insert(found, z);
@@ -237,8 +227,7 @@ fn isolate(
             Complex::new(corner.re, low.im + share * size.im)
         }
     };
-    // Off the middle, and elsewhere if a root lies on the cut.
-    for share in [0.47, 0.61, 0.35] {
+    for share in CUTS {
         let (first_high, second_low) = (cut(high, share), cut(low, share));
         let Some(first) = count_within(f, low, first_high) else { continue };
         if first <= number {
@@ -249,30 +238,31 @@ fn isolate(
     Err(error)
 }
 
-/// The steps of Newton's method at points of a line, denser towards the real axis.
+/// The lengths of the steps of Newton's method at points of a line, denser towards the real axis.
 fn grid(f: &dyn Analytic, re: f64) -> Vec<(f64, f64)> {
     let top = f.scales().bound(re);
     let points = (0..=GRID).map(|i| top * (i as f64 / GRID as f64).powi(2));
-    points.map(|w| (w, newton_step(f, Complex::new(re, w)).norm())).collect()
+    points.map(|w| (w, step_at(f, Complex::new(re, w)).norm())).collect()
 }
 
-/// Where the steps along a line are shortest.
+/// Places at which the steps along a line are shortest.
 fn starts(steps: &[(f64, f64)]) -> impl Iterator<Item = f64> {
     let at = |i: usize| steps.get(i).map_or(f64::INFINITY, |(_, step)| *step);
     let shortest = move |i: &usize| at(*i).is_finite() && at(*i) <= at(i.wrapping_sub(1)) && at(*i) <= at(i + 1);
     (0..steps.len()).filter(shortest).map(|i| steps[i].0)
 }
 
-/// Whether a zero of a quotient belongs to a pole next to it, right of the line as well: what lies left of it was not counted.
+/// Whether a zero of a quotient is cancelled by a pole next to it that lies right of the line, too. Poles left of the line do
+/// not enter the count.
 fn is_next_to_a_pole(f: &dyn Analytic, z: Complex<f64>, abscissa: f64) -> bool {
     f.divisors().into_iter().any(|divisor| {
-        // Where even the first step is a long one there is none.
-        if newton_step(divisor, z).norm() > z.norm() {
+        // There is no pole near if the first step is long.
+        if step_at(divisor, z).norm() > z.norm() {
             return false;
         }
-        let Ok(pole) = polish(divisor, z) else { return false };
+        let Ok(pole) = zero_near(divisor, z) else { return false };
         let distance = (pole - z).norm();
-        // Around both; as many zeros as poles make no root.
+        // A rectangle around both; equal numbers of zeros and poles are no root.
         let reach = (3.0 * distance).max(1e-6 * z.norm());
         let corner = Complex::new(reach, 1.1 * reach);
         distance < NEIGHBOUR * z.norm() && pole.re > abscissa && count_within(f, z - corner, z + corner) == Some(0)

@@ -3,15 +3,14 @@
 use faer::MatRef;
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::analytic::AnalyticMatrix;
-use super::error::StabilityError;
 use super::sets::connected;
-use super::steady::SteadyState;
 use crate::error::ParameterError;
+use crate::linear::{AnalyticMatrix, SteadyLaws};
+use crate::stability::error::StabilityError;
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
-/// Points whose laws linearise alike to this share one transfer function.
-const ALIKE: f64 = 1e-8;
+/// Largest relative difference of two matrices that are equal but for the rounding of their differences.
+pub(super) const ROUNDING: f64 = 1e-8;
 
 /// Derivatives of the laws at one material point.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,7 +26,7 @@ pub(super) struct TransferFunction {
     pub gradient_x: DMatrix<f64>,
     /// ∂stimuli/∂strain at the point itself, three columns.
     pub local: DMatrix<f64>,
-    /// The variables' own rates, 1/s: the eigenvalues of ∂rates/∂variables. Empty until they are found.
+    /// Own rates of the variables, 1/s: the eigenvalues of ∂rates/∂variables. Empty until they are computed.
     pub own_rates: Vec<Complex<f64>>,
     /// Own rates of the variables through which the strain at the point acts on its own gradient, and those that grow, 1/s.
     pub local_rates: Vec<Complex<f64>>,
@@ -40,7 +39,7 @@ impl TransferFunction {
     pub fn of(
         law: &impl TropismLaw,
         rate: f64,
-        steady: &SteadyState,
+        steady: &SteadyLaws,
         point: usize,
         local: &DMatrix<f64>,
     ) -> Result<Self, StabilityError> {
@@ -67,7 +66,7 @@ impl TransferFunction {
         for (j, variable) in laws.variables().iter().enumerate() {
             match variable.delay {
                 Some(delay) => ParameterError::not_negative("delay of a law", delay)?,
-                // What is not read has no effect.
+                // A variable that is not read has no effect.
                 None => out.gradient_y.column_mut(j).fill(0.0),
             }
         }
@@ -83,9 +82,9 @@ impl TransferFunction {
         (sizes().max().unwrap_or(0), sizes().map(|n| (n as f64).powi(3)).sum())
     }
 
-    /// Finds the variables' own rates.
+    /// Computes the own rates of the variables.
     pub fn find_own_rates(&mut self) -> Result<(), StabilityError> {
-        // Rounding of differences is no rate.
+        // Smaller rates are rounding of the differences.
         let noise = 1e-9 * self.rates_y.amax();
         for set in &self.sets {
             let block = DMatrix::from_fn(set.len(), set.len(), |i, j| self.rates_y[(set[i], set[j])]);
@@ -102,9 +101,10 @@ impl TransferFunction {
         Ok(())
     }
 
+    /// Whether two points have the same transfer function, up to rounding.
     pub fn is_like(&self, other: &Self) -> bool {
-        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
-        (self.rate - other.rate).abs() <= ALIKE * self.rate.abs()
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ROUNDING * a.amax().max(b.amax());
+        (self.rate - other.rate).abs() <= ROUNDING * self.rate.abs()
             && self.derivatives().into_iter().zip(other.derivatives()).all(near)
     }
 
@@ -112,15 +112,16 @@ impl TransferFunction {
         [&self.rates_y, &self.rates_x, &self.gradient_y, &self.gradient_x, &self.local]
     }
 
-    /// The components of the intrinsic strain that answer to anything.
+    /// The components of the intrinsic strain that change with variables or stimuli.
     pub fn driven(&self) -> Vec<usize> {
         let reads = |c: usize| self.gradient_y.row(c).amax() + self.gradient_x.row(c).amax() > 0.0;
         (0..3).filter(|&c| self.rate != 0.0 && reads(c)).collect()
     }
 
-    /// The largest |λ| with Re λ ≥ `abscissa` at which |λ| does not exceed the norm of T(λ) X, for stimuli X of these sizes.
+    /// A bound of all |λ| with Re λ ≥ `abscissa` that do not exceed the norm of T(λ) X, for stimuli X of these sizes.
     pub fn radius(&self, stimuli: &DVector<f64>, abscissa: f64) -> f64 {
-        // Sizes of the variables: what drives them, directly and through each other. Any positive ones give a bound.
+        // Sizes of the variables follow from the stimuli that drive them, directly and through other variables. Any positive sizes
+        // give a bound.
         let rate = self.rates_y.amax().max(f64::MIN_POSITIVE);
         let driven = self.rates_x.abs() * stimuli / rate;
         let mut sizes = driven.clone();
@@ -131,7 +132,7 @@ impl TransferFunction {
         sizes.apply(|size| *size = if *size > 0.0 { *size } else { 1.0 });
         let longest = self.delays.iter().copied().fold(0.0, f64::max);
         let grown = (-abscissa.min(0.0) * longest).exp();
-        // Each stimulus divided by its size has norm one, all together √m.
+        // Each stimulus divided by its size has norm one, and all of them together √m.
         let all = self.rate * (stimuli.len() as f64).sqrt();
         let direct = all * scaled(&self.gradient_x, |_, k| stimuli[k]).norm();
         let read = scaled(&self.gradient_y, |_, j| sizes[j]).norm();

@@ -1,22 +1,25 @@
-//! What small bends of a shoot at rest change, point by point.
+//! Equilibria next to a given one: rods with a small change of the intrinsic strain at one material point.
 
-use crate::equilibrium::{EquilibriumError, NewtonSolver};
+use crate::equilibrium::{Branch, EquilibriumError, NewtonSolver};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// A disturbance of a point's intrinsic strain bends the shoot by this angle, rad. Central differences then err by 1e-10
-/// of a third derivative, and rounding by 1e-14 over it.
+/// Angle by which a change of the intrinsic strain at a point bends the shoot, rad. The error of central differences is
+/// then 1e-10 of a third derivative, and 1e-14/1e-5 by rounding.
 const ANGLE: f64 = 3e-5;
 
-/// Next to buckling a small bend turns the shoot by far more, and it is shortened until no frame turns further than this,
-/// rad: central differences then err by 1e-8 of what they are.
-const LARGEST_TURN: f64 = 10.0 * ANGLE;
+/// A solver for the equilibrium next to the present one, to the last digits.
+pub(crate) fn precise_solver() -> NewtonSolver {
+    let mut solver = NewtonSolver::with_tolerance(1e-13);
+    solver.branch = Branch::Nearest;
+    solver
+}
 
-/// Central differences by components of the intrinsic strain: for each of them `visit` is called twice, with its number, a weight
-/// (m) and the rod that is bent by it and at rest. The derivative is the sum of weight × value. The unknowns are points, counted
-/// from the growth zone's first, with a component. The rod is in equilibrium under the force.
+/// Central differences with respect to components of the intrinsic strain. For each of them `visit` is called twice, with
+/// its number, a weight (m) and the bent rod in equilibrium; the derivative of any value is the sum of weight × value. An
+/// unknown is a point, counted from the first of the growth zone, with a component. `rod` is in equilibrium under the force.
 pub(crate) fn visit_bends(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -39,8 +42,11 @@ pub(crate) fn visit_bends(
                 largest_turn(rod, &moved)
             };
             let turn = bend(step);
-            if sign > 0.0 && turn > LARGEST_TURN {
-                step *= LARGEST_TURN / turn;
+            // Next to buckling a small bend rotates frames by far more. Central differences over ten times the angle have an
+            // error of 1e-8.
+            let longest = 10.0 * ANGLE;
+            if sign > 0.0 && turn > longest {
+                step *= longest / turn;
                 let _ = bend(step);
             }
             visit(j, sign / (2.0 * step), &moved);
@@ -49,7 +55,7 @@ pub(crate) fn visit_bends(
     Ok(())
 }
 
-/// The largest turn of a frame at an end of an element, rad.
+/// The largest rotation of a frame at an end of an element, rad.
 fn largest_turn(from: &Rod, to: &Rod) -> f64 {
     let turns = from.frames().iter().zip(to.frames()).map(|(from, to)| 2.0 * (to.coords - from.coords).norm());
     turns.fold(0.0, f64::max)

@@ -1,71 +1,70 @@
-//! The spectrum in parts: what does not couple, planes of an upright shoot say.
+//! The spectrum in parts that do not couple, as the planes of an upright shoot.
 
 use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
 
 use super::analytic::Analytic;
-use super::block::Block;
-use super::linear::LinearProblem;
+use super::block::{Block, Point};
+use super::characteristic::CharacteristicMatrix;
 use super::sets::connected;
-use super::short_waves::LocalProblem;
 
-/// Couplings weaker than this against the strongest are rounding.
+/// Largest coupling that is rounding, relative to the strongest one.
 const UNCOUPLED: f64 = 1e-7;
 
-/// Names a part of the spectrum, the same one in the linear problems of a family.
+/// Identifies a part of the spectrum in all linearisations of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(in crate::stability) enum Part {
     /// A block of unknowns.
     Isolated(usize),
-    /// A local problem.
+    /// A kind of point, or some of its components.
     Essential(usize),
 }
 
 /// A root, and the part that it belongs to.
-pub(super) type Found = (Part, Complex<f64>);
+pub(in crate::stability) type Found = (Part, Complex<f64>);
 
-/// All parts of a linear problem.
+/// All parts of a characteristic matrix.
 #[derive(Debug, Clone)]
 pub(super) struct Spectrum {
-    pub local: Vec<LocalProblem>,
+    pub points: Vec<Point>,
     blocks: Vec<Block>,
 }
 
 impl Spectrum {
-    pub fn of(problem: &Arc<LinearProblem>) -> Self {
-        // No coupling vanishes at all of them.
-        let probes = problem.probes();
-        let all: Vec<usize> = (0..problem.unknowns.len()).collect();
-        let whole = |z| problem.matrix(z, &problem.transfers_at(z), &problem.response, &all).value;
+    pub fn of(characteristic: &Arc<CharacteristicMatrix>) -> Self {
+        // No coupling vanishes at all of these λ.
+        let probes = characteristic.probes();
+        let all: Vec<usize> = (0..characteristic.unknowns.len()).collect();
+        let whole = |z| characteristic.matrix(z, &characteristic.transfers_at(z), &characteristic.response, &all).value;
         let mut blocks: Vec<Block> =
-            sets_that_couple(&probes, whole).into_iter().map(|set| Block::new(problem, set)).collect();
+            sets_that_couple(&probes, whole).into_iter().map(|set| Block::new(characteristic, set)).collect();
         count_equal(&mut blocks, &probes);
-        let mut local = Vec::new();
-        for kind in 0..problem.transfers.len() {
-            let driven = problem.transfers[kind].driven();
+        let mut points = Vec::new();
+        for kind in 0..characteristic.transfers.len() {
+            let driven = characteristic.transfers[kind].driven();
             let components = driven.clone();
-            let whole = LocalProblem { problem: Arc::clone(problem), kind, components };
-            if has_short_waves(problem, kind, &probes) {
-                for set in sets_that_couple(&probes, |z| whole.matrix(z, &problem.transfers[kind].at(z)).value) {
-                    local.push(LocalProblem { components: set.iter().map(|&i| driven[i]).collect(), ..whole.clone() });
+            let whole = Point { characteristic: Arc::clone(characteristic), kind, components };
+            if has_short_waves(characteristic, kind, &probes) {
+                for set in sets_that_couple(&probes, |z| whole.matrix(z, &characteristic.transfers[kind].at(z)).value) {
+                    points.push(Point { components: set.iter().map(|&i| driven[i]).collect(), ..whole.clone() });
                 }
             }
         }
-        Self { local, blocks }
+        Self { points, blocks }
     }
 
-    /// The part of a name; a problem of a family may lack it.
+    /// The part with an identifier; a member of a family may lack it.
     pub fn part(&self, name: Part) -> Option<&dyn Analytic> {
         match name {
             Part::Isolated(i) => self.blocks.get(i).map(|block| block as &dyn Analytic),
-            Part::Essential(i) => self.local.get(i).map(|local| local as &dyn Analytic),
+            Part::Essential(i) => self.points.get(i).map(|point| point as &dyn Analytic),
         }
     }
 
-    /// All parts that differ: the essential ones, then the isolated ones.
+    /// All parts that differ, the essential ones first.
     pub fn names(&self) -> impl Iterator<Item = Part> {
-        (0..self.local.len()).map(Part::Essential).chain(self.blocks().map(|(name, _)| name))
+        (0..self.points.len()).map(Part::Essential).chain(self.blocks().map(|(name, _)| name))
     }
 
     /// All blocks, equal ones too.
@@ -80,8 +79,8 @@ impl Spectrum {
     }
 }
 
-/// Finds blocks with equal characteristic functions, up to the accuracy of the differences; the first of them stands for
-/// all.
+/// Finds blocks whose characteristic functions are equal up to the accuracy of the differences. The first of them
+/// represents all.
 fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     let values: Vec<Vec<Complex<f64>>> =
         blocks.iter().map(|block| probes.iter().map(|z| block.at(*z).value).collect()).collect();
@@ -94,14 +93,14 @@ fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     }
 }
 
-/// Whether the laws at the points of a kind answer to the strain at their own place, or have variables that grow
-/// without being driven.
-fn has_short_waves(problem: &LinearProblem, kind: usize, probes: &[Complex<f64>]) -> bool {
-    let transfer = &problem.transfers[kind];
+/// Whether the gradients at the points of a kind depend on the strain at their own place, or variables grow there without
+/// being driven.
+fn has_short_waves(characteristic: &CharacteristicMatrix, kind: usize, probes: &[Complex<f64>]) -> bool {
+    let transfer = &characteristic.transfers[kind];
     let answers = |z: &Complex<f64>| {
         let t = transfer.at(*z).value;
         let answer = (&t * transfer.local.map(Complex::from)).map(|x| x.norm());
-        // More than the rounding of a sum that cancels.
+        // The threshold is the rounding of a sum that cancels.
         let terms = t.map(|x| x.norm()) * transfer.local.abs();
         answer.iter().zip(&terms).any(|(answer, terms)| *answer > 1e-12 * terms)
     };

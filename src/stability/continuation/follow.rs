@@ -1,19 +1,16 @@
-//! A root that is followed along parameters.
+//! A root that is followed along parameters, and corrected to the imaginary axis.
 
 use nalgebra::{Complex, SVector};
 
-use super::error::StabilityError;
-use super::linearisation::Linearisation;
-use super::roots::polish;
-use super::spectrum::{Found, Part};
+use crate::stability::error::StabilityError;
+use crate::stability::spectrum::{Found, Linearisation, Part};
 
-/// A root may lie by this share of itself, or of the slowest rate, from where it is expected; further off it is taken for
-/// another one. Roots that answer k turns too late lie 1/k of themselves apart: a tenth is at most half of that for k ≤ 5.
+/// Largest distance of a root from its expected value, relative to its modulus or to the slowest rate. A root further off is
+/// taken for another one. Roots that respond k periods late have relative distances of 1/k, and a tenth is at most half of
+/// that for k ≤ 5.
 const JUMP: f64 = 0.1;
-/// Step of the parameters, relative to the one before, beyond which Newton's method does not converge.
-const CONTRACTION: f64 = 0.5;
 
-/// A root of a part of the spectrum at N parameters, and its derivatives by them as far as they are known.
+/// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Follower<const N: usize> {
     pub part: Part,
@@ -28,7 +25,7 @@ pub(super) struct Follower<const N: usize> {
 }
 
 impl<const N: usize> Follower<N> {
-    /// A root that is known.
+    /// A known root, with derivatives of zero.
     pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): Found) -> Self {
         let slope = SVector::zeros();
         Self { part, at, root, slope, rate: linear.slowest_rate(), elements: linear.elements() }
@@ -37,11 +34,9 @@ impl<const N: usize> Follower<N> {
     /// The root next to an angular frequency (1/s) on the axis.
     pub fn on_axis(linear: &Linearisation, at: SVector<f64, N>, frequency: f64) -> Result<Self, StabilityError> {
         let start = Complex::new(0.0, frequency);
-        let roots = linear.spectrum.names().filter_map(|name| Some((name, find(linear, name, start).ok()?)));
-        let nearest = roots.min_by(|a, b| (a.1 - start).norm().total_cmp(&(b.1 - start).norm()));
         let what = "start of the boundary (there is no root next to its frequency)";
         let none = StabilityError::NoConvergence { what, residual: frequency };
-        nearest.map(|root| Self::new(linear, at, root)).ok_or(none)
+        nearest(linear, start, |_| true).map(|root| Self::new(linear, at, root)).ok_or(none)
     }
 
     /// Whether |Re λ| is below a share of the root's size, or of the slowest rate.
@@ -59,8 +54,8 @@ impl<const N: usize> Follower<N> {
         self.root + self.slope.dot(&(to - self.at).map(Complex::from))
     }
 
-    /// Moves to other parameters, where the root is expected, and corrects the derivatives by what the root has done
-    /// (Broyden's update).
+    /// Moves to other parameters, at which a value of the root is expected, and corrects the derivatives by the change of the
+    /// root (Broyden's update).
     ///
     /// # Errors
     /// A root that is not where it is expected.
@@ -78,8 +73,8 @@ impl<const N: usize> Follower<N> {
         Ok(())
     }
 
-    /// Goes over to the linear problem on another mesh at the same parameters, where a root of the same kind is expected.
-    /// The derivatives are kept.
+    /// Replaces the root by the corresponding one of a linearisation on another mesh, at the same parameters. The derivatives
+    /// do not change.
     ///
     /// # Errors
     /// A root that is not where it is expected.
@@ -89,20 +84,20 @@ impl<const N: usize> Follower<N> {
         Ok(())
     }
 
-    /// The shortest step of the free parameters (one where free, zero where not) that brings the root to the axis.
+    /// The shortest step of the free parameters (one where free, zero where fixed) that brings the root to the axis.
     pub fn step_to_axis(&self, free: &SVector<f64, N>) -> SVector<f64, N> {
         let across = self.slope.map(|z| z.re).component_mul(free);
         across * (-self.root.re / across.norm_squared())
     }
 
-    /// Makes a last step, by prediction alone.
+    /// Makes the last step, to the predicted root.
     pub fn end_on_axis(&mut self, step: &SVector<f64, N>) {
         let to = self.at + step;
         self.root = Complex::new(0.0, self.predict(&to).im);
         self.at = to;
     }
 
-    /// Finds the derivatives by differences, and moves by as much.
+    /// Computes the derivatives by differences, and moves by these.
     ///
     /// # Errors
     /// What `family` reports, or a root that is not where it is expected.
@@ -119,7 +114,7 @@ impl<const N: usize> Follower<N> {
         Ok(())
     }
 
-    /// Moves the free parameters until they are as close as `close` to where the root is on the axis.
+    /// Moves the free parameters until their distance from a crossing of the axis is below `close`.
     ///
     /// # Errors
     /// What `family` reports, or a root that is not where it is expected.
@@ -133,13 +128,14 @@ impl<const N: usize> Follower<N> {
         for _ in 0..8 {
             let step = self.step_to_axis(free);
             let size = step.norm();
-            // What a step leaves is as much smaller as it is smaller than the one before.
+            // The distance after a step decreases in the same ratio as the steps.
             let left = if last.is_finite() { size * (size / last) } else { size };
             if left < close {
                 self.end_on_axis(&step);
                 return Ok(());
             }
-            if !(size < CONTRACTION * last) {
+            // Newton's method converges if each step is less than half of the one before.
+            if !(size < 0.5 * last) {
                 break;
             }
             let to = self.at + step;
@@ -150,24 +146,28 @@ impl<const N: usize> Follower<N> {
     }
 }
 
-/// The root nearest to where it is expected, of any part that is isolated or essential as one of another mesh is: there
-/// the parts may be others where tissue varies from point to point.
+/// The root nearest to its expected value among all parts that are isolated or essential as a part of another mesh is. The
+/// parts of two meshes need not correspond where tissue varies from point to point.
 pub(super) fn find_alike(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Found, StabilityError> {
-    let alike = |name: &Part| matches!(name, Part::Essential(_)) == matches!(part, Part::Essential(_));
+    let alike = |name: Part| matches!(name, Part::Essential(_)) == matches!(part, Part::Essential(_));
+    nearest(linear, expected, alike).ok_or_else(|| lost(expected.norm()))
+}
+
+/// The root nearest to its expected value, of some parts.
+fn nearest(linear: &Linearisation, expected: Complex<f64>, of: impl Fn(Part) -> bool) -> Option<Found> {
     let roots =
-        linear.spectrum.names().filter(alike).filter_map(|name| Some((name, find(linear, name, expected).ok()?)));
-    let nearest = roots.min_by(|a, b| (a.1 - expected).norm().total_cmp(&(b.1 - expected).norm()));
-    nearest.ok_or_else(|| lost(expected.norm()))
+        linear.parts().filter(|part| of(*part)).filter_map(|part| Some((part, find(linear, part, expected).ok()?)));
+    roots.min_by(|a, b| (a.1 - expected).norm().total_cmp(&(b.1 - expected).norm()))
 }
 
 fn lost(residual: f64) -> StabilityError {
     StabilityError::NoConvergence { what: "root that is followed", residual }
 }
 
-/// The root of a part next to where it is expected.
+/// The root of a part next to its expected value.
 fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
-    // A part may be missing for some parameters.
-    let root = polish(linear.spectrum.part(part).ok_or_else(|| lost(f64::NAN))?, expected)?;
+    // A part may not exist for some parameters.
+    let root = linear.root_near(part, expected)?.ok_or_else(|| lost(f64::NAN))?;
     let jump = (root - expected).norm();
     if jump < JUMP * expected.norm().max(linear.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
 }
@@ -219,7 +219,7 @@ pub(super) mod samples {
         Linearisation::about(&shoot).unwrap()
     }
 
-    /// A linear problem with the roots `root` and its conjugate.
+    /// A linearisation with the roots `root` and its conjugate.
     pub(in crate::stability) fn with_root(root: Complex<f64>) -> Linearisation {
         linear([[root.re, -root.im], [root.im, root.re]], 1)
     }

@@ -1,14 +1,15 @@
-//! How many zeros an analytic function has right of a line: the argument principle.
+//! The number of zeros of an analytic function right of a line, by the argument principle.
 
 use nalgebra::Complex;
 
-use super::analytic::{Analytic, RESOLVED, Sample};
-use super::effort::limited;
-use super::error::StabilityError;
+use super::analytic::{Analytic, RESOLVED, Sample, limited};
+use crate::stability::error::StabilityError;
 
-/// Halvings of a panel after which a root is taken to lie on the line.
+/// Largest number of times a panel is halved; a zero that the argument does not resolve then lies on the line. A panel of
+/// 2⁻⁴⁵ is 3e-14 of the first one, which is rounding.
 const DEPTH: usize = 45;
-/// Longest panel against the distance of the nearest root, by its ends and middle.
+/// Longest panel in units of the distance of the nearest zero, from its ends and middle. A zero beside its
+/// middle then changes the argument by a quarter-turn at most.
 const CLEAR: f64 = 2.0;
 
 /// A line on which a function was sampled to count the zeros right of it.
@@ -16,8 +17,8 @@ pub(super) struct Line {
     pub abscissa: f64,
     /// The number of zeros with Re λ > `abscissa`.
     pub number: usize,
-    /// Im λ of the samples, ascending, with the length of the step that Newton's method makes there. Panels that are short
-    /// against the distance of the nearest zero are dense where one is close.
+    /// Im λ of the samples, ascending, with the length of the step of Newton's method there. Panels are short where a zero
+    /// is near, so that samples are dense there.
     pub steps: Vec<(f64, f64)>,
 }
 
@@ -29,7 +30,7 @@ pub(super) fn count_right_of(f: &dyn Analytic, abscissa: f64) -> Result<usize, S
     Ok(count_along(f, abscissa)?.number)
 }
 
-/// The same, with the line that it took.
+/// The same, with the samples on the line.
 pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
     limited(f, |f| follow_line(f, abscissa))
 }
@@ -43,9 +44,9 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> 
         steps.push((w, sample.log_derivative.norm().recip()));
         sample
     };
-    // From the real axis up to where no root is: the other half mirrors it, the arc far right contributes nothing
-    // because f is real at its right end and within 1 of 1 beyond the bound. Octave by octave from what the line's
-    // distance from zero resolves, since without proprioception roots accumulate there.
+    // The contour is the upper half of the line up to a bound beyond which there is no zero; the lower half is symmetric. The
+    // arc far right contributes nothing, because f is real at its right end and |f − 1| < 1 beyond the bound. Octaves begin at
+    // the line's distance from zero, where roots accumulate without proprioception.
     let top = 8.0 * f.scales().bound(abscissa);
     let slow = f.scales().slowest_rate();
     let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
@@ -62,7 +63,7 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> 
     let value = last.1.value;
     let what = "count of roots (one lies on the line)";
     let turn = turn.ok_or(StabilityError::NoConvergence { what, residual: value.norm() })?;
-    // What is left of the argument from `top` to infinity, where f = 1.
+    // The argument changes from its value at `top` to zero at infinity, where f = 1.
     let count = (value.arg() - turn) / std::f64::consts::PI;
     let residual = count - count.round();
     let number = whole(count).ok_or(StabilityError::NoConvergence { what: "count of roots", residual })?;
@@ -70,7 +71,7 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> 
     Ok(Line { abscissa, number, steps })
 }
 
-/// The number of zeros less that of poles in a rectangle; none if one lies on its sides.
+/// The number of zeros minus the number of poles in a rectangle; none if one lies on its sides.
 pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f64>) -> Option<usize> {
     let corners = [low, Complex::new(high.re, low.im), high, Complex::new(low.re, high.im)];
     let changes = (0..4).map(|i| {
@@ -86,13 +87,13 @@ pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f6
     whole(turn / std::f64::consts::TAU)
 }
 
-/// The number that a change of argument stands for.
+/// The whole number nearest to a change of argument in turns; none if it is negative or the change is not near it.
 fn whole(count: f64) -> Option<usize> {
     let nearest = count.round();
     ((count - nearest).abs() < 0.05 && nearest >= 0.0).then_some(nearest as usize)
 }
 
-/// The change of the argument of `f` between two points, by halving until it is small and sure.
+/// The change of the argument of `f` between two points. Panels are halved until the change over each is small and reliable.
 fn argument(
     f: &mut impl FnMut(f64) -> Sample,
     (a, fa): (f64, Sample),
@@ -105,9 +106,9 @@ fn argument(
     if !(left.is_finite() && right.is_finite()) {
         return None;
     }
-    // |f'/f| is about the inverse distance of the nearest root. Two roots that are close to the line and to each other turn
-    // the argument by 2π between samples that differ by nothing, and the derivative of the argument does not show it: hence
-    // the panel must also be short against that distance.
+    // |f'/f| is about the inverse distance of the nearest zero. Two zeros that are close to the line and to each other change
+    // the argument by 2π between samples with equal values and derivatives of the argument. Hence the panel must also be
+    // short compared with that distance.
     let steepest = [fa, fm, fb].map(|at| at.log_derivative.norm().max(at.nearness)).into_iter().fold(0.0, f64::max);
     if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 && (b - a) * steepest < CLEAR {
         return Some(left + right);

@@ -2,19 +2,15 @@
 
 use nalgebra::{Complex, Vector2};
 
-use super::error::StabilityError;
 use super::follow::Follower;
-use super::linearisation::Linearisation;
-use super::mesh_error::size;
+use super::mesh_error::{ACCURACY, size};
 use crate::error::ParameterError;
+use crate::stability::error::StabilityError;
+use crate::stability::spectrum::Linearisation;
 
-/// Step of the differences, in fractions of the sides: rounding of the root is 1e-12 of it, and two digits of the slope do.
+/// Step of the differences, in fractions of the sides. The relative rounding error of the root is 1e-12, and two digits of the
+/// slope suffice.
 pub(super) const DIFFERENCE: f64 = 1e-6;
-/// How close to the curve a point is, in fractions of the sides.
-const CLOSE: f64 = 1e-9;
-/// Smallest cosine of the angle between a step and the tangent at either end. A step across a sharp end of the curve has a negative
-/// cosine at one of them. A step along a circle covers at most a third of it.
-const AHEAD: f64 = 0.5;
 
 /// A point of a boundary: a root iω on the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,13 +21,13 @@ pub struct BoundaryPoint {
     pub frequency: f64,
 }
 
-/// Where a boundary is followed, and how.
+/// Start, direction, region and step of the continuation of a boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundarySettings {
     /// A point on the curve, as found by [`onset`](super::onset()) or [`crossings`](super::crossings()) in one of the
     /// parameters, or near it: on another mesh, say. It must lie inside the rectangle.
     pub start: BoundaryPoint,
-    /// Which way to set out: the change of the parameters, in fractions of the rectangle's sides. Its length does not matter.
+    /// Initial direction: a change of the parameters, in fractions of the rectangle's sides, of any length.
     pub direction: [f64; 2],
     /// The least values of the parameters: a corner of the rectangle, outside which the curve is not followed.
     pub low: [f64; 2],
@@ -66,8 +62,8 @@ impl BoundarySettings {
         (Vector2::from(self.low) + self.sides().component_mul(at)).into()
     }
 
-    /// What errors of the parameters at a place are relative to, in fractions of the sides: the parameters, or where a side
-    /// holds zero its larger end.
+    /// Sizes to which errors of the parameters at a place are relative, in fractions of the sides: the parameters, or the larger
+    /// end of a side that contains zero.
     pub(super) fn sizes(&self, place: &Follower<2>) -> Vector2<f64> {
         let at = self.parameters(&place.at);
         let sizes = [0, 1].map(|k| size(at[k], self.low[k], self.high[k]));
@@ -79,15 +75,15 @@ impl BoundarySettings {
     }
 }
 
-/// Follows a crossing of the axis from a start through a rectangle of two parameters, around folds too. `family` makes the
-/// shoot of two parameters' values stationary and linearises it. The curve begins with the point next to the start.
+/// Follows a crossing of the axis from a start through a rectangle of two parameters, also around folds. `family` returns the
+/// linearisation about the steady state at values of the two parameters. The curve begins with the point next to the start.
 ///
-/// The root that is on the axis at the start is followed, whether others are further right or not: only the lowest of all
-/// these curves is the boundary of stability. It ends on the rectangle's side, when it comes back to its start, or where the
-/// shoot buckles.
+/// The root that is on the axis at the start is followed, even if others are further right: only the lowest of all these curves
+/// is the boundary of stability. The curve ends on a side of the rectangle, at its start if it is closed, or where the shoot
+/// buckles.
 ///
 /// # Errors
-/// Settings that make no sense, what `family` reports, or a root that is lost at the smallest step.
+/// Settings out of range, errors of `family`, or a root that is lost at the smallest step.
 pub fn boundary(
     family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
     settings: &BoundarySettings,
@@ -109,14 +105,14 @@ pub(super) fn places(
     let from = from.component_div(&settings.sides());
     let mut start = Follower::on_axis(&at(&from)?, from, settings.start.frequency)?;
     start.differentiate(DIFFERENCE, &mut at)?;
-    start.correct(&Vector2::repeat(1.0), CLOSE, &mut at)?;
+    start.correct(&Vector2::repeat(1.0), ACCURACY, &mut at)?;
     let forwards = tangent(&start, 1.0)?.dot(&Vector2::from(settings.direction)) >= 0.0;
     let side = if forwards { 1.0 } else { -1.0 };
     let mut curve = Curve { family: at, places: vec![start], side, largest: settings.step, step: settings.step };
     while curve.places.len() < settings.points {
         match curve.extend() {
             Ok(true) => {}
-            // It has ended, or it runs into buckling, where no shoot is upright.
+            // The curve has ended, or the shoot buckles at the next point.
             Ok(false) | Err(StabilityError::MechanicallyUnstable { .. }) => break,
             Err(error) => return Err(error),
         }
@@ -124,24 +120,25 @@ pub(super) fn places(
     Ok(curve.places)
 }
 
-/// A curve that is followed, its parameters in fractions of the rectangle's sides.
+/// A curve, with parameters in fractions of the rectangle's sides.
 struct Curve<F> {
     family: F,
-    /// Points on it, one at least.
+    /// Its points, at least one.
     places: Vec<Follower<2>>,
     /// The side on which the growth rate increases: 1 if it lies to the right of the direction in which the curve is followed, −1 if it
     /// lies to the left. It is the same along the whole curve.
     side: f64,
-    /// The largest distance of neighbouring points, and the present one.
+    /// The largest distance of neighbouring points.
     largest: f64,
+    /// The present distance of neighbouring points.
     step: f64,
 }
 
 impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> {
-    /// Adds a point; false if it is the last one.
+    /// Adds a point. Returns false if it is the last one.
     fn extend(&mut self) -> Result<bool, StabilityError> {
         let mut here = self.places[self.places.len() - 1];
-        // The derivatives are kept up to date by what is computed anyway, and found anew after a failure.
+        // The derivatives are corrected in every step, and computed by differences after a failure.
         let mut fresh = false;
         let next = loop {
             match self.attempt(&here) {
@@ -179,22 +176,24 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
     /// The next point at the present distance.
     ///
     /// # Errors
-    /// What the family reports, or a point that is not ahead on the curve.
+    /// Errors of the family, or a point that is not ahead on the curve.
     fn attempt(&mut self, here: &Follower<2>) -> Result<Follower<2>, StabilityError> {
         let along = tangent(here, self.side)?;
         let (to, expected) = self.extrapolate(along);
         let mut next = *here;
         next.advance(to, expected, &(self.family)(&to)?)?;
-        next.correct(&Vector2::repeat(1.0), CLOSE, &mut self.family)?;
+        next.correct(&Vector2::repeat(1.0), ACCURACY, &mut self.family)?;
         let moved = next.at - here.at;
         let residual = moved.norm();
-        let ahead = along.dot(&moved).min(tangent(&next, self.side)?.dot(&moved)) >= AHEAD * residual;
+        // The angle between the step and the tangent at either end is at most 60°. At a sharp end of the curve that the step
+        // crosses it is larger than 90°, and along a circle 60° is a third of it.
+        let ahead = along.dot(&moved).min(tangent(&next, self.side)?.dot(&moved)) >= 0.5 * residual;
         let far = StabilityError::NoConvergence { what: "boundary of stability", residual };
         if ahead && residual < 2.0 * self.step { Ok(next) } else { Err(far) }
     }
 
-    /// The next point by the polynomial through the last ones, at most four, in chord length; the tangent if there is but
-    /// one.
+    /// The next point by the polynomial through the last four points in chord length, or by the tangent if there is only one
+    /// point.
     fn extrapolate(&self, along: Vector2<f64>) -> (Vector2<f64>, Complex<f64>) {
         let last = &self.places[self.places.len().saturating_sub(4)..];
         if let [only] = last {
@@ -215,7 +214,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         (at, root)
     }
 
-    /// The point between two others where a coordinate has the value of a side.
+    /// The point between two others at which a coordinate has the value of a side.
     fn end_on_side(
         &mut self,
         inside: &Follower<2>,
@@ -228,7 +227,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         to[k] = side;
         let mut end = *outside;
         end.advance(to, inside.root + (outside.root - inside.root) * share, &(self.family)(&to)?)?;
-        end.correct(&Vector2::ith(1 - k, 1.0), CLOSE, &mut self.family)?;
+        end.correct(&Vector2::ith(1 - k, 1.0), ACCURACY, &mut self.family)?;
         Ok(end)
     }
 }
@@ -254,7 +253,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     use super::*;
-    use crate::stability::follow::samples::{circle, is_lost, with_root};
+    use crate::stability::continuation::follow::samples::{circle, is_lost, with_root};
 
     /// Parameters in [−2, 2]², from (1, 0) upwards.
     fn settings(step: f64) -> BoundarySettings {

@@ -1,65 +1,63 @@
-//! The linear problem of small disturbances about a stationary shoot.
+//! The characteristic matrix of small disturbances about a steady state.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::analytic::{AnalyticMatrix, Scales};
-use super::bends::visit_bends;
-use super::error::StabilityError;
-use super::steady::{SteadyState, stimulus_derivatives};
+use super::analytic::Scales;
 use super::transfer::TransferFunction;
-use crate::equilibrium::{Branch, NewtonSolver};
+use crate::equilibrium::NewtonSolver;
 use crate::growth::GrowthLaw;
+use crate::linear::{AnalyticMatrix, SteadyLaws, stimulus_derivatives, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::{Rod, centre_line_tangent};
-use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
-use crate::tropism::{Declaration, TropismLaw};
+use crate::stability::error::StabilityError;
+use crate::tropism::TropismLaw;
 
-/// Largest number of operations for the laws' variables in one evaluation of the characteristic function: 300 variables that depend on
-/// each other. A count then takes seconds.
+/// Largest number of operations for the laws' variables in one evaluation of the characteristic function: 300³, for 300
+/// variables that depend on each other. A count then takes seconds.
 const MOST_WORK: f64 = 2.7e7;
 
-/// T(λ) of every kind of point.
+/// T(λ) of each kind of point.
 pub(super) type Transfers = Vec<AnalyticMatrix>;
 
-/// M(λ) δu* = 0 with M = λ − T(λ) X: complete when it is made, and never changed.
+/// The characteristic matrix M(λ) = λ − T(λ) X of M(λ) δu* = 0. It is never changed.
 #[derive(Debug)]
-pub(super) struct LinearProblem {
-    /// Distinct transfer functions, and which of them each material point of the growth zone has.
+pub(super) struct CharacteristicMatrix {
+    /// Distinct transfer functions, and the index of the one of each material point of the growth zone.
     pub transfers: Vec<TransferFunction>,
     pub kind: Vec<usize>,
     /// The unknowns: material point and component of its intrinsic strain.
     pub unknowns: Vec<(usize, usize)>,
     /// X: rows (point, stimulus), columns unknowns.
     pub response: DMatrix<f64>,
-    /// X of a shoot that is rigid but for what is disturbed: the strain at a point and the turn of the frames beyond it.
+    /// X of a rigid shoot, of which only the strain at a point changes, and with it the frames beyond.
     pub rigid_response: DMatrix<f64>,
-    /// Displacement of the ends of the elements (3 rows each) by each unknown, m per 1/m.
+    /// Displacement of the ends of the elements (3 rows each) due to each unknown, m per 1/m.
     pub displacement: DMatrix<f64>,
     /// The tangent of the apex, in the fixed frame.
     pub apex_tangent: Vector3<f64>,
-    /// ∂stimuli/∂turn of the frame at each point, about the directors, 1/rad.
+    /// ∂stimuli/∂rotation of the frame at each point, about the directors, 1/rad.
     pub turn: Vec<DMatrix<f64>>,
     /// Lengths of the elements of the growth zone, m.
     pub lengths: Vec<f64>,
-    /// The length of the shoot that each point stands for, m.
+    /// The length of the shoot that each point represents, m.
     pub arcs: Vec<f64>,
     pub stimuli: usize,
-    /// The size of every stimulus: the largest norm of its rows in either response, and at a point by itself.
+    /// The size of every stimulus: the largest norm of its rows in both responses and in the derivatives at a point.
     sizes: DVector<f64>,
 }
 
-impl LinearProblem {
-    /// Linearises `shoot` about `rod`, whose laws are in the steady state given, with a solver to find the response by.
-    /// The rod must be in equilibrium; the laws may ask for gradients.
+impl CharacteristicMatrix {
+    /// Linearises `shoot` about `rod`, which is in equilibrium and whose laws are in a steady state. Their gradients need not
+    /// vanish. The solver computes the response of the equilibrium.
     ///
     /// # Errors
-    /// Laws that steer nothing, or derivatives that are not finite.
+    /// Laws that steer nothing, too many variables, or derivatives that are not finite.
     pub fn about(
         shoot: &Shoot<impl Model>,
         rod: &Rod,
-        steady: &SteadyState,
+        steady: &SteadyLaws,
         force: &InternalForce,
         solver: &mut NewtonSolver,
     ) -> Result<Self, StabilityError> {
@@ -115,7 +113,7 @@ impl LinearProblem {
         })
     }
 
-    /// The material points of an element.
+    /// Number of material points in an element.
     pub fn points_per_element(&self) -> usize {
         self.kind.len() / self.lengths.len()
     }
@@ -125,7 +123,7 @@ impl LinearProblem {
         self.transfers.iter().map(|transfer| transfer.at(z)).collect()
     }
 
-    /// λ − T X for some unknowns, with one or the other response X.
+    /// λ − T X for some unknowns, with either response X.
     pub fn matrix(
         &self,
         z: Complex<f64>,
@@ -152,9 +150,9 @@ impl LinearProblem {
         out
     }
 
-    /// The change of the unknowns after which the laws ask for no gradient, to first order: they ask for REGR times that
-    /// of the steady state, and T(0) X changes it.
-    pub fn stationary_step(&self, steady: &SteadyState) -> Option<DVector<f64>> {
+    /// The change of the unknowns after which the gradients of the laws vanish, to first order: T(0) X times the change is
+    /// −REGR times the gradients.
+    pub fn steady_step(&self, steady: &SteadyLaws) -> Option<DVector<f64>> {
         let all: Vec<usize> = (0..self.unknowns.len()).collect();
         let matrix = self.matrix(Complex::ZERO, &self.transfers_at(Complex::ZERO), &self.response, &all);
         let residual = DVector::from_fn(all.len(), |k, _| {
@@ -165,14 +163,14 @@ impl LinearProblem {
         matrix.value.map(|z| z.re).lu().solve(&residual)
     }
 
-    /// Sizes of the laws' own rates, and the inverse delays, 1/s.
+    /// Moduli of the laws' own rates, and the inverse delays, 1/s.
     fn rates(&self) -> impl Iterator<Item = f64> {
         let delays = self.transfers.iter().flat_map(|t| &t.delays).map(|d| 1.0 / d);
         let rates = self.transfers.iter().flat_map(|t| &t.own_rates).map(|rate| rate.norm());
         delays.chain(rates).filter(|rate| *rate > 0.0 && rate.is_finite())
     }
 
-    /// The line left of which nothing is sought, 1/s: nine tenths of the way to the laws' own rates, where T has poles.
+    /// The line left of which no roots are sought, 1/s: nine tenths of the way to the laws' own rates, where T has poles.
     pub fn leftmost(&self) -> f64 {
         let rates = self.transfers.iter().flat_map(|t| &t.own_rates).map(|rate| rate.re);
         0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
@@ -183,32 +181,33 @@ impl LinearProblem {
         self.slowest_rate() - 2.0 * self.leftmost()
     }
 
-    /// Some λ at which functions that differ have different values: from the slowest to the fastest rate of the laws, off
-    /// the axes.
+    /// Some λ at which functions that differ have different values: between the slowest and the fastest rate of the laws,
+    /// off the axes.
     pub fn probes(&self) -> Vec<Complex<f64>> {
         let slow = self.slowest_rate();
         let fast = self.rates().fold(slow, f64::max);
-        // Two, and one more for every factor of ten between them.
+        // There are two, and one more for every factor of ten between these rates.
         let decades = (fast / slow).log10().ceil().clamp(0.0, 12.0) as usize;
         let at = |k: usize| {
             let size = slow * (fast / slow).powf(k as f64 / (decades + 1) as f64);
-            // Directions without a pattern.
+            // Arguments without a pattern.
             Complex::from_polar(size, 0.4 + 0.13 * k as f64)
         };
         (0..=decades + 1).map(at).collect()
     }
 }
 
-impl Scales for LinearProblem {
-    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X. It holds for
-    /// the whole shoot, for an element by itself and for a point by itself. Stimuli and variables are measured by their
-    /// sizes, since laws have units of their own.
+impl Scales for CharacteristicMatrix {
+    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X. The bound holds
+    /// for the whole shoot, for an element and for a point. Stimuli and variables are measured in units of their sizes, since
+    /// laws have units of their own.
     fn bound(&self, abscissa: f64) -> f64 {
         let radii = self.transfers.iter().map(|transfer| transfer.radius(&self.sizes, abscissa));
-        // At eight times this radius, where a count ends, the factors (λ − rate)/(λ + c) of a local problem turn by less than a radian.
+        // At eight times this radius, where a count ends, the argument of the factors (λ − rate)/(λ + c) of a local matrix is less
+        // than a radian.
         let turn = |rates: &Vec<Complex<f64>>| rates.iter().map(|rate| (rate + self.shift()).norm()).sum::<f64>() / 8.0;
         let turns = self.transfers.iter().map(|transfer| turn(&transfer.local_rates));
-        1.001 * radii.chain(turns).fold(0.0, f64::max).max(self.slowest_rate() * 1e-3)
+        1.001 * radii.chain(turns).fold(0.0, f64::max).max(self.smallest_modulus())
     }
 
     /// The inverse of the longest time in the laws' rates and delays, 1/s.
@@ -218,7 +217,7 @@ impl Scales for LinearProblem {
     }
 }
 
-/// For every stimulus the largest norm of its rows.
+/// The largest norm of the rows of each stimulus.
 fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
     let size = |of: &DMatrix<f64>, k: usize| {
         (k..of.nrows()).step_by(stimuli).map(|row| of.row(row).norm_squared()).sum::<f64>().sqrt()
@@ -226,14 +225,7 @@ fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
     DVector::from_fn(stimuli, |k, _| responses.iter().map(|of| size(of, k)).fold(0.0, f64::max))
 }
 
-/// A solver for the equilibrium next to the present one, to the last digits.
-pub(crate) fn precise_solver() -> NewtonSolver {
-    let mut solver = NewtonSolver::with_tolerance(1e-13);
-    solver.branch = Branch::Nearest;
-    solver
-}
-
-/// X and the displacements: frames by the factorised tangent, everything that follows from them by central differences.
+/// X and the displacements. Frames follow from the factorised tangent, stimuli and positions by central differences.
 fn respond(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -241,16 +233,12 @@ fn respond(
     force: &InternalForce,
     solver: &mut NewtonSolver,
 ) -> Result<(DMatrix<f64>, DMatrix<f64>), StabilityError> {
-    let (law, material) = (shoot.model.tropism(), shoot.model.constitutive());
-    let laws = Declaration::of(law);
-    let m = laws.size().stimuli;
+    let m = shoot.model.tropism().size().stimuli;
     let mut response: DMatrix<f64> = DMatrix::zeros(rod.zone().len() * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
-    let mut stimuli = vec![0.0; m];
     visit_bends(shoot, rod, force, solver, unknowns.iter().copied(), |j, weight, moved| {
-        visit_sites(moved, material, force, laws.reads_position(), |i, site| {
-            law.sense(site, &mut stimuli);
-            for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(&stimuli) {
+        visit_stimuli(shoot, moved, force, |i, _, stimuli| {
+            for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(stimuli) {
                 *sum += weight * x;
             }
         });
@@ -266,7 +254,7 @@ fn respond(
     }
 }
 
-/// X of a rigid shoot: a bend turns all frames beyond it.
+/// X of a rigid shoot: a bend rotates all frames beyond it.
 fn respond_rigidly(
     rod: &Rod,
     unknowns: &[(usize, usize)],
@@ -279,7 +267,7 @@ fn respond_rigidly(
     let mut out = DMatrix::zeros(turn.len() * m, unknowns.len());
     for (column, &(j, c)) in unknowns.iter().enumerate() {
         let axis = frames[j] * Vector3::ith(c, rod.points()[first * p + j].jacobian);
-        // From the first point of its element on.
+        // Rows begin at the first point of its element.
         for i in j / p * p..turn.len() {
             let weight = if i / p == j / p { reference.upto[i % p][j % p] } else { reference.weights[j % p] };
             let about_directors = frames[i].inverse() * axis * weight;

@@ -14,14 +14,14 @@ fn curve(p: f64) -> Complex<f64> {
 /// A follower at the start of that family.
 fn on_curve() -> Follower<1> {
     let linear = with_root(curve(0.0));
-    let name = linear.spectrum.names().next().unwrap();
+    let name = linear.parts().next().unwrap();
     Follower::new(&linear, Vector1::new(0.0), (name, curve(0.0)))
 }
 
 fn on_circle(p: Vector2<f64>) -> Follower<2> {
     let root = circle(p.into());
     let linear = with_root(root);
-    let name = linear.spectrum.names().next().unwrap();
+    let name = linear.parts().next().unwrap();
     Follower::new(&linear, p, (name, root))
 }
 

@@ -1,0 +1,59 @@
+//! Whether laws, loads, growth and scene depend on time.
+
+use super::error::LawError;
+use super::steady::SteadyLaws;
+use crate::growth::GrowthLaw;
+use crate::load::{InternalForce, Load};
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::scene::Scene;
+use crate::shoot::Shoot;
+
+/// Returns an error if laws, load, growth, gravity or base depend on time.
+pub(crate) fn check_autonomous(
+    shoot: &Shoot<impl Model>,
+    rod: &Rod,
+    load: &impl Load,
+    steady: &SteadyLaws,
+) -> Result<(), LawError> {
+    let scene = shoot.model.scene();
+    // At a discontinuity the right limit counts.
+    let time = shoot.environment().time;
+    let at_present = InternalForce::of(rod, load, &scene.environment(time));
+    let (mut change, mut causes) = (0.0_f64, 0.0_f64);
+    // Incommensurate times, from seconds to days: no period divides them all.
+    for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
+        // A rotation of the base changes no stimulus on the rod as it is.
+        change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
+        let force = InternalForce::of(rod, load, &scene.environment(later));
+        let then = SteadyLaws::of(shoot, rod, &force);
+        for (then, now) in then.gradients.iter().zip(&steady.gradients) {
+            change = change.max((then - now).norm());
+        }
+        // A force changes no stimulus of a fixed shape, and REGR no gradient.
+        causes = causes.max(change_of_causes(shoot, rod, &at_present, &force));
+    }
+    // Gradients of the size of 1/radius have rounding errors. Causes that do not depend on time are equal to the last bit,
+    // unless their laws compute with the time and cancel it.
+    if change > 1e-12 / steady.radius() || causes > 1e-12 {
+        return Err(LawError::NotAutonomous { change: change.max(causes / rod.length()) });
+    }
+    Ok(())
+}
+
+/// The largest change of force and REGR on a rod, relative, between the times of two forces in it.
+pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: &InternalForce, then: &InternalForce) -> f64 {
+    let pairs = now.at_points().iter().zip(then.at_points());
+    let force =
+        pairs.map(|(one, other)| relative((one - other).norm(), now.largest(), then.largest())).fold(0.0, f64::max);
+    let regr = rod.points()[rod.zone()].iter().map(|point| {
+        let [a, b] = [now, then].map(|force| shoot.model.growth().regr(point.apex_distance, force.environment().time));
+        relative((a - b).abs(), a.abs(), b.abs())
+    });
+    regr.fold(force, f64::max)
+}
+
+/// A difference of two numbers of these sizes, relative to the larger.
+pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
+    difference / a.max(b).max(f64::MIN_POSITIVE)
+}

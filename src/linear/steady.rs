@@ -1,0 +1,84 @@
+//! Laws in their steady state under constant stimuli.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::error::LawError;
+use super::stimuli::visit_stimuli;
+use crate::load::InternalForce;
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
+
+/// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in it. The value allows for
+/// laws that solve for their steady state by iteration, and is the accuracy required of a steady state of the shoot.
+const STEADY: f64 = 1e-8;
+
+/// Stimuli, steady variables and growth gradients at every material point of the growth zone, as they are when the
+/// present shape has lasted for ever.
+pub(crate) struct SteadyLaws {
+    pub gradients: Vec<Vector3<f64>>,
+    /// One column for every point.
+    pub stimuli: DMatrix<f64>,
+    pub variables: DMatrix<f64>,
+    pub places: Vec<Growing>,
+}
+
+impl SteadyLaws {
+    /// Evaluates the laws of `shoot` on a rod in equilibrium under a force.
+    pub fn of(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce) -> Self {
+        let law = shoot.model.tropism();
+        let size = Declaration::of(law).size();
+        let time = force.environment().time;
+        let points = rod.zone().len();
+        let mut out = Self {
+            gradients: vec![Vector3::zeros(); points],
+            stimuli: DMatrix::zeros(size.stimuli, points),
+            variables: DMatrix::zeros(size.variables, points),
+            places: vec![Growing::new(time, 0.0, 0.0); points],
+        };
+        visit_stimuli(shoot, rod, force, |i, site, stimuli| {
+            out.stimuli.column_mut(i).copy_from_slice(stimuli);
+            let mut variables = out.variables.column_mut(i);
+            law.steady(stimuli, variables.as_mut_slice());
+            out.places[i] = Growing::new(time, site.section, site.apex_distance);
+            out.gradients[i] = law.gradient(&out.places[i], variables.as_slice(), size.present(stimuli));
+        });
+        out
+    }
+
+    /// The largest gradient, 1/m; not a number if one of them is not.
+    pub fn largest_gradient(&self) -> f64 {
+        self.gradients.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    }
+
+    /// The radius of the shoot at the base of the growth zone, m; one if nothing grows.
+    pub fn radius(&self) -> f64 {
+        self.places.first().map_or(1.0, |place| place.section.radius())
+    }
+}
+
+/// Returns an error unless the rates of all variables vanish in their steady state, up to a share of the terms
+/// Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x| that cancel in them.
+pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<(), LawError> {
+    let mut rates = DVector::zeros(state.variables.nrows());
+    for (i, place) in state.places.iter().enumerate() {
+        let (y, x) = (state.variables.column(i), state.stimuli.column(i));
+        law.rates(y.as_slice(), x.as_slice(), rates.as_mut_slice());
+        if rates.iter().all(|rate| *rate == 0.0) {
+            continue;
+        }
+        if !rates.iter().all(|rate| rate.is_finite()) {
+            return Err(LawError::NotFinite { what: "rate of the laws' variables" });
+        }
+        let [by_variables, by_stimuli, ..] = law_matrices(law, place, y.as_slice(), x.as_slice());
+        let terms = by_variables.abs() * y.abs() + by_stimuli.abs() * x.abs();
+        for (variable, (rate, terms)) in rates.iter().zip(&terms).enumerate() {
+            if !(rate.abs() <= STEADY * terms) {
+                let (law, share) = (law.name_of(variable), rate.abs() / terms);
+                return Err(LawError::NotSteady { law, variable, rate: *rate, share });
+            }
+        }
+    }
+    Ok(())
+}

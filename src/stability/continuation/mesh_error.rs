@@ -1,0 +1,77 @@
+//! Estimates of the error of a mesh, from the change of an answer on a finer mesh.
+
+use nalgebra::SVector;
+
+use crate::error::ParameterError;
+use crate::stability::spectrum::Linearisation;
+
+/// Smallest relative error that is reported: the rounding of the differences from which the characteristic matrix is
+/// assembled, in a parameter, a frequency or a root on a mesh that resolves the waves.
+pub(super) const ROUNDING: f64 = 1e-10;
+
+/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of the sides: ten
+/// times the rounding, which waves that are amplified along the shoot increase.
+pub(super) const ACCURACY: f64 = 10.0 * ROUNDING;
+
+/// Returns an error unless a linearisation has more elements than the mesh whose error it is to estimate.
+pub(super) fn check_finer(elements: usize, finer: &Linearisation) -> Result<(), ParameterError> {
+    let (what, number) = ("number of elements of the finer mesh", finer.elements());
+    ParameterError::unless(number > elements, what, number as f64, "more than that of the mesh whose error is sought")
+}
+
+/// The observed convergence of an answer from mesh to mesh.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Convergence {
+    /// The last change of the answer, and the ratio of the numbers of elements.
+    pub last: Option<(f64, f64)>,
+    /// Whether a coarser mesh had no answer, so that the waves are barely resolved on the first one that has.
+    pub just_resolved: bool,
+}
+
+impl Convergence {
+    /// Error of the answer on the finer mesh, relative to its change from a mesh of `coarse` elements. The observed order of
+    /// convergence is limited to the range from half the order of the elements to one less than this order, which allows for
+    /// terms of higher order. Waves that are barely resolved converge more slowly: a quarter of the order is assumed for their
+    /// first change.
+    pub fn error_share(&mut self, change: f64, coarse: usize, fine: &Linearisation) -> f64 {
+        let ratio = fine.elements() as f64 / coarse as f64;
+        let half = fine.points_per_element() as f64;
+        let order = match self.last {
+            Some((before, ratio)) => {
+                let observed = (before / change).ln() / ratio.ln();
+                if observed > half { observed.min(2.0 * half - 1.0) } else { half }
+            }
+            None if self.just_resolved => 0.5 * half,
+            None => half,
+        };
+        self.last = Some((change, ratio));
+        let left = ratio.powf(-order);
+        left / (1.0 - left)
+    }
+}
+
+/// The size to which the error of a parameter is relative: the parameter, or the larger end of a range that contains zero.
+pub(super) fn size(parameter: f64, from: f64, to: f64) -> f64 {
+    if from * to > 0.0 { parameter.abs() } else { from.abs().max(to.abs()) }
+}
+
+/// Estimated error of a crossing due to its mesh.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MeshError<const N: usize> {
+    pub parameters: SVector<f64, N>,
+    /// 1/s.
+    pub frequency: f64,
+    /// The largest of them, each relative to its size.
+    pub relative: f64,
+}
+
+impl<const N: usize> MeshError<N> {
+    /// The larger error of two, component by component.
+    pub fn larger(&self, other: &Self) -> Self {
+        Self {
+            parameters: self.parameters.sup(&other.parameters),
+            frequency: self.frequency.max(other.frequency),
+            relative: self.relative.max(other.relative),
+        }
+    }
+}

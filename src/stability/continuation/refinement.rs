@@ -1,0 +1,200 @@
+//! Mesh refinement: an answer is computed on finer meshes until its estimated error meets a tolerance.
+
+use std::iter::once;
+
+use super::follow::find_alike;
+use super::mesh_error::{ACCURACY, Convergence, ROUNDING, check_finer};
+use crate::error::ParameterError;
+use crate::stability::error::StabilityError;
+use crate::stability::spectrum::{Linearisation, Part, Root};
+
+/// Relative tolerance and range of meshes of a mesh refinement.
+///
+/// ```
+/// # use morphorod::Shoot;
+/// # use morphorod::constitutive::LinearElastic;
+/// # use morphorod::growth::{Ongoing, UniformGrowth};
+/// # use morphorod::load::Weight;
+/// # use morphorod::stability::{Linearisation, Refinement, StabilityError};
+/// # use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};
+/// # let memory = Memory { time: 720.0, delay: 720.0 };
+/// let family = |length: f64, elements: usize| -> Result<Linearisation, StabilityError> {
+///     let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+///         .length(length).radius(5e-4).elements(elements)
+///         .growth(Ongoing(UniformGrowth { zone_length: 0.1, time: 72e3 }))
+///         .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory))
+///         .load(Weight { density: 1000.0 })
+///         .build()?;
+///     Linearisation::about(&shoot)
+/// };
+/// let found = Refinement::to(1e-8).onset(family, 0.06, 0.075)?;
+/// assert!((found.parameter / 0.071003931291 - 1.0).abs() < 1e-8, "m");
+/// let error = found.parameter_error.expect("always there after a refinement");
+/// println!("{} ± {error:.0e} m on {} elements", found.parameter, found.elements);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Each method takes a family of linearisations, whose last argument is *the number of elements*, and increases this number
+/// until the estimated error of the answer, from its change between two meshes, is below the tolerance. A family that cannot
+/// build its shoot anew divides the elements: with `first` 1 the number is that of the parts for
+/// [`Linearisation::refined`]. The reliability of the estimate: [`guide::stability`](crate::guide::stability). Meshes have
+/// `first` elements, then 3/2, 2, 3, 4, 6, 8 times as many and so on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refinement {
+    /// The largest error due to the mesh, relative to the answer; at least 1e-9.
+    pub tolerance: f64,
+    /// Elements of the first mesh.
+    pub first: usize,
+    /// The largest number of elements.
+    pub last: usize,
+}
+
+impl Refinement {
+    /// A refinement from four to at most 64 elements.
+    #[must_use]
+    pub fn to(tolerance: f64) -> Self {
+        Self { tolerance, first: 4, last: 64 }
+    }
+
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        let ok = self.tolerance >= ACCURACY && self.tolerance < 1.0;
+        ParameterError::unless(ok, "tolerance of the mesh", self.tolerance, "at least 1e-9, and below 1")?;
+        ParameterError::unless(self.first > 0, "elements of the first mesh", self.first as f64, "at least 1")?;
+        // An estimate requires two meshes.
+        let ok = self.meshes().nth(1).is_some();
+        let requirement =
+            "enough for two meshes: half as many again as those of the first if these are even, else twice as many";
+        ParameterError::unless(ok, "elements of the finest mesh", self.last as f64, requirement)
+    }
+
+    /// The numbers of elements.
+    fn meshes(self) -> impl Iterator<Item = usize> {
+        let all = (0..).filter_map(move |k: u32| {
+            let doubled = self.first.saturating_mul(1 << (k / 2).min(60));
+            if k.is_multiple_of(2) {
+                Some(doubled)
+            } else {
+                // One and a half times as many, if that is a whole number.
+                doubled.is_multiple_of(2).then(|| doubled.saturating_add(doubled / 2))
+            }
+        });
+        all.take_while(move |&n| n <= self.last)
+    }
+
+    /// Computes an answer on finer meshes until the estimate of its relative error meets the tolerance. `on_mesh` takes the
+    /// number of elements and the answer of the mesh before, if there is one. It returns its answer, and an estimate if it has
+    /// one. If the resolution does not suffice, it is called without the answer of the mesh before, and then on the next mesh.
+    ///
+    /// # Errors
+    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet), or the last error if there was no estimate; errors of `on_mesh`
+    /// that are not due to the resolution.
+    pub(super) fn converge<A>(
+        &self,
+        mut on_mesh: impl FnMut(usize, Option<A>) -> Result<(A, Option<f64>), StabilityError>,
+    ) -> Result<A, StabilityError> {
+        let (mut known, mut failure) = (None, None);
+        let (mut error, mut elements) = (f64::INFINITY, 0);
+        for n in self.meshes() {
+            for coarser in known.take().map(Some).into_iter().chain(once(None)) {
+                match on_mesh(n, coarser) {
+                    Ok((answer, Some(estimate))) if estimate <= self.tolerance => return Ok(answer),
+                    Ok((answer, estimate)) => {
+                        (error, elements) = estimate.map_or((error, elements), |estimate| (estimate, n));
+                        known = Some(answer);
+                        break;
+                    }
+                    Err(error) if depends_on_mesh(&error) => failure = Some(error),
+                    Err(error) => return Err(error),
+                }
+            }
+        }
+        Err(match failure {
+            Some(failure) if error.is_infinite() => failure,
+            _ => StabilityError::ToleranceNotMet { tolerance: self.tolerance, error, elements },
+        })
+    }
+
+    /// The isolated roots with Re λ > `line` as [`Linearisation::roots`] finds them, to the tolerance, relative to |λ| or to a
+    /// thousandth of the slowest rate. `family` returns the linearisation on a mesh of a number of elements.
+    ///
+    /// # Errors
+    /// Those of [`Linearisation::roots`], a tolerance that is not positive or below 1e-9, or
+    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet).
+    pub fn roots(
+        &self,
+        family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
+        line: f64,
+    ) -> Result<Vec<Root>, StabilityError> {
+        self.refine_roots(family, |linear| linear.roots(line))
+    }
+
+    /// The rightmost isolated root as [`Linearisation::rightmost`] finds it, to the tolerance, in terms of
+    /// [`roots`](Self::roots).
+    ///
+    /// # Errors
+    /// Those of [`Linearisation::rightmost`], a tolerance that is not positive or below 1e-9, or
+    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet).
+    pub fn rightmost(
+        &self,
+        family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
+    ) -> Result<Root, StabilityError> {
+        let found = self.refine_roots(family, |linear| Ok(vec![linear.rightmost()?]))?;
+        found.into_iter().next().ok_or(StabilityError::NoIsolatedRoot)
+    }
+
+    /// Roots that are sought on every mesh, until those of two meshes agree in number and value.
+    fn refine_roots(
+        &self,
+        mut family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
+        sought: impl Fn(&Linearisation) -> Result<Vec<Root>, StabilityError>,
+    ) -> Result<Vec<Root>, StabilityError> {
+        self.check()?;
+        let (roots, ..) = self.converge(|n, coarser: Option<(Vec<Root>, usize, Convergence)>| {
+            let linear = family(n)?;
+            let mut roots = sought(&linear)?;
+            let Some((coarse, elements, mut convergence)) = coarser else {
+                let convergence = Convergence { just_resolved: n > self.first, ..Convergence::default() };
+                return Ok(((roots, linear.elements(), convergence), None));
+            };
+            check_finer(elements, &linear)?;
+            let changes: Vec<f64> = roots.iter().map(|root| distance(root, &coarse)).collect();
+            let sizes: Vec<f64> = roots.iter().map(|root| root.value.norm().max(linear.smallest_modulus())).collect();
+            let largest = changes.iter().zip(&sizes).map(|(change, size)| change / size).fold(ROUNDING, f64::max);
+            let share = convergence.error_share(largest, elements, &linear);
+            for ((root, change), size) in roots.iter_mut().zip(changes).zip(sizes) {
+                root.error = Some((change * share).max(ROUNDING * size));
+            }
+            let agree = coarse.len() == roots.len();
+            let estimate = if agree { (largest * share).max(ROUNDING) } else { f64::INFINITY };
+            Ok(((roots, linear.elements(), convergence), Some(estimate)))
+        })?;
+        Ok(roots)
+    }
+}
+
+/// Whether a finer mesh may have an answer. A step of the parameters that is too long because of a coarse mesh may lead to
+/// where the shoot buckles.
+fn depends_on_mesh(error: &StabilityError) -> bool {
+    use StabilityError::{MechanicallyUnstable, NoConvergence, UnderResolved, Unresolved};
+    matches!(error, UnderResolved { .. } | Unresolved { .. } | NoConvergence { .. } | MechanicallyUnstable { .. })
+}
+
+/// Distance of a root from the nearest of some others, 1/s.
+fn distance(root: &Root, others: &[Root]) -> f64 {
+    others.iter().map(|other| (other.value - root.value).norm()).fold(f64::INFINITY, f64::min)
+}
+
+impl Root {
+    /// The root with an estimate of the error due to its mesh: the distance from the root of `finer`, the linearisation of the
+    /// same shoot on a finer mesh.
+    ///
+    /// # Errors
+    /// A mesh that is not finer, or without a root near this one.
+    pub fn with_error(self, finer: &Linearisation) -> Result<Self, StabilityError> {
+        check_finer(self.strain.len() / finer.points_per_element(), finer)?;
+        // The number of the block does not matter: the root is sought in all of them.
+        let (_, there) = find_alike(finer, Part::Isolated(0), self.value)?;
+        let error = (there - self.value).norm().max(ROUNDING * self.value.norm());
+        Ok(Self { error: Some(error), ..self })
+    }
+}
