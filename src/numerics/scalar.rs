@@ -68,10 +68,9 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
     x
 }
 
-// Used by the modules that search for extrema.
-#[allow(dead_code)]
 /// Finds the place of the maximum of a function with a single maximum in an interval, to an `accuracy`, by golden
 /// sections.
+#[allow(dead_code)]
 pub(crate) fn maximum([mut low, mut high]: [f64; 2], accuracy: f64, f: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
