@@ -42,9 +42,6 @@ const MEMORY: Memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
 const LENGTHS: [f64; 2] = [0.03, 0.0785];
 /// How many steps from the first to the last.
 const STEPS: usize = 99;
-/// Where disturbances are followed: at this part of the critical length, for so many of its periods.
-const SHORT: f64 = 0.98;
-const SWINGS: f64 = 20.0;
 
 /// The shoots that are compared: everything but the length.
 struct Kind {
@@ -131,18 +128,6 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!("critical length  {:.8} cm", critical.parameter / CM);
     println!("period there     {:.6} min", critical.period() / MINUTE);
     println!("found with {linearisations} linearisations");
-    // A little below it every root is stable, and yet a disturbance may grow at first.
-    let short = kind.at(SHORT * critical.parameter, kind.elements)?;
-    let percent = 100.0 * SHORT;
-    match short.transient_growth(SWINGS * critical.period()) {
-        Ok(found) => println!(
-            "at {percent} % of it a disturbance carries the tip {:.3} times as far after {:.1} min, and decays",
-            found.gain,
-            found.time / MINUTE
-        ),
-        Err(error) => println!("at {percent} % of it: {error}"),
-    }
-
     // Roots of neighbouring lengths that are closest to each other belong to one curve.
     let mut table = Table::create(out.join("roots.csv"), &["length_m", "root", "growth_rate_per_s", "period_s"])?;
     let mut curves: Vec<Vec<(f64, Complex<f64>)>> = Vec::new();

@@ -56,6 +56,4 @@ mod spectrum;
 
 pub use continuation::{BoundaryPoint, BoundarySettings, Onset, RefinedPoint, Refinement, boundary, crossings, onset};
 pub use error::StabilityError;
-pub use spectrum::{
-    ForcedResponse, Linearisation, Polarisation, Root, SteadyState, SteadyStateSolver, TransientGrowth, Unstable,
-};
+pub use spectrum::{ForcedResponse, Linearisation, Polarisation, Root, SteadyState, SteadyStateSolver, Unstable};

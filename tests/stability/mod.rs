@@ -10,4 +10,3 @@ mod refinement;
 mod refusals;
 mod roots;
 mod steady;
-mod transient;

@@ -41,8 +41,6 @@ pub(super) struct CharacteristicMatrix {
     pub turn: Vec<DMatrix<f64>>,
     /// Lengths of the elements of the growth zone, m.
     pub lengths: Vec<f64>,
-    /// The length of the shoot that each point represents, m.
-    pub arcs: Vec<f64>,
     pub stimuli: usize,
     /// The size of every stimulus: the largest norm of its rows in both responses and in the derivatives at a point.
     sizes: DVector<f64>,
@@ -94,8 +92,6 @@ impl CharacteristicMatrix {
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
         let sizes = sizes(stimuli, &responses);
         let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.element_length(e)).collect();
-        let (weights, points) = (&rod.reference().weights, &rod.points()[rod.zone()]);
-        let arcs = weights.iter().cycle().zip(points).map(|(weight, point)| weight * point.jacobian).collect();
         let apex_tangent = rod.apex_frame() * centre_line_tangent();
         Ok(Self {
             transfers,
@@ -107,7 +103,6 @@ impl CharacteristicMatrix {
             apex_tangent,
             turn,
             lengths,
-            arcs,
             stimuli,
             sizes,
         })

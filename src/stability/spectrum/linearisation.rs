@@ -90,12 +90,6 @@ impl Linearisation {
         self.characteristic.lengths.len()
     }
 
-    /// The number of unknowns.
-    #[must_use]
-    pub fn unknowns(&self) -> usize {
-        self.characteristic.unknowns.len()
-    }
-
     /// The number of roots with a positive real part by the argument principle, which misses none, or that it is infinite.
     ///
     /// Roots whose real part is less than a millionth of the slowest rate count as stable.

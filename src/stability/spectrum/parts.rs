@@ -67,11 +67,6 @@ impl Spectrum {
         (0..self.points.len()).map(Part::Essential).chain(self.blocks().map(|(name, _)| name))
     }
 
-    /// All blocks, equal ones too.
-    pub fn all_blocks(&self) -> &[Block] {
-        &self.blocks
-    }
-
     /// The blocks that differ.
     pub fn blocks(&self) -> impl Iterator<Item = (Part, &Block)> {
         let named = self.blocks.iter().enumerate().map(|(i, block)| (Part::Isolated(i), block));

@@ -10,17 +10,17 @@ use crate::stability::error::StabilityError;
 /// Largest distance between a zero and a pole that is due to the same waves, relative to |λ|. The test counts zeros and
 /// poles around both, so that the value decides only when it is made.
 const NEIGHBOUR: f64 = 0.3;
-/// Number of points on a line from which Newton's method may start: several for each of the zeros that a line is drawn for.
-const GRID: usize = 96;
 /// Largest relative distance between two approximations of one root: the accuracy of a double root, √1e-16.
 const SAME: f64 = 1e-8;
 /// Largest number of zeros that are sought from one line: four pairs.
 const FEW: usize = 8;
+/// Number of points on a line from which Newton's method may start: a dozen for each zero.
+const GRID: usize = 12 * FEW;
 /// Distance from line to line towards the left, in units of the slowest rate. Over a delay that is the inverse of this rate
 /// the function increases by less than a factor of two.
 const STRIDE: f64 = 0.5;
 /// Distance of the last line from the left end of the search, relative to the distance of the axis, or to the stride if the
-/// left end lies right of the axis.
+/// left end lies right of the axis. It is reached after twelve halvings.
 const CLOSEST: f64 = 2.5e-4;
 /// Places at which a region is cut: not in the middle, where symmetric problems have roots, and elsewhere if a root lies on
 /// the cut.
