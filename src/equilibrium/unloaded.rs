@@ -6,7 +6,6 @@ use nalgebra::Vector3;
 
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
 use crate::constitutive::Constitutive;
-use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, weighted};
@@ -61,9 +60,9 @@ pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<(), EquilibriumError
 }
 
 /// Returns an error for an intrinsic strain that rotates an element by π or more.
-pub(super) fn check_turns(rod: &Rod) -> Result<(), ParameterError> {
+pub(super) fn check_turns(rod: &Rod) -> Result<(), EquilibriumError> {
     (0..rod.elements()).try_for_each(|e| match integrate(rod, e) {
-        Err(EquilibriumError::Parameter(error)) => Err(error),
+        Err(error @ EquilibriumError::Folded { .. }) => Err(error),
         _ => Ok(()),
     })
 }
@@ -98,7 +97,9 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
         }
         // Rotation vectors longer than π do not have the logarithms of their frames.
         let turn = theta[..reference.p].iter().map(Vector3::norm).fold(0.0, f64::max);
-        ParameterError::unless(turn < PI, "turn within one element", turn, "below π (rad): take more elements")?;
+        if !(turn < PI) {
+            return Err(EquilibriumError::Folded { element: e });
+        }
         if change <= 4.0 * f64::EPSILON * size {
             return Ok((theta, sweep, change));
         }

@@ -25,7 +25,8 @@ pub(super) struct Samples {
     pub times: Vec<f64>,
     pub positions: Vec<Vector2<f64>>,
     /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the Nyquist
-    /// frequency of the median interval.
+    /// frequency of the median interval, or of a quarter of the mean interval if this is longer. The search then ends
+    /// also for positions taken in pairs.
     pub highest: f64,
     /// Square of the rounding error of the positions, m².
     pub rounding: f64,
@@ -34,7 +35,9 @@ pub(super) struct Samples {
 impl Samples {
     /// Samples at given times, −1 … 1.
     pub fn new(times: Vec<f64>, positions: Vec<Vector2<f64>>) -> Self {
-        let highest = PI / median_gap(&times) - 0.5 * PI;
+        // The times differ by 2 in total.
+        let interval = median_gap(&times).max(0.5 / times.len() as f64);
+        let highest = PI / interval - 0.5 * PI;
         let largest = positions.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
         Self { times, positions, highest, rounding: (64.0 * f64::EPSILON).powi(2) * largest }
     }

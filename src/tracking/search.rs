@@ -13,6 +13,8 @@ use crate::numerics::quadrature::legendre_sequence;
 
 /// Number of examined frequencies in the resolution of the track. The highest of them misses less than 3 % of a peak.
 const DENSITY: f64 = 8.0;
+/// Smallest height of a peak relative to the highest one for which it may be an alias. The grid misses 3 % of a peak.
+const ALIKE: f64 = 0.95;
 /// Probability that white and red noise alone have a peak as high.
 const CHANCE: f64 = 1e-4;
 /// Smallest amplitude over the largest. Smaller oscillations cannot be distinguished from the error of the model.
@@ -121,7 +123,8 @@ fn sound(fit: &Harmonics, least_turns: f64) -> bool {
 }
 
 /// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of
-/// white and red noise. Frequencies near the known ones are excluded.
+/// white and red noise. Frequencies near the known ones are excluded. Among peaks of almost the same height the one with
+/// the lowest frequency is returned: the others are its aliases if the positions were taken in pairs or bursts.
 fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2]) -> Option<f64> {
     let rest = fit.residuals(samples);
     let times = &samples.times;
@@ -142,20 +145,23 @@ fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2])
     let background = Background::of(times, &rest);
     // The power of noise in two coordinates over its variance is distributed as χ² with four degrees of freedom.
     let chance = |half: f64| (1.0 + half) * (-half).exp() * (count as f64 / DENSITY).max(1.0);
-    let mut best = (0.0, None);
-    for k in 0..count {
+    let mut powers = vec![0.0; count];
+    for (k, found) in powers.iter_mut().enumerate() {
         let omega = lowest + step * k as f64;
         if known.iter().all(|other| (omega - other).abs() >= PI) {
             let power = power(&phases, &rest, &drift);
-            if power > best.0 && chance(0.5 * power / (noise * background.at(omega))) < CHANCE {
-                best = (power, Some(omega));
+            if chance(0.5 * power / (noise * background.at(omega))) < CHANCE {
+                *found = power;
             }
         }
         for ((sine, cosine), (s, c)) in phases.iter_mut().zip(&turns) {
             (*sine, *cosine) = (*sine * c + *cosine * s, *cosine * c - *sine * s);
         }
     }
-    best.1
+    let highest = powers.iter().copied().fold(0.0, f64::max);
+    let at = |k: usize| powers.get(k).copied().unwrap_or(0.0);
+    let is_peak = |k: &usize| at(*k) > 0.0 && at(*k) >= at(k + 1) && (*k == 0 || at(*k) > at(k - 1));
+    (0..count).filter(is_peak).find(|k| at(*k) >= ALIKE * highest).map(|k| lowest + step * k as f64)
 }
 
 /// The decrease of the sum of squares by a cosine and a sine that are fitted beside the drift.

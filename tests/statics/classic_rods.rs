@@ -7,7 +7,7 @@ use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{back_to_base, cases, solve_tight, weightless, young_tissue};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
-use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
+use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::load::{ApicalForce, Load, Weight};
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
@@ -273,7 +273,8 @@ fn coil_that_no_element_resolves_is_refused_with_a_clear_message() {
     let error = NewtonSolver::default()
         .solve(&mut rod, &young_tissue(), &load, &Still::upright().environment(0.0))
         .unwrap_err();
-    assert!(error.to_string().contains("turn within one element"), "{error}");
+    assert!(matches!(error, EquilibriumError::Folded { element: 0 }), "{error}");
+    assert!(error.to_string().contains("take more elements"), "{error}");
     assert_eq!(rod, kept);
     // An axial force straightens the rod, which the elements then resolve.
     let pull: &dyn Load = &ApicalForce(|_| Vector3::z() * 1e3);

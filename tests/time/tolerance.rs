@@ -364,3 +364,23 @@ fn motion_inside_merged_elements_is_below_the_tolerance() {
         assert!(error < tolerance, "{tolerance:e}: {error:e}");
     }
 }
+
+/// Gravitropism is strong in proportion to proprioception, so that the intrinsic strain rotates the elements of the first run by π
+/// before long.
+#[test]
+fn elements_that_rotate_by_pi_are_refined() {
+    let make = |elements: usize| {
+        let gravitropism = Gravitropism { sensitivity: 1.3, perception: SettledStatoliths };
+        let proprioception = Proprioception { sensitivity: 4.0 };
+        let laws = (
+            gravitropism.remembered(Memory { time: 1800.0, delay: 70.0 }),
+            proprioception.remembered(Memory { time: 1800.0, delay: 350.0 }),
+        );
+        let shoot = Shoot::builder(YOUNG).length(0.06).radius(RADIUS).scene(Still::tilted(2.5)).load(WEIGHT);
+        let growth = UniformGrowth { zone_length: 0.12, time: 40e3 };
+        shoot.growth(growth).tropism(laws).elements(elements).into_dyn().build().unwrap()
+    };
+    for (error, estimate) in errors(make, 4.0 * HOUR, 60.0, &[1e-3]) {
+        assert!(error <= 1e-3 && estimate <= 1e-3, "{error:e} {estimate:e}");
+    }
+}
