@@ -36,7 +36,7 @@ pub(crate) fn check_autonomous(
     // Gradients of the size of 1/radius have rounding errors. Causes that do not depend on time are equal to the last bit,
     // unless their laws compute with the time and cancel it.
     if change > 1e-12 / steady.radius() || causes > 1e-12 {
-        return Err(LawError::NotAutonomous { change: change.max(causes / rod.length()) });
+        return Err(LawError::TimeDependent { change: change.max(causes / rod.length()) });
     }
     Ok(())
 }

@@ -4,9 +4,9 @@
 #[derive(Debug)]
 pub(crate) enum LawError {
     /// A quantity is infinite or not a number.
-    NotFinite { what: &'static str },
+    NonFinite { what: &'static str },
     /// The state that `TropismLaw::steady` returns is not a steady state of `TropismLaw::rates`.
-    NotSteady { law: &'static str, variable: usize, rate: f64, share: f64 },
+    Unsteady { law: &'static str, variable: usize, rate: f64, share: f64 },
     /// A law, a load, growth, gravity or the base depends on time; the change is in 1/m.
-    NotAutonomous { change: f64 },
+    TimeDependent { change: f64 },
 }

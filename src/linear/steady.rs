@@ -69,14 +69,14 @@ pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<
             continue;
         }
         if !rates.iter().all(|rate| rate.is_finite()) {
-            return Err(LawError::NotFinite { what: "rate of the laws' variables" });
+            return Err(LawError::NonFinite { what: "rate of the laws' variables" });
         }
         let [by_variables, by_stimuli, ..] = law_matrices(law, place, y.as_slice(), x.as_slice());
         let terms = by_variables.abs() * y.abs() + by_stimuli.abs() * x.abs();
         for (variable, (rate, terms)) in rates.iter().zip(&terms).enumerate() {
             if !(rate.abs() <= STEADY * terms) {
                 let (law, share) = (law.name_of(variable), rate.abs() / terms);
-                return Err(LawError::NotSteady { law, variable, rate: *rate, share });
+                return Err(LawError::Unsteady { law, variable, rate: *rate, share });
             }
         }
     }

@@ -150,9 +150,9 @@ pub enum StabilityError {
 impl From<LawError> for StabilityError {
     fn from(error: LawError) -> Self {
         match error {
-            LawError::NotFinite { what } => Self::NotFinite { what },
-            LawError::NotSteady { law, variable, rate, share } => Self::NotSteady { law, variable, rate, share },
-            LawError::NotAutonomous { change } => Self::NotAutonomous { change },
+            LawError::NonFinite { what } => Self::NotFinite { what },
+            LawError::Unsteady { law, variable, rate, share } => Self::NotSteady { law, variable, rate, share },
+            LawError::TimeDependent { change } => Self::NotAutonomous { change },
         }
     }
 }

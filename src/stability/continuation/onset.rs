@@ -71,7 +71,7 @@ impl Onset {
     ///         .tropism(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(memory))
     ///         .load(Weight { density: 1000.0 })
     ///         .build()?;
-    ///     // An upright shoot is stationary as it is built.
+    ///     // An upright shoot is in a steady state as it is built.
     ///     Linearisation::about(&shoot)
     /// };
     /// let found = onset(|length| family(length, 2), 0.06, 0.075)?.with_error(|length| family(length, 4))?;
