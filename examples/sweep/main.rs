@@ -71,7 +71,7 @@ const OPTIONS: [Opt; 14] = [
     Opt::value("beta", "B", "0.8", "gravitropic sensitivity of all"),
     Opt::value("tau-g", "H", "20", "growth time of all, h"),
     Opt::value("hours", "H", "24", "simulated time, h"),
-    Opt::value("step", "S", "120", "time step, s, not longer than the delay of 720 s"),
+    Opt::value("step", "S", "120", "time step, s"),
     Opt::value("elements", "N", "6", "elements of a shoot"),
     Opt::value("threads", "N", "", "threads; without it, as many as the machine has cores"),
     Opt::value(

@@ -165,8 +165,5 @@ fn invalid_options_are_refused_by_name() {
         let message = fail(&out, &[option, value]);
         assert!(message.contains(option), "{message}");
     }
-    // The library, and not the program, checks that a step does not exceed the delay.
-    let message = fail(&out, &["--step", "1000", "--threads", "2"]);
-    assert!(message.contains("1000 s") && message.contains("720 s"), "{message}");
     assert_eq!(rows(&out), 0);
 }

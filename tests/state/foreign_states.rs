@@ -146,8 +146,8 @@ mod written {
 
     #[test]
     fn messages_name_the_damaged_part() {
-        let message = refusal(|state| state["format"] = 8.into());
-        assert!(message.contains("format 8; this version reads format 7"), "{message}");
+        let message = refusal(|state| state["format"] = 9.into());
+        assert!(message.contains("format 9; this version reads format 8"), "{message}");
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());

@@ -36,7 +36,9 @@ impl<M: Model> Trials<'_, M> {
         let extrapolated = max_steps < usize::MAX;
         let tolerance = self.integrator.tolerance;
         let earlier_calls = self.start.plan().map_or(0.0, |plan| plan.error);
+        // Runs 1 to 4 of the chapter.
         let (mut plan, mut estimate) = self.first_runs(until)?;
+        // Runs with the steps that follow from the error, until the estimate is below the tolerance.
         loop {
             if estimate.reported() <= tolerance && !extrapolated {
                 plan.error = earlier_calls + estimate.reported() + self.last.equilibrium_error;
