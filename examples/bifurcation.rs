@@ -27,7 +27,7 @@ use common::figure::{Strip, strips_figure};
 use common::{Opt, Options, Progress, Series, Style, Table};
 use exact::exact_orbit;
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{Branch, BranchPoint, CircularSolver, PeriodicSolver, Special, Turning};
+use morphorod::cycle::{Branch, BranchPoint, CircularSolver, Disturbances, PeriodicSolver, Special, Turning};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, onset};
@@ -117,13 +117,13 @@ struct Found {
 impl Found {
     /// A place whose cycle is so many times what comes back, perhaps turned.
     fn of<O>(point: &BranchPoint<O>, parts: f64, iterations: usize) -> Self {
-        let [inside, outside] = &point.exponents;
-        // Of a pair one is enough.
-        let mut rates: Vec<f64> = inside.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect();
-        if let Some(outside) = outside.first() {
-            rates.truncate(1);
-            rates.push(outside.re);
-        }
+        let mut rates: Vec<f64> = match &point.exponents {
+            Disturbances::Planar { in_plane, out_of_plane } => {
+                [in_plane, out_of_plane].into_iter().filter_map(|list| list.first()).map(|x| x.re).collect()
+            }
+            // One of a conjugate pair suffices.
+            Disturbances::Spatial(all) => all.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect(),
+        };
         rates.resize(2, f64::NAN);
         rates.sort_by(|a, b| b.total_cmp(a));
         Self {

@@ -5,19 +5,24 @@
 
 mod autonomous;
 mod axis;
-mod branch;
-mod circular;
+mod continuation;
+mod corrector;
+mod disturbances;
+mod equations;
 mod error;
+mod extended;
 mod fourier;
 mod gmres;
 mod map;
 mod periodic;
 mod point;
+mod rotating_wave;
 mod sensitivity;
 mod spectrum;
 mod turned;
 
-pub use branch::{Branch, BranchPoint, Special};
-pub use circular::{CircularOrbit, CircularSolver, Turning, TurningRoot, TurningRoots};
+pub use continuation::{Branch, BranchPoint, OrbitSolver, Special};
+pub use disturbances::Disturbances;
 pub use error::CycleError;
 pub use periodic::{Multiplier, Multipliers, OrbitHistory, PeriodicOrbit, PeriodicSolver};
+pub use rotating_wave::{CircularOrbit, CircularSolver, Turning, TurningRoot, TurningRoots};

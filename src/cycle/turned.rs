@@ -19,3 +19,13 @@ pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     out.frames[0] = base;
     out
 }
+
+/// Gives a rod the shape of another as the initial guess of its equilibrium. Lengths may differ; with other elements it keeps its own.
+pub(super) fn take_shape(rod: &mut Rod, of: &Rod) {
+    let sizes = |rod: &Rod| (rod.frames.len(), rod.rotations.len(), rod.line_strains.len());
+    if sizes(rod) == sizes(of) {
+        rod.frames.clone_from(&of.frames);
+        rod.rotations.clone_from(&of.rotations);
+        rod.line_strains.clone_from(&of.line_strains);
+    }
+}

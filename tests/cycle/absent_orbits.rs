@@ -161,9 +161,7 @@ pub(super) fn both_from(
         if let Ok(orbit) = &plane {
             assert!(orbit.period.is_finite() && orbit.largest_excursion(&shoot).unwrap().0.is_finite());
             if let Ok(found) = orbit.multipliers(&shoot, 2) {
-                assert!(
-                    found.sets.iter().flatten().all(|one| one.value.norm().is_finite() && one.residual.is_finite())
-                );
+                assert!(found.values.iter().all(|one| one.value.norm().is_finite() && one.residual.is_finite()));
             }
         }
         (circle, plane)

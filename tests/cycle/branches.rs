@@ -1,7 +1,7 @@
 //! Branches of periodic orbits along a parameter: from the onset of oscillations on, round folds,
 //! with the bifurcations at which their stability changes.
 
-use super::{assert_complex_eq, family, mode, shoot};
+use super::{assert_complex_eq, family, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, shape};
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
@@ -110,7 +110,7 @@ fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     assert_eq!(last.parameter, 0.067);
     assert_relative_eq!(1e3 * last.excursion, 34.194_086_156, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(last.period / MINUTE, 87.661_715_125, epsilon = 0.0, max_relative = 1e-8);
-    let [inside, outside] = last.exponents.each_ref().map(|set| HOUR * set[0]);
+    let [inside, outside] = planes(&last.exponents).map(|set| HOUR * set[0]);
     assert_complex_eq("in the plane", inside, Complex::from(-0.286_710_238_0), 1e-8);
     assert_complex_eq("out of the plane", outside, Complex::from(0.105_275_641_8), 1e-7);
     for point in &points {
@@ -165,7 +165,7 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     // Another criterion: the exponent of the radius vanishes at the fold. It is interpolated
     // linearly between the points before and after.
     let of_radius = |point: &BranchPoint<_>| {
-        let real = point.exponents[0].iter().filter(|x| x.im == 0.0).map(|x| x.re);
+        let real = point.exponents.iter().filter(|x| x.im == 0.0).map(|x| x.re);
         (point.excursion, real.fold(f64::NEG_INFINITY, f64::max))
     };
     let [(before, growth), (after, decay)] = [&points[at - 1], &points[at + 1]].map(of_radius);
@@ -219,18 +219,22 @@ fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     for (k, point) in points.iter().enumerate().filter(|(_, point)| point.special.is_none()) {
         // One disturbance in the plane grows before the fold, one out of the plane after the
         // pitchfork.
-        let [inside, outside] = point.exponents.each_ref().map(|set| set[0].re > 0.0);
+        let [inside, outside] = planes(&point.exponents).map(|set| set[0].re > 0.0);
         assert_eq!((inside, outside), (k < fold, k > pitchfork), "{k}");
     }
-    let smallest = points[fold].exponents[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
+    let smallest = planes(&points[fold].exponents)[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
     assert!(smallest * HOUR < 1e-5, "{}", smallest * HOUR);
     // Orbits that are found without the branch, a little shorter and longer: the first is stable
     // out of its plane, the second is not.
     for (beyond, unstable) in [(-2e-6, 0), (2e-6, 1)] {
         let shoot = sensing(Keen, 2)(points[pitchfork].parameter + beyond).unwrap();
         let orbit = solver.from_orbit(&shoot, &points[pitchfork].orbit).unwrap();
-        let grow = orbit.multipliers(&shoot, 1).unwrap().sets.into_iter().flatten();
-        assert_eq!(grow.filter(|multiplier| multiplier.value.norm() > 1.0 + 1e-6).count(), unstable, "{beyond}");
+        let found = orbit.multipliers(&shoot, 1).unwrap();
+        assert_eq!(
+            found.values.iter().filter(|multiplier| multiplier.value.norm() > 1.0 + 1e-6).count(),
+            unstable,
+            "{beyond}"
+        );
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::cycles::{Parameters, circle, plain};
 use super::random_orbits::{Circling, assert_growth, growth_in_time};
 use super::rosettes::PLAIN;
-use super::{assert_complex_eq, mode};
+use super::{assert_complex_eq, mode, planes};
 use morphorod::cycle::{CircularSolver, Turning};
 use morphorod::tropism::Memory;
 
@@ -54,7 +54,7 @@ fn all_roots_to_the_right_of_the_line_are_in_the_shorter_list() {
 fn all_multipliers_outside_the_radius_are_in_the_shorter_list() {
     let [short, long] = [1, 5].map(|count| PLAIN.swing.multipliers(&PLAIN.shoot, count).unwrap());
     assert!(long.radius < short.radius && short.radius < 1.0);
-    for (short_set, long_set) in short.sets.iter().zip(&long.sets) {
+    for (short_set, long_set) in planes(&short.values).iter().zip(&planes(&long.values)) {
         assert!(!short_set.is_empty() && long_set.len() >= 5);
         let beyond = long_set.iter().filter(|one| one.value.norm() > short.radius);
         for (k, one) in beyond.enumerate() {

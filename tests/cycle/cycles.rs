@@ -1,7 +1,7 @@
 //! Periodic orbits of the reduced model that the solvers find, compared with the exact two-point
 //! problem and with numbers that two other methods give.
 
-use super::{assert_complex_eq, mode, shoot};
+use super::{assert_complex_eq, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, rate};
 use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
@@ -63,7 +63,7 @@ pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) ->
 /// larger defect of the trivial ones.
 pub(super) fn multipliers(shoot: &Shoot<DynLaws>, orbit: &PeriodicOrbit) -> ([Complex<f64>; 2], f64) {
     let found = orbit.multipliers(shoot, 1).unwrap();
-    (found.sets.map(|set| set[0].value), found.trivial)
+    (planes(&found.values).map(|set| set[0].value), found.trivial)
 }
 
 #[test]

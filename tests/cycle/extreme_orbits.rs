@@ -4,7 +4,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::absent_orbits::{Growth, LENGTH, MODE, Place, Plan, both, both_from, memories, plan, refused, within};
-use super::assert_complex_eq;
+use super::{assert_complex_eq, planes};
 use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
@@ -24,7 +24,7 @@ fn fast_statoliths_have_the_multipliers_of_settled_ones() {
             let root = super::mode(&Plan { elements: 4, ..plan(LENGTH) }.shoot());
             let shoot = Plan { tropism: tropism(), elements: 4, ..plan(LENGTH) }.shoot();
             let orbit = PeriodicSolver::default().from_mode(&shoot, &root, 0.03).unwrap();
-            (orbit.period, orbit.multipliers(&shoot, 3).unwrap().sets)
+            (orbit.period, planes(&orbit.multipliers(&shoot, 3).unwrap().values))
         })
     };
     let (period, settled) = leading(|| Arc::new(steering(SettledStatoliths)));
@@ -194,7 +194,7 @@ fn many_multipliers_converge_or_end_where_the_map_is_rounding() {
     within("multipliers", || {
         let (shoot, swing) = &*SWING;
         let found = swing.multipliers(shoot, 12).unwrap();
-        for set in &found.sets {
+        for set in &planes(&found.values) {
             assert!(set.len() >= 12 || found.radius == 1e-3, "{}", set.len());
             assert!(set.iter().all(|one| one.value.norm() > 1e-3 && one.residual < 1e-6), "{set:?}");
         }

@@ -150,7 +150,7 @@ fn of_swing(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> 
     let swing = PeriodicSolver::default().from_mode(shoot, &mode(shoot), amplitude)?;
     assert!(swing.error <= 1e-6);
     let found = swing.multipliers(shoot, 1)?;
-    let leading = found.sets.iter().flatten().map(|one| one.value.norm()).fold(0.0, f64::max);
+    let leading = found.values.iter().map(|one| one.value.norm()).fold(0.0, f64::max);
     assert_eq!(found.unstable() > 0, leading > 1.0);
     assert!(found.radius < leading && found.trivial < 1e-3, "{found:?}");
     let mut moved = shoot.clone();

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use super::{family, mode, shoot};
+use super::{family, mode, planes, shoot};
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
@@ -76,7 +76,7 @@ pub(super) fn excursion(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> f64 {
 /// ones, and the larger defect of the trivial multipliers.
 pub(super) fn rates(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> ([f64; 2], f64) {
     let found = orbit.multipliers(shoot, 1).unwrap();
-    (found.sets.map(|set| set[0].root(orbit.period).re * HOUR), found.trivial)
+    (planes(&found.values).map(|set| set[0].root(orbit.period).re * HOUR), found.trivial)
 }
 
 /// Compares half a swing with the whole one. Known are the length (m), excursion (mm), period
@@ -211,7 +211,7 @@ static BIFURCATIONS: LazyLock<Vec<BranchPoint<CircularOrbit>>> =
 fn circles_of_one_sense_lose_stability_with_a_pair_of_twice_their_rate() {
     let [torus] = &BIFURCATIONS[..] else { panic!("{}", BIFURCATIONS.len()) };
     assert_eq!(torus.special, Some(Special::Torus));
-    let pair = torus.exponents[0][0];
+    let pair = torus.exponents.iter().next().unwrap();
     assert_abs_diff_eq!(pair.im.abs() / torus.orbit.rate.abs(), 2.0, epsilon = 0.01);
 }
 

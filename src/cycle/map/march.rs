@@ -12,6 +12,7 @@ use super::turn::{Turn, turned_back};
 use crate::cycle::autonomous::{check_gradients, driven_points};
 use crate::cycle::error::CycleError;
 use crate::cycle::sensitivity::look;
+use crate::cycle::turned::take_shape;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -51,7 +52,6 @@ pub(crate) struct Path {
     pub strains: Vec<DVector<f64>>,
     /// The rates of the strain at the stages, times an interval's length.
     pub strain_slopes: Vec<Vec<DVector<f64>>>,
-    pub equilibria: usize,
 }
 
 impl Path {
@@ -79,6 +79,8 @@ pub(crate) struct March<'a, M: Model> {
     rod: Rod,
     /// The rods at the stages of the last run: first guesses of the next one.
     pub guesses: Vec<Rod>,
+    /// Equilibria that runs have solved.
+    pub equilibria: usize,
     solver: NewtonSolver,
 }
 
@@ -95,8 +97,7 @@ impl<'a, M: Model> March<'a, M> {
         let declaration = Declaration::of(shoot.model.tropism());
         declaration.check()?;
         let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
-        let longest = delays.iter().flatten().copied().fold(0.0, f64::max);
-        let kept = kept(longest, &grid, period)?;
+        let kept = kept(longest_delay(&declaration), grid.intervals, period)?;
         let size = declaration.size();
         Ok(Self {
             shoot,
@@ -111,6 +112,7 @@ impl<'a, M: Model> March<'a, M> {
             turn: angle.map(|angle| Turn::new(&declaration, angle)).transpose()?,
             rod,
             guesses: Vec::new(),
+            equilibria: 0,
             // Of a shape far from the first guess the stable one.
             solver: NewtonSolver::with_tolerance(PRECISE),
         })
@@ -124,18 +126,6 @@ impl<'a, M: Model> March<'a, M> {
     /// Another such angle, if there is one.
     pub fn set_angle(&mut self, angle: f64) {
         self.turn.iter_mut().for_each(|turn| turn.angle = angle);
-    }
-
-    /// Keeps more of the past if delays have become longer against the period; says whether it did.
-    pub fn keep_enough(&mut self, start: &mut Start, period: f64) -> Result<bool, CycleError> {
-        let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
-        // A step of differences by the period is far below a tenth of an interval.
-        let short = longest * self.grid.intervals as f64 / period + 0.1 > self.kept as f64;
-        if short {
-            self.kept = self.kept.max(kept(longest, &self.grid, period)?);
-            start.keep(self.kept);
-        }
-        Ok(short)
     }
 
     /// Where every variable is read from every stage, and whether anything is read that lies in the present interval.
@@ -183,7 +173,6 @@ impl<'a, M: Model> March<'a, M> {
             stages: Vec::new(),
             strains: vec![start.strain.clone()],
             strain_slopes: Vec::new(),
-            equilibria: 0,
         };
         let length = period / k as f64;
         for n in 0..k {
@@ -193,7 +182,7 @@ impl<'a, M: Model> March<'a, M> {
             let mut last = f64::INFINITY;
             for pass in 0..PASSES {
                 let now = self.interval(n, length, &readings, &begins, &mut slopes, &made, &out)?;
-                out.equilibria += stages;
+                self.equilibria += stages;
                 let change = change(&made, &now.0);
                 made = now.0;
                 // At the rounding of equilibria changes no longer shrink.
@@ -272,10 +261,7 @@ impl<'a, M: Model> March<'a, M> {
         for (i, past) in past.into_iter().enumerate() {
             let strain = carried(&path.strains[n], &strain_slopes, &self.grid.upto[i]);
             if let Some(guess) = self.guesses.get(n * stages + i) {
-                // The shape alone: it may be that of a shoot beside this one, of another length.
-                self.rod.frames.clone_from(&guess.frames);
-                self.rod.rotations.clone_from(&guess.rotations);
-                self.rod.line_strains.clone_from(&guess.line_strains);
+                take_shape(&mut self.rod, guess);
             }
             let (rod, force) = self.settle(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);
@@ -374,11 +360,32 @@ impl<'a, M: Model> March<'a, M> {
     }
 }
 
+/// The longest delay of some laws, s.
+fn longest_delay(laws: &Declaration) -> f64 {
+    laws.variables().iter().filter_map(|variable| variable.delay).fold(0.0, f64::max)
+}
+
+/// Extends the past of a state if the delays of the laws have become longer than it, against the period (s). Returns whether it did.
+pub(crate) fn extend_past(
+    law: &impl TropismLaw,
+    start: &mut Start,
+    intervals: usize,
+    period: f64,
+) -> Result<bool, CycleError> {
+    let (longest, own) = (longest_delay(&Declaration::of(law)), start.slopes.len());
+    // The differences by the period change it by far less than a tenth of an interval.
+    let short = longest * intervals as f64 / period + 0.1 > own as f64;
+    if short {
+        start.keep(own.max(kept(longest, intervals, period)?));
+    }
+    Ok(short)
+}
+
 /// Intervals of the past that hold the longest delay: half an interval more than now, since the period moves while it is sought.
-fn kept(longest: f64, grid: &Grid, period: f64) -> Result<usize, CycleError> {
+fn kept(longest: f64, intervals: usize, period: f64) -> Result<usize, CycleError> {
     let (what, periods) = ("longest delay, in periods", longest / period);
     ParameterError::unless(periods <= PERIODS, what, periods, "at most 16: a state holds all that is read")?;
-    Ok(((longest * grid.intervals as f64 / period + 0.5).ceil() as usize).max(1))
+    Ok(((longest * intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }
 
 /// The largest change of the strain between two passes, relative to it.

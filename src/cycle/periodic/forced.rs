@@ -5,7 +5,9 @@ use nalgebra::DVector;
 use super::PeriodicSolver;
 use super::orbit::PeriodicOrbit;
 use crate::cycle::autonomous::check_period;
+use crate::cycle::corrector;
 use crate::cycle::error::CycleError;
+use crate::cycle::extended::{Conditions, Unknowns};
 use crate::cycle::map::state::Start;
 use crate::cycle::sensitivity::look;
 use crate::error::ParameterError;
@@ -34,6 +36,8 @@ impl PeriodicSolver {
             shoot.model().tropism().steady(stimuli, &mut variables.as_mut_slice()[i * v..(i + 1) * v]);
         });
         let slopes = vec![vec![DVector::zeros(v * points); march.grid.order()]; march.kept];
-        self.find(march, Start { strain, variables, slopes }, period, false)
+        let start = Start { strain, variables, slopes };
+        let guess = Unknowns { start, clock: period, forced: true, angle: 0.0, parameter: 0.0 };
+        corrector::solve(*self, shoot, guess, &Conditions::default())
     }
 }

@@ -2,9 +2,9 @@
 
 use nalgebra::Complex;
 
-use super::exponents::{Special, growing, kind, told};
-use super::follow::{Corrected, Follow};
-use super::{Branch, BranchPoint, Place};
+use super::exponents::{Special, growing, kind, lists};
+use super::{Branch, BranchPoint, OrbitSolver, Place, observe};
+use crate::cycle::corrector::Corrected;
 use crate::cycle::error::CycleError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -25,15 +25,15 @@ const ASIDE: f64 = 1e-2;
 const WIDTH: f64 = 0.1;
 const NARROW: f64 = 0.2;
 
-impl<S: Follow, F, M: Model> Branch<S, F>
+impl<S: OrbitSolver, F, M: Model> Branch<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
     /// Finds where between the last place and another the numbers of growing disturbances change; that waits.
     pub(super) fn special_between(&mut self, to: &Place) -> Result<(), CycleError> {
         // A swing in a plane has two sets, cycles beside it may have one.
-        let apart = [&self.last, to].iter().all(|place| !place.exponents[1].is_empty());
-        let sets = |place: &Place| told(&place.exponents, apart);
+        let apart = [&self.last, to].iter().all(|place| !place.exponents.lists()[1].is_empty());
+        let sets = |place: &Place| lists(&place.exponents, apart);
         let counts = |place: &Place| sets(place).map(|set| growing(&set));
         if counts(&self.last) == counts(to) {
             return Ok(());
@@ -42,13 +42,13 @@ where
         let mut parts = vec![[first.clone(), last.clone()]];
         let mut found = Vec::new();
         // At a fold a real exponent passes zero.
-        let real = |place: &Place| place.exponents[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
+        let real = |place: &Place| place.exponents.lists()[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
         let passes = real(&self.last) != real(to);
         if let Some(fold) = if passes { self.fold(to)? } else { None } {
             parts.clear();
             for (end, aside) in [(first, fold - ASIDE), (last, fold + ASIDE)] {
                 if (0.0..=1.0).contains(&aside) {
-                    let other = (aside, told(&self.look_between(to, aside)?.exponents, apart));
+                    let other = (aside, lists(&self.look_between(to, aside)?.exponents, apart));
                     parts.push(if aside < fold { [end, other] } else { [other, end] });
                 }
             }
@@ -66,7 +66,7 @@ where
                     let (Some(a), Some(b)) = (a, b) else { break };
                     let (share, point) = self.locate(to, (set, next, apart), [a, b])?;
                     let pair = |x: &Complex<f64>, y: &Complex<f64>| (y - x.conj()).norm() <= PAIR * x.norm();
-                    next += match told(&point.exponents, apart)[set].get(next..next + 2) {
+                    next += match lists(&point.exponents, apart)[set].get(next..next + 2) {
                         Some([x, y]) if x.im != 0.0 && pair(x, y) => 2,
                         _ => 1,
                     };
@@ -80,17 +80,17 @@ where
     }
 
     /// The cycle at a share of the way from the last place to another.
-    fn between(&mut self, to: &Place, share: f64) -> Result<Corrected<S::Orbit, M>, CycleError> {
+    fn between(&mut self, to: &Place, share: f64) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
-        let way = from.to(&to.unknowns);
-        let guess = from.along(&way, share);
-        let condition = self.beside_last(self.measure.condition(&way, &guess));
-        self.solver.correct(&mut self.family, guess, &condition)
+        let secant = from.to(&to.unknowns);
+        let guess = from.along(&secant, share);
+        let conditions = self.inner.arclength(&secant, &guess);
+        self.correct(guess, conditions)
     }
 
     fn look_between(&mut self, to: &Place, share: f64) -> Result<BranchPoint<S::Orbit>, CycleError> {
         let found = self.between(to, share)?;
-        Ok(self.look(found)?.0)
+        Ok(observe(&self.solver, found)?.0)
     }
 
     /// Where between the last place and another the parameter has an extremum, as a share of the way.
@@ -133,9 +133,9 @@ where
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let mut point = self.look_between(to, share)?;
             parameter = point.parameter;
-            let Some(exponent) = told(&point.exponents, apart)[set].get(index).copied() else { break };
+            let Some(exponent) = lists(&point.exponents, apart)[set].get(index).copied() else { break };
             if exponent.re.abs() * point.period < ZERO || high.0 - low.0 < CLOSE {
-                point.special = Some(kind(exponent * point.period, S::MULTIPLIED));
+                point.special = Some(kind(exponent * point.period, S::FLOQUET));
                 return Ok((share, point));
             }
             // The end that stays twice counts half (Illinois).

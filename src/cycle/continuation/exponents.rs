@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::Complex;
 
+use crate::cycle::disturbances::Disturbances;
+
 /// What happens on a branch of cycles where an exponent passes the imaginary axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -23,17 +25,17 @@ pub enum Special {
 /// are known to the square root of rounding.
 const NEAR: f64 = 1e-3;
 
-/// How many of some exponents grow.
-pub(super) fn growing(set: &[Complex<f64>]) -> usize {
-    set.iter().filter(|exponent| exponent.re > 0.0).count()
+/// Number of exponents with positive real part.
+pub(super) fn growing<'a>(exponents: impl IntoIterator<Item = &'a Complex<f64>>) -> usize {
+    exponents.into_iter().filter(|exponent| exponent.re > 0.0).count()
 }
 
-/// The two sets of exponents, or all in the first if they are not told apart.
-pub(super) fn told(sets: &[Vec<Complex<f64>>; 2], apart: bool) -> [Vec<Complex<f64>>; 2] {
-    if apart {
-        return sets.clone();
+/// The exponents in the plane and out of it, or all in one list if they are not `divided`, largest real part first.
+pub(super) fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [Vec<Complex<f64>>; 2] {
+    if divided {
+        return exponents.lists().map(<[_]>::to_vec);
     }
-    let mut all = sets.concat();
+    let mut all: Vec<_> = exponents.iter().copied().collect();
     all.sort_by(|a, b| b.re.total_cmp(&a.re));
     [all, Vec::new()]
 }

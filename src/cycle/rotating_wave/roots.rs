@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::{CircularOrbit, CircularSolver, Problem};
-use crate::cycle::autonomous::check_autonomous;
+use super::corotating::Corotating;
+use super::equations::unknowns;
+use super::{CircularOrbit, CircularSolver};
 use crate::cycle::error::CycleError;
 use crate::cycle::map::variation::Variation;
 use crate::cycle::periodic::PeriodicSolver;
-use crate::cycle::periodic::find::start_of_waves;
+use crate::cycle::periodic::guess::start_of_waves;
 use crate::cycle::spectrum::{Spectrum, check_count};
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -144,7 +145,7 @@ impl CircularOrbit {
 
 /// det M(λ) with M = λ + ν ẑ × − REGR ∂gradient.
 struct Characteristic<'a, M: Model> {
-    problem: Problem<'a, M>,
+    problem: Corotating<'a, M>,
     responses: DMatrix<f64>,
 }
 
@@ -154,10 +155,11 @@ impl<'a, M: Model> Characteristic<'a, M> {
         let what = "length of the shoot of the orbit";
         // Equal but for the rounding of a sum.
         ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
-        let mut problem = Problem::new(shoot, &orbit.as_start())?;
+        let strain = unknowns(&orbit.as_start()).start.strain;
+        let mut problem = Corotating::new(shoot, &strain, orbit.rate, None)?;
         problem.rod = orbit.rod.clone();
         problem.evaluate()?;
-        check_autonomous(shoot, &problem.rod)?;
+        problem.check_autonomous()?;
         problem.check_axis()?;
         // What is found with another first guess differs by rounding.
         let residual = problem.relative_residual();
