@@ -10,7 +10,7 @@ use nalgebra::DVector;
 use super::equations::{Effort, Equations};
 use super::error::CycleError;
 use super::extended::{Border, Bordered, Conditions, Unknowns, Update};
-use super::map::state::Start;
+use super::map::phase_state::PhaseState;
 use crate::model::Model;
 use crate::shoot::Shoot;
 
@@ -132,7 +132,7 @@ pub fn solve<S: Equations>(
 
 /// Share of an update that is added. It is the share of Newton's method for the residual over the norm of the strain, which deflates the
 /// stationary state: both updates have the same direction. Strain and period change by a bounded factor.
-fn deflated_share(start: &Start, update: &Update) -> f64 {
+fn deflated_share(start: &PhaseState, update: &Update) -> f64 {
     let (size, change) = (start.strain.norm(), update.state.rows(0, start.strain.len()));
     if !(size > 0.0) {
         return 1.0;

@@ -36,6 +36,9 @@ pub struct Observation {
     pub trivial: f64,
 }
 
+/// A Jacobian and the symmetries of the equations: time first, then rotation if it has an unknown of its own.
+pub type Linearised<J> = (J, Vec<Symmetry>);
+
 /// The equations of one kind of orbit, as the settings of its solver make them.
 pub trait Equations: Clone {
     /// The solution.
@@ -84,12 +87,12 @@ pub trait Equations: Clone {
     /// Checks the shoot for the properties that the equations assume.
     fn check<M: Model>(&self, here: &Self::Evaluation<'_, M>, at: &Unknowns) -> Result<(), CycleError>;
 
-    /// The Jacobian and the symmetries: time first, then rotation if it has an unknown of its own. None if there is no Jacobian.
+    /// The linearisation; none if the laws are singular.
     fn linearise<M: Model>(
         &self,
         here: &mut Self::Evaluation<'_, M>,
         at: &Unknowns,
-    ) -> Result<Option<(Self::Jacobian, Vec<Symmetry>)>, CycleError>;
+    ) -> Result<Option<Linearised<Self::Jacobian>>, CycleError>;
 
     /// The orbit of a converged iteration, and the tangents of its symmetries. A Jacobian of a nearby state may be known.
     fn orbit<M: Model>(

@@ -7,16 +7,17 @@
 use nalgebra::DVector;
 
 use super::error::CycleError;
-use super::map::state::Start;
+use super::map::phase_state::PhaseState;
 
-/// Half-width of the differences by the parameter, relative to its range. With a rounding of 1e-15 they err by 1e-10.
-const DIFFERENCE: f64 = 1e-5;
+/// Relative half-width of central differences by period, rate and parameter, of the latter relative to its range. Their error is of the
+/// order of its square, and that of the rounding of 1e-15 divided by it: 1e-10.
+pub(super) const DIFFERENCE: f64 = 1e-5;
 
 /// Unknowns of the extended system.
 #[derive(Debug, Clone)]
 pub struct Unknowns {
     /// The state of the shoot.
-    pub(in crate::cycle) start: Start,
+    pub(in crate::cycle) start: PhaseState,
     /// Period (s), or rate of rotation (1/s).
     pub clock: f64,
     /// Whether the period is that of the forcing, and no unknown.
@@ -103,6 +104,8 @@ impl Arclength {
 pub struct Conditions {
     /// Phase conditions in time and in rotation. Where none is given, an update has no component along the symmetry's tangent.
     pub phases: Vec<Condition>,
+    /// Weights of strain and variables in those; by default those of the state.
+    pub weights: Option<DVector<f64>>,
     /// The pseudo-arclength condition; none if the parameter is fixed.
     pub arclength: Option<Arclength>,
 }
@@ -146,6 +149,9 @@ pub struct Symmetry {
     pub column: DVector<f64>,
 }
 
+/// Updates of the state and of the scalar unknowns.
+pub type Updates = (DVector<f64>, DVector<f64>);
+
 /// The derivative of a residual by the state.
 pub trait Jacobian {
     /// Solves the bordered system: residual + derivatives · update = 0, and rows · update = `conditions`. Returns the updates of the
@@ -155,7 +161,7 @@ pub trait Jacobian {
         border: &[Border],
         residual: &DVector<f64>,
         conditions: &[f64],
-    ) -> Result<Option<(DVector<f64>, DVector<f64>)>, CycleError>;
+    ) -> Result<Option<Updates>, CycleError>;
 }
 
 /// The linearised extended system.
@@ -169,7 +175,7 @@ pub struct Bordered<J> {
 impl<J: Jacobian> Bordered<J> {
     /// The system with the phase conditions of `conditions`, without a parameter.
     pub fn new(jacobian: J, symmetries: Vec<Symmetry>, conditions: &Conditions, at: &Unknowns) -> Self {
-        let weights = at.start.weights();
+        let weights = conditions.weights.clone().unwrap_or_else(|| at.start.weights());
         let border = symmetries.into_iter().enumerate().map(|(k, Symmetry { tangent, column })| {
             let given = conditions.phases.get(k).map(|phase| phase.state.clone());
             Border { column, row: given.unwrap_or_else(|| weights.component_mul(&tangent)), corner: 0.0 }

@@ -1,9 +1,9 @@
-//! What the laws sense, by the intrinsic strain.
+//! Stimuli of the laws, and their derivatives by the intrinsic strain.
 
 use nalgebra::DMatrix;
 
 use super::error::CycleError;
-use super::turned::turned;
+use super::rotated::turned;
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -15,7 +15,12 @@ use crate::tropism::{Declaration, TropismLaw};
 
 /// Calls `visit` with the number of every point of the zone and its stimuli, on a rod at rest under a force. The force does not
 /// depend on the shape.
-pub(super) fn look(shoot: &Shoot<impl Model>, rod: &Rod, force: &InternalForce, mut visit: impl FnMut(usize, &[f64])) {
+pub(super) fn sense_stimuli(
+    shoot: &Shoot<impl Model>,
+    rod: &Rod,
+    force: &InternalForce,
+    mut visit: impl FnMut(usize, &[f64]),
+) {
     let law = shoot.model.tropism();
     let laws = Declaration::of(law);
     let mut stimuli = vec![0.0; laws.size().stimuli];
@@ -45,9 +50,9 @@ pub(super) fn stimuli_by_strain(
                 rows.zip(x).for_each(|(sum, x)| *sum += weight * x);
             };
             if *phase == 0.0 {
-                look(shoot, moved, &force, &mut add);
+                sense_stimuli(shoot, moved, &force, &mut add);
             } else {
-                look(shoot, &turned(moved, *phase), &force, &mut add);
+                sense_stimuli(shoot, &turned(moved, *phase), &force, &mut add);
             }
         }
     })?;

@@ -6,7 +6,6 @@ mod collocation;
 mod course;
 mod elongation;
 mod gradient_integral;
-mod history_function;
 mod iterated;
 mod memories;
 mod mesh;
@@ -18,8 +17,8 @@ mod step_size;
 mod stepper;
 mod stops;
 
+pub use crate::state::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use adaptive::Adaptive;
-pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use iterated::Iterated;
 pub use method_of_steps::MethodOfSteps;
 pub use simulation::Simulation;

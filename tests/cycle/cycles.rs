@@ -6,7 +6,7 @@ use crate::fixtures::exact_orbit::{exact_orbit, rate};
 use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{CircularOrbit, CircularSolver, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::cycle::{PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver, WaveGuess};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot};
@@ -50,8 +50,8 @@ impl Parameters {
     }
 }
 
-pub(super) fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> CircularOrbit {
-    CircularSolver::default().solve(shoot, &Turning::of_mode(&mode(shoot), radius)).unwrap()
+pub(super) fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> RotatingWave {
+    RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&mode(shoot), radius)).unwrap()
 }
 
 pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) -> PeriodicOrbit {

@@ -1,4 +1,4 @@
-//! What passes where exponents pass the imaginary axis.
+//! Kinds of bifurcations, by the exponents that cross the imaginary axis.
 
 use std::f64::consts::PI;
 
@@ -6,23 +6,23 @@ use nalgebra::Complex;
 
 use crate::cycle::disturbances::Disturbances;
 
-/// What happens on a branch of cycles where an exponent passes the imaginary axis.
+/// A bifurcation on a branch of orbits: an exponent crosses the imaginary axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Special {
-    /// The branch turns back: there is no cycle beyond this value of the parameter.
+pub enum Bifurcation {
+    /// The parameter has an extremum: there is no orbit of this branch beyond.
     Fold,
-    /// A real exponent passes zero, while the parameter goes on: a branch of cycles of less symmetry begins, as of ellipses where a swing leaves
-    /// its plane.
+    /// A real exponent crosses zero and the parameter has no extremum: a branch of less symmetry begins, for example of ellipses where a
+    /// swing leaves its plane.
     Pitchfork,
-    /// A multiplier passes −1: a branch of cycles begins that come back after two periods.
+    /// A multiplier crosses −1: a branch of orbits with twice the period begins.
     PeriodDoubling,
-    /// A pair of exponents passes the axis: a motion with a second period begins, on a torus. The tip draws a rosette, or swings more and less.
+    /// A pair of exponents crosses the axis: motion with a second period begins, on a torus.
     Torus,
 }
 
-/// An exponent times the period that is nearer to the real axis, or to ±π, than this is there: next to the trivial ones two that meet
-/// are known to the square root of rounding.
+/// Distance from the real axis, or from ±π, of an exponent times the period that counts as zero. Two exponents that meet beside the
+/// trivial ones are known to the square root of rounding.
 const NEAR: f64 = 1e-3;
 
 /// Number of exponents with positive real part.
@@ -40,14 +40,14 @@ pub(super) fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [V
     [all, Vec::new()]
 }
 
-/// What passes the axis, by its exponent times the period; whether that is the logarithm of a multiplier.
-pub(super) fn kind(exponent: Complex<f64>, multiplied: bool) -> Special {
+/// The kind of a bifurcation, by the critical exponent times the period, which may be the logarithm of a multiplier (`multiplied`).
+pub(super) fn kind(exponent: Complex<f64>, multiplied: bool) -> Bifurcation {
     let angle = exponent.im.abs();
     if angle < NEAR {
-        Special::Pitchfork
+        Bifurcation::Pitchfork
     } else if multiplied && (angle - PI).abs() < NEAR {
-        Special::PeriodDoubling
+        Bifurcation::PeriodDoubling
     } else {
-        Special::Torus
+        Bifurcation::Torus
     }
 }

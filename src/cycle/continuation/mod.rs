@@ -4,7 +4,7 @@ mod bifurcation;
 mod exponents;
 mod tangent;
 
-pub use exponents::Special;
+pub use exponents::Bifurcation;
 
 use std::collections::VecDeque;
 use std::ops::RangeInclusive;
@@ -39,11 +39,11 @@ const EXPONENTS: usize = 2;
 /// trivial ones.
 const LEAST: f64 = 0.01;
 
-/// A solver of orbits that can be continued along a parameter: a [`CircularSolver`](super::CircularSolver) or a
+/// A solver of orbits that can be continued along a parameter: a [`RotatingWaveSolver`](super::RotatingWaveSolver) or a
 /// [`PeriodicSolver`](super::PeriodicSolver). It cannot be implemented for other types.
 pub trait OrbitSolver: Equations {}
 
-impl OrbitSolver for super::CircularSolver {}
+impl OrbitSolver for super::RotatingWaveSolver {}
 impl OrbitSolver for super::PeriodicSolver {}
 
 /// A point of a branch of orbits.
@@ -65,7 +65,7 @@ pub struct BranchPoint<O> {
     /// differences.
     pub trivial: f64,
     /// The bifurcation at this point, if there is one.
-    pub special: Option<Special>,
+    pub bifurcation: Option<Bifurcation>,
 }
 
 impl<O> BranchPoint<O> {
@@ -78,7 +78,7 @@ impl<O> BranchPoint<O> {
 
 /// A point of a branch with what the next step needs.
 #[derive(Debug, Clone)]
-struct Place {
+struct BranchState {
     unknowns: Unknowns,
     symmetries: Vec<DVector<f64>>,
     exponents: Disturbances<Complex<f64>>,
@@ -94,7 +94,7 @@ struct Place {
 /// `family` returns the shoot for a value of the parameter; all its shoots have as many material points. Derivatives by the parameter are
 /// differences over 1e-5 of the range. Steps may evaluate parameters slightly outside the range if the branch ends there.
 #[derive(Debug, Clone)]
-pub struct Branch<S: OrbitSolver, F> {
+pub struct Continuation<S: OrbitSolver, F> {
     solver: S,
     family: F,
     within: RangeInclusive<f64>,
@@ -105,7 +105,7 @@ pub struct Branch<S: OrbitSolver, F> {
     first_step: f64,
     /// Length of the next step.
     step: f64,
-    last: Place,
+    last: BranchState,
     /// Direction of the next step, of unit norm.
     tangent: Tangent,
     /// Whether that direction is a guess.
@@ -114,7 +114,7 @@ pub struct Branch<S: OrbitSolver, F> {
     ended: bool,
 }
 
-impl<S: OrbitSolver, F, M: Model> Branch<S, F>
+impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
@@ -168,7 +168,7 @@ where
         let shoot = family(parameter)?;
         let guess = Unknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
-        let found = correct_resolved(&mut solver, &mut family, guess, &Conditions::default())?;
+        let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
         let tangent = Tangent::of_parameter(&found.unknowns, step);
         Self::begin(solver, family, within, (inner, shoot.rod().length()), tangent, found)
     }
@@ -217,7 +217,7 @@ where
         loop {
             let error = match self.try_step() {
                 // The branch returns to the stationary state, or to a rotating wave.
-                Err(CycleError::Stationary { .. } | CycleError::Circle) => {
+                Err(CycleError::Stationary { .. } | CycleError::RotatingWave) => {
                     self.ended = true;
                     return Ok(());
                 }
@@ -288,7 +288,7 @@ where
             self.ended = true;
             return Ok(());
         }
-        self.special_between(&place)?;
+        self.bifurcations_between(&place)?;
         self.tangent = self.inner.unit(&secant, &place.symmetries);
         self.step = size * if turn > EASY { LONGER } else { 1.0 };
         (self.rough, self.ended) = (false, bound.is_some());
@@ -306,7 +306,7 @@ where
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
         guess.parameter = bound;
-        self.correct(guess, Conditions::default())
+        self.correct(guess, self.inner.at_fixed_parameter())
     }
 
     /// The orbit near a guess. It has the phases of the last point, unless the guess is rough: other states of the orbit have these, too.
@@ -316,7 +316,7 @@ where
         mut conditions: Conditions,
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         if !self.rough {
-            let Place { unknowns, symmetries, .. } = &self.last;
+            let BranchState { unknowns, symmetries, .. } = &self.last;
             conditions = self.inner.with_phases_of(conditions, unknowns, symmetries);
         }
         let found = correct(&self.solver, &mut self.family, guess, &conditions)?;
@@ -337,7 +337,7 @@ where
     }
 }
 
-impl<S: OrbitSolver, F, M: Model> Iterator for Branch<S, F>
+impl<S: OrbitSolver, F, M: Model> Iterator for Continuation<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
@@ -359,16 +359,16 @@ where
 fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
     found: Corrected<S::Orbit, Shoot<M>>,
-) -> Result<(BranchPoint<S::Orbit>, Place), CycleError> {
+) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
     let Corrected { orbit, unknowns, tangents: symmetries, shoot } = found;
     let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, EXPONENTS)?;
     let exponents = exponents.map(|mut list| {
         list.sort_by(|a, b| b.re.total_cmp(&a.re));
         list
     });
-    let place = Place { unknowns, symmetries, exponents: exponents.clone() };
+    let place = BranchState { unknowns, symmetries, exponents: exponents.clone() };
     let (parameter, trivial) = (place.unknowns.parameter, trivial * period);
-    Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, special: None }, place))
+    Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, bifurcation: None }, place))
 }
 
 /// Refuses a range without a length, or one that does not hold a value.

@@ -114,7 +114,12 @@ impl InnerProduct {
     pub fn arclength(&self, tangent: &Tangent, guess: &Unknowns) -> Conditions {
         let (state, parameter) = (self.weights.component_mul(&tangent.present()), tangent.parameter);
         let condition = Condition::through(state, parameter * self.of_parameter(), guess);
-        Conditions { arclength: Some(Arclength { condition, range: self.range }), ..Conditions::default() }
+        Conditions { arclength: Some(Arclength { condition, range: self.range }), ..self.at_fixed_parameter() }
+    }
+
+    /// The conditions for a fixed parameter.
+    pub fn at_fixed_parameter(&self) -> Conditions {
+        Conditions { weights: Some(self.weights.clone()), ..Conditions::default() }
     }
 
     /// Adds the phase conditions that some unknowns satisfy, whose symmetry tangents are given.

@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::PeriodicSolver;
-use super::guess::{start_of_mode, start_of_orbit};
-use super::linear::{Monodromy, check_no_circle, flow, symmetries};
+use super::guess::{state_of_mode, state_of_orbit};
+use super::linear::{ReturnMapJacobian, check_no_circle, flow, symmetries};
 use super::orbit::PeriodicOrbit;
 use super::resolution::error_of;
 use crate::cycle::autonomous::check_autonomous;
@@ -14,7 +14,7 @@ use crate::cycle::equations::{Effort, Equations, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Bordered, Conditions, Symmetry, Unknowns};
 use crate::cycle::map::grid::Grid;
-use crate::cycle::map::march::{self, March, Path};
+use crate::cycle::map::return_map::{self, ReturnMap, Trajectory};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -25,14 +25,14 @@ const MOST: usize = 256;
 
 /// A state that has been mapped over a period.
 pub struct Mapped<'a, M: Model> {
-    march: March<'a, M>,
-    path: Path,
+    return_map: ReturnMap<'a, M>,
+    path: Trajectory,
 }
 
 impl Equations for PeriodicSolver {
     type Orbit = PeriodicOrbit;
     type Evaluation<'a, M: Model + 'a> = Mapped<'a, M>;
-    type Jacobian = Monodromy;
+    type Jacobian = ReturnMapJacobian;
 
     // The linearisation costs as much as a dozen iterations.
     const KEEP: f64 = 0.2;
@@ -40,13 +40,13 @@ impl Equations for PeriodicSolver {
 
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError> {
         let (period, angle) = (self.return_of(root), self.angle.unwrap_or(0.0));
-        let start = start_of_mode(&mut self.march(shoot, period)?, root, amplitude, period)?;
+        let start = state_of_mode(&mut self.return_map(shoot, period)?, root, amplitude, period)?;
         Ok(Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &PeriodicOrbit) -> Result<Unknowns, CycleError> {
         let (period, angle) = (self.return_after(orbit), self.angle_of(orbit));
-        let start = start_of_orbit(&self.march(shoot, period)?, orbit, period)?;
+        let start = state_of_orbit(&self.return_map(shoot, period)?, orbit, period)?;
         Ok(Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 })
     }
 
@@ -59,7 +59,7 @@ impl Equations for PeriodicSolver {
     }
 
     fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut Unknowns) -> Result<bool, CycleError> {
-        march::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
+        return_map::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
     }
 
     fn evaluate<'a, M: Model>(
@@ -68,51 +68,51 @@ impl Equations for PeriodicSolver {
         at: &Unknowns,
         rods: Vec<Rod>,
     ) -> Result<Mapped<'a, M>, CycleError> {
-        let mut march = self.march(shoot, at.clock)?;
-        at.start.check(march.places.len(), march.variables)?;
-        (march.kept, march.guesses) = (at.start.slopes.len(), rods);
-        march.set_angle(at.angle);
-        let path = march.run(&at.start, at.clock)?;
+        let mut return_map = self.return_map(shoot, at.clock)?;
+        at.start.check(return_map.places.len(), return_map.variables)?;
+        (return_map.kept, return_map.guesses) = (at.start.slopes.len(), rods);
+        return_map.set_angle(at.angle);
+        let path = return_map.run(&at.start, at.clock)?;
         // The stationary state is a fixed point for any period.
         let strain = path.largest_move();
         if !at.forced && strain * shoot.rod().length() < STATIONARY {
             return Err(CycleError::Stationary { strain });
         }
-        Ok(Mapped { march, path })
+        Ok(Mapped { return_map, path })
     }
 
     fn rods<M: Model>(here: &Mapped<M>) -> Vec<Rod> {
-        here.march.guesses.clone()
+        here.return_map.guesses.clone()
     }
 
     fn equilibria<M: Model>(here: &Mapped<M>) -> usize {
-        here.march.equilibria
+        here.return_map.equilibria
     }
 
     fn residual<M: Model>(&self, here: &Mapped<M>, at: &Unknowns) -> (DVector<f64>, f64) {
-        let size = at.start.residual(&here.path.end, self.least(here.march.shoot, at.forced));
+        let size = at.start.residual(&here.path.end, self.least(here.return_map.shoot, at.forced));
         (here.path.end.flat() - at.start.flat(), size)
     }
 
     fn check<M: Model>(&self, here: &Mapped<M>, at: &Unknowns) -> Result<(), CycleError> {
-        if at.forced { Ok(()) } else { check_autonomous(here.march.shoot, &here.path.stages[0][0].rod) }
+        if at.forced { Ok(()) } else { check_autonomous(here.return_map.shoot, &here.path.stages[0][0].rod) }
     }
 
     fn linearise<M: Model>(
         &self,
         here: &mut Mapped<M>,
         at: &Unknowns,
-    ) -> Result<Option<(Monodromy, Vec<Symmetry>)>, CycleError> {
-        let Mapped { march, path } = here;
-        let symmetries = if at.forced { Vec::new() } else { symmetries(march, &at.start, at.clock, path)? };
-        Ok(Some((Monodromy::of(march, &at.start, at.clock, path)?, symmetries)))
+    ) -> Result<Option<(ReturnMapJacobian, Vec<Symmetry>)>, CycleError> {
+        let Mapped { return_map, path } = here;
+        let symmetries = if at.forced { Vec::new() } else { symmetries(return_map, &at.start, at.clock, path)? };
+        Ok(Some((ReturnMapJacobian::of(return_map, &at.start, at.clock, path)?, symmetries)))
     }
 
     fn orbit<M: Model>(
         &self,
         mut here: Mapped<M>,
         at: &Unknowns,
-        known: Option<Bordered<Monodromy>>,
+        known: Option<Bordered<ReturnMapJacobian>>,
         effort: Effort,
     ) -> Result<(PeriodicOrbit, Vec<DVector<f64>>), CycleError> {
         let Effort { iterations, equilibria, residual } = effort;
@@ -124,13 +124,13 @@ impl Equations for PeriodicSolver {
                 Bordered::new(jacobian, symmetries, &Conditions::default(), at)
             }
         };
-        let Mapped { march, path } = here;
-        check_no_circle(&march, &at.start, &path)?;
-        check_axis(&march, &path, at.clock)?;
-        let least = self.least(march.shoot, at.forced);
-        let error = error_of(&march, &at.start, at.clock, &path, &linear, least)?;
-        let rotation = march.turn.as_ref().map(|turn| turn.rate(&at.start).present());
-        let tangents = std::iter::once(flow(&march, &at.start, &path)).chain(rotation).collect();
+        let Mapped { return_map, path } = here;
+        check_no_circle(&return_map, &at.start, &path)?;
+        check_axis(&return_map, &path, at.clock)?;
+        let least = self.least(return_map.shoot, at.forced);
+        let error = error_of(&return_map, &at.start, at.clock, &path, &linear, least)?;
+        let rotation = return_map.turn.as_ref().map(|turn| turn.rate(&at.start).present());
+        let tangents = std::iter::once(flow(&return_map, &at.start, &path)).chain(rotation).collect();
         let orbit = PeriodicOrbit {
             period: at.clock,
             angle: at.angle,
@@ -140,7 +140,7 @@ impl Equations for PeriodicSolver {
             error,
             start: at.start.clone(),
             settings: *self,
-            driven_from: at.forced.then(|| march.shoot.time()),
+            driven_from: at.forced.then(|| return_map.shoot.time()),
         };
         Ok((orbit, tangents))
     }
@@ -167,9 +167,9 @@ impl Equations for PeriodicSolver {
         shoot: &Shoot<M>,
         count: usize,
     ) -> Result<Observation, CycleError> {
-        let (mut march, path) = orbit.go_round(shoot)?;
-        let found = orbit.multipliers_on(&march, &path, count)?;
-        let (excursion, _) = orbit.largest_excursion_on(&mut march, &path)?;
+        let (mut return_map, path) = orbit.retrace(shoot)?;
+        let found = orbit.multipliers_on(&return_map, &path, count)?;
+        let (excursion, _) = orbit.largest_excursion_on(&mut return_map, &path)?;
         let exponents = found.values.map(|list| list.iter().map(|one| one.root(orbit.period)).collect());
         Ok(Observation { excursion, period: orbit.period, exponents, trivial: found.trivial / orbit.period })
     }

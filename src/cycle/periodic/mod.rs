@@ -1,16 +1,16 @@
 //! Periodic orbits: how they are sought, found, read, and entered by a run in time.
 
-mod entry;
 mod equations;
 mod forced;
 pub(super) mod guess;
+mod history;
 mod linear;
 mod multipliers;
 mod orbit;
 mod plane;
 mod resolution;
 
-pub use entry::OrbitHistory;
+pub use history::OrbitHistory;
 pub use multipliers::{Multiplier, Multipliers};
 pub use orbit::PeriodicOrbit;
 
@@ -19,12 +19,12 @@ use super::equations::Equations;
 use super::error::CycleError;
 use super::extended::{Conditions, Unknowns};
 use super::map::grid::Grid;
-use super::map::march::{March, PRECISE};
+use super::map::return_map::{PRECISE, ReturnMap};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;
-use guess::start_of_run;
+use guess::state_of_run;
 
 /// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
 const STAGES: usize = 16;
@@ -87,8 +87,8 @@ impl PeriodicSolver {
     /// # Errors
     /// Those of [`from_mode`](Self::from_mode), or a shoot that no integrator has moved.
     pub fn from_run(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
-        let march = self.march(shoot, period)?;
-        let (start, angle) = (start_of_run(&march, period)?, march.angle());
+        let return_map = self.return_map(shoot, period)?;
+        let (start, angle) = (state_of_run(&return_map, period)?, return_map.angle());
         let guess = Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 };
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }
@@ -106,7 +106,11 @@ impl PeriodicSolver {
         corrector::solve(*self, shoot, self.of_orbit(shoot, orbit)?, &Conditions::default())
     }
 
-    pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
+    pub(super) fn return_map<'a, M: Model>(
+        &self,
+        shoot: &'a Shoot<M>,
+        period: f64,
+    ) -> Result<ReturnMap<'a, M>, CycleError> {
         let (what, number) = ("intervals in a period", self.intervals);
         ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
         let (what, number) = ("points in an interval", self.stages);
@@ -114,7 +118,7 @@ impl PeriodicSolver {
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
         ParameterError::positive("accuracy of a periodic orbit", self.accuracy)?;
         ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
-        March::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
+        ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 
     /// The strain that counts as none in a residual, 1/m. What is driven may start from nothing, and end there if nothing drives it: there

@@ -7,9 +7,9 @@ use super::orbit::PeriodicOrbit;
 use super::plane::Plane;
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::march::{March, Path};
-use crate::cycle::map::turn::Turn;
-use crate::cycle::map::variation::Variation;
+use crate::cycle::map::monodromy::Monodromy;
+use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::rotation::StateRotation;
 use crate::cycle::spectrum::{Spectrum, check_count};
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -70,20 +70,20 @@ impl PeriodicOrbit {
     /// intervals do not resolve.
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<Multipliers, CycleError> {
         check_count(count.saturating_add(if count == 0 { 0 } else { 2 }))?;
-        let (march, path) = self.go_round(shoot)?;
-        self.multipliers_on(&march, &path, count)
+        let (return_map, path) = self.retrace(shoot)?;
+        self.multipliers_on(&return_map, &path, count)
     }
 
     pub(crate) fn multipliers_on(
         &self,
-        march: &March<impl Model>,
-        path: &Path,
+        return_map: &ReturnMap<impl Model>,
+        path: &Trajectory,
         count: usize,
     ) -> Result<Multipliers, CycleError> {
-        let variation = Variation::of(march, path, self.period)?;
-        let plane = Plane::of(march, path, &self.start, &variation)?;
+        let monodromy = Monodromy::of(return_map, path, self.period)?;
+        let plane = Plane::of(return_map, path, &self.start, &monodromy)?;
         // The tangent of a rotation is known exactly, and is removed where a shift in time has the same multiplier.
-        let turned = march.turn.as_ref().filter(|_| plane.is_none());
+        let turned = return_map.turn.as_ref().filter(|_| plane.is_none());
         let turned = turned.map(|turn| turn.rate(&self.start).flat().normalize());
         let (mut radius, mut largest_defect) = (0.0_f64, 0.0_f64);
         let mut lists = [Vec::new(), Vec::new()];
@@ -93,7 +93,7 @@ impl PeriodicOrbit {
                 break;
             }
             let found = Spectrum::of(self.start.flat().len(), count + 2, |x| {
-                let mut end = variation.apply(&self.start.with_values(x))?;
+                let mut end = monodromy.apply(&self.start.with_values(x))?;
                 if let Some(plane) = &plane {
                     // Rounding couples disturbances in the plane with those out of it, and the larger multiplier would appear in both.
                     plane.project(&mut end, across);
@@ -109,7 +109,7 @@ impl PeriodicOrbit {
         }
         let own_period = usize::from(self.driven_from.is_none());
         let near_one = |set: &[Multiplier]| set.iter().filter(|one| (one.value - 1.0).norm() < SYMMETRIC).count();
-        let rotation = match self.rotation(march, path, &variation)? {
+        let rotation = match self.rotation(return_map, path, &monodromy)? {
             _ if turned.is_some() => 0,
             Symmetry::Is(there) => usize::from(there),
             Symmetry::Undeclared if plane.is_some() => near_one(&lists[1]).min(1),
@@ -136,16 +136,21 @@ impl PeriodicOrbit {
         Ok(Multipliers { values, radius, trivial: largest_defect })
     }
     /// Whether a rotation of the whole gives another orbit with a multiplier of its own.
-    fn rotation(&self, march: &March<impl Model>, path: &Path, variation: &Variation) -> Result<Symmetry, CycleError> {
-        let Ok(turn) = Turn::new(&Declaration::of(march.shoot.model.tropism()), 0.0) else {
+    fn rotation(
+        &self,
+        return_map: &ReturnMap<impl Model>,
+        path: &Trajectory,
+        monodromy: &Monodromy,
+    ) -> Result<Symmetry, CycleError> {
+        let Ok(turn) = StateRotation::new(&Declaration::of(return_map.shoot.model.tropism()), 0.0) else {
             return Ok(Symmetry::Undeclared);
         };
         let tangent = turn.rate(&self.start).flat();
         // On a circle a rotation is a shift in time.
-        if tangent.norm() == 0.0 || is_circle(march, &self.start, path, &turn) {
+        if tangent.norm() == 0.0 || is_circle(return_map, &self.start, path, &turn) {
             return Ok(Symmetry::Is(false));
         }
-        let end = variation.apply(&self.start.with_values(&tangent))?.flat();
+        let end = monodromy.apply(&self.start.with_values(&tangent))?.flat();
         Ok(Symmetry::Is((end - &tangent).norm() <= SYMMETRIC * tangent.norm()))
     }
 }

@@ -5,11 +5,12 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use crate::cycle::autonomous::{check_autonomous, check_gradients, driven_points};
 use crate::cycle::axis::{broken, check_rest, least_gradient};
 use crate::cycle::error::CycleError;
-use crate::cycle::fourier::Circle;
-use crate::cycle::map::march::PRECISE;
-use crate::cycle::point::{Round, Steady};
-use crate::cycle::sensitivity::{look, stimuli_by_strain};
-use crate::cycle::turned::{take_shape, turned};
+use crate::cycle::extended::DIFFERENCE;
+use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
+use crate::cycle::map::return_map::PRECISE;
+use crate::cycle::phase_grid::{PhaseGrid, WAVES};
+use crate::cycle::rotated::{take_shape, turned};
+use crate::cycle::sensitivity::{sense_stimuli, stimuli_by_strain};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
@@ -19,30 +20,29 @@ use crate::shoot::Shoot;
 use crate::stability::{SteadyState, check_steady};
 use crate::tropism::{Growing, TropismLaw};
 
-/// Waves in one turn that are resolved. Of a law that knows no direction of its own all that is known along the directors has
-/// waves 0 and ±1; products of three of these are still told apart.
-const WAVES: usize = 3;
+/// Derivatives by the strain, and by the logarithm of the rate.
+type Derivatives = (DMatrix<f64>, DVector<f64>);
 
-/// The shoot in the turning frame.
+/// The shoot in the corotating frame.
 pub struct Corotating<'a, M: Model> {
     shoot: &'a Shoot<M>,
-    pub(in crate::cycle) circle: Circle,
+    pub(in crate::cycle) phases: PhaseGrid,
     solver: NewtonSolver,
     pub rod: Rod,
     pub rate: f64,
     /// REGR of every point of the zone, 1/s.
     regr: Vec<f64>,
     places: Vec<Growing>,
-    /// Of every point, a column for every phase.
+    /// Stimuli of every point, a column for every phase.
     stimuli: Vec<DMatrix<f64>>,
-    pub(in crate::cycle) steady: Vec<Steady>,
-    /// At the first phase.
+    pub(in crate::cycle) steady: Vec<HarmonicVariables>,
+    /// Growth gradients at the first phase.
     gradients: Vec<Vector3<f64>>,
 }
 
 impl<'a, M: Model> Corotating<'a, M> {
-    /// The frame of a shoot with a strain (components 1 and 2 at every point of the zone, 1/m) and a rate (1/s). The shape of `rod`, of a
-    /// shoot with as many points, is the initial guess of the equilibrium.
+    /// The frame of a shoot with a strain (components 1 and 2 at every point of the zone, 1/m) and a rate (1/s). A `shape` is the
+    /// initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
@@ -62,7 +62,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         }
         Ok(Self {
             shoot,
-            circle: Circle::new(WAVES),
+            phases: PhaseGrid::new(WAVES),
             solver: NewtonSolver::with_tolerance(PRECISE),
             rod,
             rate,
@@ -78,8 +78,8 @@ impl<'a, M: Model> Corotating<'a, M> {
         self.shoot.model.tropism()
     }
 
-    fn round(&self) -> Round<'_, M::Tropism> {
-        Round::new(self.law(), &self.circle, self.rate)
+    fn balance(&self) -> HarmonicBalance<'_, M::Tropism> {
+        HarmonicBalance::new(self.law(), &self.phases, self.rate)
     }
 
     /// Components 1 and 2 of the intrinsic strain, point by point.
@@ -88,37 +88,42 @@ impl<'a, M: Model> Corotating<'a, M> {
         DVector::from_iterator(2 * points.len(), points.iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]))
     }
 
-    /// ẑ × u*: how the strain changes when all turns.
+    /// ẑ × u*: derivative of the strain by the angle of rotation.
     fn turning(&self) -> DVector<f64> {
-        quarter(&self.strain())
+        rotation_tangent(&self.strain())
     }
 
-    /// Finds the shape at rest, what its points sense as it goes round, and what the laws ask for.
+    /// Solves the equilibrium, and evaluates stimuli and growth gradients over a rotation.
     pub fn evaluate(&mut self) -> Result<(), CycleError> {
         let environment = self.shoot.environment();
         let material = self.shoot.model.constitutive();
         let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
         let _ = self.solver.equilibrate(&mut self.rod, material, &force)?;
-        // The steady variables are the initial guess of those that go round.
+        // The steady variables are the initial guess of the periodic ones.
         check_steady(self.law(), &SteadyState::of(self.shoot, &self.rod, &force))?;
         let m = self.law().size().stimuli;
-        let mut stimuli = vec![DMatrix::zeros(m, self.circle.len()); self.places.len()];
-        for (j, phase) in self.circle.phases.iter().enumerate() {
+        let mut stimuli = vec![DMatrix::zeros(m, self.phases.len()); self.places.len()];
+        for (j, phase) in self.phases.angles.iter().enumerate() {
             let rod = turned(&self.rod, *phase);
-            look(self.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
+            sense_stimuli(self.shoot, &rod, &force, |i, x| stimuli[i].column_mut(j).copy_from_slice(x));
         }
         self.stimuli = stimuli;
-        let round = self.round();
-        let steady = round.settle_all(&self.places, &self.stimuli)?;
-        let gradients = self.asked_for(&round, &steady, 0);
+        let balance = self.balance();
+        let steady = balance.solve_all(&self.places, &self.stimuli)?;
+        let gradients = self.gradients_at(&balance, &steady, 0);
         check_gradients(gradients.iter())?;
         (self.steady, self.gradients) = (steady, gradients);
         Ok(())
     }
 
-    fn asked_for(&self, round: &Round<M::Tropism>, steady: &[Steady], phase: usize) -> Vec<Vector3<f64>> {
+    fn gradients_at(
+        &self,
+        balance: &HarmonicBalance<M::Tropism>,
+        steady: &[HarmonicVariables],
+        phase: usize,
+    ) -> Vec<Vector3<f64>> {
         let all = self.places.iter().zip(steady).zip(&self.stimuli);
-        all.map(|((at, steady), stimuli)| round.gradient(at, steady, stimuli, phase)).collect()
+        all.map(|((at, steady), stimuli)| balance.gradient(at, steady, stimuli, phase)).collect()
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
@@ -133,18 +138,18 @@ impl<'a, M: Model> Corotating<'a, M> {
     }
 
     /// The derivatives of the residual by the strain, and by the logarithm of the rate. None if the laws are singular.
-    pub fn derivatives(&self) -> Result<Option<(DMatrix<f64>, DVector<f64>)>, CycleError> {
+    pub fn derivatives(&self) -> Result<Option<Derivatives>, CycleError> {
         let n = 2 * self.places.len();
         let Some([inner, _]) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
         let by_strain = DMatrix::from_fn(n, n, |row, column| inner[(row, column)].re / self.regr[row / 2]);
-        // By the rate: central differences of the laws, the shape staying. Their response is smooth over an octave.
-        let change = 1e-5 * self.rate;
+        // Central differences of the laws by the rate, for the same shape. Their response is smooth over an octave.
+        let change = DIFFERENCE * self.rate;
         let turning = self.turning();
         let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
-            let round = Round::new(self.law(), &self.circle, self.rate + sign * change);
-            let settled = round.settle_all(&self.places, &self.stimuli)?;
-            for (i, gradient) in self.asked_for(&round, &settled, 0).iter().enumerate() {
+            let balance = HarmonicBalance::new(self.law(), &self.phases, self.rate + sign * change);
+            let settled = balance.solve_all(&self.places, &self.stimuli)?;
+            for (i, gradient) in self.gradients_at(&balance, &settled, 0).iter().enumerate() {
                 for c in 0..2 {
                     by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
@@ -153,9 +158,9 @@ impl<'a, M: Model> Corotating<'a, M> {
         Ok(Some((by_strain, by_rate * self.rate)))
     }
 
-    /// The stimuli of every point at all phases by the strain.
+    /// Derivatives of the stimuli of every point at all phases by the strain.
     pub fn responses(&self) -> Result<DMatrix<f64>, CycleError> {
-        stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.circle.phases)
+        stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.phases.angles)
     }
 
     /// λ + ν ẑ × − REGR ∂gradient, and its derivative by λ.
@@ -163,16 +168,16 @@ impl<'a, M: Model> Corotating<'a, M> {
         let n = 2 * self.places.len();
         let mut value = DMatrix::from_diagonal_element(n, n, z);
         let mut derivative = DMatrix::identity(n, n);
-        let round = self.round();
+        let balance = self.balance();
         let rows = responses.nrows() / self.places.len();
-        // Of linear laws one point stands for all.
+        // Points with the same linear laws have the same response.
         let mut known: Option<(usize, [DMatrix<Complex<f64>>; 2])> = None;
         for i in 0..self.places.len() {
             value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
             value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
             let parts = match known.take() {
                 Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
-                _ => (i, round.response(&self.steady[i], z)?),
+                _ => (i, balance.response(&self.steady[i], z)?),
             };
             // Components 1 and 2 of both, real and imaginary parts: one product of real numbers.
             let four = |row: usize, column: usize| {
@@ -189,22 +194,22 @@ impl<'a, M: Model> Corotating<'a, M> {
         Some([value, derivative])
     }
 
-    /// Refuses laws, loads or a scene that change in time.
+    /// Returns an error unless laws, loads and scene are constant in time.
     pub fn check_autonomous(&self) -> Result<(), CycleError> {
         check_autonomous(self.shoot, &self.rod)
     }
 
-    /// Refuses what is not the same after a turn: the shape is at rest at one phase, and must be so at all; and what the laws ask for
-    /// must turn with it.
+    /// Returns an error unless the shoot is invariant under rotations: the rotated shape must be in equilibrium at all phases, and the
+    /// growth gradients must rotate with it.
     pub fn check_axis(&self) -> Result<(), CycleError> {
-        for j in 1..self.circle.len() {
-            let phase = self.circle.phases[j];
+        for j in 1..self.phases.len() {
+            let phase = self.phases.angles[j];
             check_rest(self.shoot, &self.rod, phase)?;
-            let round = self.round();
+            let balance = self.balance();
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
-            for (then, now) in self.asked_for(&round, &self.steady, j).iter().zip(&self.gradients) {
+            for (then, now) in self.gradients_at(&balance, &self.steady, j).iter().zip(&self.gradients) {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
                 broken("tropism", (then - expected).norm() / largest)?;
             }
@@ -213,7 +218,7 @@ impl<'a, M: Model> Corotating<'a, M> {
     }
 }
 
-/// The pairs, each a quarter of a turn further.
-pub fn quarter(pairs: &DVector<f64>) -> DVector<f64> {
+/// Derivative of pairs by the angle of rotation: each pair rotated by a quarter turn.
+pub fn rotation_tangent(pairs: &DVector<f64>) -> DVector<f64> {
     DVector::from_fn(pairs.len(), |k, _| if k % 2 == 0 { -pairs[k + 1] } else { pairs[k - 1] })
 }

@@ -2,28 +2,28 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::corotating::{Corotating, quarter};
-use super::{CircularOrbit, CircularSolver, Turning};
+use super::corotating::{Corotating, rotation_tangent};
+use super::{RotatingWave, RotatingWaveSolver, WaveGuess};
 use crate::cycle::disturbances::Disturbances;
 use crate::cycle::equations::{Effort, Equations, Observation};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Border, Bordered, Jacobian, Symmetry, Unknowns};
-use crate::cycle::map::state::Start;
+use crate::cycle::map::phase_state::PhaseState;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::stability::Root;
 
 /// The unknowns of an initial guess.
-pub fn unknowns(guess: &Turning) -> Unknowns {
+pub fn unknowns(guess: &WaveGuess) -> Unknowns {
     let pairs = guess.strain.iter().flat_map(|strain| [strain.x, strain.y]);
     let strain = DVector::from_vec(pairs.collect());
-    let start = Start { strain, variables: DVector::zeros(0), slopes: Vec::new() };
+    let start = PhaseState { strain, variables: DVector::zeros(0), slopes: Vec::new() };
     Unknowns { start, clock: guess.rate, forced: false, angle: 0.0, parameter: 0.0 }
 }
 
-impl Equations for CircularSolver {
-    type Orbit = CircularOrbit;
+impl Equations for RotatingWaveSolver {
+    type Orbit = RotatingWave;
     type Evaluation<'a, M: Model + 'a> = Corotating<'a, M>;
     type Jacobian = DMatrix<f64>;
 
@@ -32,11 +32,11 @@ impl Equations for CircularSolver {
     const FLOQUET: bool = false;
 
     fn of_mode<M: Model>(&self, _shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError> {
-        Ok(unknowns(&Turning::of_mode(root, amplitude)))
+        Ok(unknowns(&WaveGuess::of_mode(root, amplitude)))
     }
 
-    fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &CircularOrbit) -> Result<Unknowns, CycleError> {
-        Ok(unknowns(&orbit.as_start()))
+    fn of_orbit<M: Model>(&self, _shoot: &Shoot<M>, orbit: &RotatingWave) -> Result<Unknowns, CycleError> {
+        Ok(unknowns(&orbit.as_guess()))
     }
 
     fn tolerance(&self) -> f64 {
@@ -84,7 +84,7 @@ impl Equations for CircularSolver {
         here: &mut Corotating<M>,
         at: &Unknowns,
     ) -> Result<Option<(DMatrix<f64>, Vec<Symmetry>)>, CycleError> {
-        let tangent = quarter(&at.start.strain);
+        let tangent = rotation_tangent(&at.start.strain);
         // A shift in time is a rotation.
         Ok(here.derivatives()?.map(|(by_strain, column)| (by_strain, vec![Symmetry { tangent, column }])))
     }
@@ -95,14 +95,14 @@ impl Equations for CircularSolver {
         at: &Unknowns,
         _known: Option<Bordered<DMatrix<f64>>>,
         effort: Effort,
-    ) -> Result<(CircularOrbit, Vec<DVector<f64>>), CycleError> {
+    ) -> Result<(RotatingWave, Vec<DVector<f64>>), CycleError> {
         here.check_axis()?;
         let Effort { iterations, residual, .. } = effort;
-        let orbit = CircularOrbit { rate: here.rate, rod: here.rod, iterations, residual };
-        Ok((orbit, vec![quarter(&at.start.strain)]))
+        let orbit = RotatingWave { rate: here.rate, rod: here.rod, iterations, residual };
+        Ok((orbit, vec![rotation_tangent(&at.start.strain)]))
     }
 
-    fn check_resolution(&self, _orbit: &CircularOrbit) -> Result<(), CycleError> {
+    fn check_resolution(&self, _orbit: &RotatingWave) -> Result<(), CycleError> {
         Ok(())
     }
 
@@ -117,7 +117,7 @@ impl Equations for CircularSolver {
 
     fn observe<M: Model>(
         &self,
-        orbit: &CircularOrbit,
+        orbit: &RotatingWave,
         shoot: &Shoot<M>,
         count: usize,
     ) -> Result<Observation, CycleError> {

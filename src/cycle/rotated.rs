@@ -1,11 +1,11 @@
-//! A shoot that is turned about the vertical as a whole, its base clamped: Q → R Q Rᵀ.
+//! A shoot that is rotated about the vertical as a whole, its base clamped: Q → R Q Rᵀ.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::rod::Rod;
 
-/// The rod turned by an angle (rad) about the tangent of its base, counterclockwise as seen from its apex. The base stays: components
-/// 1 and 2 of all that is known along the directors turn as pairs.
+/// The rod rotated by an angle (rad) about the tangent of its base, counterclockwise as seen from its apex. The base stays: components
+/// 1 and 2 along the directors rotate as pairs.
 pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     let along_directors = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let base = rod.frames[0];
@@ -15,7 +15,7 @@ pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     let vectors = out.rotations.iter_mut().chain(&mut out.line_strains);
     vectors.for_each(|vector| *vector = along_directors * *vector);
     out.points.iter_mut().for_each(|point| point.intrinsic = along_directors * point.intrinsic);
-    // Exactly: what is clamped has not moved.
+    // The clamped base is exactly the same.
     out.frames[0] = base;
     out
 }
