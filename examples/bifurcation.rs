@@ -27,7 +27,9 @@ use common::figure::{Strip, strips_figure};
 use common::{Opt, Options, Progress, Series, Style, Table};
 use exact::exact_orbit;
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{Branch, BranchPoint, CircularSolver, PeriodicSolver, Special, Turning};
+use morphorod::cycle::{
+    Bifurcation, BranchPoint, Continuation, Disturbances, PeriodicSolver, RotatingWaveSolver, WaveGuess,
+};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, onset};
@@ -111,19 +113,19 @@ struct Found {
     /// By how much what must be zero is not, over a period: what the intervals leave.
     defect: f64,
     iterations: usize,
-    special: Option<Special>,
+    bifurcation: Option<Bifurcation>,
 }
 
 impl Found {
     /// A place whose cycle is so many times what comes back, perhaps turned.
     fn of<O>(point: &BranchPoint<O>, parts: f64, iterations: usize) -> Self {
-        let [inside, outside] = &point.exponents;
-        // Of a pair one is enough.
-        let mut rates: Vec<f64> = inside.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect();
-        if let Some(outside) = outside.first() {
-            rates.truncate(1);
-            rates.push(outside.re);
-        }
+        let mut rates: Vec<f64> = match &point.exponents {
+            Disturbances::Planar { in_plane, out_of_plane } => {
+                [in_plane, out_of_plane].into_iter().filter_map(|list| list.first()).map(|x| x.re).collect()
+            }
+            // One of a conjugate pair suffices.
+            Disturbances::Spatial(all) => all.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect(),
+        };
         rates.resize(2, f64::NAN);
         rates.sort_by(|a, b| b.total_cmp(a));
         Self {
@@ -134,7 +136,7 @@ impl Found {
             unstable: point.unstable(),
             defect: point.trivial,
             iterations,
-            special: point.special,
+            bifurcation: point.bifurcation,
         }
     }
 }
@@ -177,10 +179,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     let begin = onset(|value| Linearisation::about(&scene.at(value)?), before, from).ok();
     let done = |value: f64| progress.set(((value - from) / (to - from)).clamp(0.0, 1.0));
 
-    let circular = CircularSolver::default();
-    let circle = circular.solve(&shoot, &Turning::of_mode(&root, FIRST))?;
+    let circular = RotatingWaveSolver::default();
+    let circle = circular.solve(&shoot, &WaveGuess::of_mode(&root, FIRST))?;
     let mut circles = Vec::new();
-    for point in Branch::from_orbit(circular, family, &circle, from, first, within.clone())?.largest_step(step)? {
+    for point in Continuation::from_orbit(circular, family, &circle, from, first, within.clone())?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
         circles.push(Found::of(&point, 1.0, point.orbit.iterations));
@@ -188,7 +190,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     // Near the onset it swings √(4/3) times as far as it goes round.
     let start = solver.from_mode(&shoot, &root, (4.0_f64 / 3.0).sqrt() * circle.radius())?;
     let mut planes = Vec::new();
-    for point in Branch::from_orbit(solver, family, &start, from, first, within)?.largest_step(step)? {
+    for point in Continuation::from_orbit(solver, family, &start, from, first, within)?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
         planes.push(Found::of(&point, 2.0, point.orbit.iterations));
@@ -239,11 +241,12 @@ fn run() -> Result<(), Box<dyn Error>> {
             // Pieces between the places at which the stability changes, which belong to both.
             let mut from = 0;
             for to in 1..list.len() {
-                if list[to].special.is_none() && to + 1 < list.len() {
+                if list[to].bifurcation.is_none() && to + 1 < list.len() {
                     continue;
                 }
                 // The number of disturbances is that of a place inside; the ends are on the edge.
-                let stable = list[from..=to].iter().filter(|one| one.special.is_none()).all(|one| one.unstable == 0);
+                let stable =
+                    list[from..=to].iter().filter(|one| one.bifurcation.is_none()).all(|one| one.unstable == 0);
                 let (words, style) = if stable { ("stable", Style::Line) } else { ("unstable", Style::Dashed) };
                 let first = !std::mem::replace(&mut named[usize::from(stable)], true);
                 let name = if first { format!("{name}, {words}") } else { String::new() };
@@ -252,8 +255,10 @@ fn run() -> Result<(), Box<dyn Error>> {
                 from = to;
             }
         }
-        for (colour, kind) in (2..).zip([Special::Fold, Special::Pitchfork, Special::PeriodDoubling, Special::Torus]) {
-            let here = circles.iter().chain(&planes).filter(|one| one.special == Some(kind));
+        for (colour, kind) in
+            (2..).zip([Bifurcation::Fold, Bifurcation::Pitchfork, Bifurcation::PeriodDoubling, Bifurcation::Torus])
+        {
+            let here = circles.iter().chain(&planes).filter(|one| one.bifurcation == Some(kind));
             let points: Vec<_> = here.map(|one| (one.parameter, of(one))).collect();
             if !points.is_empty() {
                 series.push(Series::new(words(kind).to_string(), points, Style::Points, colour));
@@ -280,7 +285,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     for (name, list) in [("circular orbits", &circles), ("swings in a plane", &planes)] {
         let stable = list.iter().filter(|found| found.unstable == 0).count();
         println!("{name}: {}, of which {stable} are stable", list.len());
-        let edges = list.iter().filter_map(|found| Some((found.parameter, found.special?)));
+        let edges = list.iter().filter_map(|found| Some((found.parameter, found.bifurcation?)));
         for (parameter, special) in edges {
             println!("  at {parameter:.6}: {}", words(special));
         }
@@ -301,12 +306,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn words(special: Special) -> &'static str {
+fn words(special: Bifurcation) -> &'static str {
     match special {
-        Special::Fold => "fold",
-        Special::Pitchfork => "pitchfork",
-        Special::PeriodDoubling => "period doubling",
-        Special::Torus => "torus",
+        Bifurcation::Fold => "fold",
+        Bifurcation::Pitchfork => "pitchfork",
+        Bifurcation::PeriodDoubling => "period doubling",
+        Bifurcation::Torus => "torus",
         _ => "another change of stability",
     }
 }

@@ -1,4 +1,4 @@
-//! What a limit cycle needs of a shoot: that nothing depends on time, and that no law twists.
+//! Checks that a shoot is autonomous or periodic, keeps its length, and does not twist.
 
 use nalgebra::Vector3;
 
@@ -13,8 +13,8 @@ use crate::shoot::Shoot;
 use crate::stability::StabilityError;
 use crate::tropism::Growing;
 
-/// Twist that is less than this share of the bend that the laws ask for is rounding: shapes are known to 1e-11.
-const TWIST: f64 = 1e-8;
+/// Relative difference of forces, couples and growth gradients that counts as rounding: shapes are known to 1e-11.
+pub(super) const ROUNDING: f64 = 1e-8;
 
 /// The material points of the growth zone and their REGR, 1/s; all must steer, and the shoot must keep its length.
 pub(super) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, Vec<f64>), CycleError> {
@@ -67,5 +67,5 @@ pub(super) fn check_gradients<'a>(gradients: impl Iterator<Item = &'a Vector3<f6
     if !finite {
         return Err(StabilityError::NotFinite { what: "growth gradient" }.into());
     }
-    if twist > TWIST * bend { Err(CycleError::Twists { twist, bend }) } else { Ok(()) }
+    if twist > ROUNDING * bend { Err(CycleError::Twists { twist, bend }) } else { Ok(()) }
 }

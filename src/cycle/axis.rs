@@ -1,12 +1,13 @@
-//! What must be the same after a turn about the tangent of the base.
+//! Checks that a shoot is invariant under rotations about the tangent of the base.
 
 use nalgebra::DVector;
 
+use super::autonomous::ROUNDING;
 use super::error::CycleError;
-use super::map::march::{March, PRECISE, Path, Stage};
-use super::map::state::Start;
-use super::map::turn::Turn;
-use super::turned::turned;
+use super::map::phase_state::PhaseState;
+use super::map::return_map::{PRECISE, ReturnMap, Stage, Trajectory};
+use super::map::rotation::StateRotation;
+use super::rotated::turned;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::linear::visit_stimuli;
 use crate::load::InternalForce;
@@ -14,9 +15,6 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Rotation, TropismLaw};
-
-/// What breaks the axis by more than this of itself is no rounding: forces and couples are known to 1e-11.
-const AXIAL: f64 = 1e-8;
 
 /// Refuses elasticity, loads or a scene that leave a rod at rest no longer at rest when it has been turned by an angle (rad).
 pub(super) fn check_rest(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64) -> Result<(), CycleError> {
@@ -31,7 +29,7 @@ pub(super) fn check_rest(shoot: &Shoot<impl Model>, rod: &Rod, angle: f64) -> Re
 
 /// Refuses an axis that is broken by more than rounding.
 pub(super) fn broken(what: &'static str, defect: f64) -> Result<(), CycleError> {
-    if defect < AXIAL { Ok(()) } else { Err(CycleError::NoAxis { what, defect }) }
+    if defect < ROUNDING { Ok(()) } else { Err(CycleError::NoAxis { what, defect }) }
 }
 
 /// The gradient that counts as none, of a shoot of this length (m): the angles' rounding is no share of the bend of a shoot that hardly
@@ -42,24 +40,29 @@ pub(super) fn least_gradient(length: f64) -> f64 {
 
 /// Where a cycle may come back turned, refuses what is not the same after a turn: shapes all along the cycle must be at rest then, too,
 /// and what the laws make of them must have turned with them.
-pub(super) fn check_axis(march: &March<impl Model>, path: &Path, period: f64) -> Result<(), CycleError> {
-    let Some(turn) = &march.turn else { return Ok(()) };
+pub(super) fn check_axis(return_map: &ReturnMap<impl Model>, path: &Trajectory, period: f64) -> Result<(), CycleError> {
+    let Some(turn) = &return_map.turn else { return Ok(()) };
     for (n, stages) in path.stages.iter().enumerate() {
         // By the angle after which the cycle goes on, and by others all around.
         for angle in [turn.angle, 1.0 + n as f64] {
             let Some(stage) = stages.first() else { continue };
-            check_rest(march.shoot, &stage.rod, angle)?;
-            check_laws(march, &turn.by(-angle), stage, period)?;
+            check_rest(return_map.shoot, &stage.rod, angle)?;
+            check_laws(return_map, &turn.by(-angle), stage, period)?;
         }
     }
     Ok(())
 }
 
 /// Refuses laws that make something else of a stage that is turned, by the inverse of `turn`.
-fn check_laws(march: &March<impl Model>, turn: &Turn, stage: &Stage, period: f64) -> Result<(), CycleError> {
-    let (shoot, law) = (march.shoot, march.shoot.model.tropism());
-    let (v, m, p) = (march.variables, march.stimuli, march.places.len());
-    let state = |strain: &DVector<f64>, variables: &DVector<f64>| Start {
+fn check_laws(
+    return_map: &ReturnMap<impl Model>,
+    turn: &StateRotation,
+    stage: &Stage,
+    period: f64,
+) -> Result<(), CycleError> {
+    let (shoot, law) = (return_map.shoot, return_map.shoot.model.tropism());
+    let (v, m, p) = (return_map.variables, return_map.stimuli, return_map.places.len());
+    let state = |strain: &DVector<f64>, variables: &DVector<f64>| PhaseState {
         strain: strain.clone(),
         variables: variables.clone(),
         slopes: Vec::new(),
@@ -67,7 +70,7 @@ fn check_laws(march: &March<impl Model>, turn: &Turn, stage: &Stage, period: f64
     // Gradients and rates, of stimuli, of variables and of what is read of them.
     let answer = |stimuli: &DVector<f64>, variables: &DVector<f64>, past: &DVector<f64>| {
         let (mut gradients, mut rates) = (DVector::zeros(2 * p), DVector::zeros(v * p));
-        for (i, at) in march.places.iter().enumerate() {
+        for (i, at) in return_map.places.iter().enumerate() {
             let x = &stimuli.as_slice()[i * m..(i + 1) * m];
             let own = i * v..(i + 1) * v;
             law.rates(&variables.as_slice()[own.clone()], x, &mut rates.as_mut_slice()[own.clone()]);

@@ -38,7 +38,7 @@ pub enum CycleError {
         /// The largest gradient of bend, 1/m.
         bend: f64,
     },
-    /// Laws, loads, elasticity or the scene are not the same after a turn about the tangent of the base.
+    /// Laws, loads, elasticity or the scene are not invariant under rotations about the tangent of the base.
     #[error(
         "the {what} breaks the axis of the shoot: it changes by {defect:.1e} of itself when all is turned about it"
     )]
@@ -48,12 +48,12 @@ pub enum CycleError {
         /// By how much, relative.
         defect: f64,
     },
-    /// What is sought as a cycle that comes back turned goes round in a circle.
+    /// The relative periodic orbit is a rotating wave, whose period is not determined.
     #[error(
-        "the orbit is a circle, which comes back turned after any time: `CircularSolver` finds it, or an orbit without an angle"
+        "the orbit is a rotating wave, which returns rotated after any time: `RotatingWaveSolver` finds it, or an orbit without an angle"
     )]
-    Circle,
-    /// How a variable turns with the shoot is not declared.
+    RotatingWave,
+    /// The rotation of a variable with the shoot is not declared.
     #[error(
         "variable {variable} of the laws does not declare its rotation, so that nothing is known of a shoot that has turned"
     )]
@@ -81,9 +81,9 @@ pub enum CycleError {
         /// The largest intrinsic strain that drives, 1/m.
         strain: f64,
     },
-    /// A branch turns however short the steps are.
+    /// The direction of a branch changes however short the steps are.
     #[error(
-        "the branch is lost beyond {parameter}: within a step of {step:.1e} it turns to where cos = {turn:.2} of its way"
+        "the branch is lost beyond {parameter}: within a step of {step:.1e} its direction changes to cos = {turn:.2}"
     )]
     Lost {
         /// The parameter of the last place.
@@ -97,7 +97,7 @@ pub enum CycleError {
     #[error(
         "the place at which the stability changes, next to {parameter}, is only known within {width:.1e} of a step"
     )]
-    Special {
+    BifurcationNotLocated {
         /// The parameter of the last place that was tried.
         parameter: f64,
         /// The width that is left, in units of the step.
@@ -115,9 +115,9 @@ pub enum CycleError {
         /// Number of Krylov vectors.
         vectors: usize,
     },
-    /// The return map and the characteristic function of a circular orbit have different roots.
+    /// The return map and the characteristic function of a rotating wave have different roots.
     #[error(
-        "the return map on {intervals} intervals and the characteristic function of the circle have different roots"
+        "the return map on {intervals} intervals and the characteristic function of the rotating wave have different roots"
     )]
     RootsDisagree {
         /// Largest number of intervals that was tried.

@@ -1,22 +1,28 @@
-//! Limit cycles that are found instead of waited for, stable or not, and how stable they are.
+//! Periodic orbits and rotating waves, stable or not, with their stability, and their branches along a parameter.
 //!
-//! [`CircularSolver`] finds shapes that turn rigidly about the vertical, [`PeriodicSolver`] swings of any kind. Any law that can be
+//! [`RotatingWaveSolver`] finds shapes that rotate rigidly about the vertical, [`PeriodicSolver`] periodic orbits of any kind.
+//! [`Continuation`] follows either along a parameter. Any law that can be
 //! stepped in time can be used; it supplies nothing else. Method, accuracy and limits: [`guide::cycles`](crate::guide::cycles).
 
 mod autonomous;
 mod axis;
-mod branch;
-mod circular;
+mod continuation;
+mod corrector;
+mod disturbances;
+mod equations;
 mod error;
-mod fourier;
+mod extended;
+mod harmonic;
 mod map;
 mod periodic;
-mod point;
+mod phase_grid;
+mod rotated;
+mod rotating_wave;
 mod sensitivity;
 mod spectrum;
-mod turned;
 
-pub use branch::{Branch, BranchPoint, Special};
-pub use circular::{CircularOrbit, CircularSolver, Turning, TurningRoot, TurningRoots};
+pub use continuation::{Bifurcation, BranchPoint, Continuation, OrbitSolver};
+pub use disturbances::Disturbances;
 pub use error::CycleError;
 pub use periodic::{Multiplier, Multipliers, OrbitHistory, PeriodicOrbit, PeriodicSolver};
+pub use rotating_wave::{RotatingWave, RotatingWaveSolver, WaveGuess, WaveRoot, WaveRoots};

@@ -1,9 +1,9 @@
-//! What the laws sense, by the intrinsic strain.
+//! Stimuli of the laws, and their derivatives by the intrinsic strain.
 
 use nalgebra::DMatrix;
 
 use super::error::CycleError;
-use super::turned::turned;
+use super::rotated::turned;
 use crate::linear::{precise_solver, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;

@@ -5,16 +5,15 @@
 mod adaptive;
 mod error;
 mod events;
-mod history_function;
 mod method_of_steps;
 mod simulation;
 mod statistics;
 mod stepper;
 mod undo;
 
+pub use crate::state::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use adaptive::Adaptive;
 pub use error::IntegrationError;
-pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub use method_of_steps::MethodOfSteps;
 pub use simulation::Simulation;
 pub use statistics::Statistics;

@@ -34,11 +34,20 @@ impl Rod {
         &mut self.line_strains
     }
 
-    /// Takes the shape of a rod with the same elements: frames, rotations and the strain of the centre line.
-    pub(crate) fn copy_shape(&mut self, source: &Self) {
+    /// Takes the shape of another rod: frames, rotations and the strain of the centre line.
+    pub(super) fn copy_shape(&mut self, source: &Self) {
         self.frames.clone_from(&source.frames);
         self.rotations.clone_from(&source.rotations);
         self.line_strains.clone_from(&source.line_strains);
+    }
+
+    /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod keeps its own
+    /// shape.
+    pub(crate) fn guess_shape(&mut self, source: &Self) {
+        let sizes = |rod: &Self| [rod.frames.len(), rod.rotations.len(), rod.line_strains.len()];
+        if sizes(self) == sizes(source) {
+            self.copy_shape(source);
+        }
     }
 
     /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.

@@ -2,6 +2,7 @@
 
 mod error;
 mod history;
+mod history_function;
 mod plan;
 mod predictor;
 #[cfg(feature = "serde")]
@@ -11,6 +12,7 @@ use std::fmt;
 
 pub use error::StateError;
 pub(crate) use history::{History, Nodes, Reading, Spare};
+pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::{Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]

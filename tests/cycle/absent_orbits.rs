@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, WEIGHT, YOUNG, steering};
-use morphorod::cycle::{CircularOrbit, CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::cycle::{CycleError, PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver, WaveGuess};
 use morphorod::growth::GrowthLaw;
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::stability::{Root, StabilityError};
@@ -130,7 +130,7 @@ pub(super) fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T +
     answer.unwrap_or_else(|_| panic!("{what}: no answer")).unwrap_or_else(|| panic!("{what}: a panic"))
 }
 
-pub(super) type Answers = (Result<CircularOrbit, CycleError>, Result<PeriodicOrbit, CycleError>);
+pub(super) type Answers = (Result<RotatingWave, CycleError>, Result<PeriodicOrbit, CycleError>);
 
 /// A shoot and its name.
 type Case = (&'static str, fn() -> Shoot<DynLaws>);
@@ -150,7 +150,7 @@ pub(super) fn both_from(
     within(what, move || {
         let shoot = shoot();
         let root = mode(&shoot);
-        let circle = CircularSolver::default().solve(&shoot, &Turning::of_mode(&root, 0.02));
+        let circle = RotatingWaveSolver::default().solve(&shoot, &WaveGuess::of_mode(&root, 0.02));
         if let Ok(orbit) = &circle {
             assert!([orbit.rate, orbit.radius(), orbit.height()].iter().all(|x| x.is_finite()), "{orbit:?}");
             if let Ok(roots) = orbit.roots(&shoot, 2) {
@@ -161,9 +161,7 @@ pub(super) fn both_from(
         if let Ok(orbit) = &plane {
             assert!(orbit.period.is_finite() && orbit.largest_excursion(&shoot).unwrap().0.is_finite());
             if let Ok(found) = orbit.multipliers(&shoot, 2) {
-                assert!(
-                    found.sets.iter().flatten().all(|one| one.value.norm().is_finite() && one.residual.is_finite())
-                );
+                assert!(found.values.iter().all(|one| one.value.norm().is_finite() && one.residual.is_finite()));
             }
         }
         (circle, plane)

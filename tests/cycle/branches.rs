@@ -1,12 +1,12 @@
 //! Branches of periodic orbits along a parameter: from the onset of oscillations on, round folds,
 //! with the bifurcations at which their stability changes.
 
-use super::{assert_complex_eq, family, mode, shoot};
+use super::{assert_complex_eq, family, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, shape};
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::cycle::{
-    Branch, BranchPoint, CircularOrbit, CircularSolver, CycleError, PeriodicSolver, Special, Turning,
+    Bifurcation, BranchPoint, Continuation, CycleError, PeriodicSolver, RotatingWave, RotatingWaveSolver, WaveGuess,
 };
 use morphorod::tropism::{Declaration, Perception, SettledStatoliths, Site, Source};
 use morphorod::{DynLaws, Shoot};
@@ -53,8 +53,8 @@ fn all<O>(branch: impl Iterator<Item = Result<BranchPoint<O>, CycleError>>) -> V
     branch.map(|point| point.unwrap()).collect()
 }
 
-fn special<O>(points: &[BranchPoint<O>]) -> Vec<Special> {
-    points.iter().filter_map(|point| point.special).collect()
+fn special<O>(points: &[BranchPoint<O>]) -> Vec<Bifurcation> {
+    points.iter().filter_map(|point| point.bifurcation).collect()
 }
 
 fn swing_solver() -> PeriodicSolver {
@@ -62,9 +62,9 @@ fn swing_solver() -> PeriodicSolver {
 }
 
 /// A circular orbit of the reduced model at 6.7 cm, with its shoot.
-fn circle(elements: u32) -> (Shoot<DynLaws>, CircularOrbit) {
+fn circle(elements: u32) -> (Shoot<DynLaws>, RotatingWave) {
     let shoot = sensing(SettledStatoliths, elements)(0.067).unwrap();
-    let orbit = CircularSolver::default().solve(&shoot, &Turning::of_mode(&mode(&shoot), 0.03)).unwrap();
+    let orbit = RotatingWaveSolver::default().solve(&shoot, &WaveGuess::of_mode(&mode(&shoot), 0.03)).unwrap();
     (shoot, orbit)
 }
 
@@ -73,7 +73,13 @@ fn circle(elements: u32) -> (Shoot<DynLaws>, CircularOrbit) {
 #[test]
 fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
     let end = 0.07;
-    let branch = Branch::from_onset(CircularSolver::default(), sensing(SettledStatoliths, 6), ONSET, 2e-3, 0.065..=end);
+    let branch = Continuation::from_onset(
+        RotatingWaveSolver::default(),
+        sensing(SettledStatoliths, 6),
+        ONSET,
+        2e-3,
+        0.065..=end,
+    );
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
     // The amplitude is given and the length is found. The excursion is that of the mode up to a
     // relative error of second order.
@@ -91,7 +97,7 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
             point.parameter,
             point.excursion
         );
-        assert_eq!((point.unstable(), point.special), (0, None));
+        assert_eq!((point.unstable(), point.bifurcation), (0, None));
         assert!(point.trivial < 1e-7, "{}", point.trivial);
         assert!(point.orbit.iterations <= 4, "{}: {}", point.parameter, point.orbit.iterations);
     }
@@ -102,7 +108,7 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
 #[test]
 fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     let solver = PeriodicSolver::default();
-    let branch = Branch::from_onset(solver, sensing(SettledStatoliths, 6), ONSET, 8e-3, 0.065..=0.067);
+    let branch = Continuation::from_onset(solver, sensing(SettledStatoliths, 6), ONSET, 8e-3, 0.065..=0.067);
     let points = all(branch.unwrap().largest_step(0.15).unwrap());
     let last = points.last().unwrap();
     // Excursion (mm), period (min), exponents in the plane and out of it (1/h), as in `cycles`,
@@ -110,11 +116,11 @@ fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     assert_eq!(last.parameter, 0.067);
     assert_relative_eq!(1e3 * last.excursion, 34.194_086_156, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(last.period / MINUTE, 87.661_715_125, epsilon = 0.0, max_relative = 1e-8);
-    let [inside, outside] = last.exponents.each_ref().map(|set| HOUR * set[0]);
+    let [inside, outside] = planes(&last.exponents).map(|set| HOUR * set[0]);
     assert_complex_eq("in the plane", inside, Complex::from(-0.286_710_238_0), 1e-8);
     assert_complex_eq("out of the plane", outside, Complex::from(0.105_275_641_8), 1e-7);
     for point in &points {
-        assert_eq!((point.unstable(), point.special), (1, None), "swings are unstable out of their plane");
+        assert_eq!((point.unstable(), point.bifurcation), (1, None), "swings are unstable out of their plane");
         // The first steps change the amplitude by a half.
         assert!(point.orbit.iterations <= 12, "{}: {}", point.parameter, point.orbit.iterations);
     }
@@ -150,10 +156,10 @@ fn exact_fold() -> (f64, f64) {
 #[test]
 fn branch_of_circles_turns_at_the_exact_fold() {
     let within = 0.06..=0.0657;
-    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 5), ONSET, 1e-2, within.clone());
+    let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 5), ONSET, 1e-2, within.clone());
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
-    assert_eq!(special(&points), [Special::Fold, Special::Torus]);
-    let at = points.iter().position(|point| point.special == Some(Special::Fold)).unwrap();
+    assert_eq!(special(&points), [Bifurcation::Fold, Bifurcation::Torus]);
+    let at = points.iter().position(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
     let fold = &points[at];
     let (length, radius) = exact_fold();
     // The length has a minimum here, and its error is of second order in the error along the
@@ -165,7 +171,7 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     // Another criterion: the exponent of the radius vanishes at the fold. It is interpolated
     // linearly between the points before and after.
     let of_radius = |point: &BranchPoint<_>| {
-        let real = point.exponents[0].iter().filter(|x| x.im == 0.0).map(|x| x.re);
+        let real = point.exponents.iter().filter(|x| x.im == 0.0).map(|x| x.re);
         (point.excursion, real.fold(f64::NEG_INFINITY, f64::max))
     };
     let [(before, growth), (after, decay)] = [&points[at - 1], &points[at + 1]].map(of_radius);
@@ -174,7 +180,7 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     assert_abs_diff_eq!(crossing, fold.excursion, epsilon = 0.02 * (after - before));
     assert!(points.iter().all(|point| point.parameter >= fold.parameter));
     let unstable = |range: &[BranchPoint<_>]| -> Vec<usize> {
-        range.iter().filter(|point| point.special.is_none()).map(BranchPoint::unstable).collect()
+        range.iter().filter(|point| point.bifurcation.is_none()).map(BranchPoint::unstable).collect()
     };
     assert!(unstable(&points[..at]).iter().all(|count| *count == 3));
     assert!(unstable(&points[at..]).iter().all(|count| *count == 0));
@@ -188,16 +194,23 @@ fn branch_of_circles_turns_at_the_exact_fold() {
 #[test]
 fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     let within = 0.06..=0.066;
-    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 3), ONSET, 1e-2, within.clone());
+    let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, 1e-2, within.clone());
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
-    let fold = points.iter().find(|point| point.special == Some(Special::Fold)).unwrap();
+    let fold = points.iter().find(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
     let last = points.last().unwrap();
     assert_eq!(last.parameter, *within.end());
     let start = (last.parameter, -1e-4);
-    let back = Branch::from_orbit(CircularSolver::default(), sensing(Keen, 3), &last.orbit, start.0, start.1, within);
+    let back = Continuation::from_orbit(
+        RotatingWaveSolver::default(),
+        sensing(Keen, 3),
+        &last.orbit,
+        start.0,
+        start.1,
+        within,
+    );
     let back = all(back.unwrap().largest_step(0.1).unwrap());
-    assert_eq!(special(&back), [Special::Torus, Special::Fold]);
-    let again = back.iter().find(|point| point.special == Some(Special::Fold)).unwrap();
+    assert_eq!(special(&back), [Bifurcation::Torus, Bifurcation::Fold]);
+    let again = back.iter().find(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
     assert_relative_eq!(again.parameter, fold.parameter, epsilon = 0.0, max_relative = 1e-10);
     let end = back.last().unwrap();
     assert!(end.excursion < 8e-3, "{}", end.excursion);
@@ -210,27 +223,31 @@ fn branch_of_circles_followed_backwards_passes_the_same_fold() {
 #[test]
 fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     let solver = swing_solver();
-    let branch = Branch::from_onset(solver, sensing(Keen, 2), ONSET, 1.2e-2, 0.06..=0.0657);
+    let branch = Continuation::from_onset(solver, sensing(Keen, 2), ONSET, 1.2e-2, 0.06..=0.0657);
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
-    assert_eq!(special(&points), [Special::Fold, Special::Pitchfork]);
-    let at = |special| points.iter().position(|point| point.special == Some(special)).unwrap();
-    let (fold, pitchfork) = (at(Special::Fold), at(Special::Pitchfork));
+    assert_eq!(special(&points), [Bifurcation::Fold, Bifurcation::Pitchfork]);
+    let at = |special| points.iter().position(|point| point.bifurcation == Some(special)).unwrap();
+    let (fold, pitchfork) = (at(Bifurcation::Fold), at(Bifurcation::Pitchfork));
     assert!(points.iter().all(|point| point.parameter >= points[fold].parameter));
-    for (k, point) in points.iter().enumerate().filter(|(_, point)| point.special.is_none()) {
+    for (k, point) in points.iter().enumerate().filter(|(_, point)| point.bifurcation.is_none()) {
         // One disturbance in the plane grows before the fold, one out of the plane after the
         // pitchfork.
-        let [inside, outside] = point.exponents.each_ref().map(|set| set[0].re > 0.0);
+        let [inside, outside] = planes(&point.exponents).map(|set| set[0].re > 0.0);
         assert_eq!((inside, outside), (k < fold, k > pitchfork), "{k}");
     }
-    let smallest = points[fold].exponents[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
+    let smallest = planes(&points[fold].exponents)[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
     assert!(smallest * HOUR < 1e-5, "{}", smallest * HOUR);
     // Orbits that are found without the branch, a little shorter and longer: the first is stable
     // out of its plane, the second is not.
     for (beyond, unstable) in [(-2e-6, 0), (2e-6, 1)] {
         let shoot = sensing(Keen, 2)(points[pitchfork].parameter + beyond).unwrap();
         let orbit = solver.from_orbit(&shoot, &points[pitchfork].orbit).unwrap();
-        let grow = orbit.multipliers(&shoot, 1).unwrap().sets.into_iter().flatten();
-        assert_eq!(grow.filter(|multiplier| multiplier.value.norm() > 1.0 + 1e-6).count(), unstable, "{beyond}");
+        let found = orbit.multipliers(&shoot, 1).unwrap();
+        assert_eq!(
+            found.values.iter().filter(|multiplier| multiplier.value.norm() > 1.0 + 1e-6).count(),
+            unstable,
+            "{beyond}"
+        );
     }
 }
 
@@ -241,7 +258,7 @@ fn assert_refused(answer: Result<(), CycleError>) {
 #[test]
 fn invalid_ranges_and_amplitudes_of_a_branch_from_the_onset_are_refused() {
     let from = |onset, amplitude, within| {
-        Branch::from_onset(CircularSolver::default(), sensing(Keen, 4), onset, amplitude, within).map(|_| ())
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 4), onset, amplitude, within).map(|_| ())
     };
     assert_refused(from(ONSET, 0.0, 0.06..=0.07));
     assert_refused(from(ONSET, f64::NAN, 0.06..=0.07));
@@ -263,7 +280,7 @@ fn invalid_steps_and_elements_of_a_branch_from_an_orbit_are_refused() {
     let (_, orbit) = circle(4);
     let branch = |elements, step| {
         let shoots = sensing(SettledStatoliths, elements);
-        Branch::from_orbit(CircularSolver::default(), shoots, &orbit, 0.067, step, 0.066..=0.068)
+        Continuation::from_orbit(RotatingWaveSolver::default(), shoots, &orbit, 0.067, step, 0.066..=0.068)
     };
     assert_refused(branch(4, 0.0).map(|_| ()));
     assert_refused(branch(4, f64::NAN).map(|_| ()));
@@ -282,7 +299,7 @@ fn errors_of_the_family_end_the_branch() {
             if length < 0.0675 { sensing(SettledStatoliths, 3)(length) } else { Err(CycleError::Elongates) }
         },
     );
-    let branch = Branch::from_orbit(CircularSolver::default(), ends, &orbit, 0.067, 1e-4, 0.066..=0.068);
+    let branch = Continuation::from_orbit(RotatingWaveSolver::default(), ends, &orbit, 0.067, 1e-4, 0.066..=0.068);
     let answers: Vec<_> = branch.unwrap().collect();
     assert!(matches!(answers.last(), Some(Err(CycleError::Elongates))));
     assert!(answers.iter().rev().skip(1).all(Result::is_ok) && answers.len() > 2);
@@ -292,7 +309,7 @@ fn errors_of_the_family_end_the_branch() {
 /// there.
 #[test]
 fn branch_with_a_first_circle_beyond_the_fold_reaches_the_end_of_its_range() {
-    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 3), ONSET, 3e-2, 0.06..=0.066);
+    let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, 3e-2, 0.06..=0.066);
     assert_eq!(all(branch.unwrap()).last().unwrap().parameter, 0.066);
 }
 
@@ -313,7 +330,8 @@ fn branch_reaches_both_ends_of_its_range_exactly() {
     let (_, orbit) = circle(3);
     for (step, end) in [(1e-4, 0.068), (-1e-4, 0.066)] {
         let family = only_within_the_range(3);
-        let branch = Branch::from_orbit(CircularSolver::default(), family, &orbit, 0.067, step, 0.066..=0.068);
+        let branch =
+            Continuation::from_orbit(RotatingWaveSolver::default(), family, &orbit, 0.067, step, 0.066..=0.068);
         let points = all(branch.unwrap());
         assert_eq!(points.last().unwrap().parameter, end);
         assert!(points.len() < 30, "{}", points.len());
@@ -325,7 +343,7 @@ fn branch_starts_from_an_orbit_on_another_time_grid() {
     let first = sensing(SettledStatoliths, 3)(0.067).unwrap();
     let swing = swing_solver().from_mode(&first, &mode(&first), 0.03).unwrap();
     let other = PeriodicSolver { intervals: 16, stages: 5, ..PeriodicSolver::default() };
-    let branch = Branch::from_orbit(other, only_within_the_range(3), &swing, 0.067, 1e-3, 0.066..=0.068);
+    let branch = Continuation::from_orbit(other, only_within_the_range(3), &swing, 0.067, 1e-3, 0.066..=0.068);
     let points = all(branch.unwrap().take(2));
     assert_relative_eq!(points[0].period, swing.period, epsilon = 0.0, max_relative = 1e-6);
 }
@@ -338,22 +356,25 @@ fn families_that_change_their_number_of_points_are_refused() {
     let swing = swing_solver().from_mode(&first, &mode(&first), 0.03).unwrap();
     for change in [0.067 + 1e-9, 0.0672] {
         let growing = family(move |length| sensing(SettledStatoliths, if length > change { 4 } else { 3 })(length));
-        let last = Branch::from_orbit(swing_solver(), growing, &swing, 0.067, 1e-4, 0.066..=0.068);
+        let last = Continuation::from_orbit(swing_solver(), growing, &swing, 0.067, 1e-4, 0.066..=0.068);
         let last = last.map_or_else(|error| error, |branch| branch.filter_map(Result::err).last().unwrap());
         assert!(matches!(last, CycleError::Parameter(_)), "{change}: {last:?}");
     }
 }
 
 /// A branch of circles with a fold, from a first amplitude (m).
-fn folding(amplitude: f64) -> Branch<CircularSolver, impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone> {
-    let branch = Branch::from_onset(CircularSolver::default(), sensing(Keen, 3), ONSET, amplitude, 0.06..=0.066);
+fn folding(
+    amplitude: f64,
+) -> Continuation<RotatingWaveSolver, impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone> {
+    let branch =
+        Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, amplitude, 0.06..=0.066);
     branch.unwrap().largest_step(0.1).unwrap()
 }
 
 /// With this amplitude a step ends so close to the fold that the branch once ended in an error.
 #[test]
 fn branch_with_a_step_close_to_the_fold_passes_it() {
-    assert_eq!(special(&all(folding(2.28e-3).take(12))), [Special::Fold, Special::Torus]);
+    assert_eq!(special(&all(folding(2.28e-3).take(12))), [Bifurcation::Fold, Bifurcation::Torus]);
 }
 
 /// Steps that end right at the fold, where the exponent that vanishes there cannot be distinguished
@@ -366,7 +387,7 @@ fn fold_at_the_end_of_a_step_is_found() {
     let (before, at) = loop {
         let before = branch.clone();
         let point = branch.next().unwrap().unwrap();
-        if point.special.is_some() {
+        if point.bifurcation.is_some() {
             break (before, point.excursion);
         }
         last = point.excursion;
@@ -375,11 +396,11 @@ fn fold_at_the_end_of_a_step_is_found() {
     let after_step = |step: f64| before.clone().largest_step(step).unwrap();
     let mut step = 1e-2;
     for _ in 0..3 {
-        let first = after_step(step).find(|point| point.as_ref().unwrap().special.is_none()).unwrap().unwrap();
+        let first = after_step(step).find(|point| point.as_ref().unwrap().bifurcation.is_none()).unwrap().unwrap();
         step *= (at - last) / (first.excursion - last);
     }
     for off in [-1e-3, 1e-3] {
         let rest = all(after_step(step * (1.0 + off)).take(4));
-        assert!(special(&rest).starts_with(&[Special::Fold]), "{off}: {:?}", special(&rest));
+        assert!(special(&rest).starts_with(&[Bifurcation::Fold]), "{off}: {:?}", special(&rest));
     }
 }

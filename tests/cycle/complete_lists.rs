@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use super::cycles::{Parameters, circle, plain};
 use super::random_orbits::{Circling, assert_growth, growth_in_time};
 use super::rosettes::PLAIN;
-use super::{assert_complex_eq, mode};
-use morphorod::cycle::{CircularSolver, Turning};
+use super::{assert_complex_eq, mode, planes};
+use morphorod::cycle::{RotatingWaveSolver, WaveGuess};
 use morphorod::tropism::Memory;
 
 /// The list of roots of this circle was once empty, and none counted as unstable.
@@ -21,13 +21,13 @@ fn circle_of_a_sensitive_shoot_with_short_memories_has_the_decay_seen_in_time() 
         length: 0.0697,
     };
     let mut shoot = parameters.shoot(4);
-    let circle = CircularSolver::default().solve(&shoot, &Turning::of_mode(&mode(&shoot), 0.01)).unwrap();
+    let circle = RotatingWaveSolver::default().solve(&shoot, &WaveGuess::of_mode(&mode(&shoot), 0.01)).unwrap();
     let found = circle.roots(&shoot, 1).unwrap();
     assert!(!found.roots.is_empty() && found.line < found.roots[0].value.re);
     assert_eq!(found.unstable(), 0);
     let period = TAU / circle.rate.abs();
     let leading = (found.roots[0].value.re * period).exp();
-    let mut strains = circle.as_start().strain.into_iter();
+    let mut strains = circle.as_guess().strain.into_iter();
     shoot.set_intrinsic(|_| strains.next().unwrap());
     let history = Circling { rate: circle.rate, memory: parameters.memory };
     let seen = growth_in_time(shoot, &history, period, parameters.memory.delay, leading);
@@ -54,7 +54,7 @@ fn all_roots_to_the_right_of_the_line_are_in_the_shorter_list() {
 fn all_multipliers_outside_the_radius_are_in_the_shorter_list() {
     let [short, long] = [1, 5].map(|count| PLAIN.swing.multipliers(&PLAIN.shoot, count).unwrap());
     assert!(long.radius < short.radius && short.radius < 1.0);
-    for (short_set, long_set) in short.sets.iter().zip(&long.sets) {
+    for (short_set, long_set) in planes(&short.values).iter().zip(&planes(&long.values)) {
         assert!(!short_set.is_empty() && long_set.len() >= 5);
         let beyond = long_set.iter().filter(|one| one.value.norm() > short.radius);
         for (k, one) in beyond.enumerate() {

@@ -1,12 +1,12 @@
 //! Periodic orbits of the reduced model that the solvers find, compared with the exact two-point
 //! problem and with numbers that two other methods give.
 
-use super::{assert_complex_eq, mode, shoot};
+use super::{assert_complex_eq, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, rate};
 use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{CircularOrbit, CircularSolver, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::cycle::{PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver, WaveGuess};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot};
@@ -50,8 +50,8 @@ impl Parameters {
     }
 }
 
-pub(super) fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> CircularOrbit {
-    CircularSolver::default().solve(shoot, &Turning::of_mode(&mode(shoot), radius)).unwrap()
+pub(super) fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> RotatingWave {
+    RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&mode(shoot), radius)).unwrap()
 }
 
 pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) -> PeriodicOrbit {
@@ -63,7 +63,7 @@ pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) ->
 /// larger defect of the trivial ones.
 pub(super) fn multipliers(shoot: &Shoot<DynLaws>, orbit: &PeriodicOrbit) -> ([Complex<f64>; 2], f64) {
     let found = orbit.multipliers(shoot, 1).unwrap();
-    (found.sets.map(|set| set[0].value), found.trivial)
+    (planes(&found.values).map(|set| set[0].value), found.trivial)
 }
 
 #[test]

@@ -4,11 +4,11 @@
 use std::sync::{Arc, LazyLock};
 
 use super::absent_orbits::{Growth, LENGTH, MODE, Place, Plan, both, both_from, memories, plan, refused, within};
-use super::assert_complex_eq;
+use super::{assert_complex_eq, planes};
 use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use morphorod::cycle::{CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Turning};
+use morphorod::cycle::{CycleError, PeriodicOrbit, PeriodicSolver, RotatingWaveSolver, WaveGuess};
 use morphorod::stability::Root;
 use morphorod::tropism::{SettledStatoliths, Statoliths, TropismLaw};
 use morphorod::{DynLaws, Shoot};
@@ -24,7 +24,7 @@ fn fast_statoliths_have_the_multipliers_of_settled_ones() {
             let root = super::mode(&Plan { elements: 4, ..plan(LENGTH) }.shoot());
             let shoot = Plan { tropism: tropism(), elements: 4, ..plan(LENGTH) }.shoot();
             let orbit = PeriodicSolver::default().from_mode(&shoot, &root, 0.03).unwrap();
-            (orbit.period, orbit.multipliers(&shoot, 3).unwrap().sets)
+            (orbit.period, planes(&orbit.multipliers(&shoot, 3).unwrap().values))
         })
     };
     let (period, settled) = leading(|| Arc::new(steering(SettledStatoliths)));
@@ -81,32 +81,32 @@ fn delays_of_very_many_periods_are_refused() {
 fn invalid_initial_guesses_are_refused_by_name() {
     within("initial guesses", || {
         let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
-        let start = Turning::of_mode(root, 0.02);
-        let solve = |start: &Turning| CircularSolver::default().solve(&shoot, start);
+        let start = WaveGuess::of_mode(root, 0.02);
+        let solve = |start: &WaveGuess| RotatingWaveSolver::default().solve(&shoot, start);
         let swing = |root: &Root, amplitude| PeriodicSolver::default().from_mode(&shoot, root, amplitude);
         for amplitude in [f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(solve(&Turning::of_mode(root, amplitude))), "strain of the start");
+            assert_eq!(refused(solve(&WaveGuess::of_mode(root, amplitude))), "strain of the start");
         }
         for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02] {
             assert_eq!(refused(swing(root, amplitude)), "amplitude of the start");
         }
         for amplitude in [0.0, 1e-9] {
-            assert!(matches!(solve(&Turning::of_mode(root, amplitude)), Err(CycleError::Stationary { .. })));
+            assert!(matches!(solve(&WaveGuess::of_mode(root, amplitude)), Err(CycleError::Stationary { .. })));
         }
         assert!(matches!(swing(root, 1e-9), Err(CycleError::Stationary { .. })));
         // A shape of such an amplitude has no equilibrium on these elements.
         for amplitude in [10.0, 1e300] {
-            assert!(matches!(solve(&Turning::of_mode(root, amplitude)), Err(CycleError::Equilibrium(_))));
+            assert!(matches!(solve(&WaveGuess::of_mode(root, amplitude)), Err(CycleError::Equilibrium(_))));
             assert!(matches!(swing(root, amplitude), Err(CycleError::Equilibrium(_))));
         }
         for rate in [0.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(solve(&Turning { rate, ..start.clone() })), "rate of the start");
+            assert_eq!(refused(solve(&WaveGuess { rate, ..start.clone() })), "rate of the start");
         }
         for rate in [1e-300, 1e-12, 1e12] {
-            assert!(solve(&Turning { rate, ..start.clone() }).is_err());
+            assert!(solve(&WaveGuess { rate, ..start.clone() }).is_err());
         }
         for strain in [vec![], start.strain[1..].to_vec()] {
-            assert_eq!(refused(solve(&Turning { strain, ..start.clone() })), "number of strains of the start");
+            assert_eq!(refused(solve(&WaveGuess { strain, ..start.clone() })), "number of strains of the start");
         }
         let of_another = super::mode(&Plan { elements: 8, ..plan(LENGTH) }.shoot());
         assert_eq!(refused(swing(&of_another, 0.02)), "number of strains of the mode");
@@ -130,9 +130,9 @@ fn invalid_initial_guesses_are_refused_by_name() {
 fn invalid_settings_are_refused_by_name() {
     within("settings", || {
         let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
-        let start = Turning::of_mode(root, 0.02);
+        let start = WaveGuess::of_mode(root, 0.02);
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let solver = CircularSolver { tolerance, ..CircularSolver::default() };
+            let solver = RotatingWaveSolver { tolerance, ..RotatingWaveSolver::default() };
             assert_eq!(refused(solver.solve(&shoot, &start)), "tolerance of a circular orbit");
             let solver = PeriodicSolver { tolerance, ..PeriodicSolver::default() };
             assert_eq!(refused(solver.from_mode(&shoot, root, 0.02)), "tolerance of a periodic orbit");
@@ -147,7 +147,7 @@ fn invalid_settings_are_refused_by_name() {
         for stages in [0, 17, usize::MAX] {
             assert_eq!(refused(of(16, stages)), "points in an interval");
         }
-        let circle = CircularSolver::default().solve(&shoot, &start).unwrap();
+        let circle = RotatingWaveSolver::default().solve(&shoot, &start).unwrap();
         let (other, swing) = &*SWING;
         for count in [0, 41, usize::MAX] {
             assert_eq!(refused(swing.multipliers(other, count)), "number of eigenvalues");
@@ -168,10 +168,10 @@ static SWING: LazyLock<(Shoot<DynLaws>, PeriodicOrbit)> = LazyLock::new(|| {
 #[test]
 fn circular_solver_reports_when_its_bounds_are_reached() {
     within("bounds", || {
-        let (shoot, start) = (plan(LENGTH).shoot(), Turning::of_mode(&MODE, 0.02));
-        let solver = CircularSolver { tolerance: 1e-30, ..CircularSolver::default() };
+        let (shoot, start) = (plan(LENGTH).shoot(), WaveGuess::of_mode(&MODE, 0.02));
+        let solver = RotatingWaveSolver { tolerance: 1e-30, ..RotatingWaveSolver::default() };
         assert!(matches!(solver.solve(&shoot, &start), Err(CycleError::NotConverged { iterations: 40, .. })));
-        let none = CircularSolver { max_iterations: 0, ..CircularSolver::default() };
+        let none = RotatingWaveSolver { max_iterations: 0, ..RotatingWaveSolver::default() };
         assert!(matches!(none.solve(&shoot, &start), Err(CycleError::NotConverged { iterations: 0, .. })));
     });
 }
@@ -194,7 +194,7 @@ fn many_multipliers_converge_or_end_where_the_map_is_rounding() {
     within("multipliers", || {
         let (shoot, swing) = &*SWING;
         let found = swing.multipliers(shoot, 12).unwrap();
-        for set in &found.sets {
+        for set in &planes(&found.values) {
             assert!(set.len() >= 12 || found.radius == 1e-3, "{}", set.len());
             assert!(set.iter().all(|one| one.value.norm() > 1e-3 && one.residual < 1e-6), "{set:?}");
         }
@@ -206,10 +206,10 @@ fn many_multipliers_converge_or_end_where_the_map_is_rounding() {
 fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
     within("clockwise", || {
         let shoot = plan(LENGTH).shoot();
-        let start = Turning::of_mode(&MODE, 0.02);
+        let start = WaveGuess::of_mode(&MODE, 0.02);
         let mirror = |u: &Vector3<f64>| Vector3::new(u.x, -u.y, u.z);
-        let mirrored = Turning { rate: -start.rate, strain: start.strain.iter().map(mirror).collect() };
-        let [one, other] = [&start, &mirrored].map(|start| CircularSolver::default().solve(&shoot, start).unwrap());
+        let mirrored = WaveGuess { rate: -start.rate, strain: start.strain.iter().map(mirror).collect() };
+        let [one, other] = [&start, &mirrored].map(|start| RotatingWaveSolver::default().solve(&shoot, start).unwrap());
         // The rates are known to the tolerance, 1e-11 of the gradient. The error of the radius is
         // larger by a factor of order one.
         assert_relative_eq!(one.rate, -other.rate, epsilon = 0.0, max_relative = 1e-9);
@@ -227,7 +227,7 @@ fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
 fn orbits_of_other_shoots_are_refused() {
     within("other shoots", || {
         let (shoot, plane) = &*SWING;
-        let circle = CircularSolver::default().solve(shoot, &Turning::of_mode(&MODE, 0.02)).unwrap();
+        let circle = RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&MODE, 0.02)).unwrap();
         let others: [(&str, Shoot<DynLaws>); 5] = [
             ("longer", plan(0.068).shoot()),
             ("finer", Plan { elements: 8, ..plan(LENGTH) }.shoot()),

@@ -18,7 +18,7 @@ use std::rc::Rc;
 use crate::fixtures::exact_orbit::GROWTH_TIME;
 use crate::fixtures::shoots::{Reduced, reduced};
 use approx::abs_diff_eq;
-use morphorod::cycle::CycleError;
+use morphorod::cycle::{CycleError, Disturbances};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::stability::{Linearisation, Root};
 use morphorod::{DynLaws, Shoot, ShootBuilder};
@@ -33,6 +33,14 @@ fn shoot(length: f64, elements: u32) -> ShootBuilder<Reduced> {
 /// The leading mode of a shoot about its stationary state.
 fn mode(shoot: &Shoot<DynLaws>) -> Root {
     Linearisation::about(shoot).unwrap().rightmost().unwrap()
+}
+
+/// Quantities of disturbances in the plane of an orbit and out of it. Fails for an orbit without a plane.
+fn planes<T: Clone>(disturbances: &Disturbances<T>) -> [Vec<T>; 2] {
+    match disturbances {
+        Disturbances::Planar { in_plane, out_of_plane } => [in_plane.clone(), out_of_plane.clone()],
+        Disturbances::Spatial(_) => panic!("the orbit does not lie in a plane"),
+    }
 }
 
 /// A family of shoots along a parameter. All families are of one type, so that branches are

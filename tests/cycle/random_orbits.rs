@@ -6,7 +6,7 @@ use super::cycles::Parameters;
 use super::mode;
 use crate::fixtures::random::{Draw, number};
 use approx::relative_eq;
-use morphorod::cycle::{CircularSolver, CycleError, PeriodicSolver, Turning};
+use morphorod::cycle::{CycleError, PeriodicSolver, RotatingWaveSolver, WaveGuess};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{HistoryFunction, Integrator, MethodOfSteps};
 use morphorod::tropism::{Memory, Site, TropismLaw};
@@ -133,13 +133,13 @@ fn draw(random: &mut Draw) -> (Parameters, Shoot<DynLaws>) {
 type Outcome = Result<[f64; 2], CycleError>;
 
 fn of_circle(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> Outcome {
-    let circle = CircularSolver::default().solve(shoot, &Turning::of_mode(&mode(shoot), amplitude))?;
+    let circle = RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&mode(shoot), amplitude))?;
     let found = circle.roots(shoot, 1)?;
     let rightmost = found.roots[0].value.re;
     assert!(found.line < 0.0 && found.roots.iter().all(|root| root.difference < 1e-3 * circle.rate.abs()));
     assert_eq!(found.unstable() > 0, rightmost > 0.0);
     let mut moved = shoot.clone();
-    let mut strains = circle.as_start().strain.into_iter();
+    let mut strains = circle.as_guess().strain.into_iter();
     moved.set_intrinsic(|_| strains.next().unwrap());
     let leading = (rightmost * circle.period()).exp();
     let history = Circling { rate: circle.rate, memory: parameters.memory };
@@ -150,7 +150,7 @@ fn of_swing(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> 
     let swing = PeriodicSolver::default().from_mode(shoot, &mode(shoot), amplitude)?;
     assert!(swing.error <= 1e-6);
     let found = swing.multipliers(shoot, 1)?;
-    let leading = found.sets.iter().flatten().map(|one| one.value.norm()).fold(0.0, f64::max);
+    let leading = found.values.iter().map(|one| one.value.norm()).fold(0.0, f64::max);
     assert_eq!(found.unstable() > 0, leading > 1.0);
     assert!(found.radius < leading && found.trivial < 1e-3, "{found:?}");
     let mut moved = shoot.clone();

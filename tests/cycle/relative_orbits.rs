@@ -7,7 +7,7 @@ use super::rosettes::{Askew, PLAIN, Plain, excursion, rates, turning, winding};
 use super::{mode, shoot};
 use crate::fixtures::shoots::{BETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq};
-use morphorod::cycle::{CircularSolver, CycleError, PeriodicSolver, Turning};
+use morphorod::cycle::{CycleError, PeriodicSolver, RotatingWaveSolver, WaveGuess};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::{
     Declaration, DirectionalTropism, Growing, Oscillator, Perception, Response, Rotation, SettledStatoliths, Site,
@@ -64,9 +64,9 @@ fn forced_orbit_of_a_shoot_without_forcing_is_stationary() {
 
 #[test]
 fn shape_of_a_swinging_shoot_is_an_initial_guess_for_a_circle() {
-    let solver = CircularSolver::default();
-    let circle = solver.solve(&PLAIN.shoot, &Turning::of_mode(&PLAIN.root, 0.03)).unwrap();
-    let found = solver.solve(&RELEASED, &Turning::of_rod(RELEASED.rod(), PLAIN.root.value.im)).unwrap();
+    let solver = RotatingWaveSolver::default();
+    let circle = solver.solve(&PLAIN.shoot, &WaveGuess::of_mode(&PLAIN.root, 0.03)).unwrap();
+    let found = solver.solve(&RELEASED, &WaveGuess::of_rod(RELEASED.rod(), PLAIN.root.value.im)).unwrap();
     assert_relative_eq!(found.radius(), circle.radius(), epsilon = 0.0, max_relative = 1e-9);
 }
 

@@ -6,7 +6,7 @@ use super::cycles::plain;
 use super::{family, mode};
 use crate::fixtures::shoots::MINUTE;
 use approx::assert_relative_eq;
-use morphorod::cycle::{Branch, CycleError, PeriodicOrbit, PeriodicSolver};
+use morphorod::cycle::{Continuation, CycleError, PeriodicOrbit, PeriodicSolver};
 use morphorod::{DynLaws, Shoot};
 
 /// The swing on a number of intervals at first, with an accuracy.
@@ -68,7 +68,7 @@ fn branch_of_swings_refines_its_intervals() {
     let first = plain(0.070, 2);
     let swing = solver.from_mode(&first, &mode(&first), 0.04).unwrap();
     let shoots = family(|length| Ok(plain(length, 2)));
-    let branch = Branch::from_orbit(solver, shoots, &swing, 0.070, 1e-3, 0.070..=0.074).unwrap();
+    let branch = Continuation::from_orbit(solver, shoots, &swing, 0.070, 1e-3, 0.070..=0.074).unwrap();
     let points: Vec<_> = branch.largest_step(0.5).unwrap().map(Result::unwrap).collect();
     assert!(points.iter().all(|point| point.orbit.error <= 1e-6 && point.trivial < 1e-4));
     let last = points.last().unwrap();

@@ -3,12 +3,13 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use super::{family, mode, shoot};
+use super::{family, mode, planes, shoot};
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::cycle::{
-    Branch, BranchPoint, CircularOrbit, CircularSolver, CycleError, PeriodicOrbit, PeriodicSolver, Special, Turning,
+    Bifurcation, BranchPoint, Continuation, CycleError, PeriodicOrbit, PeriodicSolver, RotatingWave,
+    RotatingWaveSolver, WaveGuess,
 };
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::stability::{Linearisation, Root};
@@ -76,7 +77,7 @@ pub(super) fn excursion(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> f64 {
 /// ones, and the larger defect of the trivial multipliers.
 pub(super) fn rates(orbit: &PeriodicOrbit, shoot: &Shoot<DynLaws>) -> ([f64; 2], f64) {
     let found = orbit.multipliers(shoot, 1).unwrap();
-    (found.sets.map(|set| set[0].root(orbit.period).re * HOUR), found.trivial)
+    (planes(&found.values).map(|set| set[0].root(orbit.period).re * HOUR), found.trivial)
 }
 
 /// Compares half a swing with the whole one. Known are the length (m), excursion (mm), period
@@ -189,29 +190,29 @@ fn winding_shoots() -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + C
 }
 
 /// Bifurcations on the branch of circles of one sense of rotation, over the angle of winding.
-fn bifurcations_of_circles(sense: f64) -> Vec<BranchPoint<CircularOrbit>> {
+fn bifurcations_of_circles(sense: f64) -> Vec<BranchPoint<RotatingWave>> {
     let straight = winding_shoots()(0.0).unwrap();
-    let mut start = Turning::of_mode(&mode(&straight), 0.009);
+    let mut start = WaveGuess::of_mode(&mode(&straight), 0.009);
     start.rate *= sense;
     start.strain.iter_mut().for_each(|strain| strain.y *= sense);
-    let solver = CircularSolver::default();
+    let solver = RotatingWaveSolver::default();
     let circle = solver.solve(&straight, &start).unwrap();
-    let branch = Branch::from_orbit(solver, winding_shoots(), &circle, 0.0, 5e-4, 0.0..=LARGEST_ANGLE).unwrap();
+    let branch = Continuation::from_orbit(solver, winding_shoots(), &circle, 0.0, 5e-4, 0.0..=LARGEST_ANGLE).unwrap();
     let points: Vec<_> = branch.largest_step(0.3).unwrap().map(Result::unwrap).collect();
     assert_eq!(points.last().unwrap().parameter, LARGEST_ANGLE);
-    points.into_iter().filter(|point| point.special.is_some()).collect()
+    points.into_iter().filter(|point| point.bifurcation.is_some()).collect()
 }
 
 /// Bifurcations of circles of both senses of rotation, which two tests read.
-static BIFURCATIONS: LazyLock<Vec<BranchPoint<CircularOrbit>>> =
+static BIFURCATIONS: LazyLock<Vec<BranchPoint<RotatingWave>>> =
     LazyLock::new(|| [1.0, -1.0].map(bifurcations_of_circles).concat());
 
 /// Circles of one sense of rotation lose their stability, those of the other sense do not.
 #[test]
 fn circles_of_one_sense_lose_stability_with_a_pair_of_twice_their_rate() {
     let [torus] = &BIFURCATIONS[..] else { panic!("{}", BIFURCATIONS.len()) };
-    assert_eq!(torus.special, Some(Special::Torus));
-    let pair = torus.exponents[0][0];
+    assert_eq!(torus.bifurcation, Some(Bifurcation::Torus));
+    let pair = torus.exponents.iter().next().unwrap();
     assert_abs_diff_eq!(pair.im.abs() / torus.orbit.rate.abs(), 2.0, epsilon = 0.01);
 }
 
@@ -223,12 +224,12 @@ fn branch_of_rosettes_ends_at_the_torus_bifurcation_of_circles() {
     let solver = turning(10, 0.0);
     // The branch starts at a swing in a plane, which is mirror symmetric and at the limit of the range.
     let swing = solver.from_mode(&straight, &mode(&straight), 0.009).unwrap();
-    let branch = Branch::from_orbit(solver, winding_shoots(), &swing, 0.0, 5e-4, 0.0..=LARGEST_ANGLE);
+    let branch = Continuation::from_orbit(solver, winding_shoots(), &swing, 0.0, 5e-4, 0.0..=LARGEST_ANGLE);
     let rosettes: Vec<_> = branch.unwrap().largest_step(0.1).unwrap().map(Result::unwrap).collect();
     assert!(rosettes.windows(2).all(|pair| pair[0].parameter < pair[1].parameter));
     // The disturbance that moves a swing out of its plane grows here, too, and there is no
     // bifurcation on the branch.
-    assert!(rosettes.iter().all(|point| point.special.is_none() && point.unstable() == 1));
+    assert!(rosettes.iter().all(|point| point.bifurcation.is_none() && point.unstable() == 1));
     assert!(rosettes.iter().all(|point| point.trivial < 1e-8));
     let torus = &BIFURCATIONS[0];
     let last = rosettes.last().unwrap();
@@ -254,15 +255,15 @@ fn circular_mode() -> Root {
 #[test]
 fn circles_are_refused_as_relative_orbits() {
     let error = turning(16, 0.0).from_mode(&PLAIN.shoot, &circular_mode(), 0.03).unwrap_err();
-    assert!(matches!(error, CycleError::Circle), "{error}");
+    assert!(matches!(error, CycleError::RotatingWave), "{error}");
 }
 
 #[test]
 fn circle_found_as_a_periodic_orbit_is_refused_as_a_relative_one() {
     let Plain { shoot, root, .. } = &*PLAIN;
-    let circle = CircularSolver::default().solve(shoot, &Turning::of_mode(root, 0.03)).unwrap();
+    let circle = RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(root, 0.03)).unwrap();
     let orbit = PeriodicSolver::default().from_mode(shoot, &circular_mode(), 0.03).unwrap();
     assert_relative_eq!(orbit.period, circle.period(), epsilon = 0.0, max_relative = 1e-8);
     let error = turning(16, 0.0).from_orbit(shoot, &orbit).unwrap_err();
-    assert!(matches!(error, CycleError::Circle), "{error}");
+    assert!(matches!(error, CycleError::RotatingWave), "{error}");
 }

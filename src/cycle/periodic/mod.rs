@@ -1,24 +1,30 @@
 //! Periodic orbits: how they are sought, found, read, and entered by a run in time.
 
-mod entry;
-pub(super) mod find;
+mod equations;
 mod forced;
+pub(super) mod guess;
+mod history;
+mod linear;
 mod multipliers;
-pub(super) mod newton;
 mod orbit;
 mod plane;
-pub(super) mod resolution;
+mod resolution;
 
-pub use entry::OrbitHistory;
+pub use history::OrbitHistory;
 pub use multipliers::{Multiplier, Multipliers};
 pub use orbit::PeriodicOrbit;
 
+use super::corrector;
+use super::equations::Equations;
 use super::error::CycleError;
+use super::extended::{Conditions, Unknowns};
 use super::map::grid::Grid;
-use super::map::march::{March, PRECISE};
+use super::map::return_map::{PRECISE, ReturnMap};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::stability::Root;
+use guess::state_of_run;
 
 /// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
 const STAGES: usize = 16;
@@ -55,7 +61,56 @@ impl Default for PeriodicSolver {
 }
 
 impl PeriodicSolver {
-    pub(super) fn march<'a, M: Model>(&self, shoot: &'a Shoot<M>, period: f64) -> Result<March<'a, M>, CycleError> {
+    /// The orbit that Newton's method reaches from a mode of the upright shoot, to and fro in its plane, with the tip moving by about
+    /// `amplitude` (m). The shoot is not changed.
+    ///
+    /// # Errors
+    /// A shoot that elongates or of which some tissue does not steer, a root that does not oscillate, no orbit near the start.
+    pub fn from_mode(
+        &self,
+        shoot: &Shoot<impl Model>,
+        root: &Root,
+        amplitude: f64,
+    ) -> Result<PeriodicOrbit, CycleError> {
+        ParameterError::positive("frequency of the mode", root.value.im)?;
+        ParameterError::positive("amplitude of the start", amplitude)?;
+        let guess = self.of_mode(shoot, root, amplitude)?;
+        corrector::solve(*self, shoot, guess, &Conditions::default())
+    }
+
+    /// The orbit near which a run in time is: from the shoot's present state and its history, with a first guess of the period (s), good
+    /// to a tenth. The shoot is not changed.
+    ///
+    /// A guess that is far off may lead to a multiple of the period. A run that is on its way from a swing to a circle may lead to
+    /// either: excursion and multipliers tell.
+    ///
+    /// # Errors
+    /// Those of [`from_mode`](Self::from_mode), or a shoot that no integrator has moved.
+    pub fn from_run(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
+        let return_map = self.return_map(shoot, period)?;
+        let (start, angle) = (state_of_run(&return_map, period)?, return_map.angle());
+        let guess = Unknowns { start, clock: period, forced: false, angle, parameter: 0.0 };
+        corrector::solve(*self, shoot, guess, &Conditions::default())
+    }
+
+    /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
+    /// longer or stiffer. For the same shoot, on twice the intervals, the difference of the two orbits and of their multipliers says
+    /// how accurate the first was.
+    ///
+    /// From a whole swing it leads to half a swing with an [`angle`](Self::angle) of π, and back without one. A rosette needs
+    /// an angle; without one the nearest orbit may be a circle.
+    ///
+    /// # Errors
+    /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
+    pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
+        corrector::solve(*self, shoot, self.of_orbit(shoot, orbit)?, &Conditions::default())
+    }
+
+    pub(super) fn return_map<'a, M: Model>(
+        &self,
+        shoot: &'a Shoot<M>,
+        period: f64,
+    ) -> Result<ReturnMap<'a, M>, CycleError> {
         let (what, number) = ("intervals in a period", self.intervals);
         ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
         let (what, number) = ("points in an interval", self.stages);
@@ -63,7 +118,7 @@ impl PeriodicSolver {
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
         ParameterError::positive("accuracy of a periodic orbit", self.accuracy)?;
         ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
-        March::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
+        ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 
     /// The strain that counts as none in a residual, 1/m. What is driven may start from nothing, and end there if nothing drives it: there

@@ -2,13 +2,14 @@
 
 use nalgebra::Complex;
 
-use super::newton::is_circle;
+use super::linear::is_circle;
 use super::orbit::PeriodicOrbit;
 use super::plane::Plane;
+use crate::cycle::disturbances::Disturbances;
 use crate::cycle::error::CycleError;
-use crate::cycle::map::march::{March, Path};
-use crate::cycle::map::turn::Turn;
-use crate::cycle::map::variation::Variation;
+use crate::cycle::map::monodromy::Monodromy;
+use crate::cycle::map::return_map::{ReturnMap, Trajectory};
+use crate::cycle::map::rotation::StateRotation;
 use crate::cycle::spectrum::{Spectrum, check_count};
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -42,10 +43,8 @@ impl Multiplier {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Multipliers {
-    /// Multipliers, largest modulus first. For a swing in a plane the first list has those of disturbances in the plane, and the second
-    /// list those of disturbances out of it. For any other orbit, and where laws couple the two, the first list has all and the second
-    /// is empty. Both of a conjugate pair are listed.
-    pub sets: [Vec<Multiplier>; 2],
+    /// Multipliers, largest modulus first. Both of a conjugate pair are listed.
+    pub values: Disturbances<Multiplier>,
     /// Modulus outside which the lists are complete, less than 0.9.
     pub radius: f64,
     /// Largest distance from 1 of the trivial multipliers, which are those of a shift in time and of a rotation of the whole. It is the
@@ -57,7 +56,7 @@ impl Multipliers {
     /// Number of multipliers outside the unit circle, trivial ones not counted. The lists contain all of them.
     #[must_use]
     pub fn unstable(&self) -> usize {
-        self.sets.iter().flatten().filter(|one| one.value.norm() > 1.0).count()
+        self.values.iter().filter(|one| one.value.norm() > 1.0).count()
     }
 }
 
@@ -71,29 +70,30 @@ impl PeriodicOrbit {
     /// intervals do not resolve.
     pub fn multipliers(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<Multipliers, CycleError> {
         check_count(count.saturating_add(if count == 0 { 0 } else { 2 }))?;
-        let (march, path) = self.go_round(shoot)?;
-        self.multipliers_on(&march, &path, count)
+        let (return_map, path) = self.retrace(shoot)?;
+        self.multipliers_on(&return_map, &path, count)
     }
 
     pub(crate) fn multipliers_on(
         &self,
-        march: &March<impl Model>,
-        path: &Path,
+        return_map: &ReturnMap<impl Model>,
+        path: &Trajectory,
         count: usize,
     ) -> Result<Multipliers, CycleError> {
-        let variation = Variation::of(march, path, self.period)?;
-        let plane = Plane::of(march, path, &self.start, &variation)?;
+        let monodromy = Monodromy::of(return_map, path, self.period)?;
+        let plane = Plane::of(return_map, path, &self.start, &monodromy)?;
         // The tangent of a rotation is known exactly, and is removed where a shift in time has the same multiplier.
-        let turned = march.turn.as_ref().filter(|_| plane.is_none());
+        let turned = return_map.turn.as_ref().filter(|_| plane.is_none());
         let turned = turned.map(|turn| turn.rate(&self.start).flat().normalize());
-        let mut out = Multipliers { sets: [Vec::new(), Vec::new()], radius: 0.0, trivial: 0.0 };
-        for (k, list) in out.sets.iter_mut().enumerate() {
+        let (mut radius, mut largest_defect) = (0.0_f64, 0.0_f64);
+        let mut lists = [Vec::new(), Vec::new()];
+        for (k, list) in lists.iter_mut().enumerate() {
             let across = k == 1;
             if across && plane.is_none() {
                 break;
             }
             let found = Spectrum::of(self.start.flat().len(), count + 2, |x| {
-                let mut end = variation.apply(&self.start.with_values(x))?;
+                let mut end = monodromy.apply(&self.start.with_values(x))?;
                 if let Some(plane) = &plane {
                     // Rounding couples disturbances in the plane with those out of it, and the larger multiplier would appear in both.
                     plane.project(&mut end, across);
@@ -104,43 +104,53 @@ impl PeriodicOrbit {
                 }
                 Ok(end)
             })?;
-            out.radius = out.radius.max(found.radius);
+            radius = radius.max(found.radius);
             list.extend(found.values.into_iter().map(|(value, residual)| Multiplier { value, residual }));
         }
         let own_period = usize::from(self.driven_from.is_none());
         let near_one = |set: &[Multiplier]| set.iter().filter(|one| (one.value - 1.0).norm() < SYMMETRIC).count();
-        let rotation = match self.rotation(march, path, &variation)? {
+        let rotation = match self.rotation(return_map, path, &monodromy)? {
             _ if turned.is_some() => 0,
             Symmetry::Is(there) => usize::from(there),
-            Symmetry::Undeclared if plane.is_some() => near_one(&out.sets[1]).min(1),
-            Symmetry::Undeclared => near_one(&out.sets[0]).saturating_sub(own_period).min(1),
+            Symmetry::Undeclared if plane.is_some() => near_one(&lists[1]).min(1),
+            Symmetry::Undeclared => near_one(&lists[0]).saturating_sub(own_period).min(1),
         };
         let trivial = if plane.is_some() { [own_period, rotation] } else { [own_period + rotation, 0] };
-        for (list, number) in out.sets.iter_mut().zip(trivial) {
+        for (list, number) in lists.iter_mut().zip(trivial) {
             for _ in 0..number {
                 let defect = |one: &Multiplier| (one.value - 1.0).norm();
                 let nearest = (0..list.len()).min_by(|a, b| defect(&list[*a]).total_cmp(&defect(&list[*b])));
                 let defect = nearest.map_or(f64::INFINITY, |at| defect(&list.remove(at)));
-                out.trivial = if defect > out.trivial { defect } else { out.trivial };
+                largest_defect = if defect > largest_defect { defect } else { largest_defect };
             }
         }
-        if !(out.trivial <= DEFECT) {
+        if !(largest_defect <= DEFECT) {
             let intervals = self.settings.intervals;
-            return Err(CycleError::Unresolved { error: out.trivial, intervals });
+            return Err(CycleError::Unresolved { error: largest_defect, intervals });
         }
-        Ok(out)
+        let [in_plane, out_of_plane] = lists;
+        let values = match plane {
+            Some(_) => Disturbances::Planar { in_plane, out_of_plane },
+            None => Disturbances::Spatial(in_plane),
+        };
+        Ok(Multipliers { values, radius, trivial: largest_defect })
     }
     /// Whether a rotation of the whole gives another orbit with a multiplier of its own.
-    fn rotation(&self, march: &March<impl Model>, path: &Path, variation: &Variation) -> Result<Symmetry, CycleError> {
-        let Ok(turn) = Turn::new(&Declaration::of(march.shoot.model.tropism()), 0.0) else {
+    fn rotation(
+        &self,
+        return_map: &ReturnMap<impl Model>,
+        path: &Trajectory,
+        monodromy: &Monodromy,
+    ) -> Result<Symmetry, CycleError> {
+        let Ok(turn) = StateRotation::new(&Declaration::of(return_map.shoot.model.tropism()), 0.0) else {
             return Ok(Symmetry::Undeclared);
         };
         let tangent = turn.rate(&self.start).flat();
         // On a circle a rotation is a shift in time.
-        if tangent.norm() == 0.0 || is_circle(march, &self.start, path, &turn) {
+        if tangent.norm() == 0.0 || is_circle(return_map, &self.start, path, &turn) {
             return Ok(Symmetry::Is(false));
         }
-        let end = variation.apply(&self.start.with_values(&tangent))?.flat();
+        let end = monodromy.apply(&self.start.with_values(&tangent))?.flat();
         Ok(Symmetry::Is((end - &tangent).norm() <= SYMMETRIC * tangent.norm()))
     }
 }

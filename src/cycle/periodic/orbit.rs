@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::PeriodicSolver;
 use crate::cycle::autonomous::{check_autonomous, check_period};
 use crate::cycle::error::CycleError;
-use crate::cycle::map::march::{March, Path};
-use crate::cycle::map::state::{Start, carried};
+use crate::cycle::map::phase_state::{PhaseState, carried};
+use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
@@ -28,7 +28,7 @@ pub struct PeriodicOrbit {
     pub residual: f64,
     /// Estimate of the relative error of period and shape that the intervals leave, by one on more stages.
     pub error: f64,
-    pub(crate) start: Start,
+    pub(crate) start: PhaseState,
     pub(crate) settings: PeriodicSolver,
     /// When a cycle that something drives was begun, s; none if its period is its own.
     pub(crate) driven_from: Option<f64>,
@@ -36,12 +36,15 @@ pub struct PeriodicOrbit {
 
 impl PeriodicOrbit {
     /// Goes round once.
-    pub(crate) fn go_round<'a, M: Model>(&self, shoot: &'a Shoot<M>) -> Result<(March<'a, M>, Path), CycleError> {
-        let mut march = self.settings.march(shoot, self.period)?;
-        self.start.check(march.places.len(), march.variables)?;
-        march.kept = self.start.slopes.len();
-        march.set_angle(self.angle);
-        let path = march.run(&self.start, self.period)?;
+    pub(crate) fn retrace<'a, M: Model>(
+        &self,
+        shoot: &'a Shoot<M>,
+    ) -> Result<(ReturnMap<'a, M>, Trajectory), CycleError> {
+        let mut return_map = self.settings.return_map(shoot, self.period)?;
+        self.start.check(return_map.places.len(), return_map.variables)?;
+        return_map.kept = self.start.slopes.len();
+        return_map.set_angle(self.angle);
+        let path = return_map.run(&self.start, self.period)?;
         if self.driven_from.is_none() {
             check_autonomous(shoot, &path.stages[0][0].rod)?;
         } else {
@@ -52,7 +55,7 @@ impl PeriodicOrbit {
         if !(residual <= 100.0 * self.settings.tolerance) {
             return Err(CycleError::NotConverged { iterations: 0, residual });
         }
-        Ok((march, path))
+        Ok((return_map, path))
     }
 
     /// The shape at the start and after every interval of the period, as it is at rest: with the times since the start, s.
@@ -60,10 +63,11 @@ impl PeriodicOrbit {
     /// # Errors
     /// An equilibrium that is not found.
     pub fn shapes(&self, shoot: &Shoot<impl Model>) -> Result<Vec<(f64, Rod)>, CycleError> {
-        let (mut march, path) = self.go_round(shoot)?;
+        let (mut return_map, path) = self.retrace(shoot)?;
         let length = self.period / self.settings.intervals as f64;
         let all = path.strains.iter().enumerate();
-        all.map(|(n, strain)| Ok((n as f64 * length, march.settle(strain, n as f64 * length)?.0))).collect()
+        all.map(|(n, strain)| Ok((n as f64 * length, return_map.equilibrate_at(strain, n as f64 * length)?.0)))
+            .collect()
     }
 
     /// The largest distance of the tip from the tangent of the base (m), and the rod at that time: a maximum in time, interpolated
@@ -72,14 +76,14 @@ impl PeriodicOrbit {
     /// # Errors
     /// An equilibrium that is not found.
     pub fn largest_excursion(&self, shoot: &Shoot<impl Model>) -> Result<(f64, Rod), CycleError> {
-        let (mut march, path) = self.go_round(shoot)?;
-        self.largest_excursion_on(&mut march, &path)
+        let (mut return_map, path) = self.retrace(shoot)?;
+        self.largest_excursion_on(&mut return_map, &path)
     }
 
     pub(crate) fn largest_excursion_on(
         &self,
-        march: &mut March<impl Model>,
-        path: &Path,
+        return_map: &mut ReturnMap<impl Model>,
+        path: &Trajectory,
     ) -> Result<(f64, Rod), CycleError> {
         let excursion = |rod: &Rod| {
             let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
@@ -93,14 +97,14 @@ impl PeriodicOrbit {
         let best = all.max_by(|a, b| excursion(&a.2.rod).total_cmp(&excursion(&b.2.rod)));
         let Some((n, i, stage)) = best else { return Err(CycleError::NotConverged { iterations: 0, residual: 1.0 }) };
         let length = self.period / self.settings.intervals as f64;
-        let stages = march.grid.stages.clone();
+        let stages = return_map.grid.stages.clone();
         let mut at = |time: f64| {
             // Inside the interval or beyond its ends, where the neighbour's polynomial is as good.
             let whole = time.floor().clamp(0.0, (self.settings.intervals - 1) as f64);
             let n = whole as usize;
-            let weights = march.grid.integrals(time - whole);
+            let weights = return_map.grid.integrals(time - whole);
             let strain = carried(&path.strains[n], &path.strain_slopes[n], &weights);
-            march.settle(&strain, time * length).map(|(rod, _)| rod)
+            return_map.equilibrate_at(&strain, time * length).map(|(rod, _)| rod)
         };
         // Parabolas through three times, ever closer: their vertex errs by the cube of their width.
         let first = n as f64 + stages[i];

@@ -3,9 +3,9 @@
 use nalgebra::{DVector, Vector2};
 
 use crate::cycle::error::CycleError;
-use crate::cycle::map::march::{March, Path};
-use crate::cycle::map::state::Start;
-use crate::cycle::map::variation::Variation;
+use crate::cycle::map::monodromy::Monodromy;
+use crate::cycle::map::phase_state::PhaseState;
+use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::model::Model;
 use crate::tropism::{Declaration, Rotation, Source};
 
@@ -38,10 +38,10 @@ enum Variable {
 impl Plane {
     /// The plane of a path, if it keeps to one and disturbances in it do not mix with those that lead out of it.
     pub fn of(
-        march: &March<impl Model>,
-        path: &Path,
-        start: &Start,
-        variation: &Variation,
+        return_map: &ReturnMap<impl Model>,
+        path: &Trajectory,
+        start: &PhaseState,
+        monodromy: &Monodromy,
     ) -> Result<Option<Self>, CycleError> {
         let strains = || path.strains.iter().flat_map(|strain| pairs(strain.as_slice()));
         let bend = direction(strains);
@@ -51,7 +51,7 @@ impl Plane {
         }
         let mut ends = Vec::with_capacity(2);
         for along in [bend, across(bend)] {
-            ends.push(variation.apply(&disturbance(start, along))?);
+            ends.push(monodromy.apply(&disturbance(start, along))?);
         }
         for (end, own) in ends.iter().zip([bend, across(bend)]) {
             let largest = |along| pairs(end.strain.as_slice()).map(|u| u.dot(&along).abs()).fold(0.0, f64::max);
@@ -59,7 +59,7 @@ impl Plane {
                 return Ok(None);
             }
         }
-        let (laws, v) = (Declaration::of(march.shoot.model.tropism()), march.variables);
+        let (laws, v) = (Declaration::of(return_map.shoot.model.tropism()), return_map.variables);
         let variables = (0..v).map(|k| match laws.rotation(Source::Variable(k)) {
             Rotation::First if k + 1 < v => pair(&ends, v, k),
             Rotation::Invariant => one(&ends, v, k),
@@ -69,7 +69,7 @@ impl Plane {
     }
 
     /// Leaves of a disturbance what is in the plane, or what leads out of it.
-    pub fn project(&self, start: &mut Start, out: bool) {
+    pub fn project(&self, start: &mut PhaseState, out: bool) {
         let keep = |pair: &mut [f64], along: Vector2<f64>| {
             let along = if out { across(along) } else { along };
             let size = pair[0] * along.x + pair[1] * along.y;
@@ -91,7 +91,7 @@ impl Plane {
 }
 
 /// A state that differs by a bend along a direction alone, of no special shape.
-fn disturbance(start: &Start, along: Vector2<f64>) -> Start {
+fn disturbance(start: &PhaseState, along: Vector2<f64>) -> PhaseState {
     let mut out = start.with_values(&DVector::zeros(start.flat().len()));
     for (k, strain) in out.strain.as_mut_slice().chunks_exact_mut(2).enumerate() {
         let size = 1.0 + 0.3 * (2.0 * k as f64).sin();
@@ -101,13 +101,13 @@ fn disturbance(start: &Start, along: Vector2<f64>) -> Start {
 }
 
 /// The values of a variable, of `v`, at all points now and over the past; of a pair both.
-fn values(end: &Start, v: usize, k: usize) -> impl Iterator<Item = Vector2<f64>> {
+fn values(end: &PhaseState, v: usize, k: usize) -> impl Iterator<Item = Vector2<f64>> {
     let all = std::iter::once(&end.variables).chain(end.slopes.iter().flatten());
     all.flat_map(move |all| all.as_slice().chunks_exact(v).map(move |own| Vector2::new(own[k], own[(k + 1) % v])))
 }
 
 /// What disturbances do to a pair; none if what they do is not at right angles.
-fn pair(ends: &[Start], v: usize, k: usize) -> Option<Variable> {
+fn pair(ends: &[PhaseState], v: usize, k: usize) -> Option<Variable> {
     let [inside, outside] = [0, 1].map(|which| direction(|| values(&ends[which], v, k)));
     let largest =
         |which: usize, along: Vector2<f64>| values(&ends[which], v, k).map(|y| y.dot(&along).abs()).fold(0.0, f64::max);
@@ -119,7 +119,7 @@ fn pair(ends: &[Start], v: usize, k: usize) -> Option<Variable> {
 }
 
 /// What disturbances do to a variable that does not turn; none if both change it.
-fn one(ends: &[Start], v: usize, k: usize) -> Option<Variable> {
+fn one(ends: &[PhaseState], v: usize, k: usize) -> Option<Variable> {
     let [inside, outside] =
         [0, 1].map(|which| values(&ends[which], v, k).map(|y: Vector2<f64>| y.x.abs()).fold(0.0, f64::max));
     match (outside <= MIXED * inside, inside <= MIXED * outside) {

@@ -1,20 +1,20 @@
-//! The laws at one material point whose stimuli come back after a period.
+//! The laws at one material point under periodic stimuli: their periodic variables, and the linear response.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
-use super::fourier::Circle;
+use super::phase_grid::PhaseGrid;
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
-/// Newton corrections of the variables at most: the laws' rates are smooth.
+/// Largest number of Newton iterations: the laws' rates are smooth.
 const CORRECTIONS: usize = 30;
-/// Variables are found when a correction is below this share of them.
+/// Largest relative update of converged variables.
 const CONVERGED: f64 = 1e-13;
 
-/// A law on a circle that is gone round at a rate; the delays are known in phase.
-pub(super) struct Round<'a, T> {
+/// A law under stimuli with a known angular frequency, on a grid of phases.
+pub(super) struct HarmonicBalance<'a, T> {
     pub law: &'a T,
-    pub circle: &'a Circle,
+    pub phases: &'a PhaseGrid,
     /// Angular frequency, 1/s; negative if phases are passed backwards.
     pub rate: f64,
     size: (usize, usize),
@@ -24,8 +24,8 @@ pub(super) struct Round<'a, T> {
     earlier: Vec<Option<DMatrix<f64>>>,
 }
 
-/// The variables of a point at all phases, and the derivatives of its laws there.
-pub(super) struct Steady {
+/// The periodic variables of a point, and the derivatives of its laws at all phases.
+pub(super) struct HarmonicVariables {
     /// A row for every variable, a column for every phase.
     pub variables: DMatrix<f64>,
     rates_y: Vec<DMatrix<f64>>,
@@ -34,10 +34,10 @@ pub(super) struct Steady {
     read: [DMatrix<f64>; 2],
 }
 
-/// Derivatives that differ by less than this share are those of one linear law at two points.
+/// Largest relative difference between derivatives of one linear law at two points.
 const ALIKE: f64 = 1e-8;
 
-impl Steady {
+impl HarmonicVariables {
     /// Whether the laws linearise as they do at another point.
     pub fn is_like(&self, other: &Self) -> bool {
         let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
@@ -46,32 +46,33 @@ impl Steady {
     }
 }
 
-impl<'a, T: TropismLaw> Round<'a, T> {
-    pub fn new(law: &'a T, circle: &'a Circle, rate: f64) -> Self {
+impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
+    pub fn new(law: &'a T, phases: &'a PhaseGrid, rate: f64) -> Self {
         let declaration = Declaration::of(law);
         let size = declaration.size();
         let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
-        let earlier = delays.iter().map(|delay| delay.map(|delay| circle.earlier(rate * delay))).collect();
+        let earlier = delays.iter().map(|delay| delay.map(|delay| phases.earlier(rate * delay))).collect();
         let delays = delays.into_iter().map(|delay| delay.unwrap_or(0.0)).collect();
         let (counts, reads_present) = ((size.variables, size.stimuli), size.reads_present);
-        Self { law, circle, rate, size: counts, reads_present, delays, earlier }
+        Self { law, phases, rate, size: counts, reads_present, delays, earlier }
     }
 
-    /// ẏ = rates(y, x) round the circle, the stimuli x being given: a column for every phase.
-    pub fn settle(&self, at: &Growing, stimuli: &DMatrix<f64>) -> Result<Steady, CycleError> {
-        let ((v, _), n) = (self.size, self.circle.len());
+    /// ẏ = rates(y, x) with given stimuli x, a column for every phase.
+    pub fn solve(&self, at: &Growing, stimuli: &DMatrix<f64>) -> Result<HarmonicVariables, CycleError> {
+        let ((v, _), n) = (self.size, self.phases.len());
         let mut variables = DMatrix::zeros(v, n);
         for j in 0..n {
             self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
         }
-        let mut steady = Steady { variables, rates_y: Vec::new(), rates_x: Vec::new(), read: Default::default() };
+        let mut steady =
+            HarmonicVariables { variables, rates_y: Vec::new(), rates_x: Vec::new(), read: Default::default() };
         if v == 0 {
             return Ok(self.read(at, stimuli, steady));
         }
         let mut last = f64::INFINITY;
         for _ in 0..CORRECTIONS {
             self.differentiate(at, stimuli, &mut steady);
-            let mut left = &steady.variables * self.circle.derivative.transpose() * self.rate;
+            let mut left = &steady.variables * self.phases.derivative.transpose() * self.rate;
             let mut rates = DVector::zeros(v);
             for j in 0..n {
                 self.law.rates(
@@ -96,12 +97,16 @@ impl<'a, T: TropismLaw> Round<'a, T> {
     }
 
     /// The same for several points.
-    pub fn settle_all(&self, places: &[Growing], stimuli: &[DMatrix<f64>]) -> Result<Vec<Steady>, CycleError> {
-        places.iter().zip(stimuli).map(|(at, stimuli)| self.settle(at, stimuli)).collect()
+    pub fn solve_all(
+        &self,
+        places: &[Growing],
+        stimuli: &[DMatrix<f64>],
+    ) -> Result<Vec<HarmonicVariables>, CycleError> {
+        places.iter().zip(stimuli).map(|(at, stimuli)| self.solve(at, stimuli)).collect()
     }
 
     /// The derivatives of the laws for variables that are found.
-    fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut steady: Steady) -> Steady {
+    fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut steady: HarmonicVariables) -> HarmonicVariables {
         self.differentiate(at, stimuli, &mut steady);
         let past = self.past(&steady, 0);
         let [_, _, by_variables, by_stimuli] = law_matrices(self.law, at, &past, stimuli.column(0).as_slice());
@@ -110,22 +115,28 @@ impl<'a, T: TropismLaw> Round<'a, T> {
     }
 
     /// The gradient at a phase.
-    pub fn gradient(&self, at: &Growing, steady: &Steady, stimuli: &DMatrix<f64>, phase: usize) -> Vector3<f64> {
+    pub fn gradient(
+        &self,
+        at: &Growing,
+        steady: &HarmonicVariables,
+        stimuli: &DMatrix<f64>,
+        phase: usize,
+    ) -> Vector3<f64> {
         let now = stimuli.column(phase);
         let now = if self.reads_present { now.as_slice() } else { &[] };
         self.law.gradient(at, &self.past(steady, phase), now)
     }
 
     /// Every variable as it was its delay before a phase.
-    fn past(&self, steady: &Steady, phase: usize) -> Vec<f64> {
+    fn past(&self, steady: &HarmonicVariables, phase: usize) -> Vec<f64> {
         let read = |a: usize, earlier: &DMatrix<f64>| (earlier.row(phase) * steady.variables.row(a).transpose())[0];
         self.earlier.iter().enumerate().map(|(a, earlier)| earlier.as_ref().map_or(0.0, |e| read(a, e))).collect()
     }
 
     /// The gradient at the first phase, and its derivative by λ, by stimuli δx exp(λt) at all phases: three rows, a column for every
     /// stimulus, phase by phase.
-    pub fn response(&self, steady: &Steady, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
-        let ((v, m), n) = (self.size, self.circle.len());
+    pub fn response(&self, steady: &HarmonicVariables, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
+        let ((v, m), n) = (self.size, self.phases.len());
         let [gradient_y, gradient_x] = &steady.read;
         let mut read = DMatrix::zeros(v * n, 3);
         let mut later = read.clone();
@@ -160,12 +171,12 @@ impl<'a, T: TropismLaw> Round<'a, T> {
     }
 
     /// λ + d/dt − ∂rates/∂y over all phases.
-    fn matrix<N: nalgebra::ComplexField>(&self, steady: &Steady, z: N, of: impl Fn(f64) -> N) -> DMatrix<N> {
-        let (v, n) = (self.size.0, self.circle.len());
+    fn matrix<N: nalgebra::ComplexField>(&self, steady: &HarmonicVariables, z: N, of: impl Fn(f64) -> N) -> DMatrix<N> {
+        let (v, n) = (self.size.0, self.phases.len());
         let mut out = DMatrix::from_diagonal_element(v * n, v * n, z);
         for j in 0..n {
             for l in 0..n {
-                let slope = self.rate * self.circle.derivative[(j, l)];
+                let slope = self.rate * self.phases.derivative[(j, l)];
                 for a in 0..v {
                     out[(j * v + a, l * v + a)] += of(slope);
                 }
@@ -179,7 +190,7 @@ impl<'a, T: TropismLaw> Round<'a, T> {
         out
     }
 
-    fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, steady: &mut Steady) {
+    fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, steady: &mut HarmonicVariables) {
         let all = steady.variables.column_iter().zip(stimuli.column_iter());
         let each = all.map(|(y, x)| law_matrices(self.law, at, y.as_slice(), x.as_slice()));
         (steady.rates_y, steady.rates_x) = each.map(|[rates_y, rates_x, ..]| (rates_y, rates_x)).unzip();

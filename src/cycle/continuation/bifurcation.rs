@@ -1,40 +1,40 @@
-//! Places on a branch at which its stability changes: where, and what is there.
+//! Bifurcations of a branch: their location and their kind.
 
 use nalgebra::Complex;
 
-use super::exponents::{Special, growing, kind, told};
-use super::follow::{Corrected, Follow};
-use super::{Branch, BranchPoint, Place};
+use super::exponents::{Bifurcation, growing, kind, lists};
+use super::{BranchPoint, BranchState, Continuation, OrbitSolver, observe};
+use crate::cycle::corrector::Corrected;
 use crate::cycle::error::CycleError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// Evaluations at most.
+/// Largest number of evaluations of the search for a bifurcation.
 const TRIALS: usize = 40;
-/// A place is found when what passes zero is smaller than this, times the period: below, what is known of it next to the trivial exponents is rounding.
+/// Modulus of the real part of a vanishing exponent times the period, and width of its bracket in units of the step, at which a
+/// bifurcation is located. Smaller exponents are rounding beside the trivial ones.
 const ZERO: f64 = 1e-7;
-/// Or when it is known between two places that are closer than this share of the step.
-const CLOSE: f64 = 1e-7;
 
-/// Two exponents that are conjugate up to this share are a pair.
+/// Largest relative difference between the exponents of a conjugate pair.
 const PAIR: f64 = 1e-9;
-/// So far from the ends of a step its direction is told, in units of it; and so far from a fold the exponent that passes zero there is told
-/// from the trivial ones.
+/// Distance from the ends of a step at which the slope of the parameter is evaluated, and from a fold at which the exponent that vanishes
+/// there is distinguished from the trivial ones, in units of the step.
 const ASIDE: f64 = 1e-2;
-/// Of the parabolas that find a fold: the width of the first, and by how much they narrow.
+/// Half-width of the first parabola of the search for a fold.
 const WIDTH: f64 = 0.1;
+/// Factor between the widths of successive parabolas.
 const NARROW: f64 = 0.2;
 
-impl<S: Follow, F, M: Model> Branch<S, F>
+impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
-    /// Finds where between the last place and another the numbers of growing disturbances change; that waits.
-    pub(super) fn special_between(&mut self, to: &Place) -> Result<(), CycleError> {
-        // A swing in a plane has two sets, cycles beside it may have one.
-        let apart = [&self.last, to].iter().all(|place| !place.exponents[1].is_empty());
-        let sets = |place: &Place| told(&place.exponents, apart);
-        let counts = |place: &Place| sets(place).map(|set| growing(&set));
+    /// Locates the bifurcations between the last point and another, and appends them to the queue.
+    pub(super) fn bifurcations_between(&mut self, to: &BranchState) -> Result<(), CycleError> {
+        // A planar orbit has two lists, its neighbours may have one.
+        let apart = [&self.last, to].iter().all(|place| !place.exponents.lists()[1].is_empty());
+        let sets = |place: &BranchState| lists(&place.exponents, apart);
+        let counts = |place: &BranchState| sets(place).map(|set| growing(&set));
         if counts(&self.last) == counts(to) {
             return Ok(());
         }
@@ -42,18 +42,19 @@ where
         let mut parts = vec![[first.clone(), last.clone()]];
         let mut found = Vec::new();
         // At a fold a real exponent passes zero.
-        let real = |place: &Place| place.exponents[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
+        let real =
+            |place: &BranchState| place.exponents.lists()[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
         let passes = real(&self.last) != real(to);
         if let Some(fold) = if passes { self.fold(to)? } else { None } {
             parts.clear();
             for (end, aside) in [(first, fold - ASIDE), (last, fold + ASIDE)] {
                 if (0.0..=1.0).contains(&aside) {
-                    let other = (aside, told(&self.look_between(to, aside)?.exponents, apart));
+                    let other = (aside, lists(&self.observe_between(to, aside)?.exponents, apart));
                     parts.push(if aside < fold { [end, other] } else { [other, end] });
                 }
             }
-            let mut point = self.look_between(to, fold)?;
-            point.special = Some(Special::Fold);
+            let mut point = self.observe_between(to, fold)?;
+            point.bifurcation = Some(Bifurcation::Fold);
             found.push((fold, point));
         }
         for ends in &parts {
@@ -66,7 +67,7 @@ where
                     let (Some(a), Some(b)) = (a, b) else { break };
                     let (share, point) = self.locate(to, (set, next, apart), [a, b])?;
                     let pair = |x: &Complex<f64>, y: &Complex<f64>| (y - x.conj()).norm() <= PAIR * x.norm();
-                    next += match told(&point.exponents, apart)[set].get(next..next + 2) {
+                    next += match lists(&point.exponents, apart)[set].get(next..next + 2) {
                         Some([x, y]) if x.im != 0.0 && pair(x, y) => 2,
                         _ => 1,
                     };
@@ -79,22 +80,22 @@ where
         Ok(())
     }
 
-    /// The cycle at a share of the way from the last place to another.
-    fn between(&mut self, to: &Place, share: f64) -> Result<Corrected<S::Orbit, M>, CycleError> {
+    /// The orbit at a share of the secant from the last point to another.
+    fn between(&mut self, to: &BranchState, share: f64) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         let from = self.last.unknowns.clone().with_past_of(&to.unknowns);
-        let way = from.to(&to.unknowns);
-        let guess = from.along(&way, share);
-        let condition = self.beside_last(self.measure.condition(&way, &guess));
-        self.solver.correct(&mut self.family, guess, &condition)
+        let secant = from.to(&to.unknowns);
+        let guess = from.along(&secant, share);
+        let conditions = self.inner.arclength(&secant, &guess);
+        self.correct(guess, conditions)
     }
 
-    fn look_between(&mut self, to: &Place, share: f64) -> Result<BranchPoint<S::Orbit>, CycleError> {
+    fn observe_between(&mut self, to: &BranchState, share: f64) -> Result<BranchPoint<S::Orbit>, CycleError> {
         let found = self.between(to, share)?;
-        Ok(self.look(found)?.0)
+        Ok(observe(&self.solver, found)?.0)
     }
 
-    /// Where between the last place and another the parameter has an extremum, as a share of the way.
-    fn fold(&mut self, to: &Place) -> Result<Option<f64>, CycleError> {
+    /// The extremum of the parameter between the last point and another, as a share of the secant.
+    fn fold(&mut self, to: &BranchState) -> Result<Option<f64>, CycleError> {
         let mut parameter = |share: f64| Ok::<_, CycleError>(self.between(to, share)?.unknowns.parameter);
         // A little beyond the ends: where the fold is next to one, the exponents say to which step it belongs. Slopes by three points err by
         // the square of the distance.
@@ -121,24 +122,25 @@ where
         Ok(Some(share))
     }
 
-    /// Where one exponent, of a set and with a number in it, the sets told apart or not, passes zero: by secants between two shares of the way at which it is known.
+    /// The zero of the real part of an exponent, given by its list and its index, between two shares of the secant: regula falsi with the
+    /// modification of Illinois.
     fn locate(
         &mut self,
-        to: &Place,
+        to: &BranchState,
         (set, index, apart): (usize, usize, bool),
         [mut low, mut high]: [(f64, f64); 2],
     ) -> Result<(f64, BranchPoint<S::Orbit>), CycleError> {
         let mut parameter = to.unknowns.parameter;
         for _ in 0..TRIALS {
             let share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let mut point = self.look_between(to, share)?;
+            let mut point = self.observe_between(to, share)?;
             parameter = point.parameter;
-            let Some(exponent) = told(&point.exponents, apart)[set].get(index).copied() else { break };
-            if exponent.re.abs() * point.period < ZERO || high.0 - low.0 < CLOSE {
-                point.special = Some(kind(exponent * point.period, S::MULTIPLIED));
+            let Some(exponent) = lists(&point.exponents, apart)[set].get(index).copied() else { break };
+            if exponent.re.abs() * point.period < ZERO || high.0 - low.0 < ZERO {
+                point.bifurcation = Some(kind(exponent * point.period, S::FLOQUET));
                 return Ok((share, point));
             }
-            // The end that stays twice counts half (Illinois).
+            // The value at the end that is kept is halved.
             if (exponent.re > 0.0) == (high.1 > 0.0) {
                 high = (share, exponent.re);
                 low.1 *= 0.5;
@@ -147,6 +149,6 @@ where
                 high.1 *= 0.5;
             }
         }
-        Err(CycleError::Special { parameter, width: high.0 - low.0 })
+        Err(CycleError::BifurcationNotLocated { parameter, width: high.0 - low.0 })
     }
 }

@@ -6,9 +6,9 @@ use super::orbit::PeriodicOrbit;
 use crate::cycle::error::CycleError;
 use crate::cycle::map::grid::Grid;
 use crate::error::ParameterError;
-use crate::integrator::HistoryFunction;
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::state::HistoryFunction;
 use crate::tropism::{Site, TropismLaw};
 
 /// What came before a state of an orbit: the history function of a run that starts on it.

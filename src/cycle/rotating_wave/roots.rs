@@ -1,22 +1,23 @@
-//! The stability of a circular orbit: characteristic roots in the turning frame, where it stands still.
+//! The stability of a rotating wave: characteristic roots in the corotating frame, where it is stationary.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::{CircularOrbit, CircularSolver, Problem};
-use crate::cycle::autonomous::check_autonomous;
+use super::corotating::Corotating;
+use super::equations::unknowns;
+use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::error::CycleError;
-use crate::cycle::map::variation::Variation;
+use crate::cycle::map::monodromy::Monodromy;
 use crate::cycle::periodic::PeriodicSolver;
-use crate::cycle::periodic::find::start_of_waves;
+use crate::cycle::periodic::guess::state_of_waves;
 use crate::cycle::spectrum::{Spectrum, check_count};
 use crate::error::ParameterError;
 use crate::linear::{AnalyticMatrix, newton, newton_step};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// Largest number of turns of the frame that are tried: the map over a whole turn does not determine this number.
+/// Largest number of rotations of the frame in a period that is tried: the return map does not determine this number.
 const FRAMES: i32 = 3;
 /// Largest distance between a root of the return map and one of the characteristic function, in units of the rate of rotation.
 const APART: f64 = 1e-3;
@@ -27,29 +28,29 @@ const REAL: f64 = 1e-9;
 /// Largest number of intervals of the return map. It is doubled until its roots agree with those of the characteristic function.
 const INTERVALS: usize = 128;
 
-/// A characteristic root of a circular orbit, with Im λ ≥ 0; its conjugate is one too.
+/// A characteristic root of a rotating wave, with Im λ ≥ 0; its conjugate is one too.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct TurningRoot {
-    /// λ in the turning frame, 1/s. Over a turn a disturbance is multiplied by exp(λT), and has turned with the shape.
+pub struct WaveRoot {
+    /// λ in the corotating frame, 1/s. Over a period a disturbance is multiplied by exp(λT), and rotates with the shape.
     pub value: Complex<f64>,
     /// Distance from the root that the return map, another method, gives, 1/s.
     pub difference: f64,
 }
 
-/// The leading characteristic roots of a circular orbit: all those to the right of `line`.
+/// The leading characteristic roots of a rotating wave: all those to the right of `line`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct TurningRoots {
+pub struct WaveRoots {
     /// Roots, rightmost first, without the trivial one.
-    pub roots: Vec<TurningRoot>,
+    pub roots: Vec<WaveRoot>,
     /// Real part to the right of which the list is complete, 1/s, negative.
     pub line: f64,
     /// |λ| of the root of a rotation of the whole, 1/s: zero but for rounding and differences.
     pub trivial: f64,
 }
 
-impl TurningRoots {
+impl WaveRoots {
     /// Number of roots with positive real part, conjugates counted. The list contains all of them.
     #[must_use]
     pub fn unstable(&self) -> usize {
@@ -58,16 +59,16 @@ impl TurningRoots {
     }
 }
 
-impl CircularOrbit {
-    /// The leading roots of the orbit, of small disturbances exp(λt) in the turning frame: at least `count`, conjugates not counted,
-    /// unless the others decay to less than 1e-3 within a turn. They are found by Arnoldi's method with deflation on the linearised
+impl RotatingWave {
+    /// The leading roots of the orbit, of small disturbances exp(λt) in the corotating frame: at least `count`, conjugates not counted,
+    /// unless the others decay to less than 1e-3 within a period. They are found by Arnoldi's method with deflation on the linearised
     /// return map, and corrected by Newton's method on the characteristic function. The numbers of Krylov vectors and of intervals are
     /// chosen by convergence. The shoot is the one whose orbit this is.
     ///
     /// # Errors
     /// A count that is not from 1 to 19, a map that is not linearised, roots that do not converge, or on which the two methods
     /// disagree.
-    pub fn roots(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<TurningRoots, CycleError> {
+    pub fn roots(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<WaveRoots, CycleError> {
         // Both of a pair and the trivial root are eigenvalues of the map.
         let wanted = if count == 0 { 0 } else { count.saturating_mul(2).saturating_add(1) };
         check_count(wanted)?;
@@ -87,7 +88,7 @@ impl CircularOrbit {
     }
 
     /// Roots of the characteristic function, one for each multiplier; none unless they agree.
-    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &Spectrum) -> Option<TurningRoots> {
+    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &Spectrum) -> Option<WaveRoots> {
         let (period, rate) = (self.period(), self.rate.abs());
         let zero = function.polish(Complex::ZERO, &[])?;
         let mut known = vec![zero];
@@ -99,7 +100,7 @@ impl CircularOrbit {
         if !(zero.norm() < TRIVIAL * rate && distance(&trivial) < APART * rate * period) {
             return None;
         }
-        let mut roots = Vec::<TurningRoot>::new();
+        let mut roots = Vec::<WaveRoot>::new();
         for multiplier in multipliers.into_iter().filter(|multiplier| multiplier.im >= 0.0) {
             let first = multiplier.ln() / period;
             let frame = |k: i32| first + Complex::new(0.0, TAU / period * f64::from(k));
@@ -118,13 +119,13 @@ impl CircularOrbit {
             if value.im > 0.0 {
                 known.push(value.conj());
             }
-            roots.push(TurningRoot { value, difference });
+            roots.push(WaveRoot { value, difference });
         }
         roots.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
-        Some(TurningRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
+        Some(WaveRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
     }
 
-    /// The leading multipliers of the return map over a turn.
+    /// The leading multipliers of the return map over a rotation.
     fn spectrum<M: Model>(
         &self,
         function: &Characteristic<M>,
@@ -133,46 +134,49 @@ impl CircularOrbit {
         wanted: usize,
     ) -> Result<Spectrum, CycleError> {
         let (period, problem) = (self.period(), &function.problem);
-        let mut march = solver.march(shoot, period)?;
-        let start = start_of_waves(&march, &problem.circle, &problem.steady, problem.strain(), problem.rate * period);
-        let path = march.run(&start, period)?;
-        let variation =
-            Variation::with_responses(&march, &path, period, |time, _| Ok(function.response_at(problem.rate * time)))?;
-        Spectrum::of(start.flat().len(), wanted, |x| Ok(variation.apply(&start.with_values(x))?.flat()))
+        let mut return_map = solver.return_map(shoot, period)?;
+        let start =
+            state_of_waves(&return_map, &problem.phases, &problem.steady, problem.strain(), problem.rate * period);
+        let path = return_map.run(&start, period)?;
+        let monodromy = Monodromy::with_responses(&return_map, &path, period, |time, _| {
+            Ok(function.response_at(problem.rate * time))
+        })?;
+        Spectrum::of(start.flat().len(), wanted, |x| Ok(monodromy.apply(&start.with_values(x))?.flat()))
     }
 }
 
 /// det M(λ) with M = λ + ν ẑ × − REGR ∂gradient.
 struct Characteristic<'a, M: Model> {
-    problem: Problem<'a, M>,
+    problem: Corotating<'a, M>,
     responses: DMatrix<f64>,
 }
 
 impl<'a, M: Model> Characteristic<'a, M> {
-    fn of(shoot: &'a Shoot<M>, orbit: &CircularOrbit) -> Result<Self, CycleError> {
+    fn of(shoot: &'a Shoot<M>, orbit: &RotatingWave) -> Result<Self, CycleError> {
         let (length, own) = (orbit.rod.length(), shoot.rod().length());
         let what = "length of the shoot of the orbit";
         // Equal but for the rounding of a sum.
         ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
-        let mut problem = Problem::new(shoot, &orbit.as_start())?;
+        let strain = unknowns(&orbit.as_guess()).start.strain;
+        let mut problem = Corotating::new(shoot, &strain, orbit.rate, None)?;
         problem.rod = orbit.rod.clone();
         problem.evaluate()?;
-        check_autonomous(shoot, &problem.rod)?;
+        problem.check_autonomous()?;
         problem.check_axis()?;
         // What is found with another first guess differs by rounding.
         let residual = problem.relative_residual();
-        if !(residual <= 100.0 * orbit.residual.max(CircularSolver::default().tolerance)) {
+        if !(residual <= 100.0 * orbit.residual.max(RotatingWaveSolver::default().tolerance)) {
             return Err(CycleError::NotConverged { iterations: 0, residual });
         }
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
     }
 
-    /// The stimuli of all points by their strain when all has turned by an angle.
+    /// Derivatives of the stimuli of all points by their strain, for the shape rotated by an angle.
     fn response_at(&self, angle: f64) -> DMatrix<f64> {
-        let (points, phases) = (self.responses.ncols() / 2, self.problem.circle.len());
+        let (points, phases) = (self.responses.ncols() / 2, self.problem.phases.len());
         let m = self.responses.nrows() / (points * phases);
-        let weights = self.problem.circle.earlier(-angle);
+        let weights = self.problem.phases.earlier(-angle);
         let mut out = DMatrix::zeros(points * m, 2 * points);
         for point in 0..points {
             for j in 0..phases {
@@ -181,7 +185,7 @@ impl<'a, M: Model> Characteristic<'a, M> {
                 rows += part;
             }
         }
-        // They are by the strain before it has turned.
+        // The known derivatives are by the strain before the rotation.
         let (sine, cosine) = angle.sin_cos();
         for point in 0..points {
             for row in 0..out.nrows() {
@@ -215,8 +219,8 @@ mod tests {
 
     #[test]
     fn unstable_roots_are_counted_with_their_conjugates() {
-        let root = |re, im| TurningRoot { value: Complex::new(re, im), difference: 0.0 };
-        let of = |roots: &[TurningRoot]| TurningRoots { roots: roots.to_vec(), line: -1.0, trivial: 0.0 }.unstable();
+        let root = |re, im| WaveRoot { value: Complex::new(re, im), difference: 0.0 };
+        let of = |roots: &[WaveRoot]| WaveRoots { roots: roots.to_vec(), line: -1.0, trivial: 0.0 }.unstable();
         assert_eq!(of(&[]), 0);
         assert_eq!(of(&[root(2.0, 1.0), root(1.0, 0.0), root(0.0, 3.0), root(-1.0, 1.0)]), 3);
     }

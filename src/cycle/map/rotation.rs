@@ -1,19 +1,19 @@
-//! A state that is turned about the vertical as a whole.
+//! Rotations of a state about the vertical.
 
-use super::state::Start;
+use super::phase_state::PhaseState;
 use crate::cycle::error::CycleError;
 use crate::tropism::{Declaration, Rotation, Source};
 
-/// A turn of all about the tangent of the base: components 1 and 2 of the strain turn as pairs, the variables as they are declared.
+/// A rotation of the whole about the tangent of the base. Components 1 and 2 of the strain rotate as pairs, variables as declared.
 #[derive(Debug, Clone)]
-pub(crate) struct Turn {
-    /// By how much, rad, counterclockwise as seen from above the apex.
+pub(crate) struct StateRotation {
+    /// Angle, rad, counterclockwise as seen from above the apex.
     pub angle: f64,
-    /// Of every variable of a point.
+    /// Declared rotation of every variable of a point.
     variables: Vec<Rotation>,
 }
 
-impl Turn {
+impl StateRotation {
     pub fn new(laws: &Declaration, angle: f64) -> Result<Self, CycleError> {
         let number = laws.size().variables;
         let of = |k: usize| if k < number { laws.rotation(Source::Variable(k)) } else { Rotation::Undeclared };
@@ -30,24 +30,24 @@ impl Turn {
         }
     }
 
-    /// Another turn of the same kind of states.
+    /// The rotation of the same kind of states by another angle.
     pub fn by(&self, angle: f64) -> Self {
         Self { angle, ..self.clone() }
     }
 
-    /// The state turned back by the angle.
-    pub fn back(&self, start: &Start) -> Start {
+    /// The state rotated back by the angle.
+    pub fn back(&self, start: &PhaseState) -> PhaseState {
         let (sine, cosine) = self.angle.sin_cos();
         self.map(start, [cosine, -sine, 1.0])
     }
 
-    /// The rate at which a state changes that is turned, by the angle.
-    pub fn rate(&self, start: &Start) -> Start {
+    /// Derivative of a rotated state by the angle.
+    pub fn rate(&self, start: &PhaseState) -> PhaseState {
         self.map(start, [0.0, 1.0, 0.0])
     }
 
-    /// Pairs times a matrix of the form (a, −b; b, a), what stays times c.
-    fn map(&self, start: &Start, [a, b, c]: [f64; 3]) -> Start {
+    /// Multiplies pairs by the matrix (a, −b; b, a) and invariant variables by c.
+    fn map(&self, start: &PhaseState, [a, b, c]: [f64; 3]) -> PhaseState {
         let mut out = start.clone();
         let pair = |x: &mut [f64]| (x[0], x[1]) = (a * x[0] - b * x[1], b * x[0] + a * x[1]);
         out.strain.as_mut_slice().chunks_exact_mut(2).for_each(pair);
@@ -65,8 +65,8 @@ impl Turn {
     }
 }
 
-/// The state turned back, if there is anything to turn it.
-pub(crate) fn turned_back(turn: Option<&Turn>, start: Start) -> Start {
+/// The state rotated back if there is a rotation.
+pub(crate) fn rotated_back(turn: Option<&StateRotation>, start: PhaseState) -> PhaseState {
     match turn {
         Some(turn) => turn.back(&start),
         None => start,

@@ -1,17 +1,17 @@
-//! The linearised time-stepping map: what a small disturbance of a state becomes after a period.
+//! The monodromy operator: the linearised return map, by the variational equation along a trajectory.
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::march::{self, March, Path, Reading};
-use super::state::{Start, carried};
-use super::turn::{Turn, turned_back};
+use super::phase_state::{PhaseState, carried};
+use super::return_map::{self, CONVERGED, PASSES, Reading, ReturnMap, Trajectory};
+use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
 use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::model::Model;
 use crate::scene::Scene;
 
-/// The derivatives of everything along a path. With a path that comes back it makes the multipliers of Floquet.
-pub(crate) struct Variation {
+/// The monodromy operator of a trajectory. Its eigenvalues for a periodic orbit are the Floquet multipliers.
+pub(crate) struct Monodromy {
     intervals: Vec<Interval>,
     readings: Vec<Vec<Option<Reading>>>,
     upto: Vec<Vec<f64>>,
@@ -21,88 +21,85 @@ pub(crate) struct Variation {
     length: f64,
     implicit: bool,
     sizes: (usize, usize),
-    turn: Option<Turn>,
+    turn: Option<StateRotation>,
 }
 
 struct Interval {
     stages: Vec<Stage>,
-    /// Of every point.
+    /// Factorised collocation matrices, one for each material point.
     slopes: Vec<LU<f64, Dyn, Dyn>>,
 }
 
 struct Stage {
-    /// The stimuli by the strain.
+    /// Derivative of the stimuli by the strain.
     response: DMatrix<f64>,
-    /// Of every point.
+    /// Derivatives of the laws, one for each material point.
     rates_y: Vec<DMatrix<f64>>,
     rates_x: Vec<DMatrix<f64>>,
     gradient_y: Vec<DMatrix<f64>>,
     gradient_x: Option<Vec<DMatrix<f64>>>,
 }
 
-/// Passes over an interval whose laws read what lies in it.
-const PASSES: usize = 60;
-
-impl Variation {
-    pub fn of(march: &March<impl Model>, path: &Path, period: f64) -> Result<Self, CycleError> {
-        let scene = march.shoot.model.scene();
-        Self::with_responses(march, path, period, |time, stage| {
+impl Monodromy {
+    pub fn of(return_map: &ReturnMap<impl Model>, path: &Trajectory, period: f64) -> Result<Self, CycleError> {
+        let scene = return_map.shoot.model.scene();
+        Self::with_responses(return_map, path, period, |time, stage| {
             stimuli_by_strain(
-                march.shoot,
+                return_map.shoot,
                 &stage.rod,
-                &scene.environment(march.shoot.environment().time + time),
+                &scene.environment(return_map.shoot.environment().time + time),
                 &[0.0],
             )
         })
     }
 
-    /// The same, with the stimuli by the strain given for a time since the start (s) and a stage.
+    /// The same, with given derivatives of the stimuli by the strain at a time since the start (s) and a stage.
     pub fn with_responses(
-        march: &March<impl Model>,
-        path: &Path,
+        return_map: &ReturnMap<impl Model>,
+        path: &Trajectory,
         period: f64,
-        mut response: impl FnMut(f64, &march::Stage) -> Result<DMatrix<f64>, CycleError>,
+        mut response: impl FnMut(f64, &return_map::Stage) -> Result<DMatrix<f64>, CycleError>,
     ) -> Result<Self, CycleError> {
-        let (k, s, p) = (march.grid.intervals, march.grid.order(), march.places.len());
+        let (k, s, p) = (return_map.grid.intervals, return_map.grid.order(), return_map.places.len());
         let length = period / k as f64;
-        let (readings, implicit) = march.readings(period);
+        let (readings, implicit) = return_map.readings(period);
         let mut intervals = Vec::with_capacity(k);
         for (n, stages) in path.stages.iter().enumerate() {
             let mut made = Vec::with_capacity(s);
             for (i, stage) in stages.iter().enumerate() {
-                let response = response((n as f64 + march.grid.stages[i]) * length, stage)?;
+                let response = response((n as f64 + return_map.grid.stages[i]) * length, stage)?;
                 let (mut rates_y, mut rates_x) = (Vec::with_capacity(p), Vec::with_capacity(p));
                 let (mut gradient_y, mut gradient_x) = (Vec::with_capacity(p), Vec::with_capacity(p));
                 for point in 0..p {
-                    let [y, x, ..] = march.derivatives(point, stage, false);
-                    let [.., gy, gx] = march.derivatives(point, stage, true);
+                    let [y, x, ..] = return_map.derivatives(point, stage, false);
+                    let [.., gy, gx] = return_map.derivatives(point, stage, true);
                     rates_y.push(y);
                     rates_x.push(x);
                     gradient_y.push(gy);
                     gradient_x.push(gx);
                 }
-                let gradient_x = march.reads_present.then_some(gradient_x);
+                let gradient_x = return_map.reads_present.then_some(gradient_x);
                 made.push(Stage { response, rates_y, rates_x, gradient_y, gradient_x });
             }
-            let slopes = (0..p).map(|point| march.matrix(point, length, stages).lu()).collect();
+            let slopes = (0..p).map(|point| return_map.matrix(point, length, stages).lu()).collect();
             intervals.push(Interval { stages: made, slopes });
         }
         Ok(Self {
             intervals,
             readings,
-            upto: march.grid.upto.clone(),
-            whole: march.grid.whole.clone(),
-            regr: march.regr.clone(),
-            kept: march.kept,
+            upto: return_map.grid.upto.clone(),
+            whole: return_map.grid.whole.clone(),
+            regr: return_map.regr.clone(),
+            kept: return_map.kept,
             length,
             implicit,
-            sizes: (march.variables, march.stimuli),
-            turn: march.turn.clone(),
+            sizes: (return_map.variables, return_map.stimuli),
+            turn: return_map.turn.clone(),
         })
     }
 
-    /// What becomes of a disturbance after a period.
-    pub fn apply(&self, start: &Start) -> Result<Start, CycleError> {
+    /// Maps a disturbance over a period.
+    pub fn apply(&self, start: &PhaseState) -> Result<PhaseState, CycleError> {
         let mut slopes = start.slopes.clone();
         let mut begins = start.begins(&self.whole);
         let mut strain = start.strain.clone();
@@ -118,9 +115,9 @@ impl Variation {
                     .collect();
                 let change = now.iter().zip(&stimuli).map(|(a, b)| (a - b).norm()).sum::<f64>();
                 let size = now.iter().map(DVector::norm).sum::<f64>();
-                let done = pass > 0 && change <= 1e-14 * size;
+                let done = pass > 0 && change <= CONVERGED * size;
                 stimuli = now;
-                self.carry(interval, &begins[present], &mut slopes[present], &stimuli);
+                self.integrate_variables(interval, &begins[present], &mut slopes[present], &stimuli);
                 if done || !self.implicit {
                     break;
                 }
@@ -133,8 +130,8 @@ impl Variation {
         }
         let k = self.intervals.len();
         let variables = begins.pop().unwrap_or_else(|| start.variables.clone());
-        let end = Start { strain, variables, slopes: slopes[k..].to_vec() };
-        Ok(turned_back(self.turn.as_ref(), end))
+        let end = PhaseState { strain, variables, slopes: slopes[k..].to_vec() };
+        Ok(rotated_back(self.turn.as_ref(), end))
     }
 
     fn strain_slopes(
@@ -172,7 +169,13 @@ impl Variation {
     }
 
     /// The slopes of the variables of all points.
-    fn carry(&self, interval: &Interval, begin: &DVector<f64>, slopes: &mut [DVector<f64>], stimuli: &[DVector<f64>]) {
+    fn integrate_variables(
+        &self,
+        interval: &Interval,
+        begin: &DVector<f64>,
+        slopes: &mut [DVector<f64>],
+        stimuli: &[DVector<f64>],
+    ) {
         let ((v, m), s) = (self.sizes, self.upto.len());
         if v == 0 {
             return;
@@ -184,7 +187,7 @@ impl Variation {
                 let rate = (&stage.rates_y[point] * y + &stage.rates_x[point] * x) * self.length;
                 right.rows_mut(i * v, v).copy_from(&rate);
             }
-            // Regular: it was solved with when the path was made.
+            // The matrix is regular: the trajectory was computed with it.
             let _ = interval.slopes[point].solve_mut(&mut right);
             for (i, slope) in slopes.iter_mut().enumerate() {
                 slope.rows_mut(point * v, v).copy_from(&right.rows(i * v, v));
@@ -245,7 +248,7 @@ mod tests {
 
     /// A state, or a disturbance of one, without a pattern: strains of ten radians per metre, piles of statoliths next to the
     /// vertical if it is a state, and slopes that change variables by a tenth of themselves.
-    fn state(march: &March<impl Model>, seed: f64, upright: bool) -> Start {
+    fn state(return_map: &ReturnMap<impl Model>, seed: f64, upright: bool) -> PhaseState {
         let mut count = seed;
         let mut next = move || {
             count += 1.0;
@@ -254,27 +257,35 @@ mod tests {
         let mut variables = |strain: f64, size: f64, upright: bool| {
             // h1, h2 and h3, their memories, and those of the strain.
             let sizes = [0.3, 0.3, 0.3, 0.3, 0.3, strain, strain];
-            let mut out = DVector::from_fn(march.variables * march.places.len(), |k, _| size * sizes[k % 7] * next());
+            let mut out =
+                DVector::from_fn(return_map.variables * return_map.places.len(), |k, _| size * sizes[k % 7] * next());
             if upright {
                 out.iter_mut().skip(2).step_by(7).for_each(|h3| *h3 = 1.0 + 0.1 * *h3);
             }
             out
         };
-        assert_eq!(march.variables, 7);
-        let strain = DVector::from_fn(2 * march.places.len(), |k, _| 10.0 * (seed + 1.7 * k as f64).sin());
+        assert_eq!(return_map.variables, 7);
+        let strain = DVector::from_fn(2 * return_map.places.len(), |k, _| 10.0 * (seed + 1.7 * k as f64).sin());
         let now = variables(10.0, 1.0, upright);
-        let slopes =
-            (0..march.kept).map(|_| (0..march.grid.order()).map(|_| variables(10.0, 0.1, false)).collect()).collect();
-        Start { strain, variables: now, slopes }
+        let slopes = (0..return_map.kept)
+            .map(|_| (0..return_map.grid.order()).map(|_| variables(10.0, 0.1, false)).collect())
+            .collect();
+        PhaseState { strain, variables: now, slopes }
     }
 
     /// The relative distance of the derivative along `direction` from central differences of the map with a step.
-    fn mismatch(march: &mut March<impl Model>, start: &Start, direction: &Start, period: f64, step: f64) -> f64 {
-        let path = march.run(start, period).unwrap();
-        let derivative = Variation::of(march, &path, period).unwrap().apply(direction).unwrap().flat();
+    fn mismatch(
+        return_map: &mut ReturnMap<impl Model>,
+        start: &PhaseState,
+        direction: &PhaseState,
+        period: f64,
+        step: f64,
+    ) -> f64 {
+        let path = return_map.run(start, period).unwrap();
+        let derivative = Monodromy::of(return_map, &path, period).unwrap().apply(direction).unwrap().flat();
         let mut moved = |step: f64| {
             let beside = start.with_values(&(start.flat() + direction.flat() * step));
-            march.run(&beside, period).unwrap().end.flat()
+            return_map.run(&beside, period).unwrap().end.flat()
         };
         let difference = (moved(step) - moved(-step)) / (2.0 * step);
         (difference - &derivative).norm() / derivative.norm()
@@ -291,9 +302,9 @@ mod tests {
             ("turned back", &plain, 2000.0, Some(1.1)),
         ];
         for (name, shoot, period, angle) in settings {
-            let mut march = March::new(shoot, Grid::new(3, 2), period, angle).unwrap();
-            let (start, direction) = (state(&march, 0.0, true), state(&march, 0.5, false));
-            check(name, &mut |step| mismatch(&mut march, &start, &direction, period, step));
+            let mut return_map = ReturnMap::new(shoot, Grid::new(3, 2), period, angle).unwrap();
+            let (start, direction) = (state(&return_map, 0.0, true), state(&return_map, 0.5, false));
+            check(name, &mut |step| mismatch(&mut return_map, &start, &direction, period, step));
         }
     }
 
@@ -318,12 +329,12 @@ mod tests {
     #[test]
     fn the_derivative_is_linear_in_the_disturbance() {
         let shoot = shoot(Straightening(5.0));
-        let mut march = March::new(&shoot, Grid::new(3, 2), 2000.0, None).unwrap();
-        let start = state(&march, 0.0, true);
-        let path = march.run(&start, 2000.0).unwrap();
-        let variation = Variation::of(&march, &path, 2000.0).unwrap();
-        let apply = |x: &DVector<f64>| variation.apply(&start.with_values(x)).unwrap().flat();
-        let (x, y) = (state(&march, 0.5, false).flat(), state(&march, 0.25, false).flat());
+        let mut return_map = ReturnMap::new(&shoot, Grid::new(3, 2), 2000.0, None).unwrap();
+        let start = state(&return_map, 0.0, true);
+        let path = return_map.run(&start, 2000.0).unwrap();
+        let monodromy = Monodromy::of(&return_map, &path, 2000.0).unwrap();
+        let apply = |x: &DVector<f64>| monodromy.apply(&start.with_values(x)).unwrap().flat();
+        let (x, y) = (state(&return_map, 0.5, false).flat(), state(&return_map, 0.25, false).flat());
         let together = apply(&(&x * 3.0 - &y * 0.5));
         let apart = apply(&x) * 3.0 - apply(&y) * 0.5;
         // The passes over an interval end at a change of 1e-14, and sums of some hundred numbers round.

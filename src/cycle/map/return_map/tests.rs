@@ -5,7 +5,7 @@ use nalgebra::Complex;
 
 use super::*;
 use crate::constitutive::LinearElastic;
-use crate::cycle::map::variation::Variation;
+use crate::cycle::map::monodromy::Monodromy;
 use crate::growth::{Ongoing, UniformGrowth};
 use crate::scene::Still;
 use crate::tropism::{Memory, Proprioception, Response};
@@ -49,29 +49,29 @@ fn amplitude(k: usize) -> Complex<f64> {
 }
 
 /// The exact solution Re(a exp(λt)) at a time, with the past that the map keeps.
-fn exact(march: &March<impl Model>, period: f64, time: f64) -> Start {
-    let (root, numbers) = (root(), 2 * march.places.len());
-    let length = period / march.grid.intervals as f64;
+fn exact(return_map: &ReturnMap<impl Model>, period: f64, time: f64) -> PhaseState {
+    let (root, numbers) = (root(), 2 * return_map.places.len());
+    let length = period / return_map.grid.intervals as f64;
     let wave =
         |factor: Complex<f64>, t: f64| DVector::from_fn(numbers, |k, _| (amplitude(k) * factor * (root * t).exp()).re);
     let remembered = (root * MEMORY.time + 1.0).inv();
     let interval = |n: usize| {
-        let begin = time + (n as f64 - march.kept as f64) * length;
-        march.grid.stages.iter().map(|c| wave(remembered * root * length, begin + c * length)).collect()
+        let begin = time + (n as f64 - return_map.kept as f64) * length;
+        return_map.grid.stages.iter().map(|c| wave(remembered * root * length, begin + c * length)).collect()
     };
-    Start {
+    PhaseState {
         strain: wave(Complex::ONE, time),
         variables: wave(remembered, time),
-        slopes: (0..march.kept).map(interval).collect(),
+        slopes: (0..return_map.kept).map(interval).collect(),
     }
 }
 
 /// The largest error of the strain after a period, relative to its size.
 fn error(intervals: usize, stages: usize, period: f64) -> f64 {
     let shoot = shoot();
-    let mut march = March::new(&shoot, Grid::new(intervals, stages), period, None).unwrap();
-    let end = march.run(&exact(&march, period, 0.0), period).unwrap().end;
-    let exact = exact(&march, period, period);
+    let mut return_map = ReturnMap::new(&shoot, Grid::new(intervals, stages), period, None).unwrap();
+    let end = return_map.run(&exact(&return_map, period, 0.0), period).unwrap().end;
+    let exact = exact(&return_map, period, period);
     (end.strain - &exact.strain).amax() / exact.strain.amax()
 }
 
@@ -79,10 +79,10 @@ fn error(intervals: usize, stages: usize, period: f64) -> f64 {
 fn the_return_map_multiplies_a_wave_by_exp_lambda_t() {
     // Six stages in each of eight intervals of a seventh of the oscillation: the error of the interpolation is below 1e-9.
     let (shoot, period) = (shoot(), 9000.0);
-    let mut march = March::new(&shoot, Grid::new(8, 6), period, None).unwrap();
-    let end = march.run(&exact(&march, period, 0.0), period).unwrap().end;
-    let exact = exact(&march, period, period);
-    assert_eq!(end.slopes.len(), march.kept);
+    let mut return_map = ReturnMap::new(&shoot, Grid::new(8, 6), period, None).unwrap();
+    let end = return_map.run(&exact(&return_map, period, 0.0), period).unwrap().end;
+    let exact = exact(&return_map, period, period);
+    assert_eq!(end.slopes.len(), return_map.kept);
     assert_abs_diff_eq!(end.strain, exact.strain, epsilon = 1e-8 * exact.strain.amax());
     assert_abs_diff_eq!(end.variables, exact.variables, epsilon = 1e-8 * exact.variables.amax());
     for (found, exact) in end.slopes.iter().flatten().zip(exact.slopes.iter().flatten()) {
@@ -107,10 +107,10 @@ fn the_derivative_of_a_linear_map_is_the_map() {
     // A delay that lies within an interval, and one that is longer.
     for period in [9000.0, 2000.0] {
         let shoot = shoot();
-        let mut march = March::new(&shoot, Grid::new(4, 3), period, None).unwrap();
-        let start = exact(&march, period, 0.0);
-        let path = march.run(&start, period).unwrap();
-        let moved = Variation::of(&march, &path, period).unwrap().apply(&start).unwrap();
+        let mut return_map = ReturnMap::new(&shoot, Grid::new(4, 3), period, None).unwrap();
+        let start = exact(&return_map, period, 0.0);
+        let path = return_map.run(&start, period).unwrap();
+        let moved = Monodromy::of(&return_map, &path, period).unwrap().apply(&start).unwrap();
         // Equilibria are solved to 1e-13, and the stimuli are linearised by differences that are good to 1e-9.
         let size = path.end.flat().amax();
         assert_abs_diff_eq!(moved.flat(), path.end.flat(), epsilon = 1e-9 * size);
@@ -120,10 +120,10 @@ fn the_derivative_of_a_linear_map_is_the_map() {
 #[test]
 fn a_past_that_is_shorter_than_the_delay_is_refused() {
     let shoot = shoot();
-    let mut march = March::new(&shoot, Grid::new(4, 3), 2000.0, None).unwrap();
-    let start = exact(&march, 2000.0, 0.0);
+    let mut return_map = ReturnMap::new(&shoot, Grid::new(4, 3), 2000.0, None).unwrap();
+    let start = exact(&return_map, 2000.0, 0.0);
     // 900 s are 1.8 intervals of 500 s; half an interval more is kept.
-    assert_eq!(march.kept, 3);
-    march.kept = 1;
-    assert!(matches!(march.run(&start, 2000.0), Err(CycleError::Parameter(_))));
+    assert_eq!(return_map.kept, 3);
+    return_map.kept = 1;
+    assert!(matches!(return_map.run(&start, 2000.0), Err(CycleError::Parameter(_))));
 }

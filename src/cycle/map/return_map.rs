@@ -1,14 +1,14 @@
-//! The time-stepping map: a state of a shoot of constant length in, the state one period later out.
+//! The return map: it maps a state of a shoot of constant length to the state one period later.
 //!
 //! A period has equal intervals, with Radau points in each. The rates of strain and variables are polynomials in an interval, which
-//! obey the laws at its Radau points; what lies a delay before is read off the polynomials of the past. The grid is one of t/T: it
+//! obey the laws at its Radau points; delayed values are those of the polynomials of the past. The grid is one of t/T: it
 //! moves with the period, and the map is smooth.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::grid::Grid;
-use super::state::{Start, carried};
-use super::turn::{Turn, turned_back};
+use super::phase_state::{PhaseState, carried};
+use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::autonomous::{check_gradients, driven_points};
 use crate::cycle::error::CycleError;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -21,72 +21,73 @@ use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
-/// The largest error of a frame, rad: differences are taken of what equilibria make.
+/// Tolerance of the frames of an equilibrium, rad, of which differences are taken.
 pub(crate) const PRECISE: f64 = 1e-13;
-/// Periods that a delay may last at most: a state holds the past for so long.
+/// Largest delay in periods: a state contains the past over the longest delay.
 const PERIODS: f64 = 16.0;
-/// Passes over an interval whose laws read what lies in it.
-const PASSES: usize = 60;
-/// Such passes and the variables of a point have converged when they change by this share of themselves.
-const CONVERGED: f64 = 1e-14;
+/// Largest number of fixed-point iterations over an interval whose laws read values inside it, and of Newton iterations for variables.
+pub(super) const PASSES: usize = 60;
+/// Largest relative change of a converged iteration.
+pub(super) const CONVERGED: f64 = 1e-14;
 
 /// The shoot at a stage of an interval.
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
     pub rod: Rod,
     pub strain: DVector<f64>,
-    /// Point by point.
+    /// Stimuli, point by point.
     pub stimuli: DVector<f64>,
     pub variables: DVector<f64>,
-    /// Every variable as it was its delay before.
+    /// Every variable at its delay.
     pub past: DVector<f64>,
 }
 
-/// A period.
-pub(crate) struct Path {
-    pub end: Start,
-    /// Interval by interval.
+/// The trajectory over a period.
+pub(crate) struct Trajectory {
+    pub end: PhaseState,
+    /// Stages, interval by interval.
     pub stages: Vec<Vec<Stage>>,
     /// The strain at the beginning of every interval, and at the end.
     pub strains: Vec<DVector<f64>>,
     /// The rates of the strain at the stages, times an interval's length.
     pub strain_slopes: Vec<Vec<DVector<f64>>>,
-    pub equilibria: usize,
 }
 
-impl Path {
-    /// How far the strain goes from where it started, 1/m.
+impl Trajectory {
+    /// Largest change of the strain from the start, 1/m.
     pub fn largest_move(&self) -> f64 {
         let all = self.stages.iter().flatten().map(|stage| (&stage.strain - &self.strains[0]).amax());
         all.fold(0.0, f64::max)
     }
 }
 
-/// Carries a shoot over a period.
-pub(crate) struct March<'a, M: Model> {
+/// The return map of a shoot.
+pub(crate) struct ReturnMap<'a, M: Model> {
     pub shoot: &'a Shoot<M>,
     pub grid: Grid,
     pub places: Vec<Growing>,
     pub regr: Vec<f64>,
-    /// Intervals of the past that a state holds.
+    /// Number of intervals of the past in a state.
     pub kept: usize,
     pub variables: usize,
     pub stimuli: usize,
     pub reads_present: bool,
     pub delays: Vec<Option<f64>>,
-    /// By which the end of a period is turned back, if cycles are sought that come back turned.
-    pub turn: Option<Turn>,
+    /// Rotation that is undone at the end of a period, for relative periodic orbits.
+    pub turn: Option<StateRotation>,
     rod: Rod,
-    /// The rods at the stages of the last run: first guesses of the next one.
+    /// Rods at the stages of the last run: initial guesses of the next one.
     pub guesses: Vec<Rod>,
+    /// Equilibria that runs have solved.
+    pub equilibria: usize,
     solver: NewtonSolver,
 }
 
-/// Where something is read: so many intervals from the present one, and the weights of its slopes.
+/// A delayed value: the interval in which it lies, relative to the present one, and the weights of its slopes.
 pub(crate) type Reading = (isize, Vec<f64>);
 
-impl<'a, M: Model> March<'a, M> {
-    /// `angle` (rad), if the end of a period is turned back by one.
+impl<'a, M: Model> ReturnMap<'a, M> {
+    /// The map on a grid. An `angle` (rad) is given for relative periodic orbits.
     pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         ParameterError::positive("period", period)?;
@@ -95,8 +96,7 @@ impl<'a, M: Model> March<'a, M> {
         let declaration = Declaration::of(shoot.model.tropism());
         declaration.check()?;
         let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
-        let longest = delays.iter().flatten().copied().fold(0.0, f64::max);
-        let kept = kept(longest, &grid, period)?;
+        let kept = kept(longest_delay(&declaration), grid.intervals, period)?;
         let size = declaration.size();
         Ok(Self {
             shoot,
@@ -108,42 +108,30 @@ impl<'a, M: Model> March<'a, M> {
             stimuli: size.stimuli,
             reads_present: size.reads_present,
             delays,
-            turn: angle.map(|angle| Turn::new(&declaration, angle)).transpose()?,
+            turn: angle.map(|angle| StateRotation::new(&declaration, angle)).transpose()?,
             rod,
             guesses: Vec::new(),
-            // Of a shape far from the first guess the stable one.
+            equilibria: 0,
             solver: NewtonSolver::with_tolerance(PRECISE),
         })
     }
 
-    /// By which the end of a period is turned back, rad.
+    /// Angle of the rotation that is undone, rad.
     pub fn angle(&self) -> f64 {
         self.turn.as_ref().map_or(0.0, |turn| turn.angle)
     }
 
-    /// Another such angle, if there is one.
+    /// Sets this angle if there is a rotation.
     pub fn set_angle(&mut self, angle: f64) {
         self.turn.iter_mut().for_each(|turn| turn.angle = angle);
     }
 
-    /// Keeps more of the past if delays have become longer against the period; says whether it did.
-    pub fn keep_enough(&mut self, start: &mut Start, period: f64) -> Result<bool, CycleError> {
-        let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
-        // A step of differences by the period is far below a tenth of an interval.
-        let short = longest * self.grid.intervals as f64 / period + 0.1 > self.kept as f64;
-        if short {
-            self.kept = self.kept.max(kept(longest, &self.grid, period)?);
-            start.keep(self.kept);
-        }
-        Ok(short)
-    }
-
-    /// Where every variable is read from every stage, and whether anything is read that lies in the present interval.
+    /// The delayed value of every variable at every stage, and whether any lies in the present interval.
     pub fn readings(&self, period: f64) -> (Vec<Vec<Option<Reading>>>, bool) {
         let length = period / self.grid.intervals as f64;
         let read = |stage: f64, delay: f64| {
             let at = stage - delay / length;
-            // An interval ends with its last point.
+            // The last point of an interval belongs to it.
             let interval = at.ceil() - 1.0;
             (interval as isize, self.grid.integrals(at - interval))
         };
@@ -155,8 +143,8 @@ impl<'a, M: Model> March<'a, M> {
         (all, implicit)
     }
 
-    /// The shoot at rest with a strain at a time after the start.
-    pub fn settle(&mut self, strain: &DVector<f64>, after: f64) -> Result<(Rod, InternalForce), CycleError> {
+    /// The shoot in equilibrium with a strain, at a time after the start (s).
+    pub fn equilibrate_at(&mut self, strain: &DVector<f64>, after: f64) -> Result<(Rod, InternalForce), CycleError> {
         let (scene, time) = (self.shoot.model.scene(), self.shoot.environment().time + after);
         let environment = scene.environment(time);
         let first = self.rod.zone().start;
@@ -169,8 +157,8 @@ impl<'a, M: Model> March<'a, M> {
         Ok((self.rod.clone(), force))
     }
 
-    /// Goes on for a period.
-    pub fn run(&mut self, start: &Start, period: f64) -> Result<Path, CycleError> {
+    /// Integrates over a period.
+    pub fn run(&mut self, start: &PhaseState, period: f64) -> Result<Trajectory, CycleError> {
         let (k, stages) = (self.grid.intervals, self.grid.order());
         let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
         let (what, needed) = ("longest delay, in intervals", longest * k as f64 / period);
@@ -178,25 +166,24 @@ impl<'a, M: Model> March<'a, M> {
         let (readings, implicit) = self.readings(period);
         let mut slopes = start.slopes.clone();
         let mut begins = start.begins(&self.grid.whole);
-        let mut out = Path {
+        let mut out = Trajectory {
             end: start.clone(),
             stages: Vec::new(),
             strains: vec![start.strain.clone()],
             strain_slopes: Vec::new(),
-            equilibria: 0,
         };
         let length = period / k as f64;
         for n in 0..k {
-            // A first guess for what lies in this interval.
+            // Initial guess of the slopes in this interval.
             slopes.push(slopes.last().cloned().unwrap_or_default());
             let mut made: Vec<Stage> = Vec::new();
             let mut last = f64::INFINITY;
             for pass in 0..PASSES {
                 let now = self.interval(n, length, &readings, &begins, &mut slopes, &made, &out)?;
-                out.equilibria += stages;
+                self.equilibria += stages;
                 let change = change(&made, &now.0);
                 made = now.0;
-                // At the rounding of equilibria changes no longer shrink.
+                // Changes stagnate at the rounding of equilibria.
                 let converged = change <= CONVERGED || (change < 10.0 * PRECISE && change >= last);
                 last = change;
                 if pass == 0 && implicit || pass > 0 && !converged {
@@ -214,16 +201,16 @@ impl<'a, M: Model> March<'a, M> {
         }
         self.guesses.clear();
         self.guesses.extend(out.stages.iter().flatten().map(|stage| stage.rod.clone()));
-        out.end = Start {
+        out.end = PhaseState {
             strain: out.strains[k].clone(),
             variables: begins[self.kept + k].clone(),
             slopes: slopes[k..].to_vec(),
         };
-        out.end = turned_back(self.turn.as_ref(), out.end);
+        out.end = rotated_back(self.turn.as_ref(), out.end);
         Ok(out)
     }
 
-    /// One pass over an interval: its stages, and the slopes of the strain; those of the variables are written.
+    /// One iteration over an interval. Returns its stages and the slopes of the strain, and writes the slopes of the variables.
     #[allow(clippy::too_many_arguments)]
     fn interval(
         &mut self,
@@ -233,7 +220,7 @@ impl<'a, M: Model> March<'a, M> {
         begins: &[DVector<f64>],
         slopes: &mut [Vec<DVector<f64>>],
         before: &[Stage],
-        path: &Path,
+        path: &Trajectory,
     ) -> Result<(Vec<Stage>, Vec<DVector<f64>>), CycleError> {
         let (v, m, p, stages) = (self.variables, self.stimuli, self.places.len(), self.grid.order());
         let law = self.shoot.model.tropism();
@@ -257,7 +244,7 @@ impl<'a, M: Model> March<'a, M> {
                 let now = before.get(i).filter(|_| self.reads_present);
                 let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..(point + 1) * m]);
                 if self.reads_present && now.is_empty() {
-                    // The first pass has seen nothing yet.
+                    // There are no stimuli before the first iteration.
                     continue;
                 }
                 let gradient = law.gradient(&at, &past[i].as_slice()[point * v..(point + 1) * v], now);
@@ -272,10 +259,10 @@ impl<'a, M: Model> March<'a, M> {
         for (i, past) in past.into_iter().enumerate() {
             let strain = carried(&path.strains[n], &strain_slopes, &self.grid.upto[i]);
             if let Some(guess) = self.guesses.get(n * stages + i) {
-                // The shape alone: it may be that of a shoot beside this one, of another length.
-                self.rod.copy_shape(guess);
+                // Only the shape is copied: the guess may belong to a neighbouring shoot of another length.
+                self.rod.guess_shape(guess);
             }
-            let (rod, force) = self.settle(&strain, (n as f64 + self.grid.stages[i]) * length)?;
+            let (rod, force) = self.equilibrate_at(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);
             visit_stimuli(self.shoot, &rod, &force, |point, _, x| {
                 stimuli.as_mut_slice()[point * m..(point + 1) * m].copy_from_slice(x);
@@ -283,13 +270,13 @@ impl<'a, M: Model> March<'a, M> {
             made.push(Stage { rod, strain, stimuli, variables: DVector::zeros(v * p), past });
         }
         for point in 0..p {
-            self.carry(point, length, &begins[present], &mut slopes[present], &mut made)?;
+            self.integrate_variables(point, length, &begins[present], &mut slopes[present], &mut made)?;
         }
         Ok((made, strain_slopes))
     }
 
     /// The variables of a point over an interval: Newton's method for the slopes at all stages.
-    fn carry(
+    fn integrate_variables(
         &self,
         point: usize,
         length: f64,
@@ -323,7 +310,7 @@ impl<'a, M: Model> March<'a, M> {
             }
             let size = slopes.iter().map(|slope| slope.rows(point * v, v).amax()).fold(0.0, f64::max);
             let size = size.max(begin.rows(point * v, v).amax()).max(f64::MIN_POSITIVE);
-            // Of linear laws it stays the same; of others as long as it converges fast.
+            // The matrix is kept while the iteration converges fast; that of linear laws is constant.
             let lu = factors.take().unwrap_or_else(|| self.matrix(point, length, stages).lu());
             let change = lu.solve(&left);
             let change = change.filter(|x| x.iter().all(|x| x.is_finite()));
@@ -349,7 +336,7 @@ impl<'a, M: Model> March<'a, M> {
         Err(CycleError::Variables { change: last })
     }
 
-    /// slope − length ∂rates/∂y of all that slopes do to the variables of a point at the stages of an interval.
+    /// Matrix of the collocation equations of a point: identity − length ∂rates/∂y · integrals of the slopes.
     pub fn matrix(&self, point: usize, length: f64, stages: &[Stage]) -> DMatrix<f64> {
         let (v, s) = (self.variables, self.grid.order());
         let mut out = DMatrix::identity(v * s, v * s);
@@ -363,7 +350,7 @@ impl<'a, M: Model> March<'a, M> {
         out
     }
 
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage: of the variables as they are, or as they are read.
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, at the present variables or the delayed ones.
     pub fn derivatives(&self, point: usize, stage: &Stage, past: bool) -> [DMatrix<f64>; 4] {
         let (v, m) = (self.variables, self.stimuli);
         let y = if past { &stage.past } else { &stage.variables };
@@ -372,11 +359,32 @@ impl<'a, M: Model> March<'a, M> {
     }
 }
 
+/// The longest delay of some laws, s.
+fn longest_delay(laws: &Declaration) -> f64 {
+    laws.variables().iter().filter_map(|variable| variable.delay).fold(0.0, f64::max)
+}
+
+/// Extends the past of a state if the delays of the laws have become longer than it, against the period (s). Returns whether it did.
+pub(crate) fn extend_past(
+    law: &impl TropismLaw,
+    start: &mut PhaseState,
+    intervals: usize,
+    period: f64,
+) -> Result<bool, CycleError> {
+    let (longest, own) = (longest_delay(&Declaration::of(law)), start.slopes.len());
+    // The differences by the period change it by far less than a tenth of an interval.
+    let short = longest * intervals as f64 / period + 0.1 > own as f64;
+    if short {
+        start.keep(own.max(kept(longest, intervals, period)?));
+    }
+    Ok(short)
+}
+
 /// Intervals of the past that hold the longest delay: half an interval more than now, since the period moves while it is sought.
-fn kept(longest: f64, grid: &Grid, period: f64) -> Result<usize, CycleError> {
+fn kept(longest: f64, intervals: usize, period: f64) -> Result<usize, CycleError> {
     let (what, periods) = ("longest delay, in periods", longest / period);
     ParameterError::unless(periods <= PERIODS, what, periods, "at most 16: a state holds all that is read")?;
-    Ok(((longest * grid.intervals as f64 / period + 0.5).ceil() as usize).max(1))
+    Ok(((longest * intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }
 
 /// The largest change of the strain between two passes, relative to it.

@@ -1,4 +1,4 @@
-//! A state of the time-stepping map, with the past that the laws read.
+//! A state of the return map, with the past that the laws read.
 
 use nalgebra::DVector;
 
@@ -8,23 +8,23 @@ use crate::numerics::interpolation::lagrange;
 
 /// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Start {
+pub(crate) struct PhaseState {
     /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
     pub strain: DVector<f64>,
     /// The variables, point by point.
     pub variables: DVector<f64>,
-    /// Interval by interval, the oldest first, stage by stage.
+    /// Slopes of the variables, interval by interval, the oldest first, stage by stage.
     pub slopes: Vec<Vec<DVector<f64>>>,
 }
 
-impl Start {
+impl PhaseState {
     pub fn flat(&self) -> DVector<f64> {
         let slopes = self.slopes.iter().flatten().flat_map(|slope| slope.iter());
         let all: Vec<f64> = self.strain.iter().chain(self.variables.iter()).chain(slopes).copied().collect();
         DVector::from_vec(all)
     }
 
-    /// A state of the same sizes.
+    /// A state of the same sizes with other values.
     pub fn with_values(&self, flat: &DVector<f64>) -> Self {
         let (n, v) = (self.strain.len(), self.variables.len());
         let mut at = n + v;
@@ -38,7 +38,7 @@ impl Start {
         out
     }
 
-    /// Refuses a state of another number of points, or of variables at each.
+    /// Returns an error for another number of points, or of variables at each.
     pub fn check(&self, points: usize, variables: usize) -> Result<(), ParameterError> {
         let (what, own) = ("material points of the orbit", self.strain.len() / 2);
         let same = own == points && self.variables.len() == variables * points;
@@ -69,10 +69,10 @@ impl Start {
         DVector::from_fn(all, |k, _| if k < bends { 1.0 } else { ratio })
     }
 
-    /// The same state with its past on another grid, an interval of which lasts `ratio` old ones.
+    /// The same state with its past on another grid, whose intervals are `ratio` times as long.
     pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize, ratio: f64) -> Self {
         let at = |time: f64| {
-            // In the intervals of the old grid, backwards from the present; further back the oldest goes on.
+            // In intervals of the old grid, backwards from the present. The oldest interval is extrapolated.
             let time = time * ratio;
             let back = (-time).ceil().clamp(1.0, self.slopes.len() as f64) as usize;
             let mut weights = vec![0.0; old.order()];
@@ -86,7 +86,7 @@ impl Start {
         Self { slopes: (0..kept).map(interval).collect(), ..self.clone() }
     }
 
-    /// Keeps so many intervals of the past; where it is too short, others as the oldest that there is.
+    /// Sets the number of intervals of the past. A past that is too short is continued by copies of the oldest interval.
     pub fn keep(&mut self, kept: usize) {
         self.slopes.drain(..self.slopes.len().saturating_sub(kept));
         if self.slopes.is_empty() {
@@ -111,7 +111,7 @@ impl Start {
     }
 }
 
-/// What begins an interval, carried on by its slopes, with their weights.
+/// The value at the begin of an interval plus the weighted sum of its slopes.
 pub(crate) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[f64]) -> DVector<f64> {
     let mut out = begin.clone();
     slopes.iter().zip(weights).for_each(|(slope, w)| out.axpy(*w, slope, 1.0));
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn a_state_that_is_not_a_number_has_no_finite_residual() {
-        let state = |strain: f64, variable: f64, slope: f64| Start {
+        let state = |strain: f64, variable: f64, slope: f64| PhaseState {
             strain: DVector::from_element(2, strain),
             variables: DVector::from_element(1, variable),
             slopes: vec![vec![DVector::from_element(1, slope)]],

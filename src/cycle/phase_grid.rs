@@ -4,19 +4,23 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
 
+/// Number of waves in a rotation that are resolved. Stimuli of isotropic laws have the waves 0 and ±1; products of three of these are
+/// still distinguished.
+pub(super) const WAVES: usize = 3;
+
 /// An odd number of phases 2πj/n: with an even one the highest wave has a cosine only.
 #[derive(Debug, Clone)]
-pub(super) struct Circle {
-    pub phases: Vec<f64>,
+pub(super) struct PhaseGrid {
+    pub angles: Vec<f64>,
     /// d/dθ of the values.
     pub derivative: DMatrix<f64>,
 }
 
-impl Circle {
+impl PhaseGrid {
     /// With all waves up to `waves` times round.
     pub fn new(waves: usize) -> Self {
         let n = 2 * waves + 1;
-        let phases: Vec<f64> = (0..n).map(|j| TAU * j as f64 / n as f64).collect();
+        let angles: Vec<f64> = (0..n).map(|j| TAU * j as f64 / n as f64).collect();
         let derivative = DMatrix::from_fn(n, n, |j, l| {
             if j == l {
                 return 0.0;
@@ -24,17 +28,17 @@ impl Circle {
             let sign = if (j + l) % 2 == 0 { 0.5 } else { -0.5 };
             sign / (PI * (j as f64 - l as f64) / n as f64).sin()
         });
-        Self { phases, derivative }
+        Self { angles, derivative }
     }
 
     pub fn len(&self) -> usize {
-        self.phases.len()
+        self.angles.len()
     }
 
     /// The values `delay` (rad) earlier: rows are the phases at which they are read.
     pub fn earlier(&self, delay: f64) -> DMatrix<f64> {
         let n = self.len();
-        DMatrix::from_fn(n, n, |j, l| kernel(self.phases[j] - delay - self.phases[l], n))
+        DMatrix::from_fn(n, n, |j, l| kernel(self.angles[j] - delay - self.angles[l], n))
     }
 }
 
@@ -52,12 +56,12 @@ mod tests {
     /// Waves up to the highest are derived and delayed to rounding; one more is not.
     #[test]
     fn waves_that_fit_are_exact() {
-        let circle = Circle::new(4);
+        let circle = PhaseGrid::new(4);
         let error = |k: f64| {
             let wave = |phase: f64| (k * phase + 0.3).cos();
-            let values = DVector::from_iterator(9, circle.phases.iter().map(|phase| wave(*phase)));
-            let slopes = circle.phases.iter().map(|phase| -k * (k * phase + 0.3).sin());
-            let earlier = circle.phases.iter().map(|phase| wave(phase - 0.7));
+            let values = DVector::from_iterator(9, circle.angles.iter().map(|phase| wave(*phase)));
+            let slopes = circle.angles.iter().map(|phase| -k * (k * phase + 0.3).sin());
+            let earlier = circle.angles.iter().map(|phase| wave(phase - 0.7));
             let slope = (&circle.derivative * &values - DVector::from_iterator(9, slopes)).amax();
             slope.max((circle.earlier(0.7) * &values - DVector::from_iterator(9, earlier)).amax())
         };

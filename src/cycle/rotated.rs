@@ -1,11 +1,11 @@
-//! A shoot that is turned about the vertical as a whole, its base clamped: Q → R Q Rᵀ.
+//! A shoot that is rotated about the vertical as a whole, its base clamped: Q → R Q Rᵀ.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::rod::Rod;
 
-/// The rod turned by an angle (rad) about the tangent of its base, counterclockwise as seen from its apex. The base stays: components
-/// 1 and 2 of all that is known along the directors turn as pairs.
+/// The rod rotated by an angle (rad) about the tangent of its base, counterclockwise as seen from its apex. The base stays: components
+/// 1 and 2 along the directors rotate as pairs.
 pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     let along_directors = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let base = rod.frames()[0];
@@ -13,11 +13,11 @@ pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     let mut out = rod.clone();
     let (frames, rotations) = out.shape_mut();
     frames.iter_mut().for_each(|frame| *frame = in_space * *frame * along_directors.inverse());
-    let turn = |vector: &mut Vector3<f64>| *vector = along_directors * *vector;
-    rotations.iter_mut().for_each(turn);
-    out.line_strains_mut().iter_mut().for_each(turn);
+    let rotate = |vector: &mut Vector3<f64>| *vector = along_directors * *vector;
+    rotations.iter_mut().for_each(rotate);
+    out.line_strains_mut().iter_mut().for_each(rotate);
     out.points_mut().iter_mut().for_each(|point| point.intrinsic = along_directors * point.intrinsic);
-    // Exactly: what is clamped has not moved.
+    // The clamped base is exactly the same.
     out.shape_mut().0[0] = base;
     out
 }

@@ -1,0 +1,379 @@
+//! Pseudo-arclength continuation of orbits along a parameter, round folds, with the bifurcations on the way.
+
+mod bifurcation;
+mod exponents;
+mod tangent;
+
+pub use exponents::Bifurcation;
+
+use std::collections::VecDeque;
+use std::ops::RangeInclusive;
+
+use nalgebra::{Complex, DVector};
+
+use super::corrector::{Corrected, correct, correct_resolved};
+use super::disturbances::Disturbances;
+use super::equations::{Equations, Observation};
+use super::error::CycleError;
+use super::extended::{Conditions, Unknowns};
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::stability::Linearisation;
+use exponents::growing;
+use tangent::{InnerProduct, Tangent};
+
+/// Cosine of the largest angle between successive secants, 26°: with a larger one, or without a solution, the step is halved.
+const TURN: f64 = 0.9;
+/// Cosine of the angle below which the next step is longer, 11°.
+const EASY: f64 = 0.98;
+/// Factor by which it is longer.
+const LONGER: f64 = 1.5;
+/// Smallest step, relative to the first and the longest one.
+const SHORTEST: f64 = 2.5e-4;
+/// Largest share of the first step that may lie along the symmetries.
+const ROUND: f64 = 0.02;
+/// Number of leading exponents at each point. All with a positive real part are found, however many there are.
+const EXPONENTS: usize = 2;
+/// Smallest excursion, in lengths of the shoot. Exponents near an onset vanish with its square, and are no longer distinguished from the
+/// trivial ones.
+const LEAST: f64 = 0.01;
+
+/// A solver of orbits that can be continued along a parameter: a [`RotatingWaveSolver`](super::RotatingWaveSolver) or a
+/// [`PeriodicSolver`](super::PeriodicSolver). It cannot be implemented for other types.
+pub trait OrbitSolver: Equations {}
+
+impl OrbitSolver for super::RotatingWaveSolver {}
+impl OrbitSolver for super::PeriodicSolver {}
+
+/// A point of a branch of orbits.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct BranchPoint<O> {
+    /// Value of the parameter.
+    pub parameter: f64,
+    /// The orbit.
+    pub orbit: O,
+    /// Largest distance of the tip from the axis, m.
+    pub excursion: f64,
+    /// Period, s; of a relative periodic orbit the time after which it returns rotated.
+    pub period: f64,
+    /// Leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones. Those of a rotating wave are
+    /// in the rotating frame. Both of a conjugate pair are listed.
+    pub exponents: Disturbances<Complex<f64>>,
+    /// Largest modulus of the trivial exponents times the period. They are zero for exact orbits: it is the error of intervals and
+    /// differences.
+    pub trivial: f64,
+    /// The bifurcation at this point, if there is one.
+    pub bifurcation: Option<Bifurcation>,
+}
+
+impl<O> BranchPoint<O> {
+    /// Number of exponents with positive real part. At a bifurcation rounding decides whether the critical ones are counted.
+    #[must_use]
+    pub fn unstable(&self) -> usize {
+        growing(self.exponents.iter())
+    }
+}
+
+/// A point of a branch with what the next step needs.
+#[derive(Debug, Clone)]
+struct BranchState {
+    unknowns: Unknowns,
+    symmetries: Vec<DVector<f64>>,
+    exponents: Disturbances<Complex<f64>>,
+}
+
+/// Pseudo-arclength continuation of orbits: an iterator over the points of a branch. It ends at an end of the parameter's range, where the
+/// excursion falls below a hundredth of the length near an onset, and where rosettes become a rotating wave: beyond it are the same
+/// rosettes, rotated by a quarter of a turn.
+///
+/// Unknown are the orbit and the parameter together, with a condition on the distance along the tangent, so that folds are passed.
+/// Bifurcations between two points are located and returned as points. An error ends the branch.
+///
+/// `family` returns the shoot for a value of the parameter; all its shoots have as many material points. Derivatives by the parameter are
+/// differences over 1e-5 of the range. Steps may evaluate parameters slightly outside the range if the branch ends there.
+#[derive(Debug, Clone)]
+pub struct Continuation<S: OrbitSolver, F> {
+    solver: S,
+    family: F,
+    within: RangeInclusive<f64>,
+    largest_step: f64,
+    inner: InnerProduct,
+    /// Length of the first shoot, m.
+    length: f64,
+    first_step: f64,
+    /// Length of the next step.
+    step: f64,
+    last: BranchState,
+    /// Direction of the next step, of unit norm.
+    tangent: Tangent,
+    /// Whether that direction is a guess.
+    rough: bool,
+    waiting: VecDeque<BranchPoint<S::Orbit>>,
+    ended: bool,
+}
+
+impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
+where
+    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
+{
+    /// The branch that begins at an onset of oscillations: from a cycle of a small `amplitude` (m) on, at least a hundredth of the length, whose parameter
+    /// is found. The range holds the onset.
+    ///
+    /// # Errors
+    /// A range or an amplitude that makes no sense, a shoot at the onset whose leading root does not oscillate.
+    pub fn from_onset(
+        mut solver: S,
+        mut family: F,
+        onset: f64,
+        amplitude: f64,
+        within: RangeInclusive<f64>,
+    ) -> Result<Self, CycleError> {
+        check_range(&within, ("onset", onset))?;
+        let shoot = family(onset)?;
+        let share = amplitude / shoot.rod().length();
+        let what = "amplitude of the first cycle, in lengths of the shoot";
+        ParameterError::unless((LEAST..1.0).contains(&share), what, share, "from 0.01 to 1")?;
+        let root = Linearisation::about(&shoot)?.rightmost()?;
+        ParameterError::positive("frequency of the mode", root.value.im)?;
+        let of_amplitude = |solver: &S, amplitude: f64| {
+            Ok::<_, CycleError>(Unknowns { parameter: onset, ..solver.of_mode(&shoot, &root, amplitude)? })
+        };
+        let guess = of_amplitude(&solver, amplitude)?;
+        let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
+        let conditions = inner.arclength(&of_amplitude(&solver, 0.0)?.to(&guess), &guess);
+        let found = correct_resolved(&mut solver, &mut family, guess, &conditions)?;
+        let (what, parameter) = ("parameter of the first cycle", found.unknowns.parameter);
+        ParameterError::unless(within.contains(&parameter), what, parameter, "within the range")?;
+        let secant = of_amplitude(&solver, 0.0)?.with_past_of(&found.unknowns).to(&found.unknowns);
+        Self::begin(solver, family, within, (inner, shoot.rod().length()), secant, found)
+    }
+
+    /// The branch on which there is a cycle that is known, at a value of the parameter, from there on. The first step of the
+    /// parameter is given, in its unit: negative for a branch that is followed downwards.
+    ///
+    /// # Errors
+    /// A range or a step that makes no sense, another shoot's cycle.
+    pub fn from_orbit(
+        mut solver: S,
+        mut family: F,
+        orbit: &S::Orbit,
+        parameter: f64,
+        step: f64,
+        within: RangeInclusive<f64>,
+    ) -> Result<Self, CycleError> {
+        ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
+        check_range(&within, ("parameter of the start", parameter))?;
+        let shoot = family(parameter)?;
+        let guess = Unknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
+        let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
+        let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
+        let tangent = Tangent::of_parameter(&found.unknowns, step);
+        Self::begin(solver, family, within, (inner, shoot.rod().length()), tangent, found)
+    }
+
+    fn begin(
+        solver: S,
+        family: F,
+        within: RangeInclusive<f64>,
+        (inner, length): (InnerProduct, f64),
+        tangent: Tangent,
+        found: Corrected<S::Orbit, Shoot<M>>,
+    ) -> Result<Self, CycleError> {
+        let (point, last) = observe(&solver, found)?;
+        let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetries));
+        Ok(Self {
+            solver,
+            family,
+            within,
+            largest_step: 0.05,
+            inner,
+            length,
+            first_step: step,
+            step,
+            last,
+            tangent,
+            // A change of the parameter alone, or a secant from the onset.
+            rough: true,
+            waiting: VecDeque::from([point]),
+            ended: false,
+        })
+    }
+
+    /// The longest step, 0.05 unless said otherwise: of the root mean square of strain times length (rad) and of the parameter over
+    /// its range, by Pythagoras.
+    ///
+    /// # Errors
+    /// A step that is not positive.
+    pub fn largest_step(mut self, step: f64) -> Result<Self, CycleError> {
+        ParameterError::positive("longest step along a branch", step)?;
+        self.largest_step = step;
+        Ok(self)
+    }
+
+    /// Takes a step, and halves it until it succeeds.
+    fn advance(&mut self) -> Result<(), CycleError> {
+        loop {
+            let error = match self.try_step() {
+                // The branch returns to the stationary state, or to a rotating wave.
+                Err(CycleError::Stationary { .. } | CycleError::RotatingWave) => {
+                    self.ended = true;
+                    return Ok(());
+                }
+                Err(CycleError::Unresolved { .. }) if self.refine() => continue,
+                Err(error) => error,
+                Ok(()) => return Ok(()),
+            };
+            self.step = 0.5 * self.step.min(self.largest_step);
+            if self.step < SHORTEST * self.first_step.min(self.largest_step) {
+                return Err(error);
+            }
+        }
+    }
+
+    /// Doubles the intervals of a period, if it has any and they are not too many.
+    fn refine(&mut self) -> bool {
+        let Some(refined) = self.solver.refined() else { return false };
+        self.tangent = self.tangent.on_finer_grid(&self.last.unknowns, &self.solver);
+        self.last.unknowns = self.solver.on_finer_grid(self.last.unknowns.clone());
+        self.solver = refined;
+        true
+    }
+
+    /// Takes a step. Nothing changes if it fails.
+    fn try_step(&mut self) -> Result<(), CycleError> {
+        let step = self.step.min(self.largest_step);
+        let from = self.last.unknowns.clone();
+        let guess = from.along(&self.tangent, step);
+        let mut bound = self.bound_before(guess.parameter);
+        let mut found = match bound {
+            Some(bound) => self.at_bound(&from, &self.tangent.clone(), bound)?,
+            None => {
+                let conditions = self.inner.arclength(&self.tangent, &guess);
+                self.correct(guess, conditions)?
+            }
+        };
+        if bound.is_none() {
+            bound = self.bound_before(found.unknowns.parameter);
+            if let Some(bound) = bound {
+                let from = from.clone().with_past_of(&found.unknowns);
+                found = self.at_bound(&from, &from.to(&found.unknowns), bound)?;
+            }
+        }
+        // Through the stationary state the branch leads to the same orbit half a period later.
+        if self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0 {
+            self.ended = true;
+            return Ok(());
+        }
+        if !self.rough && self.inner.wave_between(&self.last.symmetries, &found.tangents) {
+            self.ended = true;
+            return Ok(());
+        }
+        let secant = from.with_past_of(&found.unknowns).to(&found.unknowns);
+        let size = self.inner.norm(&secant);
+        if bound.is_some() && !(size > f64::EPSILON) {
+            // The branch began at the bound.
+            self.ended = true;
+            return Ok(());
+        }
+        let turn = self.inner.product(&secant, &self.tangent) / size;
+        // Of a guessed direction only the sense counts, and that the secant does not lead along the symmetries instead.
+        let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetries));
+        if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
+            return Err(CycleError::Lost { parameter: self.last.unknowns.parameter, step, turn });
+        }
+        let (point, place) = observe(&self.solver, found)?;
+        if point.excursion < LEAST * self.length {
+            self.ended = true;
+            return Ok(());
+        }
+        self.bifurcations_between(&place)?;
+        self.tangent = self.inner.unit(&secant, &place.symmetries);
+        self.step = size * if turn > EASY { LONGER } else { 1.0 };
+        (self.rough, self.ended) = (false, bound.is_some());
+        self.last = place;
+        self.waiting.push_back(point);
+        Ok(())
+    }
+
+    /// The orbit at an end of the range, from a guess along a secant.
+    fn at_bound(
+        &mut self,
+        from: &Unknowns,
+        secant: &Tangent,
+        bound: f64,
+    ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+        let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
+        guess.parameter = bound;
+        self.correct(guess, self.inner.at_fixed_parameter())
+    }
+
+    /// The orbit near a guess. It has the phases of the last point, unless the guess is rough: other states of the orbit have these, too.
+    fn correct(
+        &mut self,
+        guess: Unknowns,
+        mut conditions: Conditions,
+    ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
+        if !self.rough {
+            let BranchState { unknowns, symmetries, .. } = &self.last;
+            conditions = self.inner.with_phases_of(conditions, unknowns, symmetries);
+        }
+        let found = correct(&self.solver, &mut self.family, guess, &conditions)?;
+        self.solver.check_resolution(&found.orbit)?;
+        Ok(found)
+    }
+
+    /// The end of the range that lies before a parameter outside it.
+    fn bound_before(&self, parameter: f64) -> Option<f64> {
+        let (from, to) = (*self.within.start(), *self.within.end());
+        if parameter > to {
+            Some(to)
+        } else if parameter < from {
+            Some(from)
+        } else {
+            None
+        }
+    }
+}
+
+impl<S: OrbitSolver, F, M: Model> Iterator for Continuation<S, F>
+where
+    F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
+{
+    type Item = Result<BranchPoint<S::Orbit>, CycleError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.waiting.is_empty()
+            && !self.ended
+            && let Err(error) = self.advance()
+        {
+            self.ended = true;
+            return Some(Err(error));
+        }
+        self.waiting.pop_front().map(Ok)
+    }
+}
+
+/// The point of a branch at an orbit.
+fn observe<S: OrbitSolver, M: Model>(
+    solver: &S,
+    found: Corrected<S::Orbit, Shoot<M>>,
+) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
+    let Corrected { orbit, unknowns, tangents: symmetries, shoot } = found;
+    let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, EXPONENTS)?;
+    let exponents = exponents.map(|mut list| {
+        list.sort_by(|a, b| b.re.total_cmp(&a.re));
+        list
+    });
+    let place = BranchState { unknowns, symmetries, exponents: exponents.clone() };
+    let (parameter, trivial) = (place.unknowns.parameter, trivial * period);
+    Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, bifurcation: None }, place))
+}
+
+/// Refuses a range without a length, or one that does not hold a value.
+fn check_range(within: &RangeInclusive<f64>, (name, start): (&'static str, f64)) -> Result<(), ParameterError> {
+    let (what, range) = ("range of the parameter", within.end() - within.start());
+    ParameterError::unless(range > 0.0 && range.is_finite(), what, range, "positive")?;
+    ParameterError::unless(within.contains(&start), name, start, "within the range")
+}

@@ -1,0 +1,146 @@
+//! Initial guesses of periodic orbits: modes, runs in time, and other orbits.
+
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
+
+use super::PeriodicSolver;
+use super::orbit::PeriodicOrbit;
+use crate::cycle::error::CycleError;
+use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
+use crate::cycle::map::grid::Grid;
+use crate::cycle::map::phase_state::PhaseState;
+use crate::cycle::map::return_map::ReturnMap;
+use crate::cycle::phase_grid::{PhaseGrid, WAVES};
+use crate::error::ParameterError;
+use crate::linear::visit_stimuli;
+use crate::model::Model;
+use crate::stability::Root;
+use crate::state::Reading;
+
+impl PeriodicSolver {
+    /// Whether the settings are for half a swing.
+    fn half(&self) -> bool {
+        self.angle.is_some_and(|angle| angle.cos() < 0.0)
+    }
+
+    /// The time after which a mode returns, rotated by about the angle of these settings, s.
+    pub(crate) fn return_of(&self, root: &Root) -> f64 {
+        if self.half() { 0.5 * root.period() } else { root.period() }
+    }
+
+    /// The time after which an orbit returns with about the angle of these settings, s.
+    pub(crate) fn return_after(&self, orbit: &PeriodicOrbit) -> f64 {
+        match orbit.settings.angle {
+            None if self.half() => 0.5 * orbit.period,
+            Some(_) if self.angle.is_none() && orbit.angle.cos() < 0.0 => 2.0 * orbit.period,
+            _ => orbit.period,
+        }
+    }
+
+    /// The angle of a relative periodic orbit, or the guess of these settings for any other, rad.
+    pub(crate) fn angle_of(&self, orbit: &PeriodicOrbit) -> f64 {
+        if orbit.settings.angle.is_some() { orbit.angle } else { self.angle.unwrap_or(0.0) }
+    }
+}
+
+/// The state of an orbit, on the grid of a return map over a period (s).
+pub(crate) fn state_of_orbit(
+    return_map: &ReturnMap<impl Model>,
+    orbit: &PeriodicOrbit,
+    period: f64,
+) -> Result<PhaseState, CycleError> {
+    orbit.start.check(return_map.places.len(), return_map.variables)?;
+    let mut start = orbit.start.clone();
+    let old = Grid::new(orbit.settings.intervals, orbit.settings.stages);
+    let ratio = (old.intervals as f64 / orbit.period) / (return_map.grid.intervals as f64 / period);
+    if ratio != 1.0 || old.stages != return_map.grid.stages {
+        start = start.on_grid(&old, &return_map.grid, return_map.kept, ratio);
+    }
+    // The past that is kept depends on the period.
+    start.keep(return_map.kept);
+    Ok(start)
+}
+
+/// The present state of a run in time, with its past.
+pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> Result<PhaseState, CycleError> {
+    let (history, now, points) = (&return_map.shoot.state.history, return_map.shoot.time(), return_map.places.len());
+    let (what, levels) = ("levels of the history of the run", history.levels());
+    ParameterError::unless(levels >= 2, what, levels as f64, "those of a shoot that an integrator has moved")?;
+    let length = period / return_map.grid.intervals as f64;
+    let read = |reading: Reading| {
+        let all = (0..points).flat_map(|point| history.read(&reading, point));
+        DVector::from_iterator(return_map.variables * points, all)
+    };
+    let oldest = history.oldest().unwrap_or(now);
+    let slope = |n: usize, stage: &f64| {
+        // Before the start of the run the oldest slopes continue.
+        let time = (now + (n as f64 - return_map.kept as f64 + stage) * length).max(oldest);
+        read(history.slope(time)) * length
+    };
+    let interval = |n: usize| return_map.grid.stages.iter().map(|stage| slope(n, stage)).collect();
+    let rod = return_map.shoot.rod();
+    let bends = rod.points()[rod.zone()].iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]);
+    Ok(PhaseState {
+        strain: DVector::from_iterator(2 * points, bends),
+        variables: read(history.reading(now, now)),
+        slopes: (0..return_map.kept).map(interval).collect(),
+    })
+}
+
+/// The state at t = 0 of a mode with an amplitude of the tip (m), with the periodic variables of its stimuli.
+pub(crate) fn state_of_mode<M: Model>(
+    return_map: &mut ReturnMap<M>,
+    root: &Root,
+    amplitude: f64,
+    period: f64,
+) -> Result<PhaseState, CycleError> {
+    let (m, p) = (return_map.stimuli, return_map.places.len());
+    let (what, points) = ("number of strains of the mode", root.strain.len());
+    ParameterError::unless(points == p, what, points as f64, "that of the points of the zone")?;
+    for strain in &root.strain {
+        ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum())?;
+    }
+    let phases = PhaseGrid::new(WAVES);
+    // The state about which it is a mode; straight if upright.
+    let rod = return_map.shoot.rod();
+    let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
+    // The start is where the shoot is bent, and not where it passes through the mean.
+    let parts = root.strain.iter().map(|s| (s.map(|x| x.re).norm_squared(), s.map(|x| x.im).norm_squared()));
+    let (bent, passing) = parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+    let first = if bent < passing { Complex::new(0.0, -amplitude) } else { Complex::from(amplitude) };
+    let at = |phase: f64| {
+        let turn = first * Complex::from_polar(1.0, phase);
+        DVector::from_fn(2 * p, |k, _| mean[k / 2][k % 2] + (root.strain[k / 2][k % 2] * turn).re)
+    };
+    let mut stimuli = vec![DMatrix::zeros(m, phases.len()); p];
+    for (j, phase) in phases.angles.iter().enumerate() {
+        let (rod, force) = return_map.equilibrate_at(&at(*phase), 0.0)?;
+        visit_stimuli(return_map.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
+    }
+    let balance = HarmonicBalance::new(return_map.shoot.model.tropism(), &phases, root.value.im);
+    let steady = balance.solve_all(&return_map.places, &stimuli)?;
+    Ok(state_of_waves(return_map, &phases, &steady, at(0.0), root.value.im * period))
+}
+
+/// The state at t = 0 of variables that are known on a grid of phases, with a change of phase (rad) in a period.
+pub(crate) fn state_of_waves(
+    return_map: &ReturnMap<impl Model>,
+    phases: &PhaseGrid,
+    steady: &[HarmonicVariables],
+    strain: DVector<f64>,
+    turn: f64,
+) -> PhaseState {
+    let (p, v) = (return_map.places.len(), return_map.variables);
+    let in_interval = turn / return_map.grid.intervals as f64;
+    // Values, or rates by time in intervals, at a time in intervals.
+    let read = |time: f64, slope: bool| {
+        let values = phases.earlier(-in_interval * time);
+        let weights = if slope { &values * &phases.derivative * in_interval } else { values };
+        let each = |k: usize| (weights.row(0) * steady[k / v].variables.row(k % v).transpose())[0];
+        DVector::from_fn(v * p, |k, _| each(k))
+    };
+    let slopes = (0..return_map.kept).map(|n| {
+        let begin = n as f64 - return_map.kept as f64;
+        return_map.grid.stages.iter().map(|stage| read(begin + stage, true)).collect()
+    });
+    PhaseState { strain, variables: read(0.0, false), slopes: slopes.collect() }
+}

@@ -1,0 +1,224 @@
+//! The laws of a shoot in the frame that rotates with a wave, where the wave is stationary.
+
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
+
+use crate::cycle::autonomous::{check_autonomous, check_gradients, driven_points};
+use crate::cycle::axis::{broken, check_rest, least_gradient};
+use crate::cycle::error::CycleError;
+use crate::cycle::extended::DIFFERENCE;
+use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
+use crate::cycle::map::return_map::PRECISE;
+use crate::cycle::phase_grid::{PhaseGrid, WAVES};
+use crate::cycle::rotated::turned;
+use crate::cycle::sensitivity::stimuli_by_strain;
+use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::error::ParameterError;
+use crate::linear::{SteadyLaws, check_steady, visit_stimuli};
+use crate::load::InternalForce;
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+use crate::tropism::{Growing, TropismLaw};
+
+/// Derivatives by the strain, and by the logarithm of the rate.
+type Derivatives = (DMatrix<f64>, DVector<f64>);
+
+/// The shoot in the corotating frame.
+pub struct Corotating<'a, M: Model> {
+    shoot: &'a Shoot<M>,
+    pub(in crate::cycle) phases: PhaseGrid,
+    solver: NewtonSolver,
+    pub rod: Rod,
+    pub rate: f64,
+    /// REGR of every point of the zone, 1/s.
+    regr: Vec<f64>,
+    places: Vec<Growing>,
+    /// Stimuli of every point, a column for every phase.
+    stimuli: Vec<DMatrix<f64>>,
+    pub(in crate::cycle) steady: Vec<HarmonicVariables>,
+    /// Growth gradients at the first phase.
+    gradients: Vec<Vector3<f64>>,
+}
+
+impl<'a, M: Model> Corotating<'a, M> {
+    /// The frame of a shoot with a strain (components 1 and 2 at every point of the zone, 1/m) and a rate (1/s). A `shape` is the
+    /// initial guess of the equilibrium.
+    pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
+        let (places, regr) = driven_points(shoot)?;
+        let mut rod = shoot.state.rod.clone();
+        let zone = rod.zone();
+        let (what, points) = ("number of strains of the start", strain.len() / 2);
+        ParameterError::unless(points == zone.len(), what, points as f64, "that of the points of the zone")?;
+        ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the start", rate, "not zero (1/s)")?;
+        for (point, strain) in rod.points_mut()[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
+            ParameterError::finite("strain of the start", strain[0] + strain[1])?;
+            (point.intrinsic.x, point.intrinsic.y) = (strain[0], strain[1]);
+        }
+        if strain.amax() == 0.0 {
+            return Err(CycleError::Stationary { strain: 0.0 });
+        }
+        if let Some(shape) = shape {
+            rod.guess_shape(shape);
+        }
+        Ok(Self {
+            shoot,
+            phases: PhaseGrid::new(WAVES),
+            solver: NewtonSolver::with_tolerance(PRECISE),
+            rod,
+            rate,
+            regr,
+            places,
+            stimuli: Vec::new(),
+            steady: Vec::new(),
+            gradients: Vec::new(),
+        })
+    }
+
+    fn law(&self) -> &'a M::Tropism {
+        self.shoot.model.tropism()
+    }
+
+    fn balance(&self) -> HarmonicBalance<'_, M::Tropism> {
+        HarmonicBalance::new(self.law(), &self.phases, self.rate)
+    }
+
+    /// Components 1 and 2 of the intrinsic strain, point by point.
+    pub fn strain(&self) -> DVector<f64> {
+        let points = &self.rod.points()[self.rod.zone()];
+        DVector::from_iterator(2 * points.len(), points.iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]))
+    }
+
+    /// ẑ × u*: derivative of the strain by the angle of rotation.
+    fn turning(&self) -> DVector<f64> {
+        rotation_tangent(&self.strain())
+    }
+
+    /// Solves the equilibrium, and evaluates stimuli and growth gradients over a rotation.
+    pub fn evaluate(&mut self) -> Result<(), CycleError> {
+        let environment = self.shoot.environment();
+        let material = self.shoot.model.constitutive();
+        let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
+        let _ = self.solver.equilibrate(&mut self.rod, material, &force)?;
+        // The steady variables are the initial guess of the periodic ones.
+        check_steady(self.law(), &SteadyLaws::of(self.shoot, &self.rod, &force))?;
+        let m = self.law().size().stimuli;
+        let mut stimuli = vec![DMatrix::zeros(m, self.phases.len()); self.places.len()];
+        for (j, phase) in self.phases.angles.iter().enumerate() {
+            let rod = turned(&self.rod, *phase);
+            visit_stimuli(self.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
+        }
+        self.stimuli = stimuli;
+        let balance = self.balance();
+        let steady = balance.solve_all(&self.places, &self.stimuli)?;
+        let gradients = self.gradients_at(&balance, &steady, 0);
+        check_gradients(gradients.iter())?;
+        (self.steady, self.gradients) = (steady, gradients);
+        Ok(())
+    }
+
+    fn gradients_at(
+        &self,
+        balance: &HarmonicBalance<M::Tropism>,
+        steady: &[HarmonicVariables],
+        phase: usize,
+    ) -> Vec<Vector3<f64>> {
+        let all = self.places.iter().zip(steady).zip(&self.stimuli);
+        all.map(|((at, steady), stimuli)| balance.gradient(at, steady, stimuli, phase)).collect()
+    }
+
+    /// ν ẑ × u*/REGR − gradient, components 1 and 2.
+    pub fn residual(&self) -> DVector<f64> {
+        let turning = self.turning();
+        DVector::from_fn(turning.len(), |k, _| self.rate * turning[k] / self.regr[k / 2] - self.gradients[k / 2][k % 2])
+    }
+
+    pub fn relative_residual(&self) -> f64 {
+        let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(f64::MIN_POSITIVE, f64::max);
+        self.residual().amax() / largest
+    }
+
+    /// The derivatives of the residual by the strain, and by the logarithm of the rate. None if the laws are singular.
+    pub fn derivatives(&self) -> Result<Option<Derivatives>, CycleError> {
+        let n = 2 * self.places.len();
+        let Some([inner, _]) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
+        let by_strain = DMatrix::from_fn(n, n, |row, column| inner[(row, column)].re / self.regr[row / 2]);
+        // Central differences of the laws by the rate, for the same shape. Their response is smooth over an octave.
+        let change = DIFFERENCE * self.rate;
+        let turning = self.turning();
+        let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
+        for sign in [1.0, -1.0] {
+            let balance = HarmonicBalance::new(self.law(), &self.phases, self.rate + sign * change);
+            let settled = balance.solve_all(&self.places, &self.stimuli)?;
+            for (i, gradient) in self.gradients_at(&balance, &settled, 0).iter().enumerate() {
+                for c in 0..2 {
+                    by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
+                }
+            }
+        }
+        Ok(Some((by_strain, by_rate * self.rate)))
+    }
+
+    /// Derivatives of the stimuli of every point at all phases by the strain.
+    pub fn responses(&self) -> Result<DMatrix<f64>, CycleError> {
+        stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.phases.angles)
+    }
+
+    /// λ + ν ẑ × − REGR ∂gradient, and its derivative by λ.
+    pub fn matrix(&self, z: Complex<f64>, responses: &DMatrix<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
+        let n = 2 * self.places.len();
+        let mut value = DMatrix::from_diagonal_element(n, n, z);
+        let mut derivative = DMatrix::identity(n, n);
+        let balance = self.balance();
+        let rows = responses.nrows() / self.places.len();
+        // Points with the same linear laws have the same response.
+        let mut known: Option<(usize, [DMatrix<Complex<f64>>; 2])> = None;
+        for i in 0..self.places.len() {
+            value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
+            value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
+            let parts = match known.take() {
+                Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
+                _ => (i, balance.response(&self.steady[i], z)?),
+            };
+            // Components 1 and 2 of both, real and imaginary parts: one product of real numbers.
+            let four = |row: usize, column: usize| {
+                let z = parts.1[row / 4][(row % 2, column)];
+                if row & 2 == 0 { z.re } else { z.im }
+            };
+            let by_strain = DMatrix::from_fn(8, rows, four) * responses.rows(i * rows, rows) * self.regr[i];
+            for (k, out) in [&mut value, &mut derivative].into_iter().enumerate() {
+                let mut own = out.rows_mut(2 * i, 2);
+                own -= by_strain.rows(4 * k, 2).zip_map(&by_strain.rows(4 * k + 2, 2), Complex::new);
+            }
+            known = Some(parts);
+        }
+        Some([value, derivative])
+    }
+
+    /// Returns an error unless laws, loads and scene are constant in time.
+    pub fn check_autonomous(&self) -> Result<(), CycleError> {
+        check_autonomous(self.shoot, &self.rod)
+    }
+
+    /// Returns an error unless the shoot is invariant under rotations: the rotated shape must be in equilibrium at all phases, and the
+    /// growth gradients must rotate with it.
+    pub fn check_axis(&self) -> Result<(), CycleError> {
+        for j in 1..self.phases.len() {
+            let phase = self.phases.angles[j];
+            check_rest(self.shoot, &self.rod, phase)?;
+            let balance = self.balance();
+            let (sine, cosine) = phase.sin_cos();
+            let least = least_gradient(self.rod.length());
+            let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
+            for (then, now) in self.gradients_at(&balance, &self.steady, j).iter().zip(&self.gradients) {
+                let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
+                broken("tropism", (then - expected).norm() / largest)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Derivative of pairs by the angle of rotation: each pair rotated by a quarter turn.
+pub fn rotation_tangent(pairs: &DVector<f64>) -> DVector<f64> {
+    DVector::from_fn(pairs.len(), |k, _| if k % 2 == 0 { -pairs[k + 1] } else { pairs[k - 1] })
+}
