@@ -1,4 +1,4 @@
-//! Roots and maxima of functions of one variable.
+//! Roots and vertices of functions of one variable.
 
 /// Finds a sign change of a function between two points with known values, low before high.
 ///
@@ -68,27 +68,6 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
     x
 }
 
-/// Finds the place of the maximum of a function with a single maximum in an interval, to an `accuracy`, by golden
-/// sections.
-#[allow(dead_code)]
-pub(crate) fn maximum([mut low, mut high]: [f64; 2], accuracy: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
-    let (mut at_left, mut at_right) = (f(left), f(right));
-    while high - low > accuracy {
-        if at_left > at_right {
-            (high, right, at_right) = (right, left, at_left);
-            left = high - golden * (high - low);
-            at_left = f(left);
-        } else {
-            (low, left, at_left) = (left, right, at_right);
-            right = low + golden * (high - low);
-            at_right = f(right);
-        }
-    }
-    if f(high) > at_left.max(at_right) { high } else { 0.5 * (low + high) }
-}
-
 /// The place of the vertex of the parabola through three values at −1, 0 and 1; not finite for values on a line.
 pub(crate) fn vertex([before, middle, after]: [f64; 3]) -> f64 {
     0.5 * (before - after) / (before - 2.0 * middle + after)
@@ -153,15 +132,6 @@ mod tests {
         // At the start the derivative is zero.
         let cube = |x: f64| (x.powi(3) - 1.0, 3.0 * x * x);
         assert_abs_diff_eq!(newton([-2.0, 3.0], 0.0, 1e-14, cube), 1.0, epsilon = 1e-14);
-    }
-
-    #[test]
-    fn the_place_of_a_maximum_is_found() {
-        for place in [0.3, 1.0, 1.7, 2.0] {
-            // The value of a parabola is constant to rounding within the root of rounding.
-            let found = maximum([0.0, 2.0], 1e-9, |x| -(x - place).powi(2));
-            assert_abs_diff_eq!(found, place, epsilon = 1e-7);
-        }
     }
 
     #[test]

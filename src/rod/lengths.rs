@@ -131,8 +131,8 @@ impl Rod {
     }
 }
 
-/// Ratio of the largest to the smallest of some numbers.
+/// Ratio of the largest to the smallest of some numbers; infinite unless all are positive.
 fn ratio(numbers: impl Iterator<Item = f64>) -> f64 {
     let (least, largest) = numbers.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
-    largest / least
+    if least > 0.0 { largest / least } else { f64::INFINITY }
 }

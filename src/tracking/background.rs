@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
-use super::statistics::{SIGNIFICANT, median_gap};
+use super::statistics::{SIGNIFICANT, resolved_interval};
 
 /// Largest correlation of successive values. Red noise with this correlation is a random walk on all tracks shorter
 /// than a million intervals.
@@ -36,7 +36,7 @@ impl Background {
     /// Estimates the spectrum from the autocorrelation of a residual at lags of one and two intervals. Time differences
     /// are rounded to multiples of the median interval.
     pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
-        let interval = median_gap(times);
+        let interval = resolved_interval(times);
         let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
         // Sums of products and numbers of pairs at lags of one and of two intervals.
         let (mut sums, mut pairs) = ([0.0; 2], [0_usize; 2]);
@@ -90,7 +90,7 @@ pub(super) fn level(
     waves: &[f64],
     lowest: f64,
 ) -> Option<f64> {
-    let highest = PI / median_gap(times);
+    let highest = PI / resolved_interval(times);
     let free =
         |omega: &f64| (lowest..highest).contains(omega) && waves.iter().all(|wave| (omega - wave).abs() >= APART * PI);
     let beside =

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::background::{Background, level};
-use super::statistics::median_gap;
+use super::statistics::resolved_interval;
 use crate::numerics::quadrature::legendre_sequence;
 
 /// Largest number of Gauss–Newton iterations. They converge quadratically where noise is small.
@@ -25,8 +25,7 @@ pub(super) struct Samples {
     pub times: Vec<f64>,
     pub positions: Vec<Vector2<f64>>,
     /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the Nyquist
-    /// frequency of the median interval, or of a quarter of the mean interval if this is longer. The search then ends
-    /// also for positions taken in pairs.
+    /// frequency of the resolved interval.
     pub highest: f64,
     /// Square of the rounding error of the positions, m².
     pub rounding: f64,
@@ -35,9 +34,7 @@ pub(super) struct Samples {
 impl Samples {
     /// Samples at given times, −1 … 1.
     pub fn new(times: Vec<f64>, positions: Vec<Vector2<f64>>) -> Self {
-        // The times differ by 2 in total.
-        let interval = median_gap(&times).max(0.5 / times.len() as f64);
-        let highest = PI / interval - 0.5 * PI;
+        let highest = PI / resolved_interval(&times) - 0.5 * PI;
         let largest = positions.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
         Self { times, positions, highest, rounding: (64.0 * f64::EPSILON).powi(2) * largest }
     }

@@ -21,6 +21,13 @@ pub(super) fn median_gap(times: &[f64]) -> f64 {
     median(times.windows(2).map(|w| w[1] - w[0]).collect())
 }
 
+/// Interval that determines the resolved frequencies: the median interval, or a quarter of the mean one if this is longer,
+/// as for positions in pairs or bursts.
+pub(super) fn resolved_interval(times: &[f64]) -> f64 {
+    let duration = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+    median_gap(times).max(0.25 * duration / times.len().max(1) as f64)
+}
+
 /// The quantile of sorted values for a probability, linear between neighbours; zero for no values.
 pub(super) fn quantile(sorted: &[f64], probability: f64) -> f64 {
     let place = probability * sorted.len().saturating_sub(1) as f64;

@@ -45,3 +45,24 @@ fn share_of_an_absent_period_in_noise_is_zero() {
         }
     }
 }
+
+/// Frames in pairs or bursts: aliases of the period at the distance of the pairs or bursts fit almost as well as the period itself.
+#[test]
+fn periods_of_tracks_with_frames_in_pairs_or_bursts_are_no_aliases() {
+    // Number of groups, time between them, frames in each and time between these (s).
+    for (groups, between, frames, apart) in
+        [(600, 120.0, 2, 10.0), (600, 120.0, 2, 0.1), (600, 120.0, 2, 1e-6), (60, 1200.0, 10, 2.0)]
+    {
+        let mut draw = Draw::new(1);
+        let offsets = |start: f64| (0..frames).map(move |k| start + apart * f64::from(k));
+        let times: Vec<f64> = (0..groups).flat_map(|group| offsets(between * f64::from(group))).collect();
+        let positions = times.iter().map(|t| circle(*t, PERIOD, 5e-3) + draw.normal() * 1e-4).collect();
+        let found = PlaneTrack::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
+        let [largest] = found.oscillations[..] else { panic!("{groups} groups, {apart} s: {found:?}") };
+        // The chance of a larger deviation than four standard errors is 1e-4.
+        assert!(
+            (largest.period - PERIOD).abs() < 4.0 * largest.period_error,
+            "{groups} groups, {apart} s: {largest:?}"
+        );
+    }
+}

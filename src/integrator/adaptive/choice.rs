@@ -4,6 +4,7 @@ use super::elements::{FIRST_LENGTH, LOSSLESS, cut_first, longest_element};
 use super::richardson::{AIM, ASYMPTOTIC, ErrorEstimate, Richardson, SAFETY};
 use super::trials::Trials;
 use super::{IntegrationError, Statistics};
+use crate::equilibrium::EquilibriumError;
 use crate::integrator::{MAX_HALVINGS, ROUNDING};
 use crate::model::Model;
 use crate::reference_element::Order;
@@ -77,7 +78,13 @@ impl<M: Model> Trials<'_, M> {
                         refinements += 1;
                         coarse.longest_element *= SHORTER;
                     }
+                    let is_folded =
+                        matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Folded { .. }, .. });
                     failure = Some(error);
+                    // Shorter steps do not change the rotation of an element.
+                    if is_folded {
+                        continue;
+                    }
                 }
                 Err(error) => return Err(failure.unwrap_or(error)),
             }
