@@ -1,5 +1,5 @@
-//! Branches of periodic orbits along a parameter: from the onset of oscillations on, round folds,
-//! with the bifurcations at which their stability changes.
+//! Branches of periodic orbits along a parameter: from the onset of oscillations on, round folds, with the
+//! bifurcations at which their stability changes.
 
 use super::{assert_complex_eq, family, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, shape};
@@ -23,8 +23,7 @@ fn sensing(
     family(move |length| Ok(shoot(length, elements).tropism(steering(sense)).into_dyn().build()?))
 }
 
-/// Gravity sensing whose gain first increases with the tilt and then decreases: oscillations begin
-/// below the onset.
+/// Gravity sensing whose gain first increases with the tilt and then decreases: oscillations begin below the onset.
 #[derive(Debug, Clone, Copy)]
 struct Keen;
 
@@ -68,8 +67,7 @@ fn circle(elements: u32) -> (Shoot<DynLaws>, RotatingWave) {
     (shoot, orbit)
 }
 
-/// Guards the first circle of a given amplitude, the end of the range and the accuracy of all
-/// circles between.
+/// Guards the first circle of a given amplitude, the end of the range and the accuracy of all circles between.
 #[test]
 fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
     let end = 0.07;
@@ -81,15 +79,15 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
         0.065..=end,
     );
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
-    // The amplitude is given and the length is found. The excursion is that of the mode up to a
-    // relative error of second order.
+    // The amplitude is given and the length is found. The excursion is that of the mode up to a relative error of
+    // second order.
     assert_abs_diff_eq!(points[0].excursion, 2e-3, epsilon = 2e-5);
     assert_eq!(points.last().unwrap().parameter, end);
     assert!(points.len() > 8 && points.len() < 30, "{}", points.len());
     for point in &points {
         let (radius, _) = exact_orbit(point.parameter);
-        // Six elements shift the onset by less than 1e-11 m. The relative error of the radius is
-        // this shift over twice the distance from the onset.
+        // Six elements shift the onset by less than 1e-11 m. The relative error of the radius is this shift over
+        // twice the distance from the onset.
         let tolerance = 1e-9 + 1e-11 / (point.parameter - ONSET);
         assert!(
             relative_eq!(point.excursion, radius, epsilon = 0.0, max_relative = tolerance),
@@ -103,16 +101,15 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
     }
 }
 
-/// Guards a branch of swings, from a first swing of a given amplitude to the end of the range, and
-/// its exponents.
+/// Guards a branch of swings, from a first swing of a given amplitude to the end of the range, and its exponents.
 #[test]
 fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     let solver = PeriodicSolver::default();
     let branch = Continuation::from_onset(solver, sensing(SettledStatoliths, 6), ONSET, 8e-3, 0.065..=0.067);
     let points = all(branch.unwrap().largest_step(0.15).unwrap());
     let last = points.last().unwrap();
-    // Excursion (mm), period (min), exponents in the plane and out of it (1/h), as in `cycles`,
-    // where they come from two other methods.
+    // Excursion (mm), period (min), exponents in the plane and out of it (1/h), as in `cycles`, where they come from
+    // two other methods.
     assert_eq!(last.parameter, 0.067);
     assert_relative_eq!(1e3 * last.excursion, 34.194_086_156, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(last.period / MINUTE, 87.661_715_125, epsilon = 0.0, max_relative = 1e-8);
@@ -126,8 +123,8 @@ fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     }
 }
 
-/// The smallest length (m) at which there is a circular orbit, and its radius. The minimum of the
-/// length over the angle of the apex is found by successive parabolas.
+/// The smallest length (m) at which there is a circular orbit, and its radius. The minimum of the length over the
+/// angle of the apex is found by successive parabolas.
 fn exact_fold() -> (f64, f64) {
     let perceived = |theta: f64| Keen::gain(theta.sin()) * theta.sin();
     let length = |apex: f64| {
@@ -150,9 +147,9 @@ fn exact_fold() -> (f64, f64) {
     (length(apex), shape(length(apex), apex, perceived)[2])
 }
 
-/// With this sensing circles begin below the onset, turn back at a fold, and become stable soon
-/// after it. Guards the place of the fold and the stability on both sides of it. The first circle
-/// has half the radius of that at the fold, and the range ends soon after the fold.
+/// With this sensing circles begin below the onset, turn back at a fold, and become stable soon after it. Guards the
+/// place of the fold and the stability on both sides of it. The first circle has half the radius of that at the fold,
+/// and the range ends soon after the fold.
 #[test]
 fn branch_of_circles_turns_at_the_exact_fold() {
     let within = 0.06..=0.0657;
@@ -162,14 +159,13 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     let at = points.iter().position(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
     let fold = &points[at];
     let (length, radius) = exact_fold();
-    // The length has a minimum here, and its error is of second order in the error along the
-    // branch. Five elements leave 2e-10.
+    // The length has a minimum here, and its error is of second order in the error along the branch. Five elements
+    // leave 2e-10.
     assert_relative_eq!(fold.parameter, length, epsilon = 0.0, max_relative = 1e-9);
-    // The fold is the last of three parabolas, through points that are 4e-3 of a step of 3 mm
-    // apart.
+    // The fold is the last of three parabolas, through points that are 4e-3 of a step of 3 mm apart.
     assert_abs_diff_eq!(fold.excursion, radius, epsilon = 2e-6);
-    // Another criterion: the exponent of the radius vanishes at the fold. It is interpolated
-    // linearly between the points before and after.
+    // Another criterion: the exponent of the radius vanishes at the fold. It is interpolated linearly between the
+    // points before and after.
     let of_radius = |point: &BranchPoint<_>| {
         let real = point.exponents.iter().filter(|x| x.im == 0.0).map(|x| x.re);
         (point.excursion, real.fold(f64::NEG_INFINITY, f64::max))
@@ -187,10 +183,9 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     assert_eq!(points.last().unwrap().parameter, *within.end());
 }
 
-/// The same branch in the other direction: the bifurcations come in the opposite order, and the
-/// branch ends at the onset, where the circle is a point. Three elements suffice, as the fold is
-/// compared with that of the same elements. Guards the start at an end of the range, steps of
-/// either sign, and the end at the onset.
+/// The same branch in the other direction: the bifurcations come in the opposite order, and the branch ends at the
+/// onset, where the circle is a point. Three elements suffice, as the fold is compared with that of the same
+/// elements. Guards the start at an end of the range, steps of either sign, and the end at the onset.
 #[test]
 fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     let within = 0.06..=0.066;
@@ -217,9 +212,9 @@ fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     assert_abs_diff_eq!(end.parameter, ONSET, epsilon = 2e-4);
 }
 
-/// Swings have a fold as well. They are stable out of their plane at first, where circles are
-/// unstable, and unstable from a pitchfork on. Guards both bifurcations, against orbits that are
-/// found without the branch. Two elements suffice, as all are on the same mesh.
+/// Swings have a fold as well. They are stable out of their plane at first, where circles are unstable, and unstable
+/// from a pitchfork on. Guards both bifurcations, against orbits that are found without the branch. Two elements
+/// suffice, as all are on the same mesh.
 #[test]
 fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     let solver = swing_solver();
@@ -230,15 +225,14 @@ fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     let (fold, pitchfork) = (at(Bifurcation::Fold), at(Bifurcation::Pitchfork));
     assert!(points.iter().all(|point| point.parameter >= points[fold].parameter));
     for (k, point) in points.iter().enumerate().filter(|(_, point)| point.bifurcation.is_none()) {
-        // One disturbance in the plane grows before the fold, one out of the plane after the
-        // pitchfork.
+        // One disturbance in the plane grows before the fold, one out of the plane after the pitchfork.
         let [inside, outside] = planes(&point.exponents).map(|set| set[0].re > 0.0);
         assert_eq!((inside, outside), (k < fold, k > pitchfork), "{k}");
     }
     let smallest = planes(&points[fold].exponents)[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
     assert!(smallest * HOUR < 1e-5, "{}", smallest * HOUR);
-    // Orbits that are found without the branch, a little shorter and longer: the first is stable
-    // out of its plane, the second is not.
+    // Orbits that are found without the branch, a little shorter and longer: the first is stable out of its plane,
+    // the second is not.
     for (beyond, unstable) in [(-2e-6, 0), (2e-6, 1)] {
         let shoot = sensing(Keen, 2)(points[pitchfork].parameter + beyond).unwrap();
         let orbit = solver.from_orbit(&shoot, &points[pitchfork].orbit).unwrap();
@@ -268,8 +262,7 @@ fn invalid_ranges_and_amplitudes_of_a_branch_from_the_onset_are_refused() {
     assert_refused(from(f64::NAN, 2e-3, 0.06..=0.07));
     // Below the onset there are circles with this sensing: the first lies outside this range.
     assert_refused(from(ONSET, 2e-3, ONSET..=0.066));
-    // The exponents of so small a first circle cannot be distinguished from those that vanish by
-    // symmetry.
+    // The exponents of so small a first circle cannot be distinguished from those that vanish by symmetry.
     assert_refused(from(ONSET, 1e-4, 0.06..=0.066));
     // Far below the onset the mode decays, and no orbit has this amplitude.
     assert!(from(0.05, 2e-3, 0.05..=0.051).is_err());
@@ -305,8 +298,7 @@ fn errors_of_the_family_end_the_branch() {
     assert!(answers.iter().rev().skip(1).all(Result::is_ok) && answers.len() > 2);
 }
 
-/// A first circle beyond the fold: the chord from the onset is no approximation of the tangent
-/// there.
+/// A first circle beyond the fold: the chord from the onset is no approximation of the tangent there.
 #[test]
 fn branch_with_a_first_circle_beyond_the_fold_reaches_the_end_of_its_range() {
     let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, 3e-2, 0.06..=0.066);
@@ -348,8 +340,8 @@ fn branch_starts_from_an_orbit_on_another_time_grid() {
     assert_relative_eq!(points[0].period, swing.period, epsilon = 0.0, max_relative = 1e-6);
 }
 
-/// The number of points changes between a place and the shoots beside it for the differences, or
-/// farther along the branch.
+/// The number of points changes between a place and the shoots beside it for the differences, or farther along the
+/// branch.
 #[test]
 fn families_that_change_their_number_of_points_are_refused() {
     let first = sensing(SettledStatoliths, 3)(0.067).unwrap();
@@ -377,12 +369,11 @@ fn branch_with_a_step_close_to_the_fold_passes_it() {
     assert_eq!(special(&all(folding(2.28e-3).take(12))), [Bifurcation::Fold, Bifurcation::Torus]);
 }
 
-/// Steps that end right at the fold, where the exponent that vanishes there cannot be distinguished
-/// from those that always vanish.
+/// Steps that end right at the fold, where the exponent that vanishes there cannot be distinguished from those that
+/// always vanish.
 #[test]
 fn fold_at_the_end_of_a_step_is_found() {
-    // The branch before the step that passes the fold, and the excursions before this step and at
-    // the fold.
+    // The branch before the step that passes the fold, and the excursions before this step and at the fold.
     let (mut branch, mut last) = (folding(2e-3), f64::NAN);
     let (before, at) = loop {
         let before = branch.clone();
