@@ -69,8 +69,8 @@
 //! | [`load`] | what acts on the shoot: [`Load`](load::Load) |
 //! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
-//! | [`stability`] | when a shoot begins to oscillate: stationary states, characteristic roots, onset |
-//! | [`cycle`] | limit cycles found, not waited for: circular and periodic orbits, and how stable they are |
+//! | [`stability`] | when a shoot begins to oscillate: steady states, characteristic roots, onset |
+//! | [`cycle`] | periodic orbits and rotating waves, their stability and bifurcations |
 //! | [`tracking`] | analysis of tip tracks, measured or simulated: periods, ellipses, senses, the pattern's name |
 //! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
 //!

@@ -58,7 +58,7 @@ impl Place {
 
 /// A rod in equilibrium under a load, which can be evaluated at any place.
 ///
-/// That of a shoot is [`Shoot::profile`](crate::Shoot::profile). For a rod:
+/// [`Shoot::profile`](crate::Shoot::profile) returns the profile of a shoot. The profile of a rod:
 ///
 /// ```
 /// use morphorod::constitutive::LinearElastic;
@@ -97,7 +97,7 @@ pub struct Profile<'a, C, L, G = NoGrowth> {
     load: &'a L,
     growth: &'a G,
     environment: Environment,
-    /// Of the rod, m.
+    /// Length of the rod, m.
     length: f64,
     /// Quantities at the ends of the elements, from base to apex.
     ends: Vec<End>,

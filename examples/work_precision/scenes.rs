@@ -23,7 +23,7 @@ const RADIUS: f64 = 5e-4;
 const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
-/// What is asked for where a tolerance is given.
+/// Tolerances of the runs by tolerance.
 const TOLERANCES: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
 type Measured = Result<Scene, Box<dyn Error>>;
@@ -145,7 +145,7 @@ struct Course<'a> {
     /// Elements of the series of fixed steps, and their steps, s.
     elements: &'a [usize],
     steps: &'a [f64],
-    /// Those of the reference.
+    /// Number of elements and step (s) of the reference.
     fine: (usize, f64),
 }
 

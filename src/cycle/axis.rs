@@ -38,12 +38,12 @@ pub(super) fn least_gradient(length: f64) -> f64 {
     0.01 / length
 }
 
-/// Where a cycle may come back turned, refuses what is not the same after a turn: shapes all along the cycle must be at rest then, too,
-/// and what the laws make of them must have turned with them.
+/// Returns an error unless the equations of a relative periodic orbit are invariant under rotation: rotated shapes along the orbit
+/// must be equilibria, and the responses of the laws must rotate with them.
 pub(super) fn check_axis(return_map: &ReturnMap<impl Model>, path: &Trajectory, period: f64) -> Result<(), CycleError> {
     let Some(turn) = &return_map.turn else { return Ok(()) };
     for (n, stages) in path.stages.iter().enumerate() {
-        // By the angle after which the cycle goes on, and by others all around.
+        // The angle of the orbit, and another angle for each interval.
         for angle in [turn.angle, 1.0 + n as f64] {
             let Some(stage) = stages.first() else { continue };
             check_rest(return_map.shoot, &stage.rod, angle)?;

@@ -43,9 +43,9 @@ pub enum CycleError {
         "the {what} breaks the axis of the shoot: it changes by {defect:.1e} of itself when all is turned about it"
     )]
     NoAxis {
-        /// What does.
+        /// The part of the shoot that breaks the symmetry.
         what: &'static str,
-        /// By how much, relative.
+        /// Relative change under rotation.
         defect: f64,
     },
     /// The relative periodic orbit is a rotating wave, whose period is not determined.
@@ -66,7 +66,7 @@ pub enum CycleError {
     NoCommonPeriod {
         /// The period, s.
         period: f64,
-        /// By how much, relative.
+        /// Relative change after the period.
         change: f64,
     },
     /// The variables of a point do not come back to what they were.
@@ -125,10 +125,11 @@ pub enum CycleError {
     },
     /// The intervals of a period do not resolve the orbit.
     #[error(
-        "{intervals} intervals do not resolve the orbit: the relative error of its period and shape is about {error:.1e}"
+        "{intervals} intervals do not resolve the orbit: the relative error of its period, its shape or a trivial multiplier is about \
+         {error:.1e}"
     )]
     Unresolved {
-        /// Estimate of the relative error.
+        /// Estimate of the relative error of period and shape, or distance of a trivial multiplier from 1.
         error: f64,
         /// Number of intervals in the period.
         intervals: usize,

@@ -38,7 +38,7 @@ impl Default for Elimination {
 /// Adds multiples of other rows to `row`, from the group of column `col` on.
 #[inline]
 fn add<const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N], col: usize) {
-    // Of a loop with a known number of turns the compiler makes straight code, which adds neighbours at once.
+    // The compiler unrolls and vectorises a loop with a constant number of iterations.
     match col / LANES {
         0 => add_groups::<0, N>(row, factors, others),
         1 => add_groups::<1, N>(row, factors, others),

@@ -1,9 +1,9 @@
-//! What merging loses of the intrinsic strain, as the angle by which a frame inside the element is off.
+//! The intrinsic strain that merging loses, as the angle error of a frame inside the element.
 //!
-//! Of the strain f an element keeps the projection Pf onto polynomials of degree p − 1. The angle that is lost at a
-//! place is F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree 0 … p
-//! − 2, however often elements have been merged; so for the ripple that an oscillator leaves it stays as small as for
-//! one wave. What it turns to second order, ½ ∫ F × dF, does add up: of a ripple that goes round it is a twist.
+//! An element keeps the projection Pf of the strain f onto polynomials of degree p − 1. The lost angle at a place is
+//! F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree 0 … p − 2,
+//! however often elements have been merged. The ripple that an oscillator leaves therefore loses no more in many waves
+//! than in one. The rotation of second order, ½ ∫ F × dF, accumulates: for a ripple that rotates it is a twist.
 //! Derivation: `docs/method.md`, "Merging".
 
 use nalgebra::Vector3;
@@ -102,7 +102,7 @@ mod tests {
         Vector3::new((70.0 * s).sin(), (31.0 * s + 1.0).cos() + 3.0 * s, 2.0 * s * s)
     }
 
-    /// So small that what F turns to second order is nothing beside it.
+    /// Strain for which the rotation of second order is negligible.
     const SMALL: f64 = 1e-6;
 
     #[test]
@@ -173,8 +173,8 @@ mod tests {
             (before.inverse() * turn(&rod)).angle()
         };
         let [coarse, fine] = [0.02, 0.01].map(|a| (off(a), 0.5 * a * a * waves * std::f64::consts::TAU));
-        // Without making up for it the turn would be off by that twist. What is left comes from what the element keeps
-        // of the ripple, a thirtieth of it here.
+        // Without the correction the error of the rotation would be that twist. The remaining error is due to the part of
+        // the ripple that the element keeps, which is a thirtieth here.
         assert!(coarse.0 < 0.05 * coarse.1 && fine.0 < 0.05 * fine.1, "{coarse:?} {fine:?}");
     }
 }

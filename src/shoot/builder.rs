@@ -221,7 +221,7 @@ impl<M: Model> ShootBuilder<M> {
                 (equal_nodes(length, mature, longest)?, longest)
             }
         };
-        // Where something changes abruptly a node stands: at the boundary of the growth zone and where loads jump.
+        // Discontinuities are at nodes: the boundary of the growth zone, and places where loads jump.
         kept.extend(jumps(model.load(), length)?.iter().map(|distance| length - distance));
         for place in &mut kept {
             *place = insert_node(&mut nodes, *place);

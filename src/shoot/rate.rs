@@ -16,7 +16,7 @@ impl<M: Model> Shoot<M> {
         if history.levels() < 2 || history.size() != (size.variables, size.stimuli) {
             return 0.0;
         }
-        // Of an unread variable nothing is handed on.
+        // A variable that no law reads has no reading.
         let read = |delay: f64| history.reading(time - delay, time - delay);
         let readings: Vec<_> = laws.variables().iter().map(|variable| variable.delay.map(read)).collect();
         let mut past = vec![0.0; readings.len()];

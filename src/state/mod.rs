@@ -104,7 +104,7 @@ impl State {
     /// Refuses a state whose parts do not belong together, or hold numbers that no state has.
     pub(crate) fn check(&self) -> Result<(), StateError> {
         StateError::unless(self.time.is_finite(), "time", self.time, "finite (s)")?;
-        // Of a run; a shoot that has not been started has none.
+        // Only the state of a run has this time.
         let since = self.smooth_since;
         StateError::unless(
             since <= self.time && since.is_finite(),

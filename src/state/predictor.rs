@@ -37,7 +37,7 @@ pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
     Moments::from_fn(|i, _| moments[i / 3][i % 3])
 }
 
-/// Of the present equilibrium and the earlier ones.
+/// Weights of the present equilibrium and the earlier ones.
 type Weights = [f64; EARLIER + 1];
 
 /// The rotation vectors of earlier equilibria, latest first.
@@ -187,7 +187,7 @@ impl Predictor {
         (0..EARLIER).for_each(|k| normal[(k, k)] += ridge);
         if let Some(factors) = normal.cholesky() {
             let change = factors.solve(&differences.tr_mul(&missing));
-            // Where something else moves the shoot, the intrinsic strain says little of it.
+            // Large weights mean that other causes than the intrinsic strain change the shape.
             if change.abs().sum() <= LARGEST_CHANGE {
                 weights[0] -= change.sum();
                 weights[1..].iter_mut().zip(&change).for_each(|(weight, change)| *weight += change);

@@ -78,7 +78,7 @@ impl<'a> Site<'a> {
     }
 }
 
-/// Where and when a law is asked for a growth gradient.
+/// Place and time at which a law evaluates its growth gradient.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Growing {

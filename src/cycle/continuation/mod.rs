@@ -278,7 +278,7 @@ where
             return Ok(());
         }
         let turn = self.inner.product(&secant, &self.tangent) / size;
-        // Of a guessed direction only the sense counts, and that the secant does not lead along the symmetries instead.
+        // If the tangent is a guess, only its sense is compared. The secant must not lead along the symmetries.
         let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetries));
         if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
             return Err(CycleError::Lost { parameter: self.last.unknowns.parameter, step, turn });

@@ -116,9 +116,9 @@ pub(crate) fn is_circle(
     time.dot(&turned).abs() > (1.0 - CIRCLE) * time.norm() * turned.norm()
 }
 
-/// How strain and variables change in time at the start, per interval.
+/// Derivative of strain and variables in time at the start, per interval.
 pub(crate) fn flow(return_map: &ReturnMap<impl Model>, start: &PhaseState, path: &Trajectory) -> DVector<f64> {
-    // Of the strain by extrapolation, of the variables at the last point of the last interval.
+    // The derivative of the strain is extrapolated. That of the variables is known at the last point of the last interval.
     let mut at_start = vec![0.0; return_map.grid.order()];
     lagrange(&return_map.grid.stages, 0.0, &mut at_start);
     let strain = carried(&DVector::zeros(start.strain.len()), &path.strain_slopes[0], &at_start);

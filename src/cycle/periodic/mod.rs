@@ -45,11 +45,12 @@ pub struct PeriodicSolver {
     pub tolerance: f64,
     /// Largest estimate of the relative error of period and shape that the intervals may leave, 1e-6 by default.
     pub accuracy: f64,
-    /// Bound on the iterations on each number of intervals, 30 unless said otherwise.
+    /// Largest number of iterations for each number of intervals, 30 by default.
     pub max_iterations: usize,
-    /// None, unless said otherwise, if a cycle comes back as it was. A shoot that is the same in all directions about the tangent of its base may come back turned about that,
-    /// as on a rosette: then a first guess of the angle, rad, which is an unknown like the period. After half its period a swing in a
-    /// plane is turned by π: it is found with half the intervals, for half the work.
+    /// Initial guess of the angle of a relative periodic orbit, rad. `None`, the default, for periodic orbits. A shoot that is
+    /// symmetric about the tangent of its base may have rotated about it after a period, as on a rosette; the angle is then an
+    /// unknown like the period. A swing in a plane has rotated by π after half its period. With this angle it takes half the
+    /// intervals and half the work, and the period that is found is half that of the swing.
     pub angle: Option<f64>,
 }
 

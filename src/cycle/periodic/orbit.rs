@@ -17,8 +17,8 @@ use crate::shoot::Shoot;
 pub struct PeriodicOrbit {
     /// The period, s: the time after which the shoot comes back, turned by the angle. For half a swing it is half the period of the swing.
     pub period: f64,
-    /// By how much all has turned about the tangent of the base after a period, rad, counterclockwise as seen from above the apex: zero
-    /// if it was sought without an angle.
+    /// Rotation of the shoot about the tangent of the base after a period, rad, counterclockwise as seen from above the apex; zero
+    /// for an orbit without an angle.
     pub angle: f64,
     /// Newton iterations, on the last number of intervals.
     pub iterations: usize,

@@ -9,7 +9,7 @@ use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::model::Model;
 use crate::tropism::{Declaration, Rotation, Source};
 
-/// Of a swing in a plane the bend across is less than this share.
+/// Largest bend across the plane of a swing, relative to the bend in it.
 const ACROSS: f64 = 1e-6;
 /// What a disturbance in the plane makes out of it, and the other way round, is less than this share: responses are differences of
 /// equilibria.

@@ -35,9 +35,9 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// An integrator that chooses steps, elements, merging and the accuracy of equilibria, so that the error of the shape is below a
 /// tolerance, and that estimates this error.
 ///
-/// It makes several runs through the time ahead: with few elements, with more, with half the steps, and then with the resolution that
-/// follows from the differences of these runs. It compares the last run with the one before. The cost of a run is proportional to
-/// its steps, so that the trials together cost about half of the last run. The method is that of
+/// It makes several runs through the time ahead: with few elements, with more, with less merging, with half the steps, and then with the resolution that
+/// follows from the differences of these runs. It compares the last run with the one before. The trial runs together have
+/// between a third of the steps of the last run and twice as many. The method is that of
 /// [`MethodOfSteps`](super::MethodOfSteps). [`guide::accuracy`](crate::guide::accuracy) has the details.
 ///
 /// ```
