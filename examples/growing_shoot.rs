@@ -34,7 +34,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use common::{Film, Opt, Options, Progress, Strip, Table, path_figure, shapes_figure};
+use common::{Film, Opt, Options, Progress, Strip, Table, VtkSeries, path_figure, shapes_figure, write_tube};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
 use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps, Statistics};
@@ -93,6 +93,10 @@ fn run() -> Result<(), Box<dyn Error>> {
                 "kept up to date every hour of growth; a run goes on from it if it is there",
             ),
             Opt::flag("film", "also film.html, which shows the shoot in space and plays in a browser"),
+            Opt::flag(
+                "render",
+                "also shoot.pvd (VTK, one file for each shape) and shoot.obj (the last shape as a tube)",
+            ),
             Opt::value("compare", "FILE", "", "another tip.csv; print how far this run is from it at common times"),
         ],
     );
@@ -123,12 +127,15 @@ fn run() -> Result<(), Box<dyn Error>> {
         resume(file, &settings, &mut shoot, &mut record)?;
         println!("going on from {:.1} h", shoot.time() / HOUR);
     }
+    let mut render = if options.flag("render") { Some(VtkSeries::create(out.join("render"))?) } else { None };
     let progress = Progress::new("growing shoot");
     let clock = Instant::now();
 
     let mut saved = shoot.time();
     let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
-        record.look(shoot);
+        if record.look(shoot) {
+            render.iter_mut().try_for_each(|series| series.push(shoot.time(), &camera::stations(shoot, 101)))?;
+        }
         film.iter_mut().for_each(|film| film.push(camera::look(shoot, Some(0))));
         progress.set(shoot.time() / end);
         if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
@@ -182,6 +189,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     oscillations::tell(&path);
     oscillations::tell_shares(&shares);
+    if options.flag("render") {
+        write_tube(out.join("shoot.obj"), &camera::stations(&shoot, 201))?;
+        println!("render/shoot.pvd and shoot.obj are for three-dimensional rendering");
+    }
     if let Some(film) = film {
         film.write(out.join("film.html"))?;
         println!("film.html plays in a browser");
@@ -219,13 +230,16 @@ struct Record {
 }
 
 impl Record {
-    fn look(&mut self, shoot: &Shoot<impl Model>) {
+    /// Records the tip, and the shape if it is due. Returns whether it was.
+    fn look(&mut self, shoot: &Shoot<impl Model>) -> bool {
         let (time, tip) = (shoot.time(), shoot.tip());
         self.rows.push([time, shoot.rod().length(), tip.x, tip.y, tip.z]);
-        if time >= self.interval * self.shapes.len() as f64 - 1e-6 {
+        let due = time >= self.interval * self.shapes.len() as f64 - 1e-6;
+        if due {
             let line = shoot.rod().centre_line_at(101);
             self.shapes.push((time / HOUR, line.into_iter().map(Into::into).collect()));
         }
+        due
     }
 }
 

@@ -12,6 +12,7 @@ pub mod file;
 pub mod film;
 pub mod options;
 pub mod progress;
+pub mod render;
 pub mod table;
 pub mod tracks;
 
@@ -22,6 +23,7 @@ pub use figure::{
 pub use film::{Film, Frame};
 pub use options::{Opt, Options};
 pub use progress::Progress;
+pub use render::{Station, VtkSeries, write_tube};
 pub use table::Table;
 
 use std::error::Error;

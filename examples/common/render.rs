@@ -1,0 +1,149 @@
+//! Files for three-dimensional rendering: VTK polydata with a time series, and a tube as Wavefront OBJ.
+//!
+//! `ParaView`, `PyVista` and Blender read these formats, which are short texts: a crate for them would add dependencies for about a
+//! hundred lines. The formats are described in *VTK File Formats* (Kitware) and in *Object Files (.obj)* (Wavefront, 1995).
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::file::write_whole;
+
+/// Vertices around a tube.
+const SIDES: usize = 16;
+
+/// A cross-section of a shoot. Vectors are in the fixed frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Position of the centre line, m.
+    pub position: [f64; 3],
+    /// Directors d1, d2, d3; unit vectors.
+    pub directors: [[f64; 3]; 3],
+    /// Semi-axes of the section along d1 and d2, m.
+    pub semi_axes: [f64; 2],
+}
+
+/// A series of centre lines in time: one `.vtp` file for each time, and `shoot.pvd`, which lists them.
+#[derive(Debug)]
+pub struct VtkSeries {
+    folder: PathBuf,
+    /// Times (s) and file names.
+    files: Vec<(f64, String)>,
+}
+
+impl VtkSeries {
+    /// Creates the folder of the series.
+    ///
+    /// # Errors
+    /// Errors of the file system.
+    pub fn create(folder: impl Into<PathBuf>) -> io::Result<Self> {
+        let folder = folder.into();
+        std::fs::create_dir_all(&folder)?;
+        Ok(Self { folder, files: Vec::new() })
+    }
+
+    /// Writes the centre line at a time (s) and the list of all times.
+    ///
+    /// # Errors
+    /// Errors of the file system.
+    pub fn push(&mut self, time: f64, stations: &[Station]) -> io::Result<()> {
+        let name = format!("shoot_{:04}.vtp", self.files.len());
+        write_whole(&self.folder.join(&name), polydata(stations))?;
+        self.files.push((time, name));
+        write_whole(&self.folder.join("shoot.pvd"), self.collection())
+    }
+
+    fn collection(&self) -> String {
+        let mut text =
+            String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n");
+        for (time, name) in &self.files {
+            let _ = writeln!(text, "<DataSet timestep=\"{time}\" part=\"0\" file=\"{name}\"/>");
+        }
+        text + "</Collection>\n</VTKFile>\n"
+    }
+}
+
+/// A polyline with the semi-axes and the directors at its points.
+fn polydata(stations: &[Station]) -> String {
+    let n = stations.len();
+    let semi_axes = stations.iter().flat_map(|station| station.semi_axes);
+    let director = |k: usize| stations.iter().flat_map(move |station| station.directors[k]);
+    let mut text = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"0.1\" byte_order=\"LittleEndian\">\n",
+    );
+    let _ = writeln!(
+        text,
+        "<PolyData>\n<Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"0\" NumberOfLines=\"1\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
+    );
+    text += "<Points>\n";
+    array(&mut text, "Float64", "position_m", 3, stations.iter().flat_map(|station| station.position));
+    text += "</Points>\n<Lines>\n";
+    array(&mut text, "Int64", "connectivity", 1, 0..n);
+    array(&mut text, "Int64", "offsets", 1, [n]);
+    text += "</Lines>\n<PointData Scalars=\"radius_m\">\n";
+    array(&mut text, "Float64", "radius_m", 1, stations.iter().map(|station| radius(station.semi_axes)));
+    array(&mut text, "Float64", "semi_axes_m", 2, semi_axes);
+    for (k, name) in ["d1", "d2", "d3"].into_iter().enumerate() {
+        array(&mut text, "Float64", name, 3, director(k));
+    }
+    text + "</PointData>\n</Piece>\n</PolyData>\n</VTKFile>\n"
+}
+
+fn array(
+    text: &mut String,
+    kind: &str,
+    name: &str,
+    width: usize,
+    values: impl IntoIterator<Item = impl std::fmt::Display>,
+) {
+    let _ =
+        writeln!(text, "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\" format=\"ascii\">");
+    for value in values {
+        let _ = write!(text, "{value} ");
+    }
+    text.push_str("\n</DataArray>\n");
+}
+
+/// Radius of the circle with the area of a section, m.
+fn radius([a, b]: [f64; 2]) -> f64 {
+    (a * b).sqrt()
+}
+
+/// Writes the surface of a shoot as a closed tube.
+///
+/// # Errors
+/// Errors of the file system.
+pub fn write_tube(file: impl AsRef<Path>, stations: &[Station]) -> io::Result<()> {
+    write_whole(file.as_ref(), tube(stations))
+}
+
+/// Vertices in metres, quadrilaterals with outward normals, and one polygon at each end.
+fn tube(stations: &[Station]) -> String {
+    let mut text = String::from("# lengths in metres\no shoot\n");
+    for Station { position, directors: [d1, d2, _], semi_axes: [a, b] } in stations {
+        for side in 0..SIDES {
+            let (sin, cos) = (TAU * side as f64 / SIDES as f64).sin_cos();
+            let [x, y, z] = [0, 1, 2].map(|i| position[i] + a * cos * d1[i] + b * sin * d2[i]);
+            let _ = writeln!(text, "v {x} {y} {z}");
+        }
+    }
+    // OBJ counts vertices from one.
+    let vertex = |ring: usize, side: usize| 1 + ring * SIDES + side % SIDES;
+    for ring in 1..stations.len() {
+        for side in 0..SIDES {
+            let [a, b] = [side, side + 1].map(|side| vertex(ring - 1, side));
+            let [c, d] = [side + 1, side].map(|side| vertex(ring, side));
+            let _ = writeln!(text, "f {a} {b} {c} {d}");
+        }
+    }
+    for (ring, reversed) in [(0, true), (stations.len().saturating_sub(1), false)] {
+        text.push('f');
+        for side in 0..SIDES {
+            let side = if reversed { SIDES - 1 - side } else { side };
+            let _ = write!(text, " {}", vertex(ring, side));
+        }
+        text.push('\n');
+    }
+    text
+}
