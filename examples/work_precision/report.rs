@@ -1,4 +1,4 @@
-//! What was measured, as a table, as figures, and as a chapter.
+//! The measurements as a table, as figures, and as a summary in a chapter.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::common::{Axes, Series, Style, lines_figure};
 
-/// Errors below this are rounding: they show no order, and no time to reach them.
+/// Errors below this are rounding errors, which show no order of convergence.
 const ROUNDING: f64 = 2e-13;
 
 /// One way to compute a scene.
@@ -15,7 +15,7 @@ pub struct Point {
     pub setting: String,
     /// True error, relative to the length (or to the time, of an event).
     pub error: f64,
-    /// What the crate says that it is, if it says something.
+    /// Error estimate of the integrator, if it gives one.
     pub estimate: Option<f64>,
     /// s.
     pub seconds: f64,
@@ -88,7 +88,20 @@ impl Scene {
         best
     }
 
-    /// Of every run with a tolerance, its time over that of the best fixed resolution of the same true error.
+    /// The fastest fixed resolution whose error is not above `level`.
+    fn fastest_fixed(&self, level: f64) -> Option<(&Method, &Point)> {
+        let fixed = self.methods.iter().filter(|method| !method.driven);
+        let points = fixed.flat_map(|method| method.points.iter().map(move |point| (method, point)));
+        points.filter(|(_, p)| p.error <= level).min_by(|(_, a), (_, b)| a.seconds.total_cmp(&b.seconds))
+    }
+
+    /// The run with the tolerance `level`.
+    fn driven(&self, level: f64) -> Option<&Point> {
+        let mut driven = self.methods.iter().filter(|method| method.driven).flat_map(|method| &method.points);
+        driven.find(|point| point.setting == format!("tolerance {level:e}"))
+    }
+
+    /// For each run by tolerance, its time over that of the best fixed resolution with the same true error.
     fn ratios(&self) -> Vec<f64> {
         let driven = self.methods.iter().filter(|method| method.driven).flat_map(|method| &method.points);
         driven.filter_map(|p| Some(p.seconds / self.fixed_time(p.error.max(ROUNDING))?)).collect()
@@ -96,11 +109,18 @@ impl Scene {
 }
 
 pub fn print_ratios(scenes: &[Scene]) {
+    println!("{}", ratios(scenes));
+}
+
+/// Sentences about the cost of runs by tolerance and about their estimates.
+fn ratios(scenes: &[Scene]) -> String {
+    let mut text = String::new();
     let mut ratios: Vec<f64> = scenes.iter().flat_map(Scene::ratios).collect();
     ratios.sort_by(f64::total_cmp);
     if let (Some(worst), Some(median)) = (ratios.last(), ratios.get(ratios.len() / 2)) {
-        println!(
-            "with a tolerance, over the best fixed resolution of the same true error: median {median:.2}, worst {worst:.2}"
+        text += &format!(
+            "Run time by tolerance, divided by that of the best fixed resolution with the same true error: \
+             median {median:.1}, largest {worst:.1}. "
         );
     }
     let mut quality: Vec<f64> = scenes
@@ -111,8 +131,9 @@ pub fn print_ratios(scenes: &[Scene]) {
         .collect();
     quality.sort_by(f64::total_cmp);
     if let (Some(least), Some(most)) = (quality.first(), quality.last()) {
-        println!("estimated over true error: {least:.2} to {most:.2}");
+        text += &format!("Estimate divided by true error: {least:.1} to {most:.0}.");
     }
+    text
 }
 
 pub fn write_table(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> {
@@ -134,33 +155,41 @@ pub fn write_table(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> 
 
 const MARKS: [&str; 2] = ["<!-- tables -->", "<!-- end of the tables -->"];
 
-/// Puts the tables between the marks of a chapter.
+/// Errors for which the chapter compares a fixed resolution with a run by tolerance.
+const LEVELS: [f64; 2] = [1e-4, 1e-6];
+
+/// Writes a summary of the scenes that have runs by tolerance between the marks of a chapter.
 pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>> {
     let text = fs::read_to_string(file)?;
     let missing = || format!("no marks {MARKS:?} in {}", file.display());
     let (head, rest) = text.split_once(MARKS[0]).ok_or_else(missing)?;
     let (_, tail) = rest.split_once(MARKS[1]).ok_or_else(missing)?;
-    let mut tables = String::new();
+    let mut table = String::new();
+    writeln!(table, "| scene | error | fixed resolution | time | true error by tolerance | estimate | time |")?;
+    writeln!(table, "|---|---|---|---|---|---|---|")?;
     for scene in scenes {
-        writeln!(tables, "\n### {}\n\n{}.\n", capitalised(scene.name), capitalised(scene.what))?;
-        writeln!(tables, "| method | setting | true error | estimate | time |\n|---|---|---|---|---|")?;
-        for method in &scene.methods {
-            for point in &method.points {
-                let estimate = point.estimate.map_or("–".to_owned(), |e| format!("{e:.1e}"));
-                let time = if point.seconds < 1e-3 {
-                    format!("{:.1} µs", 1e6 * point.seconds)
-                } else {
-                    format!("{:.1} ms", 1e3 * point.seconds)
-                };
-                writeln!(
-                    tables,
-                    "| {} | {} | {:.1e} | {estimate} | {time} |",
-                    method.name, point.setting, point.error
-                )?;
-            }
+        for level in LEVELS {
+            let Some(driven) = scene.driven(level) else { continue };
+            let (setting, time) = match scene.fastest_fixed(level) {
+                Some((method, point)) => (format!("{}: {}", method.name, point.setting), duration(point.seconds)),
+                None => ("–".to_owned(), "–".to_owned()),
+            };
+            let estimate = driven.estimate.map_or("–".to_owned(), |e| format!("{e:.1e}"));
+            writeln!(
+                table,
+                "| {} | {level:e} | {setting} | {time} | {:.1e} | {estimate} | {} |",
+                capitalised(scene.name),
+                driven.error,
+                duration(driven.seconds)
+            )?;
         }
     }
-    Ok(fs::write(file, format!("{head}{}\n{tables}\n{}{tail}", MARKS[0], MARKS[1]))?)
+    Ok(fs::write(file, format!("{head}{}\n\n{table}\n{}\n\n{}{tail}", MARKS[0], ratios(scenes), MARKS[1]))?)
+}
+
+/// A time with its unit, from s.
+fn duration(seconds: f64) -> String {
+    if seconds < 1e-3 { format!("{:.1} µs", 1e6 * seconds) } else { format!("{:.1} ms", 1e3 * seconds) }
 }
 
 fn capitalised(text: &str) -> String {
