@@ -15,7 +15,7 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
-use morphorod::stability::{Linearisation, SteadyStateSolver};
+use morphorod::stability::{Linearisation, solve_steady_state};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Laws, Model, Order, Scene, Shoot, ShootBuilder, Still};
 
@@ -65,7 +65,7 @@ fn rungs(c: &mut Criterion) {
         let zone = Ongoing(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR });
         let shoot = Shoot::builder(YOUNG).length(0.068).radius(5e-4).elements(4).load(WEIGHT).growth(zone);
         let mut shoot = shoot.tropism((gravity, bend)).build().expect("a shoot");
-        SteadyStateSolver::default().solve(&mut shoot).expect("it is upright");
+        solve_steady_state(&mut shoot).expect("it is upright");
         Linearisation::about(&shoot).and_then(|linear| linear.unstable()).expect("a count")
     };
     group.bench_function("9 stability asked for", |b| b.iter(steady));

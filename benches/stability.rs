@@ -14,9 +14,7 @@ use morphorod::Shoot;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, StabilityError, SteadyStateSolver, boundary, onset,
-};
+use morphorod::stability::{BoundarySettings, Linearisation, StabilityError, boundary, onset, solve_steady_state};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
 fn linear_problem(length: f64) -> Result<Linearisation, StabilityError> {
@@ -36,7 +34,7 @@ fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisati
         ))
         .load(Weight { density: 1000.0 })
         .build()?;
-    let _ = SteadyStateSolver::default().solve(&mut shoot)?;
+    solve_steady_state(&mut shoot)?;
     Linearisation::about(&shoot)
 }
 
@@ -48,7 +46,8 @@ fn stability(c: &mut Criterion) {
     group.bench_function("number of unstable roots", |b| b.iter(|| black_box(&linear).unstable()));
     group.bench_function("onset", |b| b.iter(|| onset(linear_problem, black_box(0.06), 0.07)));
     let settings = BoundarySettings {
-        start: BoundaryPoint { parameters: [72e3, 0.0656], frequency: 0.0012 },
+        start: [72e3, 0.0656],
+        frequency: 0.0012,
         direction: [-1.0, 0.0],
         low: [16e3, 0.02],
         high: [72e3, 0.078],

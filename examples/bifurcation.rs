@@ -273,8 +273,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     });
     amplitudes.push(Series::new("circular, exact", exact.collect(), Style::Points, 0));
     if let Some(begin) = begin {
-        amplitudes.push(Series::new("onset of oscillations", vec![(begin.parameter, 0.0)], Style::Points, 7));
-        println!("oscillations begin at {:.6}", begin.parameter);
+        amplitudes.push(Series::new("onset of oscillations", vec![(begin.parameters[0], 0.0)], Style::Points, 7));
+        println!("oscillations begin at {:.6}", begin.parameters[0]);
     }
     let strips = [
         Strip { label: "excursion (mm)", series: &amplitudes },

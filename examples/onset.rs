@@ -64,7 +64,7 @@ impl Kind {
             .load(Weight { density: 1000.0 });
         let bending = Proprioception { sensitivity: self.proprioception }.remembered(MEMORY);
         let sensitivity = self.gravitropism;
-        // An upright shoot is in a steady state as it is built. SteadyStateSolver finds that of a tilted one.
+        // An upright shoot is in a steady state when it is built. solve_steady_state finds that of a tilted one.
         if self.statoliths {
             let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
             Linearisation::about(
@@ -125,7 +125,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         kind.at(length, kind.elements)
     };
     let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
-    println!("critical length  {:.8} cm", critical.parameter / CM);
+    println!("critical length  {:.8} cm", critical.parameters[0] / CM);
     println!("period there     {:.6} min", critical.period() / MINUTE);
     println!("found with {linearisations} linearisations");
     // Roots of neighbouring lengths that are closest to each other belong to one curve.
@@ -179,7 +179,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             series.push(Series::new(format!("root {name}"), line, Style::Line, k).with_badge(name));
         }
         series.extend(names);
-        series.push(Series::new("onset", vec![(critical.parameter / CM, at)], Style::Points, 3));
+        series.push(Series::new("onset", vec![(critical.parameters[0] / CM, at)], Style::Points, 3));
         let near = "begins or ends: beyond it roots pile up, and none is looked for";
         series.push(Series::new(if cut.is_empty() { "" } else { near }, cut, Style::Points, 6));
         let buckles = "the last length that is looked at: soon after it, the shoot buckles";

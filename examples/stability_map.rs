@@ -40,8 +40,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
-use curves::{Cost, Curve, HOUR, Kind, WINDOW, curves_of, greenhill, is_right_of};
-use morphorod::stability::{BoundaryPoint, Onset, Refinement, StabilityError, Unstable, onset};
+use curves::{Cost, Curve, HOUR, Kind, Start, WINDOW, curves_of, greenhill, is_right_of};
+use morphorod::stability::{Crossing, Refinement, StabilityError, onset};
 use morphorod::tropism::Memory;
 
 const MINUTE: f64 = 60.0;
@@ -60,9 +60,9 @@ const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5)
 const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
 
 /// A place on every curve of a panel, and the number of linearisations. `micro` is the onset in weightlessness.
-fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), StabilityError> {
+fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), StabilityError> {
     if kind.weightless {
-        return Ok((vec![BoundaryPoint { parameters: [micro.parameter, 0.6], frequency: micro.frequency }], 0));
+        return Ok((vec![([micro.parameters[0], 0.6], micro.frequency)], 0));
     }
     // The lowest branch, then all others that cross one line.
     let linearisations = Cell::new(0);
@@ -71,16 +71,16 @@ fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), Stab
         kind.at(hours, ratio, n)
     };
     let main = onset(|ratio| at(20.0, ratio, kind.refinement.first), 0.3, 0.99)?;
-    let mut starts = vec![BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency }];
+    let mut starts = vec![([20.0, main.parameters[0]], main.frequency)];
     // The fast one comes close to Greenhill's length at any growth time.
     let fast = kind.crossings(|ratio, n| at(20.0, ratio, n), 0.99, 0.9995)?;
     let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
     let others = kind.crossings(|hours, n| at(hours, 0.985, n), quickest, 60.0)?;
-    starts.extend(fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }));
+    starts.extend(fast.iter().map(|at| ([20.0, at.parameters[0]], at.frequency)));
     // The fast ones cross that line, too; they have the same period everywhere.
-    let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
-    let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
-    let place = |at: &Onset| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency };
+    let known = |at: &Crossing<1>| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
+    let others: Vec<Crossing<1>> = others.into_iter().filter(|at| !known(at)).collect();
+    let place = |at: &Crossing<1>| ([at.parameters[0], 0.985], at.frequency);
     starts.extend(others.iter().rev().map(place));
     Ok((starts, linearisations.get()))
 }
@@ -112,16 +112,16 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     // The three numbers of the paper.
     let micro = refinement.onset(|hours, n| weightless.at(hours, 0.6, n), 2.0, 6.0)?;
-    println!("microgravity: growth time    {:.8} h, paper 3.5 h", micro.parameter);
-    let mut printed = vec![(micro.parameter, 0.6)];
+    println!("microgravity: growth time    {:.8} h, paper 3.5 h", micro.parameters[0]);
+    let mut printed = vec![(micro.parameters[0], 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
         let at = refinement.onset(|ratio, n| both.at(hours, ratio, n), 0.3, 0.99)?;
-        let length = 100.0 * at.parameter * greenhill();
+        let length = 100.0 * at.parameters[0] * greenhill();
         println!(
             "both, {hours} h: critical length {length:.8} cm, paper {paper} cm, period {:.4} min",
             at.period() / MINUTE
         );
-        printed.push((hours, at.parameter));
+        printed.push((hours, at.parameters[0]));
     }
 
     let columns =
@@ -149,24 +149,22 @@ fn run() -> Result<(), Box<dyn Error>> {
             cost.add(curve);
             let points = &curve.points;
             let mut pieces: [Vec<(f64, f64)>; 2] = [Vec::new(), Vec::new()];
-            for ((refined, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
-                let point = refined.point;
+            for ((point, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
-                    Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
-                    Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
+                    Some(number) => (*number, *number == 0.0),
                     // The mesh does not tell; the other curves do, as far as they are known.
-                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point))),
+                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point.parameters))),
                 };
-                let period = std::f64::consts::TAU / point.frequency;
-                let (length, elements) = (ratio * greenhill(), refined.elements as f64);
+                let period = point.period();
+                let (length, elements) = (ratio * greenhill(), point.elements as f64);
                 table.row(&[panel as f64, branch as f64, HOUR * hours, length, period, others, *error, elements])?;
                 // Each point is drawn once; the other style has a gap there.
                 pieces[usize::from(first)].push((hours, ratio));
                 pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
                 edge.extend(first.then_some((hours, ratio)));
             }
-            let periods: Vec<f64> = points.iter().map(|p| std::f64::consts::TAU / p.point.frequency / MINUTE).collect();
+            let periods: Vec<f64> = points.iter().map(|p| p.period() / MINUTE).collect();
             let (least, most) = periods.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), p| (a.min(*p), b.max(*p)));
             let elements = points.iter().map(|p| p.elements).max().unwrap_or_default();
             let error = curve.errors.iter().copied().fold(0.0, f64::max);
@@ -185,8 +183,8 @@ fn run() -> Result<(), Box<dyn Error>> {
                 let (wave, ratio) = WAVES[(slow - 1).min(2)];
                 (wave, 1, ratio)
             };
-            let off = |p: &BoundaryPoint| (p.parameters[axis] - place).abs();
-            let named = points.iter().map(|p| &p.point).min_by(|a, b| off(a).total_cmp(&off(b)));
+            let off = |p: &Crossing<2>| (p.parameters[axis] - place).abs();
+            let named = points.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
             let [dashed, solid] = pieces;
             let drawn = [
                 Series::new(label, solid, Style::Line, colour).with_badge(badge),
@@ -205,7 +203,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         // Unstable is what lies left of the solid curves and above them.
         edge.sort_by(|a, b| a.1.total_cmp(&b.1));
         let [[left, bottom], [right, _]] = WINDOW;
-        let end = if kind.weightless { micro.parameter } else { right };
+        let end = if kind.weightless { micro.parameters[0] } else { right };
         edge.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
         let area = if panel == 2 { "unstable: small tilts grow" } else { "" };
         series.push(Series::new(area, edge, Style::Area, 6));
@@ -229,7 +227,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let ((badge, _, colour), at) = ESSENTIAL;
     let essential = panels[1].1[0].points.clone();
     panels[2].1.push(Series::new("", essential, Style::Dashed, colour));
-    panels[2].1.push(Series::text(badge, (micro.parameter, at), Style::Badge, colour));
+    panels[2].1.push(Series::text(badge, (micro.parameters[0], at), Style::Badge, colour));
     panels[2].1.push(Series::new("dashed: something else is unstable already", Vec::new(), Style::Dashed, 6));
     panels[1].1.push(Series::new("", printed[..1].to_vec(), Style::Points, 3));
     panels[2].1.push(Series::new("numbers that the paper prints", printed[1..].to_vec(), Style::Points, 3));

@@ -210,7 +210,7 @@ impl Live {
         if !longest.is_finite() {
             return None;
         }
-        onset(at, 0.2 * longest, 0.99 * longest).ok().map(|found| found.parameter)
+        onset(at, 0.2 * longest, 0.99 * longest).ok().map(|found| found.parameters[0])
     }
 
     fn growth_time(&self) -> f64 {

@@ -7,10 +7,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, Onset, RefinedPoint, Refinement, StabilityError, Unstable,
-    crossings,
-};
+use morphorod::stability::{BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
@@ -20,6 +17,9 @@ pub const HOUR: f64 = 3600.0;
 pub const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
 /// Step along a curve, in fractions of the window's sides: more than 200 points a curve.
 const STEP: f64 = 0.0045;
+
+/// A point of a curve: the parameters and the frequency, 1/s.
+pub type Start = ([f64; 2], f64);
 
 /// The shoots of one panel: everything but growth time and length.
 #[derive(Clone, Copy)]
@@ -46,7 +46,7 @@ impl Kind {
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
             .tropism((gravitropism, proprioception))
             .load(WEIGHT);
-        // The upright shoot is in a steady state as it is built; SteadyStateSolver finds those of other shoots.
+        // The upright shoot is in a steady state when it is built; solve_steady_state finds those of other shoots.
         if self.weightless {
             Linearisation::about(&shoot.scene(Still::weightless()).build()?)
         } else {
@@ -54,13 +54,14 @@ impl Kind {
         }
     }
 
-    /// How many roots are unstable at a growth time and length, on the first of some meshes that resolves the waves that
-    /// matter; none if not even the finest does.
-    pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
+    /// Number of unstable roots at a growth time and length, infinity included, on the first of some meshes that resolves the
+    /// waves that matter; none if not even the finest does.
+    pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<f64>, StabilityError> {
         let few = self.refinement.first;
         for elements in [few, 2 * few] {
             match self.at(hours, ratio, elements)?.unstable() {
-                Ok(number) => return Ok(Some(number)),
+                Ok(number) => return Ok(Some(number as f64)),
+                Err(StabilityError::InfinitelyMany { .. }) => return Ok(Some(f64::INFINITY)),
                 Err(StabilityError::UnderResolved { .. }) => {}
                 Err(error) => return Err(error),
             }
@@ -74,7 +75,7 @@ impl Kind {
         family: impl Fn(f64, usize) -> Result<Linearisation, StabilityError>,
         from: f64,
         to: f64,
-    ) -> Result<Vec<Onset>, StabilityError> {
+    ) -> Result<Vec<Crossing<1>>, StabilityError> {
         let mut elements = self.refinement.first;
         loop {
             match crossings(|parameter| family(parameter, elements), from, to) {
@@ -85,10 +86,10 @@ impl Kind {
     }
 
     /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
-    pub fn curve(self, start: BoundaryPoint) -> Result<Curve, StabilityError> {
+    pub fn curve(self, (start, frequency): Start) -> Result<Curve, StabilityError> {
         let [low, high] = WINDOW;
-        let up = BoundarySettings { start, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
-        let follow = |settings| -> Result<(Vec<RefinedPoint>, usize), StabilityError> {
+        let up = BoundarySettings { start, frequency, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
+        let follow = |settings| -> Result<(Vec<Crossing<2>>, usize), StabilityError> {
             let mut linearisations = 0;
             let family = |hours, ratio, n| {
                 linearisations += 1;
@@ -114,25 +115,26 @@ impl Kind {
 
     /// What the mesh puts the length of a point off at its growth time, relative to it; in weightlessness, where length does
     /// not matter, the growth time.
-    fn mesh_error(self, points: &[RefinedPoint], k: usize) -> f64 {
-        let RefinedPoint { point, parameter_errors: [hours, ratio], .. } = points[k];
+    fn mesh_error(self, points: &[Crossing<2>], k: usize) -> f64 {
+        let point = points[k];
+        let [hours, ratio] = point.parameter_errors.unwrap_or([f64::NAN; 2]);
         if self.weightless {
             return hours / point.parameters[0];
         }
-        let [before, after] = [k.saturating_sub(1), (k + 1).min(points.len() - 1)].map(|k| points[k].point.parameters);
+        let [before, after] = [k.saturating_sub(1), (k + 1).min(points.len() - 1)].map(|k| points[k].parameters);
         let slope = (after[1] - before[1]) / (after[0] - before[0]);
         (ratio + hours * slope.abs()) / point.parameters[1]
     }
 
     /// How many roots are unstable just right of each point of a curve.
-    fn unstable_along(self, points: &[RefinedPoint]) -> Result<Vec<Option<Unstable>>, StabilityError> {
+    fn unstable_along(self, points: &[Crossing<2>]) -> Result<Vec<Option<f64>>, StabilityError> {
         // The number changes only where curves cross: look at every 32nd point, and between two that differ.
-        let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
-        let at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
+        let mut numbers: Vec<Option<Option<f64>>> = vec![None; points.len()];
+        let at = |k: usize, numbers: &mut [Option<Option<f64>>]| -> Result<Option<f64>, StabilityError> {
             if let Some(known) = numbers[k] {
                 return Ok(known);
             }
-            let [hours, ratio] = points[k].point.parameters;
+            let [hours, ratio] = points[k].parameters;
             let number = self.unstable(1.002 * hours, ratio)?;
             numbers[k] = Some(number);
             Ok(number)
@@ -153,10 +155,10 @@ impl Kind {
 
 /// A curve, point by point.
 pub struct Curve {
-    pub points: Vec<RefinedPoint>,
+    pub points: Vec<Crossing<2>>,
     /// What the mesh puts the length or the growth time off, relative to it.
     pub errors: Vec<f64>,
-    pub unstable: Vec<Option<Unstable>>,
+    pub unstable: Vec<Option<f64>>,
     pub linearisations: usize,
 }
 
@@ -165,10 +167,9 @@ const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_rat
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Whether a curve passes right of a point, at the same length.
-pub fn is_right_of(curve: &Curve, point: BoundaryPoint) -> bool {
-    let [hours, ratio] = point.parameters;
+pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
     curve.points.windows(2).any(|pair| {
-        let ([x0, y0], [x1, y1]) = (pair[0].point.parameters, pair[1].point.parameters);
+        let ([x0, y0], [x1, y1]) = (pair[0].parameters, pair[1].parameters);
         let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
         between && x0 + (x1 - x0) * (ratio - y0) / (y1 - y0) > 1.002 * hours
     })
@@ -197,7 +198,7 @@ impl Cost {
 }
 
 /// The curves through some crossings, each by itself: as many at a time as there are cores.
-pub fn curves_of(kind: Kind, starts: &[BoundaryPoint]) -> Result<Vec<Curve>, StabilityError> {
+pub fn curves_of(kind: Kind, starts: &[Start]) -> Result<Vec<Curve>, StabilityError> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
     let work = || {

@@ -8,7 +8,7 @@ use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::rod::MaterialPoint;
-use morphorod::stability::{Linearisation, StabilityError, Unstable, onset};
+use morphorod::stability::{Linearisation, StabilityError, onset};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, ParameterError, Scene, Shoot, Still};
 use nalgebra::Vector3;
@@ -74,8 +74,8 @@ fn roots(grid: &Grid, length: f64, eta: f64) -> Result<[f64; 3], StabilityError>
         Err(error) => return Err(error),
     };
     let unstable = match linear.unstable() {
-        Ok(Unstable::Finite(number)) => number as f64,
-        Ok(_) => f64::INFINITY,
+        Ok(number) => number as f64,
+        Err(StabilityError::InfinitelyMany { .. }) => f64::INFINITY,
         Err(error) if is_no_answer(&error) => f64::NAN,
         Err(error) => return Err(error),
     };
@@ -119,7 +119,7 @@ pub fn critical_length(grid: &Grid, eta: f64) -> Option<f64> {
     }
     let family = |length: f64| Linearisation::about(&upright(grid, length, eta)?);
     // No crossing, or a mesh that does not tell: the curve then has a gap.
-    onset(family, grid.lengths.from, to).ok().map(|found| found.parameter)
+    onset(family, grid.lengths.from, to).ok().map(|found| found.parameters[0])
 }
 
 /// The length, m, at which an upright shoot buckles under its weight whatever it senses.

@@ -2,7 +2,6 @@
 
 use crate::equilibrium::EquilibriumError;
 use crate::error::ParameterError;
-use crate::linear::LawError;
 use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
@@ -165,11 +164,5 @@ impl CycleError {
             Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::NotConverged { iterations, residual },
             error => error,
         }
-    }
-}
-
-impl From<LawError> for CycleError {
-    fn from(error: LawError) -> Self {
-        Self::Stability(error.into())
     }
 }

@@ -23,8 +23,8 @@ impl AnalyticMatrix {
         (pivots.iter().product(), trace)
     }
 
-    /// Numbers whose product is det A, and tr(A⁻¹ A'), which is infinite if A is singular. The determinant itself of a
-    /// large matrix overflows or underflows.
+    /// Numbers whose product is det A, and tr(A⁻¹ A'), which is infinite if A is singular. The determinant
+    /// itself of a large matrix overflows or underflows.
     pub fn pivots(mut self) -> (Vec<Complex<f64>>, Complex<f64>) {
         let n = self.value.nrows();
         let lu = MatRef::from_column_major_slice(self.value.as_slice(), n, n).partial_piv_lu();
@@ -48,14 +48,14 @@ impl AnalyticMatrix {
     }
 }
 
-/// The step −f/f' of Newton's method, from f'/f. It is zero where f'/f is infinite: there f vanishes to the last digit.
+/// The step −f/f' of Newton's method, from f'/f. It is zero where f'/f is infinite, because f is zero there.
 pub(crate) fn newton_step(log_derivative: Complex<f64>) -> Complex<f64> {
     if log_derivative.re.is_infinite() { Complex::ZERO } else { -log_derivative.inv() }
 }
 
-/// Newton's method for a zero of an analytic function near `start`. `step` returns −f/f' at λ, and `scale` the size of
-/// λ to which `accuracy` is relative. Steps within 10⁴ times the accuracy that no longer decrease are rounding of the
-/// function.
+/// Finds a zero of an analytic function near `start` by Newton's method. `step` returns −f/f' at λ, and
+/// `scale` the size of λ to which `accuracy` is relative. The iteration also ends when a step below 10⁴
+/// times the accuracy does not decrease, because it then consists of rounding.
 ///
 /// # Errors
 /// The size of the last step, if the iteration does not converge.

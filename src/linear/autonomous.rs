@@ -1,6 +1,6 @@
 //! Whether laws, loads, growth and scene depend on time.
 
-use super::error::LawError;
+use super::error::StabilityError;
 use super::steady::SteadyLaws;
 use crate::growth::GrowthLaw;
 use crate::load::{InternalForce, Load};
@@ -15,28 +15,28 @@ pub(crate) fn check_autonomous(
     rod: &Rod,
     load: &impl Load,
     steady: &SteadyLaws,
-) -> Result<(), LawError> {
+) -> Result<(), StabilityError> {
     let scene = shoot.model.scene();
-    // At a discontinuity the right limit counts.
+    // At a discontinuity the right limit is used.
     let time = shoot.environment().time;
     let at_present = InternalForce::of(rod, load, &scene.environment(time));
     let (mut change, mut causes) = (0.0_f64, 0.0_f64);
-    // Incommensurate times, from seconds to days: no period divides them all.
+    // Incommensurate times, from seconds to days: they are not multiples of a common period.
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
-        // A rotation of the base changes no stimulus on the rod as it is.
+        // A rotation of the base does not change the stimuli on a given rod.
         change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
         let force = InternalForce::of(rod, load, &scene.environment(later));
         let then = SteadyLaws::of(shoot, rod, &force);
         for (then, now) in then.gradients.iter().zip(&steady.gradients) {
             change = change.max((then - now).norm());
         }
-        // A force changes no stimulus of a fixed shape, and REGR no gradient.
+        // For a given shape, a force does not change the stimuli, and REGR does not change the gradients.
         causes = causes.max(change_of_causes(shoot, rod, &at_present, &force));
     }
-    // Gradients of the size of 1/radius have rounding errors. Causes that do not depend on time are equal to the last bit,
-    // unless their laws compute with the time and cancel it.
+    // The thresholds allow for the rounding of gradients of the size of 1/radius, and of forces and REGR in
+    // whose computation the time cancels.
     if change > 1e-12 / steady.radius() || causes > 1e-12 {
-        return Err(LawError::TimeDependent { change: change.max(causes / rod.length()) });
+        return Err(StabilityError::NotAutonomous { change: change.max(causes / rod.length()) });
     }
     Ok(())
 }
@@ -53,7 +53,7 @@ pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: &Inter
     regr.fold(force, f64::max)
 }
 
-/// A difference of two numbers of these sizes, relative to the larger.
+/// A difference of two numbers with the sizes `a` and `b`, relative to the larger size.
 pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
     difference / a.max(b).max(f64::MIN_POSITIVE)
 }

@@ -6,20 +6,21 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// Angle by which a change of the intrinsic strain at a point bends the shoot, rad. The error of central differences is
-/// then 1e-10 of a third derivative, and 1e-14/1e-5 by rounding.
+/// Angle by which a change of the intrinsic strain at a point bends the shoot, rad. The truncation error of
+/// central differences is then 1e-10 of a third derivative, and the rounding error 1e-14/1e-5.
 const ANGLE: f64 = 3e-5;
 
-/// A solver for the equilibrium next to the present one, to the last digits.
+/// A solver for the equilibrium next to the present one, accurate to rounding.
 pub(crate) fn precise_solver() -> NewtonSolver {
     let mut solver = NewtonSolver::with_tolerance(1e-13);
     solver.branch = Branch::Nearest;
     solver
 }
 
-/// Central differences with respect to components of the intrinsic strain. For each of them `visit` is called twice, with
-/// its number, a weight (m) and the bent rod in equilibrium; the derivative of any value is the sum of weight × value. An
-/// unknown is a point, counted from the first of the growth zone, with a component. `rod` is in equilibrium under the force.
+/// Visits the bent rods for central differences with respect to components of the intrinsic strain. For each
+/// unknown `visit` is called twice, with its number, a weight (m) and the bent rod in equilibrium. The
+/// derivative of any value is the sum of weight × value. An unknown is a point, counted from the first of the
+/// growth zone, with a component. `rod` must be in equilibrium under the force.
 pub(crate) fn visit_bends(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -42,8 +43,8 @@ pub(crate) fn visit_bends(
                 largest_turn(rod, &moved)
             };
             let turn = bend(step);
-            // Next to buckling a small bend rotates frames by far more. Central differences over ten times the angle have an
-            // error of 1e-8.
+            // Next to buckling a small bend rotates frames by much larger angles. Central differences with ten
+            // times the angle have an error of 1e-8.
             let longest = 10.0 * ANGLE;
             if sign > 0.0 && turn > longest {
                 step *= longest / turn;

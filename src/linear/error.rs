@@ -1,12 +1,131 @@
-//! Errors of laws that cannot be linearised about a steady state.
+//! Errors of steady states, characteristic roots and their continuation.
 
-/// Reason why laws have no linearisation. `StabilityError` has a public variant for each of these, with the same fields.
-#[derive(Debug)]
-pub(crate) enum LawError {
-    /// A quantity is infinite or not a number.
-    NonFinite { what: &'static str },
-    /// The state that `TropismLaw::steady` returns is not a steady state of `TropismLaw::rates`.
-    Unsteady { law: &'static str, variable: usize, rate: f64, share: f64 },
-    /// A law, a load, growth, gravity or the base depends on time; the change is in 1/m.
-    TimeDependent { change: f64 },
+use crate::equilibrium::EquilibriumError;
+use crate::error::ParameterError;
+
+/// Reason why there is no steady state, root or crossing of the imaginary axis.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StabilityError {
+    /// A parameter is out of range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No mechanical equilibrium was found.
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
+    /// The mechanical equilibrium is unstable.
+    #[error(
+        "the shoot buckles or falls: its equilibrium has {negative} unstable directions; make it shorter or stiffer"
+    )]
+    MechanicallyUnstable {
+        /// Number of negative eigenvalues of the second derivative of the energy.
+        negative: usize,
+    },
+    /// A law, a load, growth, gravity or the base depends on time, as an oscillator does.
+    #[error(
+        "the shoot is not autonomous: its laws, loads, growth or base change in time, by {change:.3e} 1/m; leave the \
+         forcing out"
+    )]
+    NotAutonomous {
+        /// Largest change, 1/m: of the growth gradient, of the rotation of the base over the length of the
+        /// shoot, or of force and REGR, relative, over this length.
+        change: f64,
+    },
+    /// The state that a law returns from [`steady`](crate::tropism::TropismLaw::steady) is no steady state of its
+    /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
+    #[error(
+        "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted from \
+         zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
+    )]
+    NotSteady {
+        /// Name of the type of the law.
+        law: &'static str,
+        /// Number of the variable at a point, counted from zero over all laws.
+        variable: usize,
+        /// Rate of the variable, in its unit per second.
+        rate: f64,
+        /// Rate relative to the sum of its terms; infinite if all terms are zero.
+        share: f64,
+    },
+    /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
+    /// proprioception has no steady state.
+    #[error(
+        "the shoot is not in a steady state: the laws have a gradient of {gradient:.3e} 1/m after {iterations} iterations"
+    )]
+    NotSteadyState {
+        /// Number of iterations of the search; zero if the given state was checked.
+        iterations: usize,
+        /// Largest growth gradient, 1/m.
+        gradient: f64,
+    },
+    /// No law acts on any point of the growth zone.
+    #[error("nothing is steered: there is no law, or its sensitivity is zero, or no tissue grows")]
+    NothingDriven,
+    /// No root crosses the imaginary axis in the range of the parameter.
+    #[error(
+        "no root crosses the axis: at the ends of the range {} and {} roots are unstable", unstable[0], unstable[1]
+    )]
+    NoCrossing {
+        /// Numbers of unstable roots at the start and at the end of the range.
+        unstable: [usize; 2],
+    },
+    /// Infinitely many roots are unstable, because the essential spectrum extends right of the axis. On a mesh
+    /// their number is proportional to that of its points.
+    #[error("infinitely many roots are unstable: the essential spectrum reaches {abscissa:.3e} 1/s")]
+    InfinitelyMany {
+        /// Largest real part of the essential spectrum, 1/s.
+        abscissa: f64,
+    },
+    /// The mesh does not resolve the steady state, or waves that contribute to the characteristic function;
+    /// take more elements. Next to the essential spectrum, and with fast growth and no proprioception, ever
+    /// shorter waves contribute, and possibly no mesh resolves them. A tilted shoot without proprioception has
+    /// no steady state, which appears as a shape that no mesh resolves.
+    #[error("the mesh does not resolve {what}, with an error of {error:.1e}; take more elements")]
+    UnderResolved {
+        /// The quantity, with the unit of its error.
+        what: &'static str,
+        /// Its estimated error.
+        error: f64,
+    },
+    /// The finest mesh allowed does not meet the tolerance.
+    #[error(
+        "the relative error due to the mesh is {error:.1e} with {elements} elements, above the tolerance of {tolerance:.1e}"
+    )]
+    ToleranceNotMet {
+        /// The tolerance that was requested.
+        tolerance: f64,
+        /// The estimated relative error; infinite if no two meshes had an answer.
+        error: f64,
+        /// The number of elements of the last mesh with an estimate; zero if there was none.
+        elements: usize,
+    },
+    /// A number that follows from the shoot and its laws is infinite or not a number.
+    #[error("the {what} is not finite")]
+    NotFinite {
+        /// The quantity.
+        what: &'static str,
+    },
+    /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
+    #[error("no isolated root lies right of the essential spectrum; essential_spectrum() and unstable() have answers")]
+    NoIsolatedRoot,
+    /// The work exceeds its limit. Either the rates of too many variables depend on each other, whose matrix is
+    /// factorised in each evaluation of the characteristic function. Or a search or count meets too many roots,
+    /// as left of the axis where delays are long compared with memories, or next to the essential spectrum.
+    #[error("too much work: {amount:.1e} {what}, of which at most {most:.1e} are allowed")]
+    TooMuchWork {
+        /// The kind of work.
+        what: &'static str,
+        /// Work required, or done before the search ended.
+        amount: f64,
+        /// Limit of the work.
+        most: f64,
+    },
+    /// A root, a crossing or a count of roots did not converge.
+    #[error("{what} did not converge: the last residual is {residual:.3e}")]
+    NoConvergence {
+        /// The quantity.
+        what: &'static str,
+        /// The last residual.
+        residual: f64,
+    },
 }

@@ -1,5 +1,5 @@
-//! Laws and stimuli of a shoot in equilibrium, to first order: what [`stability`](crate::stability) and
-//! [`cycle`](crate::cycle) have in common.
+//! First-order changes of the laws and stimuli of a shoot in equilibrium, for [`stability`](crate::stability) and
+//! [`cycle`](crate::cycle).
 
 mod analytic;
 mod autonomous;
@@ -11,6 +11,6 @@ mod stimuli;
 pub(crate) use analytic::{AnalyticMatrix, newton, newton_step};
 pub(crate) use autonomous::{change_of_causes, check_autonomous, relative};
 pub(crate) use bends::{precise_solver, visit_bends};
-pub(crate) use error::LawError;
+pub use error::StabilityError;
 pub(crate) use steady::{SteadyLaws, check_steady};
 pub(crate) use stimuli::{stimulus_derivatives, visit_stimuli};

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::error::LawError;
+use super::error::StabilityError;
 use super::stimuli::visit_stimuli;
 use crate::load::InternalForce;
 use crate::model::Model;
@@ -10,15 +10,16 @@ use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
-/// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in it. The value allows for
-/// laws that solve for their steady state by iteration, and is the accuracy required of a steady state of the shoot.
+/// Largest rate of a variable in the steady state of a law, relative to the terms that cancel in it. The value
+/// allows for laws that compute their steady state by iteration, and is the accuracy required of a steady state
+/// of the shoot.
 const STEADY: f64 = 1e-8;
 
-/// Stimuli, steady variables and growth gradients at every material point of the growth zone, as they are when the
-/// present shape has lasted for ever.
+/// Stimuli, steady variables and growth gradients at every material point of the growth zone, for a shape that
+/// has been constant for all time.
 pub(crate) struct SteadyLaws {
     pub gradients: Vec<Vector3<f64>>,
-    /// One column for every point.
+    /// Stimuli, one column for every point.
     pub stimuli: DMatrix<f64>,
     pub variables: DMatrix<f64>,
     pub places: Vec<Growing>,
@@ -60,7 +61,7 @@ impl SteadyLaws {
 
 /// Returns an error unless the rates of all variables vanish in their steady state, up to a share of the terms
 /// Σ |∂ẏ/∂y| |y| + Σ |∂ẏ/∂x| |x| that cancel in them.
-pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<(), LawError> {
+pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<(), StabilityError> {
     let mut rates = DVector::zeros(state.variables.nrows());
     for (i, place) in state.places.iter().enumerate() {
         let (y, x) = (state.variables.column(i), state.stimuli.column(i));
@@ -69,14 +70,14 @@ pub(crate) fn check_steady(law: &impl TropismLaw, state: &SteadyLaws) -> Result<
             continue;
         }
         if !rates.iter().all(|rate| rate.is_finite()) {
-            return Err(LawError::NonFinite { what: "rate of the laws' variables" });
+            return Err(StabilityError::NotFinite { what: "rate of the laws' variables" });
         }
         let [by_variables, by_stimuli, ..] = law_matrices(law, place, y.as_slice(), x.as_slice());
         let terms = by_variables.abs() * y.abs() + by_stimuli.abs() * x.abs();
         for (variable, (rate, terms)) in rates.iter().zip(&terms).enumerate() {
             if !(rate.abs() <= STEADY * terms) {
                 let (law, share) = (law.name_of(variable), rate.abs() / terms);
-                return Err(LawError::Unsteady { law, variable, rate: *rate, share });
+                return Err(StabilityError::NotSteady { law, variable, rate: *rate, share });
             }
         }
     }

@@ -9,11 +9,12 @@ use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Site, TropismLaw};
 
-/// Turn of a frame for central differences, rad. Their error is 1e-9 of a third derivative, and 1e-12 by rounding.
+/// Rotation of a frame for central differences, rad. The truncation error is 1e-9 of a third derivative, and
+/// the rounding error 1e-12.
 const TURN: f64 = 1e-4;
 
-/// Evaluates the stimuli at all material points of the growth zone of a rod in equilibrium under a force. Calls `visit`
-/// with the number of each point, counted from the first of the zone, its site and its stimuli.
+/// Evaluates the stimuli at all material points of the growth zone of a rod in equilibrium under a force. Calls
+/// `visit` with the number of each point, counted from the first of the zone, its site and its stimuli.
 pub(crate) fn visit_stimuli(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -49,7 +50,8 @@ pub(crate) fn stimulus_derivatives(
     visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
         for c in 0..3 {
             let axis = Vector3::ith(c, 1.0);
-            // Most stimuli are linear in the strain. For the others a step of a thousandth of 1/radius is small enough.
+            // Most stimuli are linear in the strain. For the others a step of a thousandth of 1/radius is small
+            // enough.
             let h = 1e-3 / site.section.radius();
             let bent = |sign: f64| sensed(&Site { strain: site.strain + axis * (sign * h), ..*site });
             strain[i].set_column(c, &((bent(1.0) - bent(-1.0)) / (2.0 * h)));

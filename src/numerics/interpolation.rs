@@ -1,6 +1,7 @@
-//! Lagrange interpolation.
+//! Lagrange interpolation (Abramowitz and Stegun 1964, 25.2.1 to 25.2.3).
 
-/// Writes the values at `x` of the Lagrange polynomials of `nodes` to `values`.
+/// Writes the values at `x` of the Lagrange polynomials of `nodes` to `values`: each is one at its node and
+/// zero at the others.
 pub(crate) fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
     for (k, value) in values.iter_mut().enumerate() {
         *value = 1.0;
@@ -12,7 +13,7 @@ pub(crate) fn lagrange(nodes: &[f64], x: f64, values: &mut [f64]) {
     }
 }
 
-/// The derivatives at `x` of the Lagrange polynomials of `nodes`.
+/// Returns the derivatives at `x` of the Lagrange polynomials of `nodes`.
 pub(crate) fn lagrange_derivatives(nodes: &[f64], x: f64) -> Vec<f64> {
     (0..nodes.len())
         .map(|k| {

@@ -1,5 +1,5 @@
 //! Krylov subspace methods for an operator of which only products with vectors are known: the Arnoldi iteration, Ritz
-//! values and GMRES.
+//! values, and GMRES (Saad and Schultz 1986, SIAM J. Sci. Stat. Comput. 7, 856).
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
@@ -28,7 +28,7 @@ impl Krylov {
             let mut next = apply(&basis[k])?;
             let size = next.norm();
             hessenberg = hessenberg.resize(k + 2, k + 1, 0.0);
-            // A second orthogonalisation reaches orthogonality to rounding.
+            // A second orthogonalisation makes the basis orthogonal up to rounding (Giraud et al. 2005).
             for _ in 0..2 {
                 for (i, vector) in basis.iter().enumerate() {
                     let part = vector.dot(&next);
@@ -36,12 +36,12 @@ impl Krylov {
                     hessenberg[(i, k)] += part;
                 }
             }
-            let left = next.norm();
-            if !(left > rounding * size) {
+            let remainder = next.norm();
+            if !(remainder > rounding * size) {
                 return Ok(Self { basis, hessenberg });
             }
-            hessenberg[(k + 1, k)] = left;
-            basis.push(next / left);
+            hessenberg[(k + 1, k)] = remainder;
+            basis.push(next / remainder);
             if enough(&hessenberg) {
                 break;
             }
@@ -49,7 +49,7 @@ impl Krylov {
         Ok(Self { basis, hessenberg })
     }
 
-    /// Σ weights · basis.
+    /// The linear combination of the basis vectors with some weights.
     pub fn combine(&self, weights: &DVector<f64>) -> DVector<f64> {
         let mut out = DVector::zeros(self.basis[0].len());
         self.basis.iter().zip(weights.iter()).for_each(|(vector, weight)| out.axpy(*weight, vector, 1.0));
@@ -67,7 +67,7 @@ pub(crate) struct Ritz {
     pub weights: DVector<Complex<f64>>,
 }
 
-/// Why no Ritz values are found.
+/// Reason why no Ritz values are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum RitzError {
     /// An entry of the Hessenberg matrix is not finite.
@@ -76,8 +76,8 @@ pub(crate) enum RitzError {
     NoConvergence,
 }
 
-/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the first one
-/// that `more` rejects.
+/// Ritz values of the Hessenberg matrix of a subspace in order of decreasing modulus, up to and including the
+/// first one that `more` rejects.
 ///
 /// # Errors
 /// A matrix that is not finite, or whose Schur form is not found.
@@ -85,7 +85,7 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
     let k = hessenberg.ncols();
     let square = hessenberg.rows(0, k).clone_owned();
     let last = if hessenberg.nrows() > k { hessenberg[(k, k - 1)] } else { 0.0 };
-    // The QR iteration does not end for such a matrix.
+    // The QR iteration does not terminate for a matrix that is not finite.
     if !square.iter().all(|x| x.is_finite()) {
         return Err(RitzError::NotFinite);
     }
@@ -130,19 +130,19 @@ pub(crate) fn gmres<E>(
         return Ok((DVector::zeros(right.len()), 0.0));
     }
     let best = |hessenberg: &DMatrix<f64>| {
-        // The singular value decomposition does not end for such a matrix.
+        // The singular value decomposition does not terminate for a matrix that is not finite.
         if !hessenberg.iter().all(|x| x.is_finite()) {
             return (DVector::zeros(hessenberg.ncols()), f64::NAN);
         }
         let mut target = DVector::zeros(hessenberg.nrows());
         target[0] = size;
         let weights = hessenberg.clone().svd(true, true).solve(&target, 1e-14).unwrap_or_else(|_| target.clone());
-        let left = (hessenberg * &weights - target).norm() / size;
-        (weights, left)
+        let residual = (hessenberg * &weights - target).norm() / size;
+        (weights, residual)
     };
     let krylov = Krylov::of(right, most, 1e-15, apply, |hessenberg| best(hessenberg).1 < tolerance)?;
-    let (weights, left) = best(&krylov.hessenberg);
-    Ok((krylov.combine(&weights), left))
+    let (weights, residual) = best(&krylov.hessenberg);
+    Ok((krylov.combine(&weights), residual))
 }
 
 #[cfg(test)]
@@ -247,7 +247,8 @@ mod tests {
 
     #[test]
     fn eigenvalues_of_a_small_basis_lie_within_their_residuals_of_exact_ones() {
-        // The bound of Bauer and Fike for symmetric matrices, whose eigenvalues are 10, 5, 1, 0.5, 0.1, 0.05 and 0.01.
+        // The bound of Bauer and Fike for symmetric matrices, whose eigenvalues are 10, 5, 1, 0.5, 0.1, 0.05
+        // and 0.01.
         let exact = [10.0, 5.0, 1.0, 0.5, 0.1, 0.05, 0.01];
         let found = eigenvalues(&Operator::diagonal(&exact).krylov(&[1.0; 7], 4)).unwrap();
         assert_eq!(found.len(), 4);
@@ -255,7 +256,7 @@ mod tests {
             let distance = exact.iter().map(|x| (value - x).norm()).fold(f64::INFINITY, f64::min);
             assert!(distance <= residual + 1e-13, "{value} {residual}: {distance}");
         }
-        // The largest has converged further than the rest, and the residual of the others is no rounding.
+        // The largest has converged further than the others, whose residuals are larger than rounding.
         assert!(found[0].1 < 0.05 && found[3].1 > 1e-6, "{found:?}");
     }
 
@@ -283,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn gmres_has_no_answer_for_a_right_side_that_is_not_finite() {
+    fn gmres_returns_a_nan_residual_for_a_right_side_that_is_not_finite() {
         for value in [f64::NAN, f64::INFINITY] {
             let (_, residual) = dense().solve(&[1.0, value, 0.0, 0.0], 4);
             assert!(residual.is_nan(), "{value}: {residual}");
@@ -291,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn gmres_needs_as_many_applications_as_there_are_different_eigenvalues() {
+    fn gmres_needs_one_application_for_each_distinct_eigenvalue() {
         let operator = Operator::diagonal(&[1.0, 1.0, 2.0, 2.0, 5.0, 5.0]);
         let (found, residual) = operator.solve(&[1.0; 6], 6);
         assert_eq!(operator.applied.get(), 3);
@@ -338,7 +339,7 @@ mod tests {
 
     #[test]
     fn an_inconsistent_system_reports_the_residual_that_remains() {
-        // (1, 1, 1) has the share 1/√3 of itself outside of the range.
+        // The part of (1, 1, 1) outside of the range is 1/√3 of its norm.
         let (found, residual) = Operator::diagonal(&[1.0, 2.0, 0.0]).solve(&[1.0; 3], 3);
         assert_abs_diff_eq!(residual, 3f64.sqrt().recip(), epsilon = 1e-14);
         assert_abs_diff_eq!(found.rows(0, 2).clone_owned(), vector(&[1.0, 0.5]), epsilon = 1e-13);
@@ -352,11 +353,11 @@ mod tests {
     }
 
     #[test]
-    fn an_operator_that_is_not_a_number_gives_no_small_residual_and_no_eigenvalues() {
+    fn an_operator_that_is_not_finite_gives_no_small_residual_and_no_eigenvalues() {
         for bad in [f64::NAN, f64::INFINITY] {
             let operator = Operator::diagonal(&[1.0, bad, 3.0]);
             let residual = operator.solve(&[1.0; 3], 3).1;
-            assert!(!(residual < 0.5), "callers refuse what is not below a bound: {residual}");
+            assert!(!(residual < 0.5), "callers reject what is not below a bound: {residual}");
             let found = eigenvalues(&operator.krylov(&[1.0; 3], 3));
             assert!(matches!(found, Err(RitzError::NotFinite)), "{found:?}");
         }

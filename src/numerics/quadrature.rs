@@ -1,4 +1,5 @@
-//! Gauss–Legendre rules and Gauss–Lobatto nodes on [0, 1].
+//! Legendre polynomials, Gauss–Legendre rules and Gauss–Lobatto nodes on [0, 1] (Abramowitz and Stegun
+//! 1964, 22.7.10, 22.8.5, 22.16.6, 25.4.29 and 25.4.32).
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -9,7 +10,7 @@ fn next_legendre(k: usize, x: f64, [previous, current]: [f64; 2]) -> f64 {
     ((2.0 * k + 1.0) * x * current - k * previous) / (k + 1.0)
 }
 
-/// The values of all Legendre polynomials at `x`, in the order of their degrees.
+/// The values of all Legendre polynomials at `x`, in order of increasing degree.
 pub(crate) fn legendre_sequence(x: f64) -> impl Iterator<Item = f64> {
     let mut pair = [1.0, x];
     (1..).map(move |k| {
@@ -69,7 +70,8 @@ pub(crate) fn lobatto(n: usize) -> Vec<f64> {
                 return if i == 0 { 0.0 } else { 1.0 };
             }
             let mut x = -(PI * i as f64 / nf).cos();
-            // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn' − n (n + 1) Pn.
+            // Interior nodes are the zeros of Pn'. The derivative follows from (1 − x²) Pn'' = 2 x Pn' − n
+            // (n + 1) Pn.
             for _ in 0..20 {
                 let (p, d) = legendre(n, x);
                 x -= d * (1.0 - x * x) / (2.0 * x * d - nf * (nf + 1.0) * p);
@@ -102,7 +104,7 @@ mod tests {
         }
     }
 
-    /// Points of the cached rule.
+    /// Points of the cached rule with n points.
     fn rule_of(n: usize) -> Vec<f64> {
         match n {
             1 => rule::<1>(),

@@ -1,4 +1,4 @@
-//! Roots and vertices of functions of one variable.
+//! Roots of functions of one variable, and vertices of parabolas.
 
 /// Finds a sign change of a function between two points with known values, low before high.
 ///
@@ -44,10 +44,10 @@ pub(crate) fn bracketed_root<E>(
 
 /// Finds the root of an increasing function in an interval by Newton's method, to an `accuracy`. The function returns
 /// its value and its derivative. A step that leaves the bracket of the root, or that is longer than half of the last
-/// one, is replaced by a bisection.
+/// one, is replaced by a bisection (Press et al. 2007, *Numerical Recipes*, section 9.4).
 pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut x, mut last) = (start.clamp(low, high), f64::INFINITY);
-    // Every other step at least halves the last one or the bracket: more iterations than rounding allows.
+    // At least every other step halves the last step or the bracket, so that 120 iterations reach rounding.
     for _ in 0..120 {
         let (value, derivative) = f(x);
         if value < 0.0 {
@@ -68,7 +68,7 @@ pub(crate) fn newton([mut low, mut high]: [f64; 2], start: f64, accuracy: f64, f
     x
 }
 
-/// The place of the vertex of the parabola through three values at −1, 0 and 1; not finite for values on a line.
+/// The abscissa of the vertex of the parabola through three values at −1, 0 and 1; not finite for values on a line.
 pub(crate) fn vertex([before, middle, after]: [f64; 3]) -> f64 {
     0.5 * (before - after) / (before - 2.0 * middle + after)
 }
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn newton_reaches_roots_at_ends_and_where_steps_leave_the_interval() {
+    fn newton_finds_roots_at_ends_and_where_steps_leave_the_interval() {
         let line = |x: f64| (3.0 * (x - 1.0), 3.0);
         assert_eq!(newton([0.0, 1.0], 0.4, 1e-15, line), 1.0);
         // From 3 the steps of Newton's method for an arctangent diverge.

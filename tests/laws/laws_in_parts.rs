@@ -7,7 +7,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Simulation};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, SteadyStateSolver};
+use morphorod::stability::{Linearisation, solve_steady_state};
 use morphorod::tropism::{
     Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
     Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
@@ -234,11 +234,11 @@ fn present_stimuli_are_empty_for_laws_that_do_not_request_them() {
     for at_once in [false, true] {
         let mut shoot = righting().tropism((gravitropism(), Straightens { at_once })).into_dyn().build().unwrap();
         MethodOfSteps::new(300.0).advance(&mut shoot, 1800.0).unwrap();
-        let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
+        solve_steady_state(&mut shoot).unwrap();
         let both = (Straightens { at_once: true }, Straightens { at_once });
         let mut shoot = righting().tropism((gravitropism(), both)).into_dyn().build().unwrap();
         MethodOfSteps::new(300.0).advance(&mut shoot, 1800.0).unwrap();
-        let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
+        solve_steady_state(&mut shoot).unwrap();
         let _ = Linearisation::about(&shoot).unwrap();
     }
 }

@@ -7,7 +7,7 @@
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, SteadyStateSolver, Unstable};
+use morphorod::stability::{Linearisation, Refinement, Root, StabilityError, solve_steady_state};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Shoot, Still};
 
@@ -27,7 +27,7 @@ fn rightmost_root_right_of_an_unstable_essential_spectrum_is_that_of_the_continu
         let shoot = Upright { beta, eta, gravity, bending, growth_time };
         for elements in [6, 12] {
             let linear = shoot.linear(length, elements).unwrap();
-            let Ok(Unstable::Infinite { abscissa }) = linear.unstable() else { panic!("{shoot:?}") };
+            let Err(StabilityError::InfinitelyMany { abscissa }) = linear.unstable() else { panic!("{shoot:?}") };
             let found = linear.rightmost().unwrap().value;
             assert!(found.re > abscissa && abscissa > 0.0, "{found} and the essential spectrum at {abscissa}");
             let exact = shoot.root(length, found);
@@ -94,7 +94,7 @@ impl Random {
             let gravity = Gravitropism { sensitivity, perception: SettledStatoliths };
             builder.tropism((gravity.remembered(self.gravity), bending)).into_dyn().build()?
         };
-        let _ = SteadyStateSolver::default().solve(&mut shoot)?;
+        solve_steady_state(&mut shoot)?;
         Linearisation::about(&shoot)
     }
 }

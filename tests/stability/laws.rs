@@ -3,7 +3,7 @@
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
-use morphorod::stability::{BoundaryPoint, BoundarySettings, Linearisation, StabilityError, boundary, onset};
+use morphorod::stability::{BoundarySettings, Linearisation, StabilityError, boundary, onset};
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Memory, Proprioception, Response, SettledStatoliths, Site, TropismLaw, Variable,
 };
@@ -66,7 +66,7 @@ fn problem(gravity: impl TropismLaw + Send + Sync + 'static, length: f64) -> Res
 #[test]
 fn saturating_gravitropism_has_the_onset_of_its_linear_part() {
     let law = Saturating { sensitivity: 0.8, scale: 1.0, memory: MEMORY };
-    let found = onset(|length| problem(law, length), 0.055, 0.075).unwrap().parameter;
+    let found = onset(|length| problem(law, length), 0.055, 0.075).unwrap().parameters[0];
     // In the upright shape tanh is linear. Differences with a step of 1e-4 of the scale have a
     // relative error of 1e-8/3, which changes the length by less.
     assert_relative_eq!(found, 0.065_614_866_491, epsilon = 0.0, max_relative = 1e-8);
@@ -91,7 +91,7 @@ fn infinite_derivative_of_a_law_is_refused() {
 fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_rectangle() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
-    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     let mut linearisations = 0;
     let mut follow = |step: f64| {
         boundary(
@@ -99,7 +99,7 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
                 linearisations += 1;
                 family(hours, length)
             },
-            &BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 },
+            &BoundarySettings { start, frequency, direction: [1.0, 0.0], low, high, step, points: 1000 },
         )
         .unwrap()
     };
@@ -118,7 +118,7 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
     assert_eq!(last[0], high[0]);
     // At the last point a search in the length alone finds the same onset. The growth time of 40 h
     // lies between two points.
-    let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameter;
+    let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameters[0];
     assert_relative_eq!(last[1], found, epsilon = 0.0, max_relative = 1e-8);
     let around = curve.windows(2).find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0).unwrap();
     assert!(around[0].parameters[1] < 0.072_407_759_341 && around[1].parameters[1] > 0.072_407_759_341);
@@ -136,12 +136,15 @@ fn stability_boundary_is_followed_around_a_fold() {
         linear_problem(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
     };
     let q = 0.5_f64;
-    let start = BoundaryPoint {
-        parameters: [10.0 * (1.0 / 3.0 - (q - 1.0).powi(2)), q],
+    let settings = BoundarySettings {
+        start: [10.0 * (1.0 / 3.0 - (q - 1.0).powi(2)), q],
         frequency: 0.860_333_589 / MEMORY.delay,
+        direction: [0.0, 1.0],
+        low: [0.0, 0.0],
+        high: [4.0, 2.0],
+        step: 0.02,
+        points: 1000,
     };
-    let settings =
-        BoundarySettings { start, direction: [0.0, 1.0], low: [0.0, 0.0], high: [4.0, 2.0], step: 0.02, points: 1000 };
     let curve = boundary(family, &settings).unwrap();
     for point in &curve {
         let [p, q] = point.parameters;
@@ -157,9 +160,10 @@ fn stability_boundary_is_followed_around_a_fold() {
 #[test]
 fn invalid_boundary_settings_and_unstable_families_are_refused() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
-    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     let settings = BoundarySettings {
         start,
+        frequency,
         direction: [1.0, 0.0],
         low: [9.0, 0.045],
         high: [45.0, 0.078],
@@ -167,8 +171,8 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
         points: 50,
     };
     let follow = |settings: BoundarySettings| boundary(family, &settings);
-    let off = BoundaryPoint { frequency: 3.0 / MEMORY.delay, ..start };
-    assert!(matches!(follow(BoundarySettings { start: off, ..settings }), Err(StabilityError::NoConvergence { .. })));
+    let off = BoundarySettings { frequency: 3.0 / MEMORY.delay, ..settings };
+    assert!(matches!(follow(off), Err(StabilityError::NoConvergence { .. })));
     for wrong in [
         BoundarySettings { direction: [0.0, 0.0], ..settings },
         BoundarySettings { low: settings.high, high: settings.low, ..settings },
@@ -188,16 +192,16 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
 fn boundary_points_are_accurate_with_long_continuation_steps() {
     let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
-    let start = BoundaryPoint { parameters: [20.0, 0.0656], frequency: 0.86 / MEMORY.delay };
+    let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     // Long steps need several corrections each. The corrector stops when it expects the next
     // correction to be small.
     for step in [0.03, 0.1] {
-        let settings = BoundarySettings { start, direction: [1.0, 0.0], low, high, step, points: 1000 };
+        let settings = BoundarySettings { start, frequency, direction: [1.0, 0.0], low, high, step, points: 1000 };
         let curve = boundary(family, &settings).unwrap();
         for point in &curve {
             let [hours, length] = point.parameters;
             // The reference is another method on the same mesh, with an error of 1e-11.
-            let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameter;
+            let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameters[0];
             // The bound is 1e-9 of the sides normal to the curve. From 20 h on the scaled slope of
             // the curve is less than one, so that the error along the length is at most √2 times as
             // large.

@@ -10,8 +10,8 @@ use morphorod::constitutive::{Graded, Tissue};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::{PointForce, Weight};
 use morphorod::stability::{
-    BoundaryPoint, BoundarySettings, Linearisation, Onset, Refinement, StabilityError, SteadyStateSolver, boundary,
-    crossings, onset,
+    BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, boundary, crossings, onset,
+    solve_steady_state,
 };
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot, Still};
@@ -32,9 +32,9 @@ const SHORT_WAVES: Upright = Upright {
 };
 
 /// Relative errors of length and frequency of a crossing, compared with the continuous problem.
-fn errors(shoot: &Upright, found: &Onset) -> [f64; 2] {
-    let (length, frequency) = shoot.crossing(found.parameter, found.frequency);
-    [(found.parameter / length - 1.0).abs(), (found.frequency / frequency - 1.0).abs()]
+fn errors(shoot: &Upright, found: &Crossing<1>) -> [f64; 2] {
+    let (length, frequency) = shoot.crossing(found.parameters[0], found.frequency);
+    [(found.parameters[0] / length - 1.0).abs(), (found.frequency / frequency - 1.0).abs()]
 }
 
 /// Whether an estimate agrees with an error up to a factor between 0.3 and 30. Below 3e-10 the
@@ -47,11 +47,11 @@ fn is_near(estimate: f64, error: f64) -> bool {
 fn error_estimates_of_an_onset_agree_with_the_errors() {
     for elements in [4, 6, 8, 12, 16] {
         let found = onset(|length| SHORT_WAVES.linear(length, elements), 0.02, 0.03).unwrap();
-        assert_eq!((found.parameter_error, found.frequency_error, found.elements), (None, None, elements));
-        let checked = found.with_error(|length| SHORT_WAVES.linear(length, 2 * elements)).unwrap();
-        assert_eq!((checked.parameter, checked.frequency), (found.parameter, found.frequency));
+        assert_eq!((found.parameter_errors, found.frequency_error, found.elements), (None, None, elements));
+        let checked = found.with_error(|[length]| SHORT_WAVES.linear(length, 2 * elements)).unwrap();
+        assert_eq!((checked.parameters, checked.frequency), (found.parameters, found.frequency));
         let [length, frequency] = errors(&SHORT_WAVES, &found);
-        let estimate = checked.parameter_error.unwrap() / found.parameter;
+        let estimate = checked.parameter_errors.unwrap()[0] / found.parameters[0];
         // The errors are 2e-4 to 4e-9. The error of the finer mesh is less than a hundredth of
         // that.
         let agrees = abs_diff_eq!(estimate, length, epsilon = 0.1 * length);
@@ -61,7 +61,7 @@ fn error_estimates_of_an_onset_agree_with_the_errors() {
     }
     let found = onset(|length| SHORT_WAVES.linear(length, 6), 0.02, 0.03).unwrap();
     for elements in [4, 6] {
-        let answer = found.with_error(|length| SHORT_WAVES.linear(length, elements));
+        let answer = found.with_error(|[length]| SHORT_WAVES.linear(length, elements));
         assert!(matches!(answer, Err(StabilityError::Parameter(_))), "{answer:?}");
     }
 }
@@ -78,7 +78,7 @@ fn refinement_to_a_tolerance_chooses_the_mesh() {
         let found = Refinement::to(tolerance).onset(family, 0.02, 0.03).unwrap();
         let [length, frequency] = errors(&SHORT_WAVES, &found);
         assert!(length < tolerance && frequency < tolerance, "{tolerance:e}: {length:e}, {frequency:e}, {found:?}");
-        assert!(is_near(found.parameter_error.unwrap() / found.parameter, length), "{length:e}: {found:?}");
+        assert!(is_near(found.parameter_errors.unwrap()[0] / found.parameters[0], length), "{length:e}: {found:?}");
         assert!(found.elements > last, "{found:?}");
         last = found.elements;
         // The search on four elements takes about fifteen linearisations, each finer mesh at most
@@ -148,7 +148,7 @@ proptest! {
             length <= meshes.tolerance && frequency <= meshes.tolerance,
             "{length:e}, {frequency:e}: {found:?}"
         );
-        prop_assert!(is_near(found.parameter_error.unwrap() / found.parameter, length), "{length:e}: {found:?}");
+        prop_assert!(is_near(found.parameter_errors.unwrap()[0] / found.parameters[0], length), "{length:e}: {found:?}");
     }
 }
 
@@ -194,14 +194,14 @@ fn error_estimates_of_essential_crossings_are_rounding_errors() {
     let meshes = Refinement::to(1e-7);
     let found = meshes.onset(|eta, n| weightless(eta, 20.0 * HOUR, n), 5.0, -5.0).unwrap();
     assert!(found.essential, "{found:?}");
-    assert_abs_diff_eq!(found.parameter, 0.0, epsilon = 1e-8);
+    assert_abs_diff_eq!(found.parameters[0], 0.0, epsilon = 1e-8);
     assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
     // For a range that contains zero the estimate is 1e-10 of the end of larger magnitude.
-    assert_eq!(found.parameter_error, Some(5e-10));
+    assert_eq!(found.parameter_errors, Some([5e-10]));
     let found = meshes.onset(|hours, n| weightless(20.0, hours * HOUR, n), 2.0, 6.0).unwrap();
     assert!(found.essential, "{found:?}");
-    assert_relative_eq!(found.parameter, 3.524_494_109_609_37, epsilon = 0.0, max_relative = 1e-9);
-    let error = found.parameter_error.unwrap() / found.parameter;
+    assert_relative_eq!(found.parameters[0], 3.524_494_109_609_37, epsilon = 0.0, max_relative = 1e-9);
+    let error = found.parameter_errors.unwrap()[0] / found.parameters[0];
     // The estimate is the rounding error of the differences. It comes from the first mesh that can
     // have an estimate.
     assert_relative_eq!(error, 1e-10, epsilon = 0.0, max_relative = 1e-6);
@@ -218,7 +218,7 @@ fn crossing_next_to_buckling_agrees_with_the_continuous_problem() {
             |hours: f64| Upright { beta: 0.8, eta: 0.0, gravity: MEMORY, bending: MEMORY, growth_time: hours * HOUR };
         let found = crossings(|hours| shoot(hours).linear(length, 12), from, to).unwrap();
         assert_eq!(found.len(), 1, "{found:?}");
-        [shoot(found[0].parameter).crossing(length, found[0].frequency).0, length]
+        [shoot(found[0].parameters[0]).crossing(length, found[0].frequency).0, length]
     };
     for ratio in [0.97, 0.99, 0.999] {
         let [exact, length] = lengths(ratio, 8.0, 9.0);
@@ -235,14 +235,15 @@ fn stability_boundary_meets_its_tolerance_at_every_point() {
     let start = onset(|length| SHORT_WAVES.linear(length, 4), 0.02, 0.03).unwrap();
     let hours = SHORT_WAVES.growth_time / HOUR;
     let settings = BoundarySettings {
-        start: BoundaryPoint { parameters: [hours, start.parameter], frequency: start.frequency },
+        start: [hours, start.parameters[0]],
+        frequency: start.frequency,
         direction: [1.0, 0.0],
         low: [5.0, 0.015],
         high: [15.0, 0.05],
         step: 0.02,
         points: 40,
     };
-    let error = |point: &BoundaryPoint| {
+    let error = |point: &Crossing<2>| {
         let [hours, length] = point.parameters;
         let exact = shoot(hours).crossing(length, point.frequency);
         [(length / exact.0 - 1.0).abs(), (point.frequency / exact.1 - 1.0).abs()]
@@ -250,11 +251,11 @@ fn stability_boundary_meets_its_tolerance_at_every_point() {
     let family = |hours: f64, length: f64, elements: usize| shoot(hours).linear(length, elements);
     let coarse = boundary(|hours, length| family(hours, length, 4), &settings).unwrap();
     assert!(error(&coarse[0])[0] > 1e-4);
-    let checked = coarse[0].with_error(|h, l| family(h, l, 4), |h, l| family(h, l, 8)).unwrap();
-    assert_eq!(checked.point, coarse[0]);
+    let checked = coarse[0].with_error(|[h, l]| family(h, l, 8)).unwrap();
+    assert_eq!((checked.parameters, checked.frequency), (coarse[0].parameters, coarse[0].frequency));
     // The estimate is the shortest distance to the curve, which is a little less than the distance
     // along the length.
-    let estimate = checked.parameter_errors[1] / coarse[0].parameters[1];
+    let estimate = checked.parameter_errors.unwrap()[1] / coarse[0].parameters[1];
     assert!((0.3..1.1).contains(&(estimate / error(&coarse[0])[0])), "{estimate:e} {:?}", error(&coarse[0]));
     let mut linearisations = 0;
     let counted = |hours: f64, length: f64, elements: usize| {
@@ -264,11 +265,11 @@ fn stability_boundary_meets_its_tolerance_at_every_point() {
     let found = Refinement::to(1e-6).boundary(counted, &settings).unwrap();
     assert_eq!(found.len(), coarse.len());
     for refined in &found {
-        let [length, frequency] = error(&refined.point);
+        let [length, frequency] = error(refined);
         // Growth time and length both meet the tolerance. On a curve of slope one the error of the
         // length at a given growth time is at most twice the tolerance.
         assert!(length < 2e-6 && frequency < 2e-6, "{length:e} {frequency:e} {refined:?}");
-        assert!(refined.elements > 4 && TAU / refined.point.frequency > 0.0);
+        assert!(refined.elements > 4 && TAU / refined.frequency > 0.0);
     }
     // Each point takes two linearisations on the coarse mesh and one on the fine mesh. Every
     // sixteenth point is refined through four meshes.
@@ -295,7 +296,7 @@ fn leaning(elements: usize) -> Result<Shoot<DynLaws>, StabilityError> {
         .scene(Still::tilted(0.3))
         .into_dyn()
         .build()?;
-    let _ = SteadyStateSolver::default().solve(&mut shoot)?;
+    solve_steady_state(&mut shoot)?;
     Ok(shoot)
 }
 

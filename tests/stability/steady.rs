@@ -1,7 +1,7 @@
 //! Laws that write a wrong steady state: the analyses that use it return an error that names the law.
 
 use morphorod::cycle::{CycleError, RotatingWaveSolver, WaveGuess};
-use morphorod::stability::{Linearisation, StabilityError, SteadyStateSolver};
+use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{Declaration, Growing, Site, TropismLaw};
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
@@ -68,7 +68,7 @@ fn stationary_shape_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     for law in WRONG {
         let mut tilted = shoot(law, 0.3);
         let before = tilted.state().clone();
-        let (rate, share) = named(SteadyStateSolver::default().solve(&mut tilted).unwrap_err());
+        let (rate, share) = named(solve_steady_state(&mut tilted).unwrap_err());
         assert_eq!(tilted.state(), &before);
         let multiple = if law.provided { 0.0 } else { law.multiple };
         // The rate (1 − multiple) x/τm is at most 1/τm in magnitude. Its terms are (1 + |multiple|) |x|/τm.
@@ -76,13 +76,13 @@ fn stationary_shape_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
         approx::assert_relative_eq!(share, expected, epsilon = 0.0, max_relative = 1e-6);
         assert!(rate != 0.0 && rate.abs() < 2.0 / MEMORY.time, "{rate}");
     }
-    assert!(SteadyStateSolver::default().solve(&mut shoot(RIGHT, 0.3)).is_ok());
+    assert!(solve_steady_state(&mut shoot(RIGHT, 0.3)).is_ok());
 }
 
 #[test]
 fn linear_problem_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     let mut right = shoot(RIGHT, 0.3);
-    let _ = SteadyStateSolver::default().solve(&mut right).unwrap();
+    solve_steady_state(&mut right).unwrap();
     assert!(Linearisation::about(&right).is_ok());
     for law in WRONG {
         // The shape is that of the right law.

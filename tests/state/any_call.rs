@@ -10,7 +10,7 @@ use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoi
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, PointForce, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
-use morphorod::stability::{Linearisation, SteadyStateSolver};
+use morphorod::stability::{Linearisation, solve_steady_state};
 use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
 use morphorod::{DynLaws, Order, Profile, Scene, Section, Shoot, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -228,7 +228,7 @@ fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
         let advanced = MethodOfSteps::new(360.0).advance(&mut shoot, kept.time() + 400.0);
         assert!(if advanced.is_ok() { sound(shoot.rod()) } else { shoot == kept });
         if i == 0 {
-            let _ = SteadyStateSolver::default().solve(&mut shoot).map(|_| Linearisation::about(&shoot).map(|_| ()));
+            let _ = solve_steady_state(&mut shoot).map(|_| Linearisation::about(&shoot).map(|_| ()));
         }
     }
     let jump = PointForce { initial_apex_distance: a, force: Vector3::x() * b };

@@ -11,7 +11,7 @@ use morphorod::equilibrium::EquilibriumError;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Adaptive, EmptyHistory, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, PointForce, Weight};
-use morphorod::stability::{Linearisation, Root, SteadyStateSolver};
+use morphorod::stability::{Linearisation, Root, solve_steady_state};
 use morphorod::{DynLaws, Shoot, ShootBuilder, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -132,7 +132,7 @@ fn roots_of_a_stretching_shoot_are_those_of_a_rigid_line_under_haringx_force() {
     let effective = force * (1.0 + force / shear - force / stretch);
     assert_relative_ne!(effective, force, epsilon = 0.0, max_relative = 0.01);
     fn roots(mut shoot: Shoot<DynLaws>) -> Vec<Root> {
-        let _ = SteadyStateSolver::default().solve(&mut shoot).unwrap();
+        solve_steady_state(&mut shoot).unwrap();
         Linearisation::about(&shoot).unwrap().roots(-2e-4).unwrap()
     }
     let (soft_roots, rigid, wrong) =

@@ -2,40 +2,32 @@
 
 use nalgebra::{Complex, Vector2};
 
+use super::crossing::Crossing;
 use super::follow::Follower;
 use super::mesh_error::{ACCURACY, size};
 use crate::error::ParameterError;
-use crate::stability::error::StabilityError;
+use crate::linear::StabilityError;
+use crate::numerics::interpolation::lagrange;
 use crate::stability::spectrum::Linearisation;
-
-/// Step of the differences, in fractions of the sides. The relative rounding error of the root is 1e-12, and two digits of the
-/// slope suffice.
-pub(super) const DIFFERENCE: f64 = 1e-6;
-
-/// A point of a boundary: a root iω on the axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BoundaryPoint {
-    /// The two parameters.
-    pub parameters: [f64; 2],
-    /// The angular frequency ω, 1/s.
-    pub frequency: f64,
-}
 
 /// Start, direction, region and step of the continuation of a boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundarySettings {
-    /// A point on the curve, as found by [`onset`](super::onset()) or [`crossings`](super::crossings()) in one of the
-    /// parameters, or near it: on another mesh, say. It must lie inside the rectangle.
-    pub start: BoundaryPoint,
+    /// Parameters of a point on the curve, as found by [`onset`](super::onset()) or
+    /// [`crossings`](super::crossings()) in one of them, or of a point near the curve, such as that of another
+    /// mesh. It must lie inside the rectangle.
+    pub start: [f64; 2],
+    /// Angular frequency of the root at the start, 1/s.
+    pub frequency: f64,
     /// Initial direction: a change of the parameters, in fractions of the rectangle's sides, of any length.
     pub direction: [f64; 2],
-    /// The least values of the parameters: a corner of the rectangle, outside which the curve is not followed.
+    /// Least values of the parameters: a corner of the rectangle, outside which the curve is not followed.
     pub low: [f64; 2],
-    /// The largest values of the parameters.
+    /// Largest values of the parameters.
     pub high: [f64; 2],
     /// Distance of neighbouring points, in fractions of the rectangle's sides.
     pub step: f64,
-    /// The largest number of points.
+    /// Largest number of points.
     pub points: usize,
 }
 
@@ -46,14 +38,14 @@ impl BoundarySettings {
         ParameterError::positive("width of the rectangle", sides[0])?;
         ParameterError::positive("height of the rectangle", sides[1])?;
         ParameterError::positive("length of the direction", Vector2::from(self.direction).norm())?;
-        for (k, &parameter) in self.start.parameters.iter().enumerate() {
+        for (k, &parameter) in self.start.iter().enumerate() {
             let inside = (self.low[k]..=self.high[k]).contains(&parameter);
             ParameterError::unless(inside, "start of the boundary", parameter, "inside the rectangle")?;
         }
         Ok(())
     }
 
-    pub(super) fn sides(&self) -> Vector2<f64> {
+    fn sides(&self) -> Vector2<f64> {
         Vector2::from(self.high) - Vector2::from(self.low)
     }
 
@@ -62,53 +54,54 @@ impl BoundarySettings {
         (Vector2::from(self.low) + self.sides().component_mul(at)).into()
     }
 
-    /// Sizes to which errors of the parameters at a place are relative, in fractions of the sides: the parameters, or the larger
-    /// end of a side that contains zero.
+    /// Sizes to which errors of the parameters at a place are relative, in fractions of the sides: the
+    /// parameters, or the larger end of a side that contains zero.
     pub(super) fn sizes(&self, place: &Follower<2>) -> Vector2<f64> {
         let at = self.parameters(&place.at);
         let sizes = [0, 1].map(|k| size(at[k], self.low[k], self.high[k]));
         Vector2::from(sizes).component_div(&self.sides())
     }
 
-    pub(super) fn point(&self, place: &Follower<2>) -> BoundaryPoint {
-        BoundaryPoint { parameters: self.parameters(&place.at), frequency: place.root.im.abs() }
+    pub(super) fn point(&self, place: Follower<2>) -> Crossing<2> {
+        Crossing::new(place, self.low.into(), self.sides())
     }
 }
 
-/// Follows a crossing of the axis from a start through a rectangle of two parameters, also around folds. `family` returns the
-/// linearisation about the steady state at values of the two parameters. The curve begins with the point next to the start.
+/// Follows a crossing of the axis from a start through a rectangle of two parameters, also around folds.
+/// `family` returns the linearisation about the steady state at values of the two parameters. The curve begins
+/// with the point next to the start.
 ///
-/// The root that is on the axis at the start is followed, even if others are further right: only the lowest of all these curves
-/// is the boundary of stability. The curve ends on a side of the rectangle, at its start if it is closed, or where the shoot
-/// buckles.
+/// The root that is on the axis at the start is followed, even if others are further right: only the lowest of
+/// all these curves is the boundary of stability. The curve ends on a side of the rectangle, at its start if it
+/// is closed, or where the shoot buckles.
 ///
 /// # Errors
 /// Settings out of range, errors of `family`, or a root that is lost at the smallest step.
 pub fn boundary(
-    family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
-    settings: &BoundarySettings,
-) -> Result<Vec<BoundaryPoint>, StabilityError> {
-    Ok(places(family, settings)?.iter().map(|place| settings.point(place)).collect())
-}
-
-/// The points of a boundary, their parameters in fractions of the rectangle's sides.
-pub(super) fn places(
     mut family: impl FnMut(f64, f64) -> Result<Linearisation, StabilityError>,
     settings: &BoundarySettings,
-) -> Result<Vec<Follower<2>>, StabilityError> {
-    settings.check()?;
-    let mut at = |x: &Vector2<f64>| {
+) -> Result<Vec<Crossing<2>>, StabilityError> {
+    let at = |x: &Vector2<f64>| {
         let [first, second] = settings.parameters(x);
         family(first, second)
     };
-    let from = Vector2::from(settings.start.parameters) - Vector2::from(settings.low);
-    let from = from.component_div(&settings.sides());
-    let mut start = Follower::on_axis(&at(&from)?, from, settings.start.frequency)?;
-    start.differentiate(DIFFERENCE, &mut at)?;
-    start.correct(&Vector2::repeat(1.0), ACCURACY, &mut at)?;
+    Ok(places(at, settings)?.into_iter().map(|place| settings.point(place)).collect())
+}
+
+/// The points of a boundary. Their parameters, and those of the family, are measured from the lower corner in
+/// fractions of the rectangle's sides.
+pub(super) fn places(
+    mut family: impl FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>,
+    settings: &BoundarySettings,
+) -> Result<Vec<Follower<2>>, StabilityError> {
+    settings.check()?;
+    let from = (Vector2::from(settings.start) - Vector2::from(settings.low)).component_div(&settings.sides());
+    let mut start = Follower::on_axis(&family(&from)?, from, settings.frequency)?;
+    start.differentiate(&mut family)?;
+    start.correct(&Vector2::repeat(1.0), ACCURACY, &mut family)?;
     let forwards = tangent(&start, 1.0)?.dot(&Vector2::from(settings.direction)) >= 0.0;
     let side = if forwards { 1.0 } else { -1.0 };
-    let mut curve = Curve { family: at, places: vec![start], side, largest: settings.step, step: settings.step };
+    let mut curve = Curve { family, places: vec![start], side, largest: settings.step, step: settings.step };
     while curve.places.len() < settings.points {
         match curve.extend() {
             Ok(true) => {}
@@ -125,8 +118,8 @@ struct Curve<F> {
     family: F,
     /// Its points, at least one.
     places: Vec<Follower<2>>,
-    /// The side on which the growth rate increases: 1 if it lies to the right of the direction in which the curve is followed, −1 if it
-    /// lies to the left. It is the same along the whole curve.
+    /// The side on which the growth rate increases: 1 if it lies to the right of the direction in which the
+    /// curve is followed, −1 if it lies to the left. It is the same along the whole curve.
     side: f64,
     /// The largest distance of neighbouring points.
     largest: f64,
@@ -151,7 +144,7 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
                 }
                 Err(_) => {
                     let mut beside = here;
-                    beside.differentiate(DIFFERENCE, &mut self.family)?;
+                    beside.differentiate(&mut self.family)?;
                     here.slope = beside.slope;
                     fresh = true;
                 }
@@ -184,16 +177,17 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         next.advance(to, expected, &(self.family)(&to)?)?;
         next.correct(&Vector2::repeat(1.0), ACCURACY, &mut self.family)?;
         let moved = next.at - here.at;
-        let residual = moved.norm();
-        // The angle between the step and the tangent at either end is at most 60°. At a sharp end of the curve that the step
-        // crosses it is larger than 90°, and along a circle 60° is a third of it.
-        let ahead = along.dot(&moved).min(tangent(&next, self.side)?.dot(&moved)) >= 0.5 * residual;
-        let far = StabilityError::NoConvergence { what: "boundary of stability", residual };
-        if ahead && residual < 2.0 * self.step { Ok(next) } else { Err(far) }
+        let length = moved.norm();
+        // The angle between the step and the tangent at either end is at most 60°. It is larger than 90° if
+        // the step crosses a sharp end of the curve. Along a circle, steps of a third of the circumference have
+        // 60°.
+        let ahead = along.dot(&moved).min(tangent(&next, self.side)?.dot(&moved)) >= 0.5 * length;
+        let far = StabilityError::NoConvergence { what: "boundary of stability", residual: length };
+        if ahead && length < 2.0 * self.step { Ok(next) } else { Err(far) }
     }
 
-    /// The next point by the polynomial through the last four points in chord length, or by the tangent if there is only one
-    /// point.
+    /// The next point by the polynomial through the last four points in chord length, or by the tangent if
+    /// there is only one point.
     fn extrapolate(&self, along: Vector2<f64>) -> (Vector2<f64>, Complex<f64>) {
         let last = &self.places[self.places.len().saturating_sub(4)..];
         if let [only] = last {
@@ -203,15 +197,13 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
         for pair in last.windows(2) {
             chords.push(chords[chords.len() - 1] + (pair[1].at - pair[0].at).norm());
         }
-        let next = chords[chords.len() - 1] + self.step;
-        let (mut at, mut root) = (Vector2::zeros(), Complex::ZERO);
-        for (i, place) in last.iter().enumerate() {
-            let others = (0..last.len()).filter(|&j| j != i);
-            let weight: f64 = others.map(|j| (next - chords[j]) / (chords[i] - chords[j])).product();
-            at += place.at * weight;
-            root += place.root * weight;
-        }
-        (at, root)
+        let mut weights = [0.0; 4];
+        lagrange(&chords, chords[chords.len() - 1] + self.step, &mut weights[..last.len()]);
+        let weighted = || last.iter().zip(weights);
+        (
+            weighted().map(|(place, weight)| place.at * weight).sum(),
+            weighted().map(|(place, weight)| place.root * weight).sum(),
+        )
     }
 
     /// The point between two others at which a coordinate has the value of a side.
@@ -232,8 +224,8 @@ impl<F: FnMut(&Vector2<f64>) -> Result<Linearisation, StabilityError>> Curve<F> 
     }
 }
 
-/// The unit tangent of the curve at a point: the gradient of the growth rate, turned by a quarter to the left for the side 1, and to the
-/// right for the side −1.
+/// The unit tangent of the curve at a point: the gradient of the growth rate, rotated by a right angle to the
+/// left for the side 1, and to the right for the side −1.
 fn tangent(place: &Follower<2>, side: f64) -> Result<Vector2<f64>, StabilityError> {
     let across = place.slope.map(|z| z.re);
     let what = "direction of the boundary";
@@ -258,7 +250,8 @@ mod tests {
     /// Parameters in [−2, 2]², from (1, 0) upwards.
     fn settings(step: f64) -> BoundarySettings {
         BoundarySettings {
-            start: BoundaryPoint { parameters: [1.0, 0.0], frequency: 2.5 },
+            start: [1.0, 0.0],
+            frequency: 2.5,
             direction: [0.0, 1.0],
             low: [-2.0; 2],
             high: [2.0; 2],
@@ -268,8 +261,8 @@ mod tests {
     }
 
     /// Distances of neighbouring points, in fractions of the rectangle's sides.
-    fn distances(points: &[BoundaryPoint]) -> Vec<f64> {
-        let place = |point: &BoundaryPoint| Vector2::from(point.parameters) / 4.0;
+    fn distances(points: &[Crossing<2>]) -> Vec<f64> {
+        let place = |point: &Crossing<2>| Vector2::from(point.parameters) / 4.0;
         points.windows(2).map(|pair| (place(&pair[1]) - place(&pair[0])).norm()).collect()
     }
 
@@ -290,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn the_step_along_a_boundary_is_halved_where_it_turns_quickly() {
+    fn the_step_along_a_boundary_is_halved_where_its_curvature_is_large() {
         // An ellipse with semi-axes of 1/4 and 1/16 of the sides: its radius of curvature is 1/64 at the sharp ends.
         let ellipse = |p: f64, q: f64| Complex::new(p * p + 16.0 * q * q - 1.0, 2.0 + 0.5 * p);
         let points = boundary(|p, q| Ok(with_root(ellipse(p, q))), &settings(0.03)).unwrap();
@@ -298,7 +291,7 @@ mod tests {
             let [p, q] = pair[1].parameters;
             // Points are corrected to 1e-9 of a side of four, and the gradient is at most 8.
             assert_abs_diff_eq!(p * p + 16.0 * q * q, 1.0, epsilon = 32e-9);
-            // It never turns back.
+            // The direction is never reversed.
             let [before, after] =
                 [pair[0], pair[1]].map(|point| (4.0 * point.parameters[1]).atan2(point.parameters[0]));
             assert!((after - before).rem_euclid(std::f64::consts::TAU) < 0.7, "{pair:?}");
@@ -308,15 +301,15 @@ mod tests {
         let shortest = (0..distances.len()).filter(at_end).map(|k| distances[k]).fold(f64::INFINITY, f64::min);
         let longest = distances.iter().copied().fold(0.0, f64::max);
         assert!(shortest < 0.016 && longest > 0.029, "{shortest} {longest}");
-        assert!(points.iter().any(|point| point.parameters[1] < -0.24), "it goes around");
+        assert!(points.iter().any(|point| point.parameters[1] < -0.24), "the curve passes the sharp end");
     }
 
     #[test]
-    fn a_boundary_is_followed_around_a_sharp_end_without_turning_back() {
-        // An ellipse with semi-axes of 1/4 and 1/40 of the sides. Its radius of curvature is 1/400 at the sharp ends, one of which is
-        // the start.
+    fn a_boundary_is_followed_around_a_sharp_end_without_reversal() {
+        // An ellipse with semi-axes of 1/4 and 1/40 of the sides. Its radius of curvature is 1/400 at the sharp
+        // ends, one of which is the start.
         let ellipse = |p: f64, q: f64| Complex::new(p * p + 100.0 * q * q - 1.0, 2.0 + 0.5 * p);
-        let angle = |point: &BoundaryPoint| (10.0 * point.parameters[1]).atan2(point.parameters[0]);
+        let angle = |point: &Crossing<2>| (10.0 * point.parameters[1]).atan2(point.parameters[0]);
         for direction in [[0.0, 1.0], [0.0, -1.0]] {
             let from = BoundarySettings { direction, ..settings(0.02) };
             let points = boundary(|p, q| Ok(with_root(ellipse(p, q))), &from).unwrap();
@@ -325,10 +318,10 @@ mod tests {
                 if turn < -std::f64::consts::PI { turn + std::f64::consts::TAU } else { turn }
             });
             let turns: Vec<f64> = turns.collect();
-            // The parametric angle increases in every step. A chord that makes angles of at most 60° with the tangents at its ends spans
-            // less than a right angle of it.
+            // The parametric angle increases in every step. A chord that makes angles of at most 60° with the
+            // tangents at its ends spans less than a right angle of it.
             assert!(turns.iter().all(|turn| *turn > 0.0 && *turn < 1.6), "{direction:?}: {turns:?}");
-            // The last step passes the start, which the first point is next to.
+            // The last step passes the start, which is next to the first point.
             let sum: f64 = turns.iter().sum();
             let round = std::f64::consts::TAU;
             assert!(sum > round - 0.01 && sum < round + turns[turns.len() - 1], "{direction:?}: {sum}");
@@ -336,8 +329,8 @@ mod tests {
     }
 
     #[test]
-    fn a_boundary_on_which_the_root_disappears_is_an_error_and_buckling_its_end() {
-        // Beyond p = 1/2 the root has twice its frequency.
+    fn a_lost_root_is_an_error_and_buckling_the_end_of_a_boundary() {
+        // The frequency of the root doubles at p = 1/2.
         let jump = |p: f64, q: f64| {
             let root = circle([p, q]);
             with_root(if p < 0.5 { Complex::new(root.re, 2.0 * root.im) } else { root })

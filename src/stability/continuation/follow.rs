@@ -1,13 +1,13 @@
-//! A root that is followed along parameters, and corrected to the imaginary axis.
+//! A root that is followed along parameters, and corrected to a crossing of the imaginary axis.
 
 use nalgebra::{Complex, SVector};
 
-use crate::stability::error::StabilityError;
+use crate::linear::StabilityError;
 use crate::stability::spectrum::{Found, Linearisation, Part};
 
-/// Largest distance of a root from its expected value, relative to its modulus or to the slowest rate. A root further off is
-/// taken for another one. Roots that respond k periods late have relative distances of 1/k, and a tenth is at most half of
-/// that for k ≤ 5.
+/// Largest distance of a root from its expected value, relative to its modulus or to the slowest rate. A root
+/// further off is taken for another one. Roots that respond k periods late have relative distances of 1/k, and
+/// a tenth is at most half of that for k ≤ 5.
 const JUMP: f64 = 0.1;
 
 /// A root of a part of the spectrum at N parameters, with approximate derivatives with respect to them.
@@ -16,19 +16,19 @@ pub(super) struct Follower<const N: usize> {
     pub part: Part,
     pub at: SVector<f64, N>,
     pub root: Complex<f64>,
-    /// The derivatives.
+    /// Approximate derivatives of the root with respect to the parameters.
     pub slope: SVector<Complex<f64>, N>,
-    /// The slowest rate of the laws there, 1/s.
+    /// Slowest rate of the laws at these parameters, 1/s.
     pub rate: f64,
-    /// The number of elements there.
+    /// Number of elements of the growth zone.
     pub elements: usize,
 }
 
 impl<const N: usize> Follower<N> {
-    /// A known root, with derivatives of zero.
+    /// A known root. Its derivatives are set to zero.
     pub fn new(linear: &Linearisation, at: SVector<f64, N>, (part, root): Found) -> Self {
         let slope = SVector::zeros();
-        Self { part, at, root, slope, rate: linear.slowest_rate(), elements: linear.elements() }
+        Self { part, at, root, slope, rate: linear.characteristic.slowest_rate(), elements: linear.elements() }
     }
 
     /// The root next to an angular frequency (1/s) on the axis.
@@ -54,8 +54,8 @@ impl<const N: usize> Follower<N> {
         self.root + self.slope.dot(&(to - self.at).map(Complex::from))
     }
 
-    /// Moves to other parameters, at which a value of the root is expected, and corrects the derivatives by the change of the
-    /// root (Broyden's update).
+    /// Moves to other parameters, at which a value of the root is expected, and corrects the derivatives by the
+    /// change of the root (Broyden's update).
     ///
     /// # Errors
     /// A root that is not where it is expected.
@@ -68,19 +68,19 @@ impl<const N: usize> Follower<N> {
         let root = find(linear, self.part, expected)?;
         let step = (to - self.at).map(Complex::from);
         self.slope += step * ((root - self.predict(&to)) / Complex::from((to - self.at).norm_squared()));
-        (self.at, self.root, self.rate) = (to, root, linear.slowest_rate());
+        (self.at, self.root, self.rate) = (to, root, linear.characteristic.slowest_rate());
         self.elements = linear.elements();
         Ok(())
     }
 
-    /// Replaces the root by the corresponding one of a linearisation on another mesh, at the same parameters. The derivatives
-    /// do not change.
+    /// Replaces the root by the corresponding one of a linearisation on another mesh, at the same parameters.
+    /// The derivatives do not change.
     ///
     /// # Errors
     /// A root that is not where it is expected.
     pub fn change_mesh(&mut self, expected: Complex<f64>, linear: &Linearisation) -> Result<(), StabilityError> {
         (self.part, self.root) = find_alike(linear, self.part, expected)?;
-        (self.rate, self.elements) = (linear.slowest_rate(), linear.elements());
+        (self.rate, self.elements) = (linear.characteristic.slowest_rate(), linear.elements());
         Ok(())
     }
 
@@ -90,7 +90,7 @@ impl<const N: usize> Follower<N> {
         across * (-self.root.re / across.norm_squared())
     }
 
-    /// Makes the last step, to the predicted root.
+    /// Makes the last step of a correction, to the predicted root.
     pub fn end_on_axis(&mut self, step: &SVector<f64, N>) {
         let to = self.at + step;
         self.root = Complex::new(0.0, self.predict(&to).im);
@@ -100,15 +100,16 @@ impl<const N: usize> Follower<N> {
     /// Computes the derivatives by differences, and moves by these.
     ///
     /// # Errors
-    /// What `family` reports, or a root that is not where it is expected.
+    /// Errors of `family`, or a root that is not where it is expected.
     pub fn differentiate(
         &mut self,
-        difference: f64,
         family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
     ) -> Result<(), StabilityError> {
         for k in 0..N {
             let mut to = self.at;
-            to[k] += difference;
+            // Parameters are measured in units of their ranges. The relative rounding error of the root is
+            // 1e-12, and two digits of the derivatives suffice.
+            to[k] += 1e-6;
             self.advance(to, self.predict(&to), &family(&to)?)?;
         }
         Ok(())
@@ -117,7 +118,7 @@ impl<const N: usize> Follower<N> {
     /// Moves the free parameters until their distance from a crossing of the axis is below `close`.
     ///
     /// # Errors
-    /// What `family` reports, or a root that is not where it is expected.
+    /// Errors of `family`, or a root that is not where it is expected.
     pub fn correct(
         &mut self,
         free: &SVector<f64, N>,
@@ -129,8 +130,8 @@ impl<const N: usize> Follower<N> {
             let step = self.step_to_axis(free);
             let size = step.norm();
             // The distance after a step decreases in the same ratio as the steps.
-            let left = if last.is_finite() { size * (size / last) } else { size };
-            if left < close {
+            let distance = if last.is_finite() { size * (size / last) } else { size };
+            if distance < close {
                 self.end_on_axis(&step);
                 return Ok(());
             }
@@ -146,14 +147,14 @@ impl<const N: usize> Follower<N> {
     }
 }
 
-/// The root nearest to its expected value among all parts that are isolated or essential as a part of another mesh is. The
-/// parts of two meshes need not correspond where tissue varies from point to point.
+/// The root nearest to its expected value among all parts that are isolated or essential as a part of another
+/// mesh is. The parts of two meshes need not correspond where tissue varies from point to point.
 pub(super) fn find_alike(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Found, StabilityError> {
     let alike = |name: Part| matches!(name, Part::Essential(_)) == matches!(part, Part::Essential(_));
     nearest(linear, expected, alike).ok_or_else(|| lost(expected.norm()))
 }
 
-/// The root nearest to its expected value, of some parts.
+/// The root nearest to its expected value among some parts.
 fn nearest(linear: &Linearisation, expected: Complex<f64>, of: impl Fn(Part) -> bool) -> Option<Found> {
     let roots =
         linear.parts().filter(|part| of(*part)).filter_map(|part| Some((part, find(linear, part, expected).ok()?)));
@@ -169,10 +170,10 @@ fn find(linear: &Linearisation, part: Part, expected: Complex<f64>) -> Result<Co
     // A part may not exist for some parameters.
     let root = linear.root_near(part, expected)?.ok_or_else(|| lost(f64::NAN))?;
     let jump = (root - expected).norm();
-    if jump < JUMP * expected.norm().max(linear.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
+    if jump < JUMP * expected.norm().max(linear.characteristic.slowest_rate()) { Ok(root) } else { Err(lost(jump)) }
 }
 
-/// Families whose roots are known.
+/// Families of linearisations with known roots.
 #[cfg(test)]
 pub(super) mod samples {
     use nalgebra::Vector3;
@@ -185,8 +186,8 @@ pub(super) mod samples {
     use crate::shoot::Shoot;
     use crate::tropism::{Declaration, Growing, Site, TropismLaw};
 
-    /// A law whose growth gradient is a matrix times the strain at the same place, at once. With REGR of 1/s the roots of a
-    /// weightless shoot are the eigenvalues of the matrix.
+    /// A law whose growth gradient is a matrix times the strain at the same place, without delay. With REGR of
+    /// 1/s the roots of a weightless shoot are the eigenvalues of the matrix.
     struct Matrix([[f64; 2]; 2]);
 
     impl TropismLaw for Matrix {
@@ -224,7 +225,8 @@ pub(super) mod samples {
         linear([[root.re, -root.im], [root.im, root.re]], 1)
     }
 
-    /// The root of a family with two parameters, on the axis along the circle |p| = 1, and there at the frequency 2 + p1/2.
+    /// The root of a family with two parameters, on the axis along the circle |p| = 1, and there at the
+    /// frequency 2 + p1/2.
     pub(in crate::stability) fn circle(p: [f64; 2]) -> Complex<f64> {
         Complex::new(p[0] * p[0] + p[1] * p[1] - 1.0, 2.0 + 0.5 * p[0])
     }

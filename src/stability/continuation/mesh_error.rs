@@ -2,15 +2,17 @@
 
 use nalgebra::SVector;
 
+use super::follow::Follower;
 use crate::error::ParameterError;
+use crate::linear::StabilityError;
 use crate::stability::spectrum::Linearisation;
 
 /// Smallest relative error that is reported: the rounding of the differences from which the characteristic matrix is
 /// assembled, in a parameter, a frequency or a root on a mesh that resolves the waves.
 pub(super) const ROUNDING: f64 = 1e-10;
 
-/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of the sides: ten
-/// times the rounding, which waves that are amplified along the shoot increase.
+/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of
+/// the sides: ten times the rounding, which waves that are amplified along the shoot increase.
 pub(super) const ACCURACY: f64 = 10.0 * ROUNDING;
 
 /// Returns an error unless a linearisation has more elements than the mesh whose error it is to estimate.
@@ -29,13 +31,13 @@ pub(super) struct Convergence {
 }
 
 impl Convergence {
-    /// Error of the answer on the finer mesh, relative to its change from a mesh of `coarse` elements. The observed order of
-    /// convergence is limited to the range from half the order of the elements to one less than this order, which allows for
-    /// terms of higher order. Waves that are barely resolved converge more slowly: a quarter of the order is assumed for their
-    /// first change.
+    /// Error of the answer on the finer mesh, relative to its change from a mesh of `coarse` elements. The
+    /// observed order of convergence is limited to the range from half the order of the elements to one less
+    /// than this order, which allows for terms of higher order. Waves that are barely resolved converge more
+    /// slowly: a quarter of the order is assumed for their first change.
     pub fn error_share(&mut self, change: f64, coarse: usize, fine: &Linearisation) -> f64 {
         let ratio = fine.elements() as f64 / coarse as f64;
-        let half = fine.points_per_element() as f64;
+        let half = fine.characteristic.points_per_element() as f64;
         let order = match self.last {
             Some((before, ratio)) => {
                 let observed = (before / change).ln() / ratio.ln();
@@ -45,12 +47,13 @@ impl Convergence {
             None => half,
         };
         self.last = Some((change, ratio));
-        let left = ratio.powf(-order);
-        left / (1.0 - left)
+        let share = ratio.powf(-order);
+        share / (1.0 - share)
     }
 }
 
-/// The size to which the error of a parameter is relative: the parameter, or the larger end of a range that contains zero.
+/// The size to which the error of a parameter is relative: the parameter, or the larger end of a range that
+/// contains zero.
 pub(super) fn size(parameter: f64, from: f64, to: f64) -> f64 {
     if from * to > 0.0 { parameter.abs() } else { from.abs().max(to.abs()) }
 }
@@ -61,7 +64,7 @@ pub(super) struct MeshError<const N: usize> {
     pub parameters: SVector<f64, N>,
     /// 1/s.
     pub frequency: f64,
-    /// The largest of them, each relative to its size.
+    /// Largest of the errors, each relative to its size.
     pub relative: f64,
 }
 
@@ -73,5 +76,49 @@ impl<const N: usize> MeshError<N> {
             frequency: self.frequency.max(other.frequency),
             relative: self.relative.max(other.relative),
         }
+    }
+}
+
+/// A crossing on one mesh, with its error.
+#[derive(Clone, Copy)]
+pub(super) struct Estimated<const N: usize> {
+    pub place: Follower<N>,
+    pub error: MeshError<N>,
+    pub convergence: Convergence,
+}
+
+impl<const N: usize> Estimated<N> {
+    /// A crossing on the first mesh, whose error is unknown.
+    pub fn new(place: Follower<N>) -> Self {
+        let unknown = f64::INFINITY;
+        let error = MeshError { parameters: SVector::repeat(unknown), frequency: unknown, relative: unknown };
+        Self { place, error, convergence: Convergence::default() }
+    }
+
+    /// Moves the crossing to a finer mesh, and corrects its free parameters there up to the distance `close`.
+    /// `sizes` are those to which errors of the parameters are relative. Returns the error on the mesh before.
+    pub fn refine(
+        &mut self,
+        free: &SVector<f64, N>,
+        sizes: &SVector<f64, N>,
+        close: f64,
+        family: &mut impl FnMut(&SVector<f64, N>) -> Result<Linearisation, StabilityError>,
+    ) -> Result<MeshError<N>, StabilityError> {
+        let (before, place) = (self.place, &mut self.place);
+        let linear = family(&before.at)?;
+        check_finer(before.elements, &linear)?;
+        place.change_mesh(before.root, &linear)?;
+        place.correct(free, close, family)?;
+        let frequency_size = if place.root.im == 0.0 { place.rate } else { place.root.im.abs() };
+        let error = |share: f64| {
+            let error = |change: f64, size: f64| (change.abs() * share).max(ROUNDING * size);
+            let parameters = (place.at - before.at).zip_map(sizes, error);
+            let frequency = error(place.root.im.abs() - before.root.im.abs(), frequency_size);
+            let relative = parameters.component_div(sizes).max().max(frequency / frequency_size);
+            MeshError { parameters, frequency, relative }
+        };
+        let coarse = error(1.0);
+        self.error = error(self.convergence.error_share(coarse.relative, before.elements, &linear));
+        Ok(coarse)
     }
 }

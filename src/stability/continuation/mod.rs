@@ -1,6 +1,7 @@
 //! Roots along parameters: onset, crossings and boundaries of stability, and their mesh refinement.
 
 mod boundary;
+mod crossing;
 mod follow;
 mod mesh_error;
 mod onset;
@@ -8,7 +9,7 @@ mod refine_boundary;
 mod refine_crossings;
 mod refinement;
 
-pub use boundary::{BoundaryPoint, BoundarySettings, boundary};
-pub use onset::{Onset, crossings, onset};
-pub use refine_boundary::RefinedPoint;
+pub use boundary::{BoundarySettings, boundary};
+pub use crossing::Crossing;
+pub use onset::{crossings, onset};
 pub use refinement::Refinement;

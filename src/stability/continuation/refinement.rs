@@ -1,11 +1,11 @@
-//! Mesh refinement: an answer is computed on finer meshes until its estimated error meets a tolerance.
+//! Mesh refinement: computation of an answer on finer meshes until its estimated error meets a tolerance.
 
-use std::iter::once;
+use std::iter::{once, successors};
 
 use super::follow::find_alike;
 use super::mesh_error::{ACCURACY, Convergence, ROUNDING, check_finer};
 use crate::error::ParameterError;
-use crate::stability::error::StabilityError;
+use crate::linear::StabilityError;
 use crate::stability::spectrum::{Linearisation, Part, Root};
 
 /// Relative tolerance and range of meshes of a mesh refinement.
@@ -28,24 +28,26 @@ use crate::stability::spectrum::{Linearisation, Part, Root};
 ///     Linearisation::about(&shoot)
 /// };
 /// let found = Refinement::to(1e-8).onset(family, 0.06, 0.075)?;
-/// assert!((found.parameter / 0.071003931291 - 1.0).abs() < 1e-8, "m");
-/// let error = found.parameter_error.expect("always there after a refinement");
-/// println!("{} ± {error:.0e} m on {} elements", found.parameter, found.elements);
+/// let [length] = found.parameters;
+/// assert!((length / 0.071003931291 - 1.0).abs() < 1e-8, "m");
+/// let [error] = found.parameter_errors.expect("estimated by a refinement");
+/// println!("{length} ± {error:.0e} m on {} elements", found.elements);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Each method takes a family of linearisations, whose last argument is *the number of elements*, and increases this number
-/// until the estimated error of the answer, from its change between two meshes, is below the tolerance. A family that cannot
-/// build its shoot anew divides the elements: with `first` 1 the number is that of the parts for
-/// [`Linearisation::refined`]. The reliability of the estimate: [`guide::stability`](crate::guide::stability). Meshes have
-/// `first` elements, then 3/2, 2, 3, 4, 6, 8 times as many and so on.
+/// Each method takes a family of linearisations, whose last argument is *the number of elements*, and increases
+/// this number until the estimated error of the answer, from its change between two meshes, is below the
+/// tolerance. A family that cannot build its shoot anew divides the elements: with `first` 1 the number is that
+/// of the parts for [`Linearisation::refined`]. The reliability of the estimate:
+/// [`guide::stability`](crate::guide::stability). Meshes have `first` elements, then 3/2, 2, 3, 4, 6, 8 times
+/// as many and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
-    /// The largest error due to the mesh, relative to the answer; at least 1e-9.
+    /// Largest error due to the mesh, relative to the answer; at least 1e-9.
     pub tolerance: f64,
-    /// Elements of the first mesh.
+    /// Number of elements of the first mesh.
     pub first: usize,
-    /// The largest number of elements.
+    /// Largest number of elements.
     pub last: usize,
 }
 
@@ -67,27 +69,28 @@ impl Refinement {
         ParameterError::unless(ok, "elements of the finest mesh", self.last as f64, requirement)
     }
 
-    /// The numbers of elements.
+    /// The numbers of elements: each doubling, and between two of them one and a half times as many if that is
+    /// a whole number.
     fn meshes(self) -> impl Iterator<Item = usize> {
-        let all = (0..).filter_map(move |k: u32| {
-            let doubled = self.first.saturating_mul(1 << (k / 2).min(60));
-            if k.is_multiple_of(2) {
-                Some(doubled)
-            } else {
-                // One and a half times as many, if that is a whole number.
-                doubled.is_multiple_of(2).then(|| doubled.saturating_add(doubled / 2))
-            }
-        });
+        let doubled = successors(Some(self.first), |n| n.checked_mul(2));
+        let all = doubled.flat_map(|n| once(n).chain(n.is_multiple_of(2).then(|| n.saturating_add(n / 2))));
         all.take_while(move |&n| n <= self.last)
     }
 
-    /// Computes an answer on finer meshes until the estimate of its relative error meets the tolerance. `on_mesh` takes the
-    /// number of elements and the answer of the mesh before, if there is one. It returns its answer, and an estimate if it has
-    /// one. If the resolution does not suffice, it is called without the answer of the mesh before, and then on the next mesh.
+    /// Largest distance between a crossing of a size and its correction: a hundredth of the tolerance, but not below
+    /// rounding.
+    pub(super) fn close(&self, size: f64) -> f64 {
+        (1e-2 * self.tolerance).max(ROUNDING) * size
+    }
+
+    /// Computes an answer on finer meshes until the estimate of its relative error meets the tolerance.
+    /// `on_mesh` takes the number of elements and the answer of the mesh before, if there is one. It returns
+    /// its answer, and an estimate if it has one. If the resolution does not suffice, it is called without the
+    /// answer of the mesh before, and then on the next mesh.
     ///
     /// # Errors
-    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet), or the last error if there was no estimate; errors of `on_mesh`
-    /// that are not due to the resolution.
+    /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet), or the last error if there was no estimate; errors
+    /// of `on_mesh` that are not due to the resolution.
     pub(super) fn converge<A>(
         &self,
         mut on_mesh: impl FnMut(usize, Option<A>) -> Result<(A, Option<f64>), StabilityError>,
@@ -114,11 +117,12 @@ impl Refinement {
         })
     }
 
-    /// The isolated roots with Re λ > `line` as [`Linearisation::roots`] finds them, to the tolerance, relative to |λ| or to a
-    /// thousandth of the slowest rate. `family` returns the linearisation on a mesh of a number of elements.
+    /// Finds the isolated roots with Re λ > `line` (1/s) as [`Linearisation::roots`] does, to the tolerance,
+    /// relative to |λ| or to a thousandth of the slowest rate. `family` returns the linearisation on a mesh
+    /// with a number of elements.
     ///
     /// # Errors
-    /// Those of [`Linearisation::roots`], a tolerance that is not positive or below 1e-9, or
+    /// Errors of [`Linearisation::roots`], a tolerance below 1e-9 or a range of meshes that is too small, or
     /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet).
     pub fn roots(
         &self,
@@ -128,11 +132,11 @@ impl Refinement {
         self.refine_roots(family, |linear| linear.roots(line))
     }
 
-    /// The rightmost isolated root as [`Linearisation::rightmost`] finds it, to the tolerance, in terms of
-    /// [`roots`](Self::roots).
+    /// Finds the rightmost isolated root as [`Linearisation::rightmost`] does, to the tolerance; its error is
+    /// relative as in [`roots`](Self::roots).
     ///
     /// # Errors
-    /// Those of [`Linearisation::rightmost`], a tolerance that is not positive or below 1e-9, or
+    /// Errors of [`Linearisation::rightmost`], a tolerance below 1e-9 or a range of meshes that is too small, or
     /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet).
     pub fn rightmost(
         &self,
@@ -142,7 +146,7 @@ impl Refinement {
         found.into_iter().next().ok_or(StabilityError::NoIsolatedRoot)
     }
 
-    /// Roots that are sought on every mesh, until those of two meshes agree in number and value.
+    /// Seeks roots on every mesh, until those of two meshes agree in number and value.
     fn refine_roots(
         &self,
         mut family: impl FnMut(usize) -> Result<Linearisation, StabilityError>,
@@ -158,7 +162,8 @@ impl Refinement {
             };
             check_finer(elements, &linear)?;
             let changes: Vec<f64> = roots.iter().map(|root| distance(root, &coarse)).collect();
-            let sizes: Vec<f64> = roots.iter().map(|root| root.value.norm().max(linear.smallest_modulus())).collect();
+            let sizes: Vec<f64> =
+                roots.iter().map(|root| root.value.norm().max(linear.characteristic.smallest_modulus())).collect();
             let largest = changes.iter().zip(&sizes).map(|(change, size)| change / size).fold(ROUNDING, f64::max);
             let share = convergence.error_share(largest, elements, &linear);
             for ((root, change), size) in roots.iter_mut().zip(changes).zip(sizes) {
@@ -172,11 +177,11 @@ impl Refinement {
     }
 }
 
-/// Whether a finer mesh may have an answer. A step of the parameters that is too long because of a coarse mesh may lead to
-/// where the shoot buckles.
+/// Whether a finer mesh may have an answer. A step of the parameters that is too long because of a coarse mesh
+/// may lead to parameters at which the shoot buckles.
 fn depends_on_mesh(error: &StabilityError) -> bool {
-    use StabilityError::{MechanicallyUnstable, NoConvergence, UnderResolved, Unresolved};
-    matches!(error, UnderResolved { .. } | Unresolved { .. } | NoConvergence { .. } | MechanicallyUnstable { .. })
+    use StabilityError::{MechanicallyUnstable, NoConvergence, UnderResolved};
+    matches!(error, UnderResolved { .. } | NoConvergence { .. } | MechanicallyUnstable { .. })
 }
 
 /// Distance of a root from the nearest of some others, 1/s.
@@ -185,13 +190,13 @@ fn distance(root: &Root, others: &[Root]) -> f64 {
 }
 
 impl Root {
-    /// The root with an estimate of the error due to its mesh: the distance from the root of `finer`, the linearisation of the
-    /// same shoot on a finer mesh.
+    /// The root with an estimate of the error due to its mesh: the distance from the root of `finer`, the
+    /// linearisation of the same shoot on a finer mesh.
     ///
     /// # Errors
     /// A mesh that is not finer, or without a root near this one.
     pub fn with_error(self, finer: &Linearisation) -> Result<Self, StabilityError> {
-        check_finer(self.strain.len() / finer.points_per_element(), finer)?;
+        check_finer(self.strain.len() / finer.characteristic.points_per_element(), finer)?;
         // The number of the block does not matter: the root is sought in all of them.
         let (_, there) = find_alike(finer, Part::Isolated(0), self.value)?;
         let error = (there - self.value).norm().max(ROUNDING * self.value.norm());

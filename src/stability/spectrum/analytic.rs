@@ -1,17 +1,18 @@
-//! Analytic functions of λ whose zeros are counted and found, with a bound on the number of evaluations.
+//! Analytic functions of λ whose zeros are counted and found, with a limit of the number of evaluations.
 
 use std::cell::Cell;
 
 use nalgebra::Complex;
 
-use crate::stability::error::StabilityError;
+use super::characteristic::CharacteristicMatrix;
+use crate::linear::StabilityError;
 
-/// Largest relative error of an analytic function that does not change the number of its zeros. Rouché's theorem requires
-/// less than one; the error is an estimate, hence a quarter.
+/// Largest relative error of an analytic function that does not change the number of its zeros. Rouché's theorem
+/// requires less than one. The error is an estimate, hence the margin of four.
 pub(super) const RESOLVED: f64 = 0.25;
 
-/// Largest number of evaluations in one search. A shoot of a few elements needs some hundred, next to an essential spectrum
-/// that is about to cross the axis a few thousand.
+/// Largest number of evaluations in one search. A shoot of a few elements needs some hundred, and a shoot whose
+/// essential spectrum is close to the axis a few thousand.
 const MOST: usize = 20_000;
 
 /// An analytic function at one λ.
@@ -20,36 +21,23 @@ pub(super) struct Sample {
     pub value: Complex<f64>,
     /// f'/f, s: about the inverse distance of the nearest zero.
     pub log_derivative: Complex<f64>,
-    /// The inverse distance of a singularity that f'/f does not show from afar, s.
+    /// Inverse distance of the nearest singularity of which f'/f shows nothing from afar, s.
     pub nearness: f64,
 }
 
-/// The range of |λ| that contains the zeros of a function.
-pub(super) trait Scales {
-    /// A radius outside which there is no zero with Re λ ≥ `abscissa`, 1/s.
-    fn bound(&self, abscissa: f64) -> f64;
-
-    /// The slowest rate of the laws, 1/s: λ that are smaller by many digits are zero.
-    fn slowest_rate(&self) -> f64;
-
-    /// Size of λ below which its error is not relative to |λ|: a thousandth of the slowest rate, 1/s.
-    fn smallest_modulus(&self) -> f64 {
-        1e-3 * self.slowest_rate()
-    }
-}
-
-/// A function that is real on the real axis, tends to one far right, and is analytic right of a line except at the zeros of
-/// its [divisors](Self::divisors).
+/// A function that is real on the real axis, tends to one far right, and is analytic right of a line except at
+/// the zeros of its [divisors](Self::divisors).
 pub(super) trait Analytic {
     fn at(&self, z: Complex<f64>) -> Sample;
 
-    /// The same, with the relative error of the function due to waves that the mesh does not resolve.
+    /// The function, and its relative error due to waves that the mesh does not resolve.
     fn with_unresolved_share(&self, z: Complex<f64>) -> (Sample, f64) {
         (self.at(z), 0.0)
     }
 
-    /// The range that contains its zeros.
-    fn scales(&self) -> &dyn Scales;
+    /// The characteristic matrix from which the function is computed. It has the bound and the time scales of
+    /// the zeros.
+    fn characteristic(&self) -> &CharacteristicMatrix;
 
     /// The denominators of a quotient. A zero of the quotient next to a zero of one of them is due to the mesh.
     fn divisors(&self) -> Vec<&dyn Analytic> {
@@ -57,44 +45,50 @@ pub(super) trait Analytic {
     }
 }
 
-/// Runs a search on a function, with a bound on the number of evaluations.
+/// Runs a search on a function, with a limit of the number of evaluations.
 ///
 /// # Errors
-/// Those of the search, or that it exceeded the bound.
+/// Errors of the search, and a search that exceeds the limit.
 pub(super) fn limited<T>(
     function: &dyn Analytic,
     search: impl FnOnce(&dyn Analytic) -> Result<T, StabilityError>,
 ) -> Result<T, StabilityError> {
     let limited = Limited { function, left: Cell::new(MOST) };
     let answer = search(&limited);
-    if limited.left.get() == 0 { Err(StabilityError::TooMuchWork { evaluations: MOST }) } else { answer }
+    if limited.left.get() > 0 {
+        return answer;
+    }
+    let what = "evaluations of the characteristic function, which has too many roots in the region,";
+    Err(StabilityError::TooMuchWork { what, amount: MOST as f64, most: MOST as f64 })
 }
 
-/// A function that is not a number after a given number of evaluations. Every search in it then ends.
+/// A function whose value is NaN after a given number of evaluations, so that every search in it ends.
 struct Limited<'a> {
     function: &'a dyn Analytic,
+    /// Number of evaluations left.
     left: Cell<usize>,
 }
 
 impl Limited<'_> {
-    fn take(&self) -> bool {
+    /// The function, unless its evaluations are used up.
+    fn take(&self) -> Option<&dyn Analytic> {
         let left = self.left.get();
         self.left.set(left.saturating_sub(1));
-        left > 0
+        (left > 0).then_some(self.function)
     }
 }
 
 impl Analytic for Limited<'_> {
     fn at(&self, z: Complex<f64>) -> Sample {
-        if self.take() { self.function.at(z) } else { NOT_A_NUMBER }
+        self.take().map_or(NOT_A_NUMBER, |function| function.at(z))
     }
 
     fn with_unresolved_share(&self, z: Complex<f64>) -> (Sample, f64) {
-        if self.take() { self.function.with_unresolved_share(z) } else { (NOT_A_NUMBER, 0.0) }
+        self.take().map_or((NOT_A_NUMBER, 0.0), |function| function.with_unresolved_share(z))
     }
 
-    fn scales(&self) -> &dyn Scales {
-        self.function.scales()
+    fn characteristic(&self) -> &CharacteristicMatrix {
+        self.function.characteristic()
     }
 
     fn divisors(&self) -> Vec<&dyn Analytic> {

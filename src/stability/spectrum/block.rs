@@ -1,26 +1,28 @@
-//! Parts of a shoot with a characteristic function of their own: a point, an element, and a block of unknowns that couple
-//! with no others.
+//! Parts of a shoot that have a characteristic function: a point, an element, and a block of unknowns that
+//! couple with no others.
 //!
-//! Waves that are short compared with the shoot do not change the couple. What remains of M(λ) is the strain at a point and
-//! the rotation of the frames above it, a Volterra operator, which has no roots. Its discretisation has roots where |a| h is
-//! not small, with a the gain from rotation to strain and h the length of an element. They are divided out.
+//! Waves that are short compared with the shoot do not change the couple. What remains of M(λ) is the strain
+//! at a point and the rotation of the frames above it, a Volterra operator, which has no roots. Its
+//! discretisation has roots where |a| h is not small, with a the gain from rotation to strain and h the length
+//! of an element. The characteristic function of a block is divided by these.
 
 use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
 
-use super::analytic::{Analytic, RESOLVED, Sample, Scales};
+use super::analytic::{Analytic, RESOLVED, Sample};
 use super::characteristic::{CharacteristicMatrix, Transfers};
 use super::transfer::ROUNDING;
 use crate::linear::AnalyticMatrix;
 
-/// Largest logarithmic derivative of the function, in units of the inverse distance of its singularities, that counts for
-/// the error of waves that are not resolved. It is larger only next to a root, which the error moves.
+/// Largest logarithmic derivative of the function, in units of the inverse distance of its singularities, that
+/// counts for the error of waves that are not resolved. It is larger only next to a root, which the error
+/// moves.
 const STEEP: f64 = 10.0;
 
-/// The local matrix D(λ) = λ − T ∂x/∂u of the points of one kind, for components that couple: infinitely short waves.
-/// Such waves have no elastic strain and do not rotate the shoot, so that a point senses its own intrinsic strain alone. The
-/// zeros of det D are in the essential spectrum.
+/// The local matrix D(λ) = λ − T ∂x/∂u of the points of one kind, for components that couple:
+/// infinitely short waves. These waves have no elastic strain and do not rotate the shoot, so that a point
+/// senses its own intrinsic strain alone. The zeros of det D are in the essential spectrum.
 #[derive(Debug, Clone)]
 pub(super) struct Point {
     pub characteristic: Arc<CharacteristicMatrix>,
@@ -53,9 +55,10 @@ fn shifted(characteristic: &CharacteristicMatrix, z: Complex<f64>) -> Complex<f6
 }
 
 impl Analytic for Point {
-    /// det D/(λ + c)ⁿ, times Π (λ − rate)/(λ + c) over the own rates of the variables that enter D or grow. This cancels the
-    /// poles of T, next to which zeros are hard to find, and which lie on the right if variables grow without being driven.
-    /// Only the phases of these factors are kept, since the product of many underflows.
+    /// det D/(λ + c)ⁿ, times the phases of Π (λ − rate)/(λ + c) over the own rates of the variables
+    /// that enter D or grow. This cancels the poles of T, next to which zeros are hard to find. Poles lie right
+    /// of the axis if variables grow without being driven. The moduli of the factors are omitted, since the
+    /// product of many underflows.
     fn at(&self, z: Complex<f64>) -> Sample {
         let transfer = &self.characteristic.transfers[self.kind];
         let mut out = determinant_over_power(&self.characteristic, z, self.matrix(z, &transfer.at(z)));
@@ -68,26 +71,26 @@ impl Analytic for Point {
         out
     }
 
-    fn scales(&self) -> &dyn Scales {
-        &*self.characteristic
+    fn characteristic(&self) -> &CharacteristicMatrix {
+        &self.characteristic
     }
 }
 
-/// The matrix Mₑ of one element in a block, for a fixed frame at its start and a fixed elastic strain. Its roots belong to
-/// the mesh.
+/// The matrix Mₑ of one element in a block, for a fixed frame at its start and a fixed elastic strain. Its
+/// roots belong to the mesh.
 #[derive(Debug, Clone)]
 struct Element {
-    /// Its first point.
+    /// The first point of the element.
     point: Point,
     unknowns: Vec<usize>,
-    /// Its length, m.
+    /// Length of the element, m.
     length: f64,
-    /// ∂stimuli/∂rotation of the frame where that is largest, 1/rad.
+    /// Largest ∂stimuli/∂rotation of the frame at its points, 1/rad.
     turn: DMatrix<f64>,
 }
 
 impl Element {
-    /// The element of some unknowns, which are all in one element.
+    /// The element of some unknowns, all of which lie in it.
     fn new(characteristic: &Arc<CharacteristicMatrix>, unknowns: &[usize]) -> Self {
         let p = characteristic.points_per_element();
         let (point, _) = characteristic.unknowns[unknowns[0]];
@@ -107,13 +110,13 @@ impl Element {
         characteristic.matrix(z, transfers, &characteristic.rigid_response, &self.unknowns)
     }
 
-    /// Whether an element has the same matrix.
+    /// Whether another element has the same matrix.
     fn equals(&self, other: &Self) -> bool {
         let ((places, response), (others, of_other)) = (self.shape(), other.shape());
         places == others && (&response - of_other).amax() <= ROUNDING * response.amax()
     }
 
-    /// The places of its unknowns in the element, their kinds, and their response.
+    /// The place of each unknown in the element (point, component, and kind of the point), and the rigid response.
     fn shape(&self) -> (Vec<(usize, usize, usize)>, DMatrix<f64>) {
         let characteristic = &self.point.characteristic;
         let (p, m) = (characteristic.points_per_element(), characteristic.stimuli);
@@ -123,7 +126,7 @@ impl Element {
         (places, characteristic.rigid_response.rows(first, p * m).select_columns(&self.unknowns))
     }
 
-    /// The gain from rotation to strain, (λ − T ∂x/∂u)⁻¹ T ∂x/∂φ in 1/m, and its first factor.
+    /// The gain from rotation to strain, (λ − T ∂x/∂u)⁻¹ T ∂x/∂φ in 1/m, and the inverse matrix in it.
     fn gain(&self, z: Complex<f64>, transfers: &Transfers) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
         let driven = &self.point.components;
         let n = driven.len();
@@ -152,8 +155,8 @@ impl Analytic for Element {
         determinant_over_power(characteristic, z, self.matrix(z, &transfers))
     }
 
-    fn scales(&self) -> &dyn Scales {
-        &*self.point.characteristic
+    fn characteristic(&self) -> &CharacteristicMatrix {
+        &self.point.characteristic
     }
 }
 
@@ -162,12 +165,13 @@ impl Analytic for Element {
 pub(super) struct Block {
     pub characteristic: Arc<CharacteristicMatrix>,
     pub unknowns: Vec<usize>,
-    /// Number of blocks with the same characteristic function, including this one; zero if an earlier one represents it.
+    /// Number of blocks with the same characteristic function, including this one; zero if an earlier one
+    /// represents it.
     pub multiplicity: usize,
-    /// Its elements that differ, and the number of each.
+    /// Distinct elements of the block, and the number of each.
     elements: Vec<(Element, usize)>,
-    /// Norm of the elastic part of its response to a rotation, relative to that of a rigid shoot; one at most. Next to
-    /// buckling it has no bound, but what grows there is the longest wave.
+    /// Norm of the elastic part of its response to a rotation, relative to that of a rigid shoot; at most one.
+    /// Next to buckling this ratio has no bound, but only the longest wave grows there.
     elasticity: f64,
 }
 
@@ -193,8 +197,8 @@ impl Block {
         self.characteristic.matrix(z, transfers, &self.characteristic.response, &self.unknowns)
     }
 
-    /// det M/Π det Mₑ. M consists of the Mₑ and a compact part, so that this quotient has a limit as the mesh is refined. The
-    /// limit has the isolated roots only; those of short waves and of the mesh cancel.
+    /// det M/Π det Mₑ. M consists of the Mₑ and a compact part, so that this quotient has a limit as the
+    /// mesh is refined. The limit has only the isolated roots; those of short waves and of the mesh cancel.
     fn quotient(&self, z: Complex<f64>, transfers: &Transfers) -> Sample {
         let (pivots, mut log_derivative) = self.matrix(z, transfers).pivots();
         let mut nearness = 0.0_f64;
@@ -206,16 +210,16 @@ impl Block {
             log_derivative -= own_derivative * *number as f64;
             nearness = nearness.max(element.nearness(z, transfers));
         }
-        // The determinants of many points overflow or underflow, quotients of pivots do not.
+        // Determinants for many points overflow or underflow, but quotients of pivots do not.
         let value = pivots.iter().zip(&divisors).map(|(pivot, divisor)| pivot / divisor).product();
         Sample { value, log_derivative, nearness }
     }
 
     /// The relative error of the characteristic function at λ due to short waves.
     ///
-    /// They vary as exp(Gs), G the gain from rotation to strain, and Gauss collocation replaces exp(Gh) by its diagonal Padé
-    /// approximant. Waves that are not resolved change the function by way of elasticity, which couples the far end of the
-    /// shoot, where they have grown, to its base.
+    /// They vary as exp(Gs), G the gain from rotation to strain, and Gauss collocation replaces exp(Gh) by its
+    /// diagonal Padé approximant. Waves that are not resolved change the function by way of elasticity, which
+    /// couples the far end of the shoot, where they have grown, to its base.
     fn unresolved_share(&self, z: Complex<f64>, transfers: &Transfers, at: &Sample) -> f64 {
         let p = self.characteristic.points_per_element() as u32;
         let factorial = |n: u32| (1..=n).map(f64::from).product::<f64>();
@@ -236,10 +240,11 @@ impl Block {
         if !(error > 0.1 * RESOLVED / STEEP) {
             return 0.0;
         }
-        // The share of the function that is due to waves that have grown along the shoot, as expected ...
+        // The share of the function due to waves that have grown along the shoot: as estimated from their
+        // amplification ...
         let expected = self.elasticity * local * growth.exp() / (waves * waves).max(1.0);
-        // ... and as it is on this mesh. A part A exp(−κℓ) varies by |A κ'| ℓ, where κ' is of the size of κ over the distance to
-        // zero or to the essential spectrum, whichever is nearer.
+        // ... and as found on this mesh. A term A exp(−κℓ) varies by |A κ'| ℓ, where κ' is of the size
+        // of κ over the distance to zero or to the essential spectrum, whichever is nearer.
         let found = at.log_derivative.norm() / (at.nearness.max(1.0 / z.norm()) * waves.max(1.0));
         expected.max(found).min(STEEP) * f64::min(error, 1.0)
     }
@@ -256,8 +261,8 @@ impl Analytic for Block {
         (sample, self.unresolved_share(z, &transfers, &sample))
     }
 
-    fn scales(&self) -> &dyn Scales {
-        &*self.characteristic
+    fn characteristic(&self) -> &CharacteristicMatrix {
+        &self.characteristic
     }
 
     fn divisors(&self) -> Vec<&dyn Analytic> {

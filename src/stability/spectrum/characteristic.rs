@@ -2,36 +2,33 @@
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use super::analytic::Scales;
 use super::transfer::TransferFunction;
 use crate::equilibrium::NewtonSolver;
-use crate::growth::GrowthLaw;
-use crate::linear::{AnalyticMatrix, SteadyLaws, stimulus_derivatives, visit_bends, visit_stimuli};
+use crate::linear::{AnalyticMatrix, StabilityError, SteadyLaws, stimulus_derivatives, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::{Rod, centre_line_tangent};
 use crate::shoot::Shoot;
-use crate::stability::error::StabilityError;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Growing, TropismLaw};
 
-/// Largest number of operations for the laws' variables in one evaluation of the characteristic function: 300³, for 300
-/// variables that depend on each other. A count then takes seconds.
+/// Largest number of operations for the variables of the laws in one evaluation of the characteristic function:
+/// 300³, that of 300 variables that depend on each other. A count then takes seconds.
 const MOST_WORK: f64 = 2.7e7;
 
 /// T(λ) of each kind of point.
 pub(super) type Transfers = Vec<AnalyticMatrix>;
 
-/// The characteristic matrix M(λ) = λ − T(λ) X of M(λ) δu* = 0. It is never changed.
+/// The characteristic matrix M(λ) = λ − T(λ) X of M(λ) δu* = 0.
 #[derive(Debug)]
-pub(super) struct CharacteristicMatrix {
+pub(in crate::stability) struct CharacteristicMatrix {
     /// Distinct transfer functions, and the index of the one of each material point of the growth zone.
     pub transfers: Vec<TransferFunction>,
     pub kind: Vec<usize>,
-    /// The unknowns: material point and component of its intrinsic strain.
+    /// Unknowns: the material point, and the component of its intrinsic strain.
     pub unknowns: Vec<(usize, usize)>,
     /// X: rows (point, stimulus), columns unknowns.
     pub response: DMatrix<f64>,
-    /// X of a rigid shoot, of which only the strain at a point changes, and with it the frames beyond.
+    /// X of a rigid shoot: only the strain at a point changes, and the frames beyond it.
     pub rigid_response: DMatrix<f64>,
     /// Displacement of the ends of the elements (3 rows each) due to each unknown, m per 1/m.
     pub displacement: DMatrix<f64>,
@@ -41,20 +38,23 @@ pub(super) struct CharacteristicMatrix {
     pub turn: Vec<DMatrix<f64>>,
     /// Lengths of the elements of the growth zone, m.
     pub lengths: Vec<f64>,
+    /// Number of stimuli at a point.
     pub stimuli: usize,
-    /// The size of every stimulus: the largest norm of its rows in both responses and in the derivatives at a point.
+    /// Size of every stimulus: the largest norm of its rows in both responses and in the derivatives at a point.
     sizes: DVector<f64>,
 }
 
 impl CharacteristicMatrix {
-    /// Linearises `shoot` about `rod`, which is in equilibrium and whose laws are in a steady state. Their gradients need not
-    /// vanish. The solver computes the response of the equilibrium.
+    /// Linearises `shoot` about `rod`, which is in equilibrium and whose laws are in a steady state. Their
+    /// gradients need not vanish. `regr` returns the REGR at a point, 1/s. The solver computes the response of the
+    /// equilibrium.
     ///
     /// # Errors
     /// Laws that steer nothing, too many variables, or derivatives that are not finite.
     pub fn about(
         shoot: &Shoot<impl Model>,
         rod: &Rod,
+        regr: impl Fn(&Growing) -> f64,
         steady: &SteadyLaws,
         force: &InternalForce,
         solver: &mut NewtonSolver,
@@ -66,15 +66,14 @@ impl CharacteristicMatrix {
         let mut kind = Vec::with_capacity(strain.len());
         let mut work = 0.0;
         for (i, (place, local)) in steady.places.iter().zip(&strain).enumerate() {
-            let rate = shoot.model.growth().regr(place.apex_distance, place.time);
-            let mut transfer = TransferFunction::of(law, rate, steady, i, local)?;
+            let mut transfer = TransferFunction::of(law, regr(place), steady, i, local)?;
             let known = transfers.iter().position(|other| other.is_like(&transfer));
             kind.push(known.unwrap_or(transfers.len()));
             if known.is_none() {
-                let (variables, operations) = transfer.work();
-                work += operations;
+                work += transfer.work();
                 if work > MOST_WORK {
-                    return Err(StabilityError::TooManyVariables { variables, operations: work, most: MOST_WORK });
+                    let what = "operations for variables of the laws that depend on each other";
+                    return Err(StabilityError::TooMuchWork { what, amount: work, most: MOST_WORK });
                 }
                 transfer.find_own_rates()?;
                 transfers.push(transfer);
@@ -118,6 +117,12 @@ impl CharacteristicMatrix {
         self.transfers.iter().map(|transfer| transfer.at(z)).collect()
     }
 
+    /// M(λ) for all unknowns.
+    pub fn whole(&self, z: Complex<f64>) -> DMatrix<Complex<f64>> {
+        let all: Vec<usize> = (0..self.unknowns.len()).collect();
+        self.matrix(z, &self.transfers_at(z), &self.response, &all).value
+    }
+
     /// λ − T X for some unknowns, with either response X.
     pub fn matrix(
         &self,
@@ -145,17 +150,15 @@ impl CharacteristicMatrix {
         out
     }
 
-    /// The change of the unknowns after which the gradients of the laws vanish, to first order: T(0) X times the change is
-    /// −REGR times the gradients.
+    /// The change of the unknowns after which the gradients of the laws vanish, to first order: T(0) X times
+    /// the change is −REGR times the gradients.
     pub fn steady_step(&self, steady: &SteadyLaws) -> Option<DVector<f64>> {
-        let all: Vec<usize> = (0..self.unknowns.len()).collect();
-        let matrix = self.matrix(Complex::ZERO, &self.transfers_at(Complex::ZERO), &self.response, &all);
-        let residual = DVector::from_fn(all.len(), |k, _| {
+        let residual = DVector::from_fn(self.unknowns.len(), |k, _| {
             let (i, c) = self.unknowns[k];
             steady.gradients[i][c] * self.transfers[self.kind[i]].rate
         });
         // M(0) = −T(0) X.
-        matrix.value.map(|z| z.re).lu().solve(&residual)
+        self.whole(Complex::ZERO).map(|z| z.re).lu().solve(&residual)
     }
 
     /// Moduli of the laws' own rates, and the inverse delays, 1/s.
@@ -165,7 +168,9 @@ impl CharacteristicMatrix {
         delays.chain(rates).filter(|rate| *rate > 0.0 && rate.is_finite())
     }
 
-    /// The line left of which no roots are sought, 1/s: nine tenths of the way to the laws' own rates, where T has poles.
+    /// The line left of which no roots are sought, 1/s. T has poles at the laws' own rates, and next to these
+    /// its function is steep: a tenth of the distance from the axis is left out. Without such rates the line is
+    /// that of roots that decay in a thousandth of the longest time.
     pub fn leftmost(&self) -> f64 {
         let rates = self.transfers.iter().flat_map(|t| &t.own_rates).map(|rate| rate.re);
         0.9 * rates.filter(|r| *r < 0.0).fold(f64::NEG_INFINITY, f64::max).max(-1e3 * self.slowest_rate())
@@ -176,39 +181,42 @@ impl CharacteristicMatrix {
         self.slowest_rate() - 2.0 * self.leftmost()
     }
 
-    /// Some λ at which functions that differ have different values: between the slowest and the fastest rate of the laws,
-    /// off the axes.
+    /// Values of λ at which different functions have different values: between the slowest and the fastest
+    /// rate of the laws, off the axes.
     pub fn probes(&self) -> Vec<Complex<f64>> {
         let slow = self.slowest_rate();
         let fast = self.rates().fold(slow, f64::max);
-        // There are two, and one more for every factor of ten between these rates.
+        // Two values, and one more for every factor of ten between these rates.
         let decades = (fast / slow).log10().ceil().clamp(0.0, 12.0) as usize;
         let at = |k: usize| {
             let size = slow * (fast / slow).powf(k as f64 / (decades + 1) as f64);
-            // Arguments without a pattern.
+            // The arguments have no pattern, so that no difference vanishes at all values.
             Complex::from_polar(size, 0.4 + 0.13 * k as f64)
         };
         (0..=decades + 1).map(at).collect()
     }
-}
 
-impl Scales for CharacteristicMatrix {
-    /// A radius outside which there is no root with Re λ ≥ `abscissa`: there |λ| exceeds the norm of T(λ) X. The bound holds
-    /// for the whole shoot, for an element and for a point. Stimuli and variables are measured in units of their sizes, since
-    /// laws have units of their own.
-    fn bound(&self, abscissa: f64) -> f64 {
+    /// A radius outside which there is no root with Re λ ≥ `abscissa`, 1/s: there |λ| exceeds the norm of
+    /// T(λ) X. The bound holds for the whole shoot, for an element and for a point. Stimuli and variables are
+    /// scaled by their sizes, because their units depend on the laws.
+    pub fn bound(&self, abscissa: f64) -> f64 {
         let radii = self.transfers.iter().map(|transfer| transfer.radius(&self.sizes, abscissa));
-        // At eight times this radius, where a count ends, the argument of the factors (λ − rate)/(λ + c) of a local matrix is less
-        // than a radian.
+        // At eight times this radius, where a count ends, the argument of the factors (λ − rate)/(λ + c) of
+        // a local matrix is less than a radian.
         let turn = |rates: &Vec<Complex<f64>>| rates.iter().map(|rate| (rate + self.shift()).norm()).sum::<f64>() / 8.0;
         let turns = self.transfers.iter().map(|transfer| turn(&transfer.local_rates));
         1.001 * radii.chain(turns).fold(0.0, f64::max).max(self.smallest_modulus())
     }
 
-    /// The inverse of the longest time in the laws' rates and delays, 1/s.
-    fn slowest_rate(&self) -> f64 {
+    /// The inverse of the longest time in the rates and delays of the laws, 1/s.
+    pub fn slowest_rate(&self) -> f64 {
         let slowest = self.rates().fold(f64::INFINITY, f64::min);
         if slowest.is_finite() { slowest } else { self.transfers.iter().map(|t| t.rate).fold(1e-300, f64::max) }
+    }
+
+    /// Size of λ below which its error is not relative to |λ|: a thousandth of the slowest rate, 1/s.
+    pub fn smallest_modulus(&self) -> f64 {
+        1e-3 * self.slowest_rate()
     }
 }
 
@@ -220,7 +228,8 @@ fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
     DVector::from_fn(stimuli, |k, _| responses.iter().map(|of| size(of, k)).fold(0.0, f64::max))
 }
 
-/// X and the displacements. Frames follow from the factorised tangent, stimuli and positions by central differences.
+/// Computes X and the displacements. Frames follow from the factorised tangent; stimuli and positions are
+/// differentiated by central differences.
 fn respond(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -262,7 +271,7 @@ fn respond_rigidly(
     let mut out = DMatrix::zeros(turn.len() * m, unknowns.len());
     for (column, &(j, c)) in unknowns.iter().enumerate() {
         let axis = frames[j] * Vector3::ith(c, rod.points()[first * p + j].jacobian);
-        // Rows begin at the first point of its element.
+        // The first point that is affected is the first of the element.
         for i in j / p * p..turn.len() {
             let weight = if i / p == j / p { reference.upto[i % p][j % p] } else { reference.weights[j % p] };
             let about_directors = frames[i].inverse() * axis * weight;

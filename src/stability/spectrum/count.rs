@@ -1,54 +1,49 @@
 //! The number of zeros of an analytic function right of a line, by the argument principle.
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::Complex;
 
 use super::analytic::{Analytic, RESOLVED, Sample, limited};
-use crate::stability::error::StabilityError;
+use crate::linear::StabilityError;
 
-/// Largest number of times a panel is halved; a zero that the argument does not resolve then lies on the line. A panel of
-/// 2⁻⁴⁵ is 3e-14 of the first one, which is rounding.
+/// Largest number of halvings of a panel. A zero that the argument then does not resolve lies on the line:
+/// 2⁻⁴⁵ of a panel is 3e-14, which is rounding.
 const DEPTH: usize = 45;
-/// Longest panel in units of the distance of the nearest zero, from its ends and middle. A zero beside its
-/// middle then changes the argument by a quarter-turn at most.
-const CLEAR: f64 = 2.0;
 
 /// A line on which a function was sampled to count the zeros right of it.
 pub(super) struct Line {
     pub abscissa: f64,
     /// The number of zeros with Re λ > `abscissa`.
     pub number: usize,
-    /// Im λ of the samples, ascending, with the length of the step of Newton's method there. Panels are short where a zero
-    /// is near, so that samples are dense there.
+    /// Im λ of the samples, ascending, with the length of the step of Newton's method there. Panels are short
+    /// next to a zero, so that samples are dense there.
     pub steps: Vec<(f64, f64)>,
 }
 
-/// The number of zeros with Re λ > `abscissa`.
+/// The number of zeros with Re λ > `abscissa`, with the samples on the line.
 ///
 /// # Errors
 /// A zero on the line, which cannot be counted, a function that the mesh does not resolve there, or too much work.
-pub(super) fn count_right_of(f: &dyn Analytic, abscissa: f64) -> Result<usize, StabilityError> {
-    Ok(count_along(f, abscissa)?.number)
-}
-
-/// The same, with the samples on the line.
 pub(super) fn count_along(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
     limited(f, |f| follow_line(f, abscissa))
 }
 
 fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> {
     let mut steps = Vec::new();
-    let mut share = 0.0_f64;
+    let mut error = 0.0_f64;
     let mut on_line = |w: f64| {
         let (sample, unresolved) = f.with_unresolved_share(Complex::new(abscissa, w));
-        share = share.max(unresolved);
+        error = error.max(unresolved);
         steps.push((w, sample.log_derivative.norm().recip()));
         sample
     };
-    // The contour is the upper half of the line up to a bound beyond which there is no zero; the lower half is symmetric. The
-    // arc far right contributes nothing, because f is real at its right end and |f − 1| < 1 beyond the bound. Octaves begin at
-    // the line's distance from zero, where roots accumulate without proprioception.
-    let top = 8.0 * f.scales().bound(abscissa);
-    let slow = f.scales().slowest_rate();
+    // The contour is the upper half of the line up to a bound beyond which there is no zero. The lower half is
+    // symmetric, and the arc far right contributes nothing, because f is real at its right end and |f − 1| <
+    // 1 beyond the bound. The panels are octaves. They begin at the distance of the line from zero, where roots
+    // accumulate without proprioception.
+    let top = 8.0 * f.characteristic().bound(abscissa);
+    let slow = f.characteristic().slowest_rate();
     let octaves = (top / (0.25 * abscissa.abs()).clamp(1e-12 * slow, 0.1 * slow)).log2().ceil() as i32;
     let mut last = (0.0, on_line(0.0));
     let changes = (0..=octaves).rev().map(|octave| {
@@ -56,22 +51,21 @@ fn follow_line(f: &dyn Analytic, abscissa: f64) -> Result<Line, StabilityError> 
         let from = std::mem::replace(&mut last, (w, on_line(w)));
         argument(&mut on_line, from, last, 0)
     });
-    let turn: Option<f64> = changes.sum();
-    if !(share < RESOLVED) {
-        return Err(StabilityError::UnderResolved { share });
+    let change: Option<f64> = changes.sum();
+    if !(error < RESOLVED) {
+        return Err(StabilityError::UnderResolved { what: "waves of the characteristic function (relative)", error });
     }
     let value = last.1.value;
-    let what = "count of roots (one lies on the line)";
-    let turn = turn.ok_or(StabilityError::NoConvergence { what, residual: value.norm() })?;
+    let failed = |what, residual| StabilityError::NoConvergence { what, residual };
+    let change = change.ok_or(failed("count of roots (one lies on the line)", value.norm()))?;
     // The argument changes from its value at `top` to zero at infinity, where f = 1.
-    let count = (value.arg() - turn) / std::f64::consts::PI;
-    let residual = count - count.round();
-    let number = whole(count).ok_or(StabilityError::NoConvergence { what: "count of roots", residual })?;
+    let count = (value.arg() - change) / PI;
+    let number = whole(count).ok_or(failed("count of roots", count - count.round()))?;
     steps.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(Line { abscissa, number, steps })
 }
 
-/// The number of zeros minus the number of poles in a rectangle; none if one lies on its sides.
+/// The number of zeros minus the number of poles in a rectangle between two corners; none if one lies on its sides.
 pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f64>) -> Option<usize> {
     let corners = [low, Complex::new(high.re, low.im), high, Complex::new(low.re, high.im)];
     let changes = (0..4).map(|i| {
@@ -83,17 +77,18 @@ pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f6
         let ends = [on_side(0.0), on_side(1.0)];
         argument(&mut on_side, (0.0, ends[0]), (1.0, ends[1]), 0)
     });
-    let turn: f64 = changes.sum::<Option<f64>>()?;
-    whole(turn / std::f64::consts::TAU)
+    whole(changes.sum::<Option<f64>>()? / TAU)
 }
 
-/// The whole number nearest to a change of argument in turns; none if it is negative or the change is not near it.
+/// The whole number nearest to a change of the argument in turns; none if it is negative, or if the change is
+/// not near it.
 fn whole(count: f64) -> Option<usize> {
     let nearest = count.round();
     ((count - nearest).abs() < 0.05 && nearest >= 0.0).then_some(nearest as usize)
 }
 
-/// The change of the argument of `f` between two points. Panels are halved until the change over each is small and reliable.
+/// The change of the argument of `f` between two points. Panels are halved until the change over each is small and
+/// reliable.
 fn argument(
     f: &mut impl FnMut(f64) -> Sample,
     (a, fa): (f64, Sample),
@@ -106,11 +101,11 @@ fn argument(
     if !(left.is_finite() && right.is_finite()) {
         return None;
     }
-    // |f'/f| is about the inverse distance of the nearest zero. Two zeros that are close to the line and to each other change
-    // the argument by 2π between samples with equal values and derivatives of the argument. Hence the panel must also be
-    // short compared with that distance.
+    // |f'/f| is about the inverse distance of the nearest zero. Two zeros close to the line and to each other change the
+    // argument by 2π between samples with equal values and derivatives of the argument. Hence a panel must also be shorter
+    // than twice that distance. A zero beside its middle then changes the argument by a quarter-turn at most.
     let steepest = [fa, fm, fb].map(|at| at.log_derivative.norm().max(at.nearness)).into_iter().fold(0.0, f64::max);
-    if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 && (b - a) * steepest < CLEAR {
+    if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 && (b - a) * steepest < 2.0 {
         return Some(left + right);
     }
     if depth == DEPTH {

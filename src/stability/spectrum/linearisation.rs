@@ -4,46 +4,34 @@ use std::sync::Arc;
 
 use nalgebra::Complex;
 
-use super::analytic::Scales;
 use super::characteristic::CharacteristicMatrix;
-use super::count::count_right_of;
-use super::modes::{Root, mode};
+use super::count::count_along;
+use super::motion::Root;
 use super::parts::{Found, Part, Spectrum};
 use super::roots::{rightmost, roots_right_of, threshold, with_conjugate, zero_near};
-use super::steady_state::SteadyStateSolver;
+use super::steady_state::solve_rod;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
-use crate::linear::{SteadyLaws, check_autonomous, check_steady, precise_solver};
+use crate::growth::GrowthLaw;
+use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, precise_solver};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
-use crate::stability::error::StabilityError;
-
-/// The number of unstable roots.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unstable {
-    /// Number of roots with positive real part, counted with multiplicity.
-    Finite(usize),
-    /// Infinitely many roots, because the essential spectrum extends right of the axis. On a mesh their number is that of its
-    /// points.
-    Infinite {
-        /// Largest real part of the essential spectrum, 1/s.
-        abscissa: f64,
-    },
-}
+use crate::tropism::Growing;
 
 /// The linearisation of a shoot about a steady state, with its characteristic matrix M(λ).
 #[derive(Debug, Clone)]
 pub struct Linearisation {
-    pub(super) characteristic: Arc<CharacteristicMatrix>,
-    pub(super) spectrum: Spectrum,
+    pub(in crate::stability) characteristic: Arc<CharacteristicMatrix>,
+    spectrum: Spectrum,
 }
 
 impl Linearisation {
-    /// Linearises a shoot about its present state, which must be a steady state. A shoot that was just built is in a steady
-    /// state if it is upright and its laws keep it so. [`SteadyStateSolver`] brings others into one. Length, stiffness and zone
-    /// are kept constant. The shoot is not changed.
+    /// Linearises a shoot about its present state, which must be a steady state. A shoot that was just built is
+    /// in a steady state if it is upright and its laws keep it so.
+    /// [`solve_steady_state`](crate::stability::solve_steady_state()) brings others into one. Length, stiffness
+    /// and zone are kept constant. The shoot is not changed.
     ///
     /// # Errors
     /// A state that is not steady or mechanically unstable, laws that are not autonomous or steer nothing, or whose
@@ -52,16 +40,18 @@ impl Linearisation {
         Self::on(shoot, shoot.state.rod.clone())
     }
 
-    /// The same on a finer mesh: every element is divided into `parts`, and the steady state solved for again. The shoot is
-    /// not changed. A section that tapers is interpolated by the polynomials of the present elements, whereas a shoot that is
-    /// built with more elements evaluates its section at their points.
+    /// Linearises a shoot on a finer mesh: every element is divided into `parts`, and the steady state solved
+    /// for again. The shoot is not changed. A section that tapers is interpolated by the polynomials of the
+    /// present elements, whereas a shoot that is built with more elements evaluates its section at their
+    /// points.
     ///
     /// # Errors
-    /// Those of [`about`](Self::about), zero parts, or no steady state on the finer mesh.
+    /// Errors of [`about`](Self::about), zero parts, or no steady state on the finer mesh.
     pub fn refined(shoot: &Shoot<impl Model>, parts: usize) -> Result<Self, StabilityError> {
         let mut rod = shoot.state.rod.clone();
         let elements = (rod.elements() as f64) * parts as f64;
-        // Matrices are dense: with two components at four points of each element one of 1e4 elements would take 100 GB.
+        // Matrices are dense: with two components at four points of each element, a matrix for 1e4 elements
+        // takes 100 GB.
         let requirement = "at least 1, and such that there are fewer than 1e4 elements";
         let ok = parts > 0 && elements < 1e4;
         ParameterError::unless(ok, "number of parts of an element", parts as f64, requirement)?;
@@ -71,7 +61,7 @@ impl Linearisation {
         // From a state that is not steady the solver could converge to another one.
         let _ = check(shoot, &mut rod, &mut precise_solver())?;
         rod.cut(parts);
-        let _ = SteadyStateSolver::default().solve_rod(shoot, &mut rod)?;
+        solve_rod(shoot, &mut rod)?;
         Self::on(shoot, rod)
     }
 
@@ -79,7 +69,9 @@ impl Linearisation {
     fn on(shoot: &Shoot<impl Model>, mut rod: Rod) -> Result<Self, StabilityError> {
         let mut solver = precise_solver();
         let (force, steady) = check(shoot, &mut rod, &mut solver)?;
-        let characteristic = Arc::new(CharacteristicMatrix::about(shoot, &rod, &steady, &force, &mut solver)?);
+        let regr = |at: &Growing| shoot.model.growth().regr(at.apex_distance, at.time);
+        let characteristic = CharacteristicMatrix::about(shoot, &rod, regr, &steady, &force, &mut solver)?;
+        let characteristic = Arc::new(characteristic);
         let spectrum = Spectrum::of(&characteristic);
         Ok(Self { characteristic, spectrum })
     }
@@ -90,28 +82,28 @@ impl Linearisation {
         self.characteristic.lengths.len()
     }
 
-    /// The number of roots with a positive real part by the argument principle, which misses none, or that it is infinite.
+    /// The number of roots with a positive real part, counted with multiplicity, by the argument principle,
+    /// which misses none.
     ///
     /// Roots whose real part is less than a millionth of the slowest rate count as stable.
     ///
     /// # Errors
-    /// A root on the line, or a mesh that does not resolve the waves that matter.
-    pub fn unstable(&self) -> Result<Unstable, StabilityError> {
+    /// [`InfinitelyMany`](StabilityError::InfinitelyMany) if the essential spectrum extends right of the axis;
+    /// a root on the line, or a mesh that does not resolve the waves that matter.
+    pub fn unstable(&self) -> Result<usize, StabilityError> {
         for point in &self.spectrum.points {
-            if count_right_of(point, threshold(point))? > 0 {
-                return Ok(Unstable::Infinite { abscissa: abscissa(&self.essential()?).unwrap_or(0.0) });
+            if count_along(point, threshold(point))?.number > 0 {
+                return Err(StabilityError::InfinitelyMany { abscissa: accumulation(&self.essential()?) });
             }
         }
-        let mut sum = 0;
-        for (_, block) in self.spectrum.blocks() {
-            sum += block.multiplicity * count_right_of(block, threshold(block))?;
-        }
-        Ok(Unstable::Finite(sum))
+        let count = |block| count_along(block, threshold(block)).map(|line| line.number);
+        self.spectrum.blocks().map(|(_, block)| Ok(block.multiplicity * count(block)?)).sum()
     }
 
-    /// The essential spectrum, 1/s: for every kind of material point the rightmost root of its local matrix, rightmost first.
-    /// Infinitely many roots accumulate there, whose waves become ever shorter. Roots left of −0.9/τm, with the slowest rate of
-    /// the laws, are not sought. The list is empty if there are no others, or no law senses the strain where it acts.
+    /// The essential spectrum, 1/s: for every kind of material point the rightmost root of its local matrix,
+    /// rightmost first. Infinitely many roots accumulate there, whose waves become ever shorter. Roots are
+    /// sought right of nine tenths of the slowest of the laws' own rates, −0.9/τm. The list is empty if no
+    /// root lies there, or if no law senses the strain at its own place.
     ///
     /// # Errors
     /// A root that is not found.
@@ -126,21 +118,21 @@ impl Linearisation {
         Ok(out)
     }
 
-    /// The isolated roots with Re λ > `line` (1/s), rightmost first, with their modes. The line must lie right of the
-    /// essential spectrum and of the laws' own rates, −1/τm; right of zero if no law senses the strain where it acts, since then
-    /// all roots accumulate there.
+    /// The isolated roots with Re λ > `line` (1/s), rightmost first, with their modes. The line must lie right
+    /// of the essential spectrum and of the laws' own rates, −0.9/τm. If no law senses the strain at its own
+    /// place, it must lie right of zero, where all roots then accumulate.
     ///
     /// # Errors
     /// A line that lies left of these, or a root that is not found.
     pub fn roots(&self, line: f64) -> Result<Vec<Root>, StabilityError> {
         const LINE: &str = "line right of which roots are sought";
         ParameterError::finite(LINE, line)?;
-        ParameterError::unless(line >= self.characteristic.leftmost(), LINE, line, "right of −0.9/τm (1/s)")?;
-        let requirement = "right of the essential spectrum, and of zero where that is empty (1/s)";
-        ParameterError::unless(line > accumulation(&self.essential()?), LINE, line, requirement)?;
+        let ok = line >= self.characteristic.leftmost() && line > accumulation(&self.essential()?);
+        let requirement = "right of −0.9/τm and of the essential spectrum, or of zero where that is empty (1/s)";
+        ParameterError::unless(ok, LINE, line, requirement)?;
         let mut found: Vec<Root> = Vec::new();
         for (_, block) in self.spectrum.blocks() {
-            found.extend(roots_right_of(block, line)?.into_iter().map(|value| mode(block, value)));
+            found.extend(roots_right_of(block, line)?.into_iter().map(|value| Root::new(block, value)));
         }
         found.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
         Ok(found)
@@ -149,13 +141,14 @@ impl Linearisation {
     /// The rightmost isolated root, with its mode.
     ///
     /// # Errors
-    /// None found right of the essential spectrum and of the laws' own rates, or a mesh that does not resolve the waves
-    /// that matter.
+    /// No root right of the essential spectrum and of the laws' own rates, or a mesh that does not resolve the
+    /// waves that matter.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
         let roots = self.isolated(&self.essential()?)?.into_iter();
-        let best = roots.reduce(|a, b| if b.1.re > a.1.re { b } else { a });
-        let named = |(name, value): Found| Some((self.spectrum.blocks().find(|(other, _)| *other == name)?.1, value));
-        best.and_then(named).map(|(block, value)| mode(block, value)).ok_or(StabilityError::NoIsolatedRoot)
+        let (name, value) =
+            roots.reduce(|a, b| if b.1.re > a.1.re { b } else { a }).ok_or(StabilityError::NoIsolatedRoot)?;
+        let block = self.spectrum.blocks().find(|(other, _)| *other == name);
+        block.map(|(_, block)| Root::new(block, value)).ok_or(StabilityError::NoIsolatedRoot)
     }
 
     /// The rightmost root, isolated or essential, and the part that it belongs to.
@@ -165,16 +158,6 @@ impl Linearisation {
         // On ties, keep the first.
         let leading = all.reduce(|a, b| if b.1.re > a.1.re + 1e-9 * b.1.norm() { b } else { a });
         leading.ok_or(StabilityError::NoIsolatedRoot)
-    }
-
-    /// Material points in an element: half the order of the mesh.
-    pub(in crate::stability) fn points_per_element(&self) -> usize {
-        self.characteristic.points_per_element()
-    }
-
-    /// The inverse of the longest time in the laws, 1/s.
-    pub(in crate::stability) fn slowest_rate(&self) -> f64 {
-        self.characteristic.slowest_rate()
     }
 
     /// The parts of the spectrum that differ.
@@ -210,21 +193,13 @@ impl Linearisation {
         Ok(best)
     }
 
-    /// Size of λ below which its error is not relative to |λ|, 1/s.
-    pub(in crate::stability) fn smallest_modulus(&self) -> f64 {
-        self.characteristic.smallest_modulus()
-    }
-
     /// The rightmost root of every kind of point that has one.
     fn essential(&self) -> Result<Vec<Found>, StabilityError> {
-        let mut out = Vec::new();
-        let mut guess = None;
+        let mut out: Vec<Found> = Vec::new();
         for (i, point) in self.spectrum.points.iter().enumerate() {
-            if let Some(z) = rightmost(point, self.characteristic.leftmost(), guess)? {
-                out.push((Part::Essential(i), z));
-                // The root of the next kind of point is near.
-                guess = Some(z);
-            }
+            // The roots of successive kinds of points are close to each other.
+            let guess = out.last().map(|(_, z)| *z);
+            out.extend(rightmost(point, self.characteristic.leftmost(), guess)?.map(|z| (Part::Essential(i), z)));
         }
         Ok(out)
     }
@@ -232,7 +207,7 @@ impl Linearisation {
     /// The rightmost root of every block that has one right of the essential spectrum. Left of this spectrum the
     /// characteristic function has poles; without proprioception all roots accumulate at zero.
     fn isolated(&self, essential: &[Found]) -> Result<Vec<Found>, StabilityError> {
-        let left = accumulation(essential) + 1e-4 * self.slowest_rate();
+        let left = accumulation(essential) + 1e-4 * self.characteristic.slowest_rate();
         let mut out = Vec::new();
         for (name, block) in self.spectrum.blocks() {
             out.extend(rightmost(block, left.max(self.characteristic.leftmost()), None)?.map(|z| (name, z)));
@@ -241,17 +216,17 @@ impl Linearisation {
     }
 }
 
-/// Brings a rod into mechanical equilibrium, and returns an error unless it is in a steady state then. Returns the force in
-/// the rod and its laws.
+/// Brings a rod into mechanical equilibrium, and returns an error unless it is then in a steady state. Returns
+/// the force in the rod and the state of the laws.
 fn check(
     shoot: &Shoot<impl Model>,
     rod: &mut Rod,
     solver: &mut NewtonSolver,
 ) -> Result<(InternalForce, SteadyLaws), StabilityError> {
     let force = InternalForce::of(rod, shoot.model.load(), &shoot.environment());
-    let found = solver.equilibrate(rod, shoot.model.constitutive(), &force)?;
-    if found.inertia.negative > 0 {
-        return Err(StabilityError::MechanicallyUnstable { negative: found.inertia.negative });
+    let negative = solver.equilibrate(rod, shoot.model.constitutive(), &force)?.inertia.negative;
+    if negative > 0 {
+        return Err(StabilityError::MechanicallyUnstable { negative });
     }
     let steady = SteadyLaws::of(shoot, rod, &force);
     check_steady(shoot.model.tropism(), &steady)?;
@@ -259,17 +234,12 @@ fn check(
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
     let gradient = steady.largest_gradient();
     if !(gradient * steady.radius() < 1e-8) {
-        return Err(StabilityError::NotSteadyState { gradient });
+        return Err(StabilityError::NotSteadyState { iterations: 0, gradient });
     }
     Ok((force, steady))
 }
 
-/// The real part of the points at which isolated roots accumulate: the essential spectrum, or zero.
+/// The real part at which isolated roots accumulate: the largest of the essential spectrum, or zero if that is empty.
 fn accumulation(essential: &[Found]) -> f64 {
-    abscissa(essential).unwrap_or(0.0)
-}
-
-/// The largest real part of some roots.
-fn abscissa(roots: &[Found]) -> Option<f64> {
-    roots.iter().map(|(_, z)| z.re).reduce(f64::max)
+    essential.iter().map(|(_, z)| z.re).reduce(f64::max).unwrap_or(0.0)
 }

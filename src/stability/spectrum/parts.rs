@@ -1,4 +1,4 @@
-//! The spectrum in parts that do not couple, as the planes of an upright shoot.
+//! The spectrum in parts that do not couple, such as the two planes of an upright shoot.
 
 use std::sync::Arc;
 
@@ -8,9 +8,7 @@ use super::analytic::Analytic;
 use super::block::{Block, Point};
 use super::characteristic::CharacteristicMatrix;
 use super::sets::connected;
-
-/// Largest coupling that is rounding, relative to the strongest one.
-const UNCOUPLED: f64 = 1e-7;
+use super::transfer::ROUNDING;
 
 /// Identifies a part of the spectrum in all linearisations of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,10 +33,10 @@ impl Spectrum {
     pub fn of(characteristic: &Arc<CharacteristicMatrix>) -> Self {
         // No coupling vanishes at all of these λ.
         let probes = characteristic.probes();
-        let all: Vec<usize> = (0..characteristic.unknowns.len()).collect();
-        let whole = |z| characteristic.matrix(z, &characteristic.transfers_at(z), &characteristic.response, &all).value;
-        let mut blocks: Vec<Block> =
-            sets_that_couple(&probes, whole).into_iter().map(|set| Block::new(characteristic, set)).collect();
+        let mut blocks: Vec<Block> = sets_that_couple(&probes, |z| characteristic.whole(z))
+            .into_iter()
+            .map(|set| Block::new(characteristic, set))
+            .collect();
         count_equal(&mut blocks, &probes);
         let mut points = Vec::new();
         for kind in 0..characteristic.transfers.len() {
@@ -54,7 +52,7 @@ impl Spectrum {
         Self { points, blocks }
     }
 
-    /// The part with an identifier; a member of a family may lack it.
+    /// The part with an identifier, which does not exist for every member of a family.
     pub fn part(&self, name: Part) -> Option<&dyn Analytic> {
         match name {
             Part::Isolated(i) => self.blocks.get(i).map(|block| block as &dyn Analytic),
@@ -62,20 +60,20 @@ impl Spectrum {
         }
     }
 
-    /// All parts that differ, the essential ones first.
+    /// Identifiers of all distinct parts, the essential ones first.
     pub fn names(&self) -> impl Iterator<Item = Part> {
         (0..self.points.len()).map(Part::Essential).chain(self.blocks().map(|(name, _)| name))
     }
 
-    /// The blocks that differ.
+    /// The distinct blocks, with their identifiers.
     pub fn blocks(&self) -> impl Iterator<Item = (Part, &Block)> {
         let named = self.blocks.iter().enumerate().map(|(i, block)| (Part::Isolated(i), block));
         named.filter(|(_, block)| block.multiplicity > 0)
     }
 }
 
-/// Finds blocks whose characteristic functions are equal up to the accuracy of the differences. The first of them
-/// represents all.
+/// Finds blocks whose characteristic functions are equal up to the accuracy of the differences, and counts them
+/// in the first of them.
 fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     let values: Vec<Vec<Complex<f64>>> =
         blocks.iter().map(|block| probes.iter().map(|z| block.at(*z).value).collect()).collect();
@@ -88,8 +86,8 @@ fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     }
 }
 
-/// Whether the gradients at the points of a kind depend on the strain at their own place, or variables grow there without
-/// being driven.
+/// Whether the gradients at the points of a kind depend on the strain at their own place, or variables grow
+/// there without being driven.
 fn has_short_waves(characteristic: &CharacteristicMatrix, kind: usize, probes: &[Complex<f64>]) -> bool {
     let transfer = &characteristic.transfers[kind];
     let answers = |z: &Complex<f64>| {
@@ -102,7 +100,8 @@ fn has_short_waves(characteristic: &CharacteristicMatrix, kind: usize, probes: &
     transfer.own_rates.iter().any(|rate| rate.re > 0.0) || probes.iter().any(answers)
 }
 
-/// Sets of indices that couple, directly or through others, by entries of a matrix that are more than rounding at some λ.
+/// Sets of indices that couple, directly or through others, by entries of a matrix that are more than rounding
+/// at some λ.
 fn sets_that_couple(
     probes: &[Complex<f64>],
     matrix: impl Fn(Complex<f64>) -> DMatrix<Complex<f64>>,
@@ -111,8 +110,9 @@ fn sets_that_couple(
     let Some(strength) = strengths.reduce(|a, b| a + b) else { return Vec::new() };
     let n = strength.nrows();
     let pairs = || (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).filter(|(i, j)| i != j);
-    let threshold = UNCOUPLED * pairs().map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
-    // Couplings below rounding of the diagonal do not count either.
+    // Rounding of the responses, with a margin, relative to the strongest coupling.
+    let threshold = 10.0 * ROUNDING * pairs().map(|at| strength[at]).fold(f64::MIN_POSITIVE, f64::max);
+    // Couplings below the rounding of the diagonal are ignored, too.
     let threshold = threshold.max(1e-9 * strength.diagonal().max());
     connected(n, pairs().filter(|&at| strength[at] > threshold))
 }

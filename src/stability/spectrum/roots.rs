@@ -3,27 +3,11 @@
 use nalgebra::Complex;
 
 use super::analytic::{Analytic, limited};
-use super::count::{Line, count_along, count_right_of, count_within};
-use crate::linear::{newton, newton_step};
-use crate::stability::error::StabilityError;
+use super::count::{Line, count_along, count_within};
+use crate::linear::{StabilityError, newton, newton_step};
 
-/// Largest distance between a zero and a pole that is due to the same waves, relative to |λ|. The test counts zeros and
-/// poles around both, so that the value decides only when it is made.
-const NEIGHBOUR: f64 = 0.3;
-/// Largest relative distance between two approximations of one root: the accuracy of a double root, √1e-16.
-const SAME: f64 = 1e-8;
-/// Largest number of zeros that are sought from one line: four pairs.
-const FEW: usize = 8;
-/// Number of points on a line from which Newton's method may start: a dozen for each zero.
-const GRID: usize = 12 * FEW;
-/// Distance from line to line towards the left, in units of the slowest rate. Over a delay that is the inverse of this rate
-/// the function increases by less than a factor of two.
-const STRIDE: f64 = 0.5;
-/// Distance of the last line from the left end of the search, relative to the distance of the axis, or to the stride if the
-/// left end lies right of the axis. It is reached after twelve halvings.
-const CLOSEST: f64 = 2.5e-4;
-/// Places at which a region is cut: not in the middle, where symmetric problems have roots, and elsewhere if a root lies on
-/// the cut.
+/// Places at which a region is cut, in fractions of its side: not in the middle, where symmetric problems have
+/// roots. The next place is tried if a root lies on the cut.
 const CUTS: [f64; 3] = [0.47, 0.61, 0.35];
 
 /// Number of roots that a root with Im λ ≥ 0 represents: two with its conjugate.
@@ -31,44 +15,35 @@ pub(super) fn with_conjugate(z: &Complex<f64>) -> usize {
     if z.im > 1e-9 * z.norm() { 2 } else { 1 }
 }
 
-/// The step of Newton's method at λ.
-fn step_at(f: &dyn Analytic, z: Complex<f64>) -> Complex<f64> {
-    newton_step(f.at(z).log_derivative)
+/// Smallest real part of an unstable zero, 1/s.
+pub(super) fn threshold(f: &dyn Analytic) -> f64 {
+    1e-6 * f.characteristic().slowest_rate()
 }
 
 /// The zero that Newton's method finds near `start`.
 pub(super) fn zero_near(f: &dyn Analytic, start: Complex<f64>) -> Result<Complex<f64>, StabilityError> {
-    let smallest = f.scales().smallest_modulus();
+    let smallest = f.characteristic().smallest_modulus();
     // The accuracy is the rounding error of the quotient of determinants.
-    let found = newton(start, 1e-13, |z| z.norm().max(smallest), |z| step_at(f, z));
+    let found = newton(start, 1e-13, |z| z.norm().max(smallest), |z| newton_step(f.at(z).log_derivative));
     found.map_err(|residual| StabilityError::NoConvergence { what: "characteristic root", residual })
 }
 
 /// All zeros with Re λ > `abscissa` and Im λ ≥ 0, rightmost first.
 ///
 /// # Errors
-/// Those of a count, zeros that are not found, or too much work.
+/// Errors of the count, zeros that are not found, or too much work.
 pub(super) fn roots_right_of(f: &dyn Analytic, abscissa: f64) -> Result<Vec<Complex<f64>>, StabilityError> {
     limited(f, |f| find(f, &count_along(f, abscissa)?))
 }
 
-/// The zeros right of a line.
-///
-/// Newton's method is started where its step is shortest along lines in the region; counting says whether that has found
-/// them all. The first line is that of the count. If the zeros found from it are too few, others are tried, and then the
-/// region is divided.
+/// The zeros right of a line, rightmost first. If Newton's method does not find all of them from the line, the
+/// region is divided by counts.
 fn find(f: &dyn Analytic, line: &Line) -> Result<Vec<Complex<f64>>, StabilityError> {
-    let mut found = near_line(f, line);
     let Line { abscissa, number, .. } = *line;
-    let top = f.scales().bound(abscissa);
-    for share in [0.0, 1.0 / 9.0, 4.0 / 9.0] {
-        if multiplicity(&found) < number {
-            newton_from(f, line, abscissa + (top - abscissa) * share, None, &mut found);
-        }
-    }
+    let mut found = near_line(f, line);
     if multiplicity(&found) != number {
-        // Dividing the region by counts misses none.
         found.clear();
+        let top = f.characteristic().bound(abscissa);
         isolate(f, (Complex::new(abscissa, -0.01 * top), Complex::new(top, top)), None, 0, &mut found)?;
     }
     if multiplicity(&found) != number {
@@ -85,35 +60,31 @@ fn multiplicity(found: &[Complex<f64>]) -> usize {
     found.iter().map(with_conjugate).sum()
 }
 
-/// The zeros right of a line that Newton's method finds from the samples of its count.
+/// The zeros right of a line that Newton's method finds from the samples of the count with the shortest steps.
 fn near_line(f: &dyn Analytic, line: &Line) -> Vec<Complex<f64>> {
     let mut found = Vec::new();
-    if line.number > 0 {
-        newton_from(f, line, line.abscissa, Some(&line.steps), &mut found);
+    if line.number == 0 {
+        return found;
+    }
+    let step = |i: usize| line.steps.get(i).map_or(f64::INFINITY, |(_, step)| *step);
+    for (i, (w, _)) in line.steps.iter().enumerate() {
+        let shortest = step(i).is_finite() && step(i) <= step(i.wrapping_sub(1)) && step(i) <= step(i + 1);
+        if shortest
+            && let Ok(z) = zero_near(f, Complex::new(line.abscissa, *w))
+            && z.re > line.abscissa
+            && !is_next_to_a_pole(f, z, line.abscissa)
+        {
+            insert(&mut found, z);
+        }
     }
     found
 }
 
-/// Adds the zeros right of a line that Newton's method finds from places on another line, at `re`. `steps` are its known
-/// steps there.
-fn newton_from(f: &dyn Analytic, line: &Line, re: f64, steps: Option<&[(f64, f64)]>, found: &mut Vec<Complex<f64>>) {
-    let made = if steps.is_some() { Vec::new() } else { grid(f, re) };
-    for w in starts(steps.unwrap_or(&made)) {
-        if let Ok(z) = zero_near(f, Complex::new(re, w))
-            && z.re > line.abscissa
-            && is_new(found, z)
-            && !is_next_to_a_pole(f, z, line.abscissa)
-        {
-            insert(found, z);
-        }
-    }
-}
-
-/// The rightmost zero, if one lies right of `left`. `guess` is an approximation of it, as the rightmost zero of a similar
-/// function is.
+/// The rightmost zero, if one lies right of `left`. `guess` is an approximation of it, such as the rightmost
+/// zero of a similar function.
 ///
 /// # Errors
-/// Those of a count, zeros that are not found, or too much work.
+/// Errors of the counts, zeros that are not found, or too much work.
 pub(super) fn rightmost(
     f: &dyn Analytic,
     left: f64,
@@ -122,18 +93,18 @@ pub(super) fn rightmost(
     limited(f, |f| {
         if let Some(z) = guess.and_then(|z| zero_near(f, z).ok())
             && z.re > left
-            && matches!(count_right_of(f, z.re + threshold(f)), Ok(0))
+            && matches!(count_along(f, z.re + threshold(f)), Ok(Line { number: 0, .. }))
         {
             return Ok(Some(Complex::new(z.re, z.im.abs())));
         }
         let Some((mut line, mut clear)) = first_line(f, left)? else { return Ok(None) };
-        // The line moves right until few zeros are left, which Newton's method finds from the line.
+        // The line is moved right until it has at most four pairs of zeros on its right, which Newton's method
+        // finds from it.
         while clear - line.abscissa > threshold(f) {
-            if line.number <= FEW {
-                let mut found = near_line(f, &line);
+            if line.number <= 8 {
+                let found = near_line(f, &line);
                 if multiplicity(&found) == line.number {
-                    found.sort_by(|a, b| b.re.total_cmp(&a.re));
-                    return Ok(found.first().copied());
+                    return Ok(found.into_iter().reduce(|a, b| if b.re > a.re { b } else { a }));
                 }
             }
             let places = CUTS.map(|share| line.abscissa + share * (clear - line.abscissa));
@@ -147,28 +118,28 @@ pub(super) fn rightmost(
     })
 }
 
-/// The first line towards the left that has zeros on its right, and the last one that had none. None if no line right of `left`
-/// has.
+/// The first line towards the left that has zeros on its right, and the abscissa of the last one that had none.
+/// None if no line right of `left` has zeros on its right.
 ///
-/// The number of zeros increases towards the left as exp(|Re λ| d), d the longest delay, and without bound next to the
-/// essential spectrum. The lines therefore begin at the axis and approach `left` in short strides. If `left` lies right of
-/// the axis, each line halves the distance between `left` and the bound of the zeros.
+/// The number of zeros increases towards the left as exp(|Re λ| d), d the longest delay, and without bound
+/// next to the essential spectrum. The lines therefore begin at the axis and approach `left` in short strides.
+/// If `left` lies right of the axis, each line halves the distance between `left` and the bound of the zeros.
 fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(Line, f64)>, StabilityError> {
     let axis = threshold(f);
-    let stride = STRIDE * f.scales().slowest_rate();
-    let mut clear = f.scales().bound(axis.max(left));
-    let (mut next, longest, closest) = if left < axis {
-        (axis, stride, CLOSEST * (axis - left))
-    } else {
-        (0.5 * (clear + left), f64::INFINITY, CLOSEST * stride)
-    };
+    // Over a delay that is the inverse of the slowest rate the function increases by less than a factor of two
+    // in a stride.
+    let stride = 0.5 * f.characteristic().slowest_rate();
+    let mut clear = f.characteristic().bound(axis.max(left));
+    let (mut next, longest, scale) =
+        if left < axis { (axis, stride, axis - left) } else { (0.5 * (clear + left), f64::INFINITY, stride) };
     while next > left {
         let line = count_along(f, next)?;
         if line.number > 0 {
             return Ok(Some((line, clear)));
         }
         clear = next;
-        if clear - left < closest {
+        // Twelve halvings of the scale.
+        if clear - left < 2.5e-4 * scale {
             break;
         }
         next = clear - longest.min(0.5 * (clear - left));
@@ -176,26 +147,17 @@ fn first_line(f: &dyn Analytic, left: f64) -> Result<Option<(Line, f64)>, Stabil
     Ok(None)
 }
 
-/// Smallest real part of an unstable zero, 1/s.
-pub(super) fn threshold(f: &dyn Analytic) -> f64 {
-    1e-6 * f.scales().slowest_rate()
-}
-
-/// Adds a root or its conjugate, whichever has Im λ ≥ 0, unless it is known.
+/// Adds a root or its conjugate, whichever has Im λ ≥ 0, unless it is known. Two approximations of a double
+/// root differ by the square root of rounding.
 fn insert(found: &mut Vec<Complex<f64>>, z: Complex<f64>) {
     let z = Complex::new(z.re, z.im.abs());
-    if is_new(found, z) {
+    if !found.iter().any(|other| (other - z).norm() < f64::EPSILON.sqrt() * z.norm()) {
         found.push(z);
     }
 }
 
-fn is_new(found: &[Complex<f64>], z: Complex<f64>) -> bool {
-    let z = Complex::new(z.re, z.im.abs());
-    !found.iter().any(|other| (other - z).norm() < SAME * z.norm())
-}
-
-/// Finds the zeros in a rectangle between two corners. It is divided until each part contains one zero, which Newton's method
-/// finds from the centre. `known` is the number of zeros, if that is known.
+/// Finds the zeros in a rectangle between two corners. It is divided until each part contains one zero, which
+/// Newton's method finds from the centre. `known` is the number of zeros in it, if that was counted before.
 fn isolate(
     f: &dyn Analytic,
     (low, high): (Complex<f64>, Complex<f64>),
@@ -238,33 +200,20 @@ fn isolate(
     Err(error)
 }
 
-/// The lengths of the steps of Newton's method at points of a line, denser towards the real axis.
-fn grid(f: &dyn Analytic, re: f64) -> Vec<(f64, f64)> {
-    let top = f.scales().bound(re);
-    let points = (0..=GRID).map(|i| top * (i as f64 / GRID as f64).powi(2));
-    points.map(|w| (w, step_at(f, Complex::new(re, w)).norm())).collect()
-}
-
-/// Places at which the steps along a line are shortest.
-fn starts(steps: &[(f64, f64)]) -> impl Iterator<Item = f64> {
-    let at = |i: usize| steps.get(i).map_or(f64::INFINITY, |(_, step)| *step);
-    let shortest = move |i: &usize| at(*i).is_finite() && at(*i) <= at(i.wrapping_sub(1)) && at(*i) <= at(i + 1);
-    (0..steps.len()).filter(shortest).map(|i| steps[i].0)
-}
-
-/// Whether a zero of a quotient is cancelled by a pole next to it that lies right of the line, too. Poles left of the line do
-/// not enter the count.
+/// Whether a zero of a quotient is cancelled by a pole next to it that lies right of the line, too. Poles left
+/// of the line do not enter the count.
 fn is_next_to_a_pole(f: &dyn Analytic, z: Complex<f64>, abscissa: f64) -> bool {
     f.divisors().into_iter().any(|divisor| {
         // There is no pole near if the first step is long.
-        if step_at(divisor, z).norm() > z.norm() {
+        if newton_step(divisor.at(z).log_derivative).norm() > z.norm() {
             return false;
         }
         let Ok(pole) = zero_near(divisor, z) else { return false };
         let distance = (pole - z).norm();
-        // A rectangle around both; equal numbers of zeros and poles are no root.
+        // Equal numbers of zeros and poles in a rectangle around both are no root. A zero and a pole due to the
+        // same waves are close to each other, so that other pairs are not counted.
         let reach = (3.0 * distance).max(1e-6 * z.norm());
         let corner = Complex::new(reach, 1.1 * reach);
-        distance < NEIGHBOUR * z.norm() && pole.re > abscissa && count_within(f, z - corner, z + corner) == Some(0)
+        distance < 0.3 * z.norm() && pole.re > abscissa && count_within(f, z - corner, z + corner) == Some(0)
     })
 }

@@ -1,4 +1,4 @@
-//! Sets of indices that depend on each other.
+//! Sets of indices that depend on each other: the connected components of a graph.
 
 /// The sets of 0..n whose members are connected by some pairs, directly or through others, each in ascending order.
 pub(super) fn connected(n: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Vec<usize>> {

@@ -5,16 +5,16 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::sets::connected;
 use crate::error::ParameterError;
-use crate::linear::{AnalyticMatrix, SteadyLaws};
-use crate::stability::error::StabilityError;
+use crate::linear::{AnalyticMatrix, StabilityError, SteadyLaws};
 use crate::tropism::{Declaration, TropismLaw, law_matrices};
 
-/// Largest relative difference of two matrices that are equal but for the rounding of their differences.
+/// Largest relative difference of two matrices that are equal up to the rounding of the differences from which
+/// they are computed.
 pub(super) const ROUNDING: f64 = 1e-8;
 
 /// Derivatives of the laws at one material point.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct TransferFunction {
+pub(in crate::stability) struct TransferFunction {
     /// REGR, 1/s.
     pub rate: f64,
     pub delays: Vec<f64>,
@@ -26,16 +26,18 @@ pub(super) struct TransferFunction {
     pub gradient_x: DMatrix<f64>,
     /// ∂stimuli/∂strain at the point itself, three columns.
     pub local: DMatrix<f64>,
-    /// Own rates of the variables, 1/s: the eigenvalues of ∂rates/∂variables. Empty until they are computed.
+    /// Own rates of the variables, 1/s: the eigenvalues of ∂rates/∂variables. Empty before `find_own_rates`.
     pub own_rates: Vec<Complex<f64>>,
-    /// Own rates of the variables through which the strain at the point acts on its own gradient, and those that grow, 1/s.
+    /// Own rates of the variables through which the strain at the point acts on its own gradient, and those
+    /// that grow, 1/s.
     pub local_rates: Vec<Complex<f64>>,
     /// Sets of variables whose rates depend on each other. ∂rates/∂variables is block diagonal by them.
     sets: Vec<Vec<usize>>,
 }
 
 impl TransferFunction {
-    /// Linearises `law` about its steady state at a point that elongates at `rate`, 1/s; `local` is ∂stimuli/∂strain.
+    /// Linearises `law` about its steady state at a point that elongates at `rate`, 1/s; `local` is
+    /// ∂stimuli/∂strain.
     pub fn of(
         law: &impl TropismLaw,
         rate: f64,
@@ -75,16 +77,14 @@ impl TransferFunction {
         Ok(out)
     }
 
-    /// The number of variables of the largest set that depend on each other, and the operations of a factorisation, Σ n³ over the sets
-    /// of n variables.
-    pub fn work(&self) -> (usize, f64) {
-        let sizes = || self.sets.iter().map(Vec::len);
-        (sizes().max().unwrap_or(0), sizes().map(|n| (n as f64).powi(3)).sum())
+    /// Number of operations of a factorisation: Σ n³ over the sets of n variables that depend on each other.
+    pub fn work(&self) -> f64 {
+        self.sets.iter().map(|set| (set.len() as f64).powi(3)).sum()
     }
 
     /// Computes the own rates of the variables.
     pub fn find_own_rates(&mut self) -> Result<(), StabilityError> {
-        // Smaller rates are rounding of the differences.
+        // Smaller rates are rounding errors of the differences.
         let noise = 1e-9 * self.rates_y.amax();
         for set in &self.sets {
             let block = DMatrix::from_fn(set.len(), set.len(), |i, j| self.rates_y[(set[i], set[j])]);
@@ -118,10 +118,11 @@ impl TransferFunction {
         (0..3).filter(|&c| self.rate != 0.0 && reads(c)).collect()
     }
 
-    /// A bound of all |λ| with Re λ ≥ `abscissa` that do not exceed the norm of T(λ) X, for stimuli X of these sizes.
+    /// A bound of all |λ| with Re λ ≥ `abscissa` that do not exceed the norm of T(λ) X, for stimuli X of
+    /// these sizes.
     pub fn radius(&self, stimuli: &DVector<f64>, abscissa: f64) -> f64 {
-        // Sizes of the variables follow from the stimuli that drive them, directly and through other variables. Any positive sizes
-        // give a bound.
+        // The sizes of the variables are estimated from the stimuli that drive them, directly and through other
+        // variables. The bound holds for any positive sizes.
         let rate = self.rates_y.amax().max(f64::MIN_POSITIVE);
         let driven = self.rates_x.abs() * stimuli / rate;
         let mut sizes = driven.clone();
@@ -150,7 +151,11 @@ impl TransferFunction {
         let mut derivative = DMatrix::zeros(value.nrows(), value.ncols());
         let nan = |n: usize, m: usize| DMatrix::from_element(n, m, Complex::from(f64::NAN));
         for set in &self.sets {
-            // Singular only where λ is one of the variables' own rates, left of every region that is searched.
+            let driven = self.rates_x.select_rows(set);
+            if driven.amax() == 0.0 {
+                continue;
+            }
+            // The matrix is singular only where λ is one of the own rates, left of every region that is searched.
             let n = set.len();
             let filter = DMatrix::from_fn(n, n, |i, j| {
                 let rate = Complex::from(self.rates_y[(set[i], set[j])]);
@@ -158,7 +163,7 @@ impl TransferFunction {
             });
             let filter = filter.lu();
             let solve = |right: &DMatrix<Complex<f64>>| filter.solve(right).unwrap_or_else(|| nan(n, right.ncols()));
-            let filtered = solve(&self.rates_x.select_rows(set).map(Complex::from));
+            let filtered = solve(&driven.map(Complex::from));
             let twice = solve(&filtered);
             let read = DMatrix::from_fn(3, n, |c, j| (-z * self.delays[set[j]]).exp() * self.gradient_y[(c, set[j])]);
             let later = DMatrix::from_fn(3, n, |c, j| -read[(c, j)] * self.delays[set[j]]);
@@ -169,7 +174,7 @@ impl TransferFunction {
     }
 }
 
-/// A matrix whose entries are multiplied by factors.
+/// A matrix with each entry multiplied by a factor.
 fn scaled(matrix: &DMatrix<f64>, factor: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
     DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * factor(i, j))
 }

@@ -1,4 +1,4 @@
-//! Roots of families whose roots are known in closed form, followed along parameters.
+//! Roots that are known in closed form, followed along parameters.
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::{Vector1, Vector2};
@@ -44,7 +44,7 @@ fn a_root_is_followed_along_a_parameter_to_its_closed_form() {
 #[test]
 fn derivatives_by_differences_agree_with_the_closed_form() {
     let mut follower = on_circle(Vector2::new(0.6, 0.5));
-    follower.differentiate(1e-6, &mut |p| Ok(with_root(circle([p[0], p[1]])))).unwrap();
+    follower.differentiate(&mut |p| Ok(with_root(circle([p[0], p[1]])))).unwrap();
     // One-sided differences err by half the step times the second derivative, and by 1e-12 of rounding by the step.
     for (slope, exact) in follower.slope.iter().zip([Complex::new(1.2, 0.5), Complex::new(1.0, 0.0)]) {
         assert_abs_diff_eq!((slope - exact).norm(), 0.0, epsilon = 5e-6);
@@ -71,9 +71,10 @@ fn correction_leads_to_the_closed_form_of_the_boundary() {
     let mut family = |p: &Vector2<f64>| Ok(with_root(circle([p[0], p[1]])));
     for free in [Vector2::repeat(1.0), Vector2::y()] {
         let mut follower = on_circle(Vector2::new(0.6, 0.75));
-        follower.differentiate(1e-6, &mut family).unwrap();
+        follower.differentiate(&mut family).unwrap();
         follower.correct(&free, 1e-9, &mut family).unwrap();
-        // The distance to the curve is below 1e-9 when the iteration ends, and Broyden's derivatives are good to a tenth.
+        // The distance to the curve is below 1e-9 when the iteration ends. The relative error of Broyden's
+        // derivatives is a tenth.
         assert_abs_diff_eq!(follower.at.norm(), 1.0, epsilon = 1e-9);
         assert_abs_diff_eq!(follower.frequency(), 2.0 + 0.5 * follower.at[0], epsilon = 1e-9);
         assert!(follower.is_on_axis(1e-9));
@@ -85,21 +86,21 @@ fn correction_leads_to_the_closed_form_of_the_boundary() {
 }
 
 #[test]
-fn a_root_far_from_where_it_is_expected_is_lost() {
-    // A root may lie a tenth of itself from there.
+fn a_root_far_from_its_expected_value_is_lost() {
+    // The largest distance is a tenth of the root.
     for (jump, lost) in [(0.19, false), (0.25, true)] {
         let mut follower = on_curve();
         let before = follower;
         let expected = Complex::new(-0.5, 2.0);
         let moved = follower.advance(Vector1::new(0.1), expected, &with_root(expected + Complex::new(0.0, jump)));
         assert_eq!((is_lost(&moved), moved.is_ok()), (lost, !lost), "{moved:?}");
-        assert!(!lost || follower == before, "a follower that has lost its root stays where it was");
+        assert!(!lost || follower == before, "a failed step does not change the follower");
     }
 }
 
 #[test]
 fn a_root_whose_part_of_the_spectrum_disappears_is_lost() {
-    // Two components that do not couple make two parts, and one part as soon as they do.
+    // Two components are two parts if they do not couple, and one part if they do.
     let apart = linear([[-1.0, 0.0], [0.0, -2.0]], 1);
     let coupled = linear([[-1.0, 0.5], [0.5, -2.0]], 1);
     let mut follower = Follower::new(&apart, Vector1::new(0.0), (Part::Essential(1), Complex::from(-2.0)));
@@ -108,8 +109,8 @@ fn a_root_whose_part_of_the_spectrum_disappears_is_lost() {
 }
 
 #[test]
-fn a_real_root_that_has_met_another_one_and_left_the_axis_is_lost() {
-    // The roots are −1 ± i/5 where −1 is expected. Newton's method stays on the real axis, where there is no root.
+fn a_real_root_that_merges_with_another_and_becomes_complex_is_lost() {
+    // The roots are −1 ± i/5, and −1 is expected. Newton's method stays on the real axis, which has no root.
     let apart = linear([[-1.0, 0.0], [0.0, -1.1]], 1);
     let mut follower = Follower::new(&apart, Vector1::new(0.0), (Part::Essential(0), Complex::from(-1.0)));
     let moved = follower.advance(Vector1::new(0.1), follower.root, &with_root(Complex::new(-1.0, 0.2)));

@@ -1,0 +1,141 @@
+//! Motions of a shoot next to a steady state: modes at characteristic roots, and responses to periodic forcing.
+
+use nalgebra::{Complex, DVector, Vector3};
+
+use super::block::Block;
+use super::characteristic::CharacteristicMatrix;
+use super::linearisation::Linearisation;
+use crate::error::ParameterError;
+use crate::linear::StabilityError;
+use crate::tropism::Handedness;
+
+/// The motion Re[(…) exp(iωt)] of a shoot under periodic forcing, after transients have decayed.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct ForcedResponse {
+    /// Change of the intrinsic strain at the points of the growth zone, components along the directors, 1/m.
+    pub strain: Vec<Vector3<Complex<f64>>>,
+    /// Displacement of the ends of the elements, base first, in the fixed frame, m: at the places of
+    /// [`Rod::centre_line`](crate::rod::Rod::centre_line).
+    pub displacement: Vec<Vector3<Complex<f64>>>,
+}
+
+impl ForcedResponse {
+    /// The motion with given amplitudes of some unknowns.
+    fn new(characteristic: &CharacteristicMatrix, unknowns: &[usize], amplitudes: &DVector<Complex<f64>>) -> Self {
+        let mut strain = vec![Vector3::zeros(); characteristic.kind.len()];
+        for (&unknown, z) in unknowns.iter().zip(amplitudes.iter()) {
+            let (i, c) = characteristic.unknowns[unknown];
+            strain[i][c] = *z;
+        }
+        let moved = characteristic.displacement.select_columns(unknowns).map(Complex::from) * amplitudes;
+        let displacement = (0..moved.nrows() / 3).map(|k| moved.fixed_rows::<3>(3 * k).into_owned()).collect();
+        Self { strain, displacement }
+    }
+}
+
+/// A characteristic root with Im λ ≥ 0, and its mode. Its conjugate is a root, too.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Root {
+    /// λ, 1/s: growth rate and angular frequency.
+    pub value: Complex<f64>,
+    /// |M(λ) v| relative to |M(λ)| |v|, with v the mode.
+    pub residual: f64,
+    /// Estimate of the error of λ due to the mesh, 1/s; see [`with_error`](Self::with_error) and
+    /// [`Refinement`](crate::stability::Refinement).
+    pub error: Option<f64>,
+    /// Number of uncoupled parts of the shoot that have this root. The root of an isotropic shoot is double:
+    /// its tip moves on a line in any plane, or on a circle in either sense.
+    pub multiplicity: usize,
+    /// Sense in which the tip moves on an ellipse, as seen along the tangent of the apex. None if it moves on a
+    /// line, whose direction is that of its displacement, or if the root is multiple. The tip of a shoot that
+    /// leans and moves in the plane of its bend is on a thin ellipse in that plane, which counts as a line.
+    pub handedness: Option<Handedness>,
+    /// Change of the intrinsic strain in the mode at the points of the growth zone, components along the
+    /// directors, 1/m.
+    pub strain: Vec<Vector3<Complex<f64>>>,
+    /// Displacement of the ends of the elements that belongs to it, base first, in the fixed frame, m: at the
+    /// places of [`Rod::centre_line`](crate::rod::Rod::centre_line). That of the apex has the norm 1 m, and its
+    /// largest component is real and positive.
+    pub displacement: Vec<Vector3<Complex<f64>>>,
+}
+
+impl Root {
+    /// The growth rate, 1/s: positive if the disturbance grows.
+    #[must_use]
+    pub fn growth_rate(&self) -> f64 {
+        self.value.re
+    }
+
+    /// The period, s; infinite if the mode does not oscillate.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        std::f64::consts::TAU / self.value.im.abs()
+    }
+
+    /// The root of a block, with its mode by inverse iteration.
+    pub(super) fn new(block: &Block, value: Complex<f64>) -> Self {
+        let characteristic = &block.characteristic;
+        let matrix = block.matrix(value, &characteristic.transfers_at(value)).value;
+        let lu = matrix.clone().lu();
+        // Entries without a pattern: no mode is orthogonal to this vector.
+        let start = |i: usize| Complex::new(1.0 + 0.1 * (i as f64).sin(), 0.3 * (i as f64).cos());
+        let mut v = DVector::from_fn(block.unknowns.len(), |i, _| start(i));
+        for _ in 0..3 {
+            if let Some(next) = lu.solve(&v).filter(|next| next.norm().is_normal()) {
+                v = next.normalize();
+            }
+        }
+        let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
+        let ForcedResponse { mut strain, mut displacement } = ForcedResponse::new(characteristic, &block.unknowns, &v);
+        let apex = displacement.last().copied().unwrap_or_default();
+        let most = apex.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
+        if most.norm() > 0.0 {
+            let scale = most.conj() / (most.norm() * apex.norm());
+            strain.iter_mut().chain(&mut displacement).for_each(|amplitude| *amplitude *= scale);
+        }
+        let handedness = handedness(&apex, &characteristic.apex_tangent).filter(|_| block.multiplicity == 1);
+        let multiplicity = block.multiplicity;
+        Self { value, residual, error: None, multiplicity, handedness, strain, displacement }
+    }
+}
+
+/// The sense of a displacement Re[a exp(iωt)], as seen along the tangent. It is at Re a at first and moves
+/// along −Im a. None if it moves on a line, because Re a and Im a are parallel.
+fn handedness(a: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Option<Handedness> {
+    let area = -a.map(|z| z.re).cross(&a.map(|z| z.im)).dot(tangent);
+    let sense = if area > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
+    (area.abs() >= 1e-6 * a.norm_squared()).then_some(sense)
+}
+
+impl Linearisation {
+    /// The response to a growth gradient Re[`gradient` exp(iωt)] that is added at every point of the growth
+    /// zone, with ω = `omega` in 1/s and the gradient in 1/m: the solution of M(iω) δu* = REGR gradient. An
+    /// [`Oscillator`](crate::tropism::Oscillator) that turns counterclockwise at phase zero is (α/r, −iα/r,
+    /// 0); linearise the shoot without it.
+    ///
+    /// The response is of first order in the gradient. The shoot approaches it if no root is unstable.
+    ///
+    /// # Errors
+    /// A frequency that is not positive, a gradient along a director about which no law steers, or a frequency
+    /// at which the shoot has a root.
+    pub fn response(&self, omega: f64, gradient: &Vector3<Complex<f64>>) -> Result<ForcedResponse, StabilityError> {
+        ParameterError::positive("frequency of the forcing", omega)?;
+        let characteristic = &self.characteristic;
+        let unknowns = &characteristic.unknowns;
+        let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
+        for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
+            let requirement = "along directors about which the laws steer everywhere";
+            let possible = part.is_finite() && (part == 0.0 || steered(c));
+            ParameterError::unless(possible, "growth gradient of the forcing", part, requirement)?;
+        }
+        let matrix = characteristic.whole(Complex::new(0.0, omega));
+        let regr = |i: usize| characteristic.transfers[characteristic.kind[i]].rate;
+        let forcing = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|&(i, c)| gradient[c] * regr(i)));
+        let found = matrix.lu().solve(&forcing).filter(|found| found.norm().is_finite());
+        let found = found.ok_or(StabilityError::NotFinite { what: "response to the forcing" })?;
+        let all: Vec<usize> = (0..unknowns.len()).collect();
+        Ok(ForcedResponse::new(characteristic, &all, &found))
+    }
+}
