@@ -27,9 +27,7 @@ use common::figure::{Strip, strips_figure};
 use common::{Opt, Options, Progress, Series, Style, Table};
 use exact::exact_orbit;
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{
-    Bifurcation, BranchPoint, Continuation, Disturbances, PeriodicSolver, RotatingWaveSolver, WaveGuess,
-};
+use morphorod::cycle::{Bifurcation, BranchPoint, Continuation, Disturbances, PeriodicSolver, RotatingWaveSolver};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, onset};
@@ -180,7 +178,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let done = |value: f64| progress.set(((value - from) / (to - from)).clamp(0.0, 1.0));
 
     let circular = RotatingWaveSolver::default();
-    let circle = circular.solve(&shoot, &WaveGuess::of_mode(&root, FIRST))?;
+    let circle = circular.from_mode(&shoot, &root, FIRST)?;
     let mut circles = Vec::new();
     for point in Continuation::from_orbit(circular, family, &circle, from, first, within.clone())?.largest_step(step)? {
         let point = point?;

@@ -1,22 +1,27 @@
-//! Newton's method for orbits of all kinds.
+//! The corrector: Newton's method for the extended system.
 //!
-//! One iteration serves periodic orbits, relative periodic orbits and rotating waves, of a single shoot or on a branch. The kinds differ
-//! in their [`Equations`], single orbits and points of a branch in their [`Conditions`].
+//! One iteration solves periodic orbits, relative periodic orbits and rotating waves, of a single shoot or on a
+//! branch. The kinds of orbits differ in their [`Equations`]; single orbits and points of a branch differ in their
+//! [`Conditions`].
+//!
+//! The stationary state solves the equations of a periodic orbit for any period. It is deflated for single orbits:
+//! Newton's method is applied to the residual divided by the norm of the strain (P. E. Farrell, Á. Birkisson & S.
+//! W. Funke 2015).
 
 use std::borrow::Borrow;
 
 use nalgebra::DVector;
 
-use super::equations::{Effort, Equations};
+use super::equations::{Effort, Equations, Evaluation};
 use super::error::CycleError;
-use super::extended::{Border, Bordered, Conditions, Unknowns, Update};
-use super::map::phase_state::PhaseState;
+use super::extended::{Border, Bordered, Conditions, Difference, Unknowns};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// Strain times length (rad) below which a state counts as the stationary one: such orbits are not visible.
+/// Strain times length of the shoot (rad) below which a state is stationary: the motion of the tip is a millionth
+/// of the length.
 pub const STATIONARY: f64 = 1e-6;
-/// Largest relative change of the period or the rate by an update while the stationary state is deflated.
+/// Largest relative change of the period or rate in an iteration with deflation.
 const STRETCH: f64 = 0.2;
 
 /// A solution of the extended system.
@@ -28,17 +33,17 @@ pub struct Corrected<O, B> {
     pub shoot: B,
 }
 
-/// Solves the extended system by Newton's method on one grid in time. The Jacobian is kept while the residual decreases fast.
+/// Solves the extended system on one grid in time. The Jacobian is kept while the residual decreases fast.
 ///
 /// # Errors
-/// Errors of evaluation: at the initial guess as they are, later as `NotConverged`.
+/// Errors of the evaluation at the initial guess. Later errors are returned as `NotConverged`.
 pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
     mut at: Unknowns,
     conditions: &Conditions,
 ) -> Result<Corrected<S::Orbit, B>, CycleError> {
-    let tolerance = equations.tolerance();
+    let newton = equations.newton();
     let deflated = conditions.arclength.is_none() && !at.forced;
     let (mut iterations, mut equilibria, mut last) = (0, 0, f64::INFINITY);
     let mut kept: Option<(Bordered<S::Jacobian>, f64)> = None;
@@ -52,59 +57,53 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
         }
         let mut here = equations.evaluate(shoot.borrow(), &at, std::mem::take(&mut rods)).map_err(diverged)?;
         if iterations == 0 && conditions.arclength.is_none() {
-            equations.check(&here, &at)?;
+            here.check()?;
         }
-        let (residual, size) = equations.residual(&here, &at);
-        if size <= tolerance && (iterations > 0 || conditions.hold(&at, tolerance)) {
-            let effort = Effort { iterations, equilibria: equilibria + S::equilibria(&here), residual: size };
-            let known = kept.map(|(bordered, _)| bordered);
-            let (orbit, tangents) = equations.orbit(here, &at, known, effort)?;
+        let (residual, size) = here.residual();
+        if size <= newton.tolerance && (iterations > 0 || conditions.hold(&at, newton.tolerance)) {
+            let effort = Effort { iterations, equilibria: equilibria + here.equilibria(), residual: size };
+            let (orbit, tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
             return Ok(Corrected { orbit, unknowns: at, tangents, shoot });
         }
-        let failed = || CycleError::NotConverged { iterations, residual: size };
-        if iterations == equations.max_iterations() || !size.is_finite() {
+        let failed = || CycleError::not_converged(iterations, size);
+        if iterations == newton.max_iterations || !size.is_finite() {
             return Err(failed());
         }
-        let bordered = match kept.take().filter(|(_, before)| size <= S::KEEP * before) {
+        let bordered = match kept.take().filter(|(_, before)| size <= newton.keep * before) {
             Some((bordered, _)) => bordered,
             None => {
-                let parameter = match &conditions.arclength {
-                    None => None,
-                    Some(arclength) => {
-                        let known = S::rods(&here);
-                        let mut beside = |parameter: f64| {
-                            let shoot = family(parameter)?;
-                            let here = equations.evaluate(shoot.borrow(), &at, known.clone())?;
-                            equilibria += S::equilibria(&here);
-                            Ok::<_, CycleError>(equations.residual(&here, &at).0)
-                        };
-                        let [before, after] = arclength.beside(at.parameter);
-                        let column = (beside(after)? - beside(before)?) / (after - before);
-                        let condition = &arclength.condition;
-                        Some(Border { column, row: condition.state.clone(), corner: condition.parameter })
-                    }
-                };
-                let (jacobian, symmetries) = equations.linearise(&mut here, &at)?.ok_or_else(failed)?;
-                let bordered = Bordered::new(jacobian, symmetries, conditions, &at);
-                match parameter {
-                    Some(parameter) => bordered.with(parameter),
-                    None => bordered,
+                let mut parameter = None;
+                if let Some(arclength) = &conditions.arclength {
+                    let known = here.rods();
+                    let mut beside = |parameter: f64| {
+                        let shoot = family(parameter)?;
+                        let here = equations.evaluate(shoot.borrow(), &at, known.clone())?;
+                        equilibria += here.equilibria();
+                        Ok::<_, CycleError>(here.residual().0)
+                    };
+                    let [before, after] = arclength.beside(at.parameter);
+                    let column = (beside(after)? - beside(before)?) / (after - before);
+                    let condition = &arclength.condition;
+                    parameter = Some(Border { column, row: condition.state.clone(), corner: condition.parameter });
                 }
+                let (jacobian, symmetries) = here.linearise()?.ok_or_else(failed)?;
+                Bordered::new(jacobian, symmetries, parameter, conditions, &at)
             }
         };
-        let update = bordered.update(&residual, &conditions.residuals(bordered.symmetries, &at))?.ok_or_else(failed)?;
-        at.add(&update, if deflated { deflated_share(&at.start, &update) } else { 1.0 });
+        let values = conditions.residuals(bordered.symmetries, &at);
+        let update = bordered.update(&at, &residual, &values)?.ok_or_else(failed)?;
+        at = at.along(&update, if deflated { deflated_share(&at, &update) } else { 1.0 });
         if deflated && at.start.strain.amax() * shoot.borrow().rod().length() < STATIONARY {
             return Err(CycleError::Stationary { strain: at.start.strain.amax() });
         }
-        rods = S::rods(&here);
-        equilibria += S::equilibria(&here);
+        rods = here.rods();
+        equilibria += here.equilibria();
         kept = Some((bordered, size));
         (iterations, last) = (iterations + 1, size);
     }
 }
 
-/// Solves the extended system, on a grid in time that is refined until it resolves the orbit.
+/// Solves the extended system on grids in time that are refined until one resolves the orbit.
 pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &mut S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
@@ -120,7 +119,7 @@ pub fn correct_resolved<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     }
 }
 
-/// The orbit of one shoot near an initial guess.
+/// Solves for the orbit of one shoot near an initial guess.
 pub fn solve<S: Equations>(
     mut equations: S,
     shoot: &Shoot<impl Model>,
@@ -130,14 +129,16 @@ pub fn solve<S: Equations>(
     Ok(correct_resolved(&mut equations, &mut |_| Ok(shoot), guess, conditions)?.orbit)
 }
 
-/// Share of an update that is added. It is the share of Newton's method for the residual over the norm of the strain, which deflates the
-/// stationary state: both updates have the same direction. Strain and period change by a bounded factor.
-fn deflated_share(start: &PhaseState, update: &Update) -> f64 {
-    let (size, change) = (start.strain.norm(), update.state.rows(0, start.strain.len()));
+/// Share of an update that is added with deflation. Newton's method for the residual over the norm of the strain
+/// has an update in the same direction, whose length follows from the change of the norm. The strain changes at
+/// most by its norm.
+fn deflated_share(at: &Unknowns, update: &Difference) -> f64 {
+    let strain = &at.start.strain;
+    let (size, change) = (strain.norm(), update.state.rows(0, strain.len()));
     if !(size > 0.0) {
         return 1.0;
     }
-    let towards_zero = -change.dot(&start.strain) / start.strain.norm_squared();
-    let most = (size / change.norm()).min(STRETCH / update.stretch.abs());
+    let towards_zero = -change.dot(strain) / strain.norm_squared();
+    let most = (size / change.norm()).min(STRETCH / (update.clock / at.clock).abs());
     (1.0 - towards_zero).recip().clamp(-most, most)
 }

@@ -1,16 +1,16 @@
-//! Disturbances of an orbit, sorted by the plane in which they lie.
+//! Disturbances of an orbit: in the plane of a planar orbit, out of it, or without such a distinction.
 
 /// A quantity of each disturbance of an orbit, such as its multiplier.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Disturbances<T> {
-    /// Disturbances of an orbit that lies in a plane, if the laws do not couple motion in the plane with motion out of it.
+    /// Disturbances of a planar orbit, if the laws do not couple motion in the plane with motion out of it.
     Planar {
         /// Disturbances in the plane of the orbit.
         in_plane: Vec<T>,
-        /// Disturbances that lead out of it.
+        /// Disturbances out of it.
         out_of_plane: Vec<T>,
     },
-    /// All disturbances of any other orbit.
+    /// Disturbances of any other orbit.
     Spatial(Vec<T>),
 }
 
@@ -28,7 +28,7 @@ impl<T> Disturbances<T> {
         }
     }
 
-    /// The same division of other quantities.
+    /// Converts the list or lists.
     pub(super) fn map<U>(self, mut of: impl FnMut(Vec<T>) -> Vec<U>) -> Disturbances<U> {
         match self {
             Self::Planar { in_plane, out_of_plane } => {

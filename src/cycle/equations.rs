@@ -1,4 +1,4 @@
-//! What the corrector and a branch need of one kind of orbit.
+//! The interface between one kind of orbit and the corrector and continuation, which are common to all kinds.
 
 use std::fmt::Debug;
 
@@ -12,12 +12,23 @@ use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::stability::Root;
 
-/// What the iteration of an orbit took.
+/// Settings of Newton's method.
+#[derive(Debug, Clone, Copy)]
+pub struct Newton {
+    /// Largest relative residual of a solution.
+    pub tolerance: f64,
+    /// Largest number of iterations.
+    pub max_iterations: usize,
+    /// Largest ratio of a residual to the previous one for which the Jacobian is kept.
+    pub keep: f64,
+}
+
+/// Cost and accuracy of a converged iteration.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub iterations: usize,
-    /// Equilibria that were solved.
+    /// Number of solved equilibria.
     pub equilibria: usize,
     /// Relative residual.
     pub residual: f64,
@@ -36,38 +47,27 @@ pub struct Observation {
     pub trivial: f64,
 }
 
-/// A Jacobian and the symmetries of the equations: time first, then rotation if it has an unknown of its own.
-pub type Linearised<J> = (J, Vec<Symmetry>);
-
-/// The equations of one kind of orbit, as the settings of its solver make them.
+/// The equations of one kind of orbit, with the settings of its solver.
 pub trait Equations: Clone {
     /// The solution.
     type Orbit: Clone + Debug;
-    /// The residual at some unknowns, with what its derivatives need.
-    type Evaluation<'a, M: Model + 'a>;
-    /// The linearisation by the state.
+    /// The derivative of the residual by the state.
     type Jacobian: Jacobian;
-    /// Largest ratio of a residual to the previous one for which the Jacobian is kept.
-    const KEEP: f64;
-    /// Whether exponents are logarithms of multipliers, known up to 2πi over the period.
+    /// The equations at some unknowns.
+    type Evaluation<'a, M: Model + 'a>: Evaluation<Self>;
+    /// Whether exponents are logarithms of Floquet multipliers, determined up to multiples of 2πi/T.
     const FLOQUET: bool;
 
-    /// Initial guess with a small amplitude (m), from a mode.
+    /// Settings of Newton's method.
+    fn newton(&self) -> Newton;
+
+    /// Initial guess from a mode, with a small amplitude of the tip (m).
     fn of_mode<M: Model>(&self, shoot: &Shoot<M>, root: &Root, amplitude: f64) -> Result<Unknowns, CycleError>;
 
     /// Initial guess from a known orbit.
     fn of_orbit<M: Model>(&self, shoot: &Shoot<M>, orbit: &Self::Orbit) -> Result<Unknowns, CycleError>;
 
-    /// Largest relative residual of a solution.
-    fn tolerance(&self) -> f64;
-
-    /// Bound on the iterations.
-    fn max_iterations(&self) -> usize;
-
-    /// Extends the past of a state if the delays of a shoot exceed it. Returns whether it did.
-    fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut Unknowns) -> Result<bool, CycleError>;
-
-    /// Evaluates the residual. Rods of an earlier evaluation are initial guesses of the equilibria.
+    /// Evaluates the residual. `rods` of an earlier evaluation are the initial guesses of the equilibria.
     fn evaluate<'a, M: Model>(
         &self,
         shoot: &'a Shoot<M>,
@@ -75,44 +75,54 @@ pub trait Equations: Clone {
         rods: Vec<Rod>,
     ) -> Result<Self::Evaluation<'a, M>, CycleError>;
 
-    /// Rods of an evaluation.
-    fn rods<M: Model>(here: &Self::Evaluation<'_, M>) -> Vec<Rod>;
-
-    /// Equilibria that an evaluation and its linearisation have solved.
-    fn equilibria<M: Model>(here: &Self::Evaluation<'_, M>) -> usize;
-
-    /// The residual, and its size relative to what it is a difference of.
-    fn residual<M: Model>(&self, here: &Self::Evaluation<'_, M>, at: &Unknowns) -> (DVector<f64>, f64);
-
-    /// Checks the shoot for the properties that the equations assume.
-    fn check<M: Model>(&self, here: &Self::Evaluation<'_, M>, at: &Unknowns) -> Result<(), CycleError>;
-
-    /// The linearisation; none if the laws are singular.
-    fn linearise<M: Model>(
-        &self,
-        here: &mut Self::Evaluation<'_, M>,
-        at: &Unknowns,
-    ) -> Result<Option<Linearised<Self::Jacobian>>, CycleError>;
-
-    /// The orbit of a converged iteration, and the tangents of its symmetries. A Jacobian of a nearby state may be known.
-    fn orbit<M: Model>(
-        &self,
-        here: Self::Evaluation<'_, M>,
-        at: &Unknowns,
-        known: Option<Bordered<Self::Jacobian>>,
-        effort: Effort,
-    ) -> Result<(Self::Orbit, Vec<DVector<f64>>), CycleError>;
-
-    /// Returns an error unless the grid in time resolves an orbit.
-    fn check_resolution(&self, orbit: &Self::Orbit) -> Result<(), CycleError>;
-
-    /// The solver on a finer grid in time; none if there is none.
-    fn refined(&self) -> Option<Self>;
-
-    /// The same state on that grid.
-    fn on_finer_grid(&self, at: Unknowns) -> Unknowns;
-
-    /// Size and stability of an orbit: at least `count` leading exponents, and all with a positive real part.
+    /// Size and stability of an orbit: at least `count` leading exponents, and all with positive real part.
     fn observe<M: Model>(&self, orbit: &Self::Orbit, shoot: &Shoot<M>, count: usize)
     -> Result<Observation, CycleError>;
+
+    /// Extends the past in a state if a delay of the shoot is longer. Returns whether it did.
+    fn extend_past<M: Model>(&self, _shoot: &Shoot<M>, _at: &mut Unknowns) -> Result<bool, CycleError> {
+        Ok(false)
+    }
+
+    /// Returns an error unless the grid in time resolves an orbit.
+    fn check_resolution(&self, _orbit: &Self::Orbit) -> Result<(), CycleError> {
+        Ok(())
+    }
+
+    /// The solver on a finer grid in time, if any.
+    fn refined(&self) -> Option<Self> {
+        None
+    }
+
+    /// The same unknowns on the finer grid.
+    fn on_finer_grid(&self, at: Unknowns) -> Unknowns {
+        at
+    }
+}
+
+/// The equations of an orbit at some unknowns.
+pub trait Evaluation<E: Equations> {
+    /// Rods in equilibrium.
+    fn rods(&self) -> Vec<Rod>;
+
+    /// Number of equilibria solved so far.
+    fn equilibria(&self) -> usize;
+
+    /// The residual, and its norm relative to the terms of which it is the difference.
+    fn residual(&self) -> (DVector<f64>, f64);
+
+    /// Returns an error unless the shoot has the properties that the equations assume.
+    fn check(&self) -> Result<(), CycleError>;
+
+    /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
+    /// None if the laws are singular.
+    fn linearise(&mut self) -> Result<Option<(E::Jacobian, Vec<Symmetry>)>, CycleError>;
+
+    /// The orbit at converged unknowns, and the tangents of its symmetries. The linearisation at nearby unknowns
+    /// may be known.
+    fn into_orbit(
+        self,
+        known: Option<Bordered<E::Jacobian>>,
+        effort: Effort,
+    ) -> Result<(E::Orbit, Vec<DVector<f64>>), CycleError>;
 }

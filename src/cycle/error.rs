@@ -1,149 +1,123 @@
-//! Why no cycle was found.
+//! Errors of the solvers of periodic orbits and rotating waves.
 
 use crate::equilibrium::EquilibriumError;
 use crate::error::ParameterError;
 use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
-/// Why no cycle was found. The shoot is as it was.
+/// Reason why an orbit, its stability or its branch was not computed. The shoot is unchanged.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CycleError {
-    /// A setting makes no sense.
+    /// A setting is out of range, or does not belong to the shoot.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No mechanical equilibrium was found.
     #[error(transparent)]
     Equilibrium(#[from] EquilibriumError),
-    /// A question of stability has no answer.
+    /// The laws depend on time, have no steady state, or cannot be linearised.
     #[error(transparent)]
     Stability(#[from] StabilityError),
-    /// A shoot that gets longer has no cycle.
-    #[error("the growth law elongates the shoot: nothing comes back; `growth::Ongoing` keeps its length")]
+    /// The growth law elongates the shoot, which therefore has no periodic orbit.
+    #[error(
+        "the growth law elongates the shoot, so that no state returns; `growth::Ongoing` keeps the length constant"
+    )]
     Elongates,
-    /// Some tissue of the zone does not steer.
-    #[error("{points} material points of the zone are not driven: each would keep any strain that it has")]
-    NotDriven {
-        /// How many.
-        points: usize,
-    },
-    /// The laws ask for twist; only strain that bends is sought.
-    #[error(
-        "the laws ask for a twist of {twist:.1e} 1/m beside a bend of {bend:.1e} 1/m: cycles are found of bending only"
-    )]
+    /// The laws request a twist. Only orbits of bending are computed.
+    #[error("the laws request a twist of {twist:.1e} 1/m, but only orbits without twist are computed")]
     Twists {
-        /// The largest gradient of twist, 1/m.
+        /// Largest growth gradient of the twist, 1/m.
         twist: f64,
-        /// The largest gradient of bend, 1/m.
-        bend: f64,
     },
-    /// Laws, loads, elasticity or the scene are not invariant under rotations about the tangent of the base.
-    #[error(
-        "the {what} breaks the axis of the shoot: it changes by {defect:.1e} of itself when all is turned about it"
-    )]
-    NoAxis {
-        /// The part of the shoot that breaks the symmetry.
+    /// The shoot lacks a symmetry that the equations assume: laws, loads, elasticity or the scene change under a
+    /// rotation about the tangent of the base, or under a shift in time by the period of the forcing.
+    #[error("{what} is not invariant: it changes by {change:.1e} of its size")]
+    NotInvariant {
+        /// Part of the shoot, with the transformation.
         what: &'static str,
-        /// Relative change under rotation.
-        defect: f64,
+        /// Change relative to the size.
+        change: f64,
     },
-    /// The relative periodic orbit is a rotating wave, whose period is not determined.
-    #[error(
-        "the orbit is a rotating wave, which returns rotated after any time: `RotatingWaveSolver` finds it, or an orbit without an angle"
-    )]
+    /// The relative periodic orbit is a rotating wave, which returns rotated after any time: its period is not
+    /// determined.
+    #[error("the orbit is a rotating wave, whose period is not determined: use `RotatingWaveSolver`, or no angle")]
     RotatingWave,
-    /// The rotation of a variable with the shoot is not declared.
-    #[error(
-        "variable {variable} of the laws does not declare its rotation, so that nothing is known of a shoot that has turned"
-    )]
+    /// A law does not declare how one of its variables rotates with the shoot.
+    #[error("variable {variable} of the laws, counted from zero over all laws, does not declare its rotation")]
     Undeclared {
-        /// Its number at a point, all laws counted.
+        /// Number of the variable at a material point, counted from zero over all laws.
         variable: usize,
     },
-    /// What drives the shoot does not come back after the period that was given.
-    #[error("what drives the shoot is not the same after {period} s: it changes by {change:.1e} of itself")]
-    NoCommonPeriod {
-        /// The period, s.
-        period: f64,
-        /// Relative change after the period.
-        change: f64,
-    },
-    /// The variables of a point do not come back to what they were.
-    #[error("the laws' variables do not come back after a period: the last correction was {change:.1e}")]
-    Variables {
-        /// The last correction.
-        change: f64,
-    },
-    /// The iteration ended in the stationary state.
-    #[error("no orbit near the start: the iteration went to the stationary state, to a strain of {strain:.1e} 1/m")]
+    /// Newton's method converged to the stationary state.
+    #[error(
+        "no orbit near the initial guess: the iteration converged to the stationary state, a strain of {strain:.1e} 1/m"
+    )]
     Stationary {
-        /// The largest intrinsic strain that drives, 1/m.
+        /// Largest change of the intrinsic strain, 1/m.
         strain: f64,
     },
-    /// The direction of a branch changes however short the steps are.
-    #[error(
-        "the branch is lost beyond {parameter}: within a step of {step:.1e} its direction changes to cos = {turn:.2}"
-    )]
+    /// A branch cannot be followed, or a bifurcation on it cannot be located, with the shortest step.
+    #[error("next to the parameter {parameter}, within a step of {step:.1e}, {what}")]
     Lost {
-        /// The parameter of the last place.
+        /// What fails.
+        what: &'static str,
+        /// Parameter of the last point.
         parameter: f64,
-        /// The shortest step that was tried.
+        /// Shortest step that was tried.
         step: f64,
-        /// The cosine of the angle.
-        turn: f64,
     },
-    /// A place at which the stability changes is not found.
-    #[error(
-        "the place at which the stability changes, next to {parameter}, is only known within {width:.1e} of a step"
-    )]
-    BifurcationNotLocated {
-        /// The parameter of the last place that was tried.
-        parameter: f64,
-        /// The width that is left, in units of the step.
-        width: f64,
-    },
-    /// Leading roots or multipliers that did not converge: a list without them could hide an unstable one.
-    #[error(
-        "the leading roots or multipliers are not complete: {found} of {wanted} converged with {vectors} Krylov vectors"
-    )]
+    /// Leading roots or multipliers did not converge. A list without them could omit an unstable one.
+    #[error("only {found} of {wanted} leading eigenvalues converged; the others may be unstable")]
     Incomplete {
         /// Number of converged eigenvalues.
         found: usize,
-        /// Number of eigenvalues that were requested, trivial ones included.
+        /// Number of requested eigenvalues, the trivial ones included.
         wanted: usize,
-        /// Number of Krylov vectors.
-        vectors: usize,
     },
-    /// The return map and the characteristic function of a rotating wave have different roots.
+    /// The largest number of intervals does not resolve the orbit or its multipliers.
     #[error(
-        "the return map on {intervals} intervals and the characteristic function of the rotating wave have different roots"
-    )]
-    RootsDisagree {
-        /// Largest number of intervals that was tried.
-        intervals: usize,
-    },
-    /// The intervals of a period do not resolve the orbit.
-    #[error(
-        "{intervals} intervals do not resolve the orbit: the relative error of its period, its shape or a trivial multiplier is about \
-         {error:.1e}"
+        "{intervals} intervals do not resolve the orbit or its multipliers: the relative error is about {error:.1e}"
     )]
     Unresolved {
-        /// Estimate of the relative error of period and shape, or distance of a trivial multiplier from 1.
+        /// Relative error of period and shape, distance of a trivial multiplier from 1, or difference between a
+        /// root of a rotating wave and its multiplier in units of the rate; infinite if there is no such root.
         error: f64,
         /// Number of intervals in the period.
         intervals: usize,
     },
-    /// Newton's method did not converge.
+    /// An iteration did not converge.
     #[error(
-        "Newton's method goes no further after {iterations} iterations, with {residual:.1e} left, relative: the start may be too far from \
-         a cycle, or there may be none"
+        "the iteration for {what} did not converge: relative residual {residual:.1e} after {iterations} iterations"
     )]
     NotConverged {
-        /// Iterations done.
+        /// Unknowns of the iteration.
+        what: &'static str,
+        /// Number of iterations.
         iterations: usize,
-        /// What is left, relative.
+        /// Last relative residual.
         residual: f64,
     },
+}
+
+impl CycleError {
+    /// The error of Newton's method for an orbit.
+    pub(super) fn not_converged(iterations: usize, residual: f64) -> Self {
+        Self::NotConverged { what: "the orbit", iterations, residual }
+    }
+
+    /// The error of an iteration for the variables of the laws, by its last relative change.
+    pub(super) fn variables(iterations: usize, residual: f64) -> Self {
+        Self::NotConverged { what: "the variables of the laws", iterations, residual }
+    }
+
+    /// Converts an error of a later Newton iteration into `NotConverged`. Errors of the initial guess pass
+    /// unchanged.
+    pub(super) fn after(self, iterations: usize, residual: f64) -> Self {
+        match self {
+            Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::not_converged(iterations, residual),
+            error => error,
+        }
+    }
 }
 
 impl From<RitzError> for CycleError {
@@ -156,13 +130,3 @@ impl From<RitzError> for CycleError {
     }
 }
 
-impl CycleError {
-    /// The error that the caller gets. Errors of the initial guess are returned as they are. In later iterations they mean that Newton's
-    /// method did not converge.
-    pub(super) fn after(self, iterations: usize, residual: f64) -> Self {
-        match self {
-            Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::NotConverged { iterations, residual },
-            error => error,
-        }
-    }
-}

@@ -1,58 +1,105 @@
-//! The extended system of an orbit.
+//! Extended systems: the equations of an orbit with its scalar unknowns and their conditions.
 //!
-//! Its unknowns are a state, the period or the rate of rotation, an angle for relative periodic orbits, and a parameter for points of a
-//! branch. Each scalar unknown comes with a linear condition: a phase condition in time, one in rotation, and pseudo-arclength for the
-//! parameter.
+//! The unknowns are a state x, the period or the rate of rotation, the angle of a relative periodic orbit, and the
+//! parameter of a branch. Each scalar unknown is determined by a linear condition: a phase condition for time, one
+//! for rotation, and the pseudo-arclength condition for the parameter. Newton's method solves the bordered system
+//!
+//! ```text
+//! J δx + Σ columns δs = −residual,     rows · δx + corners δs = residuals of the conditions.
+//! ```
+//!
+//! See E. J. Doedel, *Lecture notes on numerical analysis of nonlinear equations* (2007), and the extended systems
+//! of DDE-BIFTOOL.
 
 use nalgebra::DVector;
 
 use super::error::CycleError;
 use super::map::phase_state::PhaseState;
 
-/// Relative half-width of central differences by period, rate and parameter, of the latter relative to its range. Their error is of the
-/// order of its square, and that of the rounding of 1e-15 divided by it: 1e-10.
+/// Relative half-width of central differences by period, rate and parameter; for the parameter relative to its
+/// range. Their truncation error is of the order of its square, 1e-10, as is the rounding error of 1e-15 divided by
+/// it.
 pub(super) const DIFFERENCE: f64 = 1e-5;
 
 /// Unknowns of the extended system.
 #[derive(Debug, Clone)]
 pub struct Unknowns {
-    /// The state of the shoot.
+    /// State of the shoot at t = 0.
     pub(in crate::cycle) start: PhaseState,
     /// Period (s), or rate of rotation (1/s).
     pub clock: f64,
-    /// Whether the period is that of the forcing, and no unknown.
+    /// Whether the period is that of the forcing, and not an unknown.
     pub forced: bool,
-    /// Rotation of the whole after a period, rad.
+    /// Rotation of the shoot over a period, rad.
     pub angle: f64,
-    /// The parameter of the family.
+    /// Parameter of the branch.
     pub parameter: f64,
 }
 
 impl Unknowns {
-    /// Adds a share of an update.
-    pub fn add(&mut self, update: &Update, share: f64) {
-        self.start = self.start.with_values(&(self.start.flat() + &update.state * share));
-        self.clock *= 1.0 + update.stretch * share;
-        self.angle += update.angle * share;
-        self.parameter += update.parameter * share;
+    /// The unknowns at a distance along a difference.
+    pub fn along(&self, difference: &Difference, distance: f64) -> Self {
+        Self {
+            start: self.start.with_values(&(self.start.flat() + &difference.state * distance)),
+            clock: self.clock + difference.clock * distance,
+            forced: self.forced,
+            angle: self.angle + difference.angle * distance,
+            parameter: self.parameter + difference.parameter * distance,
+        }
+    }
+
+    /// The difference to other unknowns, whose past is as long.
+    pub fn to(&self, other: &Self) -> Difference {
+        Difference {
+            state: other.start.flat() - self.start.flat(),
+            present: self.start.present().len(),
+            clock: other.clock - self.clock,
+            angle: other.angle - self.angle,
+            parameter: other.parameter - self.parameter,
+        }
+    }
+
+    /// The same unknowns with a past as long as that of others.
+    pub fn with_past_of(mut self, other: &Self) -> Self {
+        self.start.keep(other.start.slopes.len());
+        self
     }
 }
 
-/// A Newton update of the unknowns.
-pub struct Update {
+/// A difference of unknowns: an update of Newton's method, or a secant or tangent of a branch.
+#[derive(Debug, Clone)]
+pub struct Difference {
     /// Change of the state.
     pub state: DVector<f64>,
-    /// Relative change of the period or the rate.
-    pub stretch: f64,
+    /// Number of leading components of the state that are strain and variables.
+    pub present: usize,
+    /// Change of the period (s) or of the rate (1/s).
+    pub clock: f64,
     /// Change of the angle, rad.
-    angle: f64,
+    pub angle: f64,
     /// Change of the parameter.
-    parameter: f64,
+    pub parameter: f64,
 }
 
-impl Update {
+impl Difference {
+    /// A change of the parameter alone.
+    pub fn of_parameter(from: &Unknowns, change: f64) -> Self {
+        Self { parameter: change, ..from.to(from) }
+    }
+
+    /// Change of strain and variables.
+    pub fn present(&self) -> DVector<f64> {
+        self.state.rows(0, self.present).clone_owned()
+    }
+
+    /// The difference multiplied by a number.
+    pub fn scaled(&self, by: f64) -> Self {
+        let (clock, angle, parameter) = (self.clock * by, self.angle * by, self.parameter * by);
+        Self { state: &self.state * by, present: self.present, clock, angle, parameter }
+    }
+
     fn is_finite(&self) -> bool {
-        self.state.iter().chain([&self.stretch, &self.angle, &self.parameter]).all(|x| x.is_finite())
+        self.state.iter().chain([&self.clock, &self.angle, &self.parameter]).all(|x| x.is_finite())
     }
 }
 
@@ -63,12 +110,12 @@ pub struct Condition {
     pub state: DVector<f64>,
     /// Coefficient of the parameter.
     pub parameter: f64,
-    /// Sum that is prescribed.
+    /// Prescribed value of the linear form.
     pub value: f64,
 }
 
 impl Condition {
-    /// The condition that holds at given unknowns.
+    /// The condition with given coefficients that some unknowns satisfy.
     pub fn through(state: DVector<f64>, parameter: f64, at: &Unknowns) -> Self {
         let value = state.dot(&at.start.present()) + parameter * at.parameter;
         Self { state, parameter, value }
@@ -89,8 +136,8 @@ pub struct Arclength {
 }
 
 impl Arclength {
-    /// Two parameters for a central difference at one. There may be no shoot outside the range, which is left only if the parameter is
-    /// outside.
+    /// Two parameters for a difference quotient at a third one. They lie within the range if the third one does,
+    /// since the family may not be defined outside.
     pub fn beside(&self, parameter: f64) -> [f64; 2] {
         let [from, to] = self.range;
         let step = DIFFERENCE * (to - from);
@@ -102,16 +149,17 @@ impl Arclength {
 /// The conditions that close the extended system.
 #[derive(Debug, Clone, Default)]
 pub struct Conditions {
-    /// Phase conditions in time and in rotation. Where none is given, an update has no component along the symmetry's tangent.
+    /// Phase conditions in time and in rotation. Where none is given, an update has no component along the tangent
+    /// of the symmetry.
     pub phases: Vec<Condition>,
-    /// Weights of strain and variables in those; by default those of the state.
+    /// Weights of strain and variables in the phase conditions; by default those of the state.
     pub weights: Option<DVector<f64>>,
     /// The pseudo-arclength condition; none if the parameter is fixed.
     pub arclength: Option<Arclength>,
 }
 
 impl Conditions {
-    /// Adds the phase conditions that a reference satisfies: no shift along its symmetry tangents.
+    /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its symmetries.
     pub fn with_phases_of(mut self, reference: &Unknowns, tangents: &[DVector<f64>], weights: &DVector<f64>) -> Self {
         let phase = |tangent: &DVector<f64>| Condition::through(weights.component_mul(tangent), 0.0, reference);
         self.phases = tangents.iter().map(phase).collect();
@@ -123,14 +171,14 @@ impl Conditions {
         self.arclength.as_ref().is_none_or(|arclength| arclength.condition.residual(at).abs() <= tolerance)
     }
 
-    /// Residuals of the phase conditions, of which there are `phases`, and of pseudo-arclength.
+    /// Residuals of `phases` phase conditions and of the pseudo-arclength condition.
     pub fn residuals(&self, phases: usize, at: &Unknowns) -> Vec<f64> {
         let phases = (0..phases).map(|k| self.phases.get(k).map_or(0.0, |phase| phase.residual(at)));
         phases.chain(self.arclength.iter().map(|arclength| arclength.condition.residual(at))).collect()
     }
 }
 
-/// A scalar unknown of the extended system, with the condition that comes with it.
+/// A scalar unknown of the extended system, with its condition.
 #[derive(Debug, Clone)]
 pub struct Border {
     /// Derivative of the residual by the unknown.
@@ -152,10 +200,10 @@ pub struct Symmetry {
 /// Updates of the state and of the scalar unknowns.
 pub type Updates = (DVector<f64>, DVector<f64>);
 
-/// The derivative of a residual by the state.
+/// The derivative J of a residual by the state.
 pub trait Jacobian {
-    /// Solves the bordered system: residual + derivatives · update = 0, and rows · update = `conditions`. Returns the updates of the
-    /// state and of the scalar unknowns, or none if the linear system is not solved.
+    /// Solves the bordered system for a residual and the residuals of the conditions. Returns none if the linear
+    /// solver fails.
     fn solve(
         &self,
         border: &[Border],
@@ -173,32 +221,42 @@ pub struct Bordered<J> {
 }
 
 impl<J: Jacobian> Bordered<J> {
-    /// The system with the phase conditions of `conditions`, without a parameter.
-    pub fn new(jacobian: J, symmetries: Vec<Symmetry>, conditions: &Conditions, at: &Unknowns) -> Self {
-        let weights = conditions.weights.clone().unwrap_or_else(|| at.start.weights());
-        let border = symmetries.into_iter().enumerate().map(|(k, Symmetry { tangent, column })| {
+    /// The system with the phase conditions of `conditions`, and with the border of the parameter if it is unknown.
+    pub fn new(
+        jacobian: J,
+        symmetries: Vec<Symmetry>,
+        parameter: Option<Border>,
+        conditions: &Conditions,
+        at: &Unknowns,
+    ) -> Self {
+        let (number, weights) = (symmetries.len(), conditions.weights.clone().unwrap_or_else(|| at.start.weights()));
+        let phases = symmetries.into_iter().enumerate().map(|(k, Symmetry { tangent, column })| {
             let given = conditions.phases.get(k).map(|phase| phase.state.clone());
             Border { column, row: given.unwrap_or_else(|| weights.component_mul(&tangent)), corner: 0.0 }
         });
-        let border: Vec<Border> = border.collect();
-        Self { jacobian, symmetries: border.len(), border }
+        Self { jacobian, border: phases.chain(parameter).collect(), symmetries: number }
     }
 
-    /// The same system with the parameter as an unknown.
-    pub fn with(mut self, parameter: Border) -> Self {
-        self.border.push(parameter);
-        self
-    }
-
-    /// The Newton update for a residual and the residuals of conditions; those that are not given are zero.
-    pub fn update(&self, residual: &DVector<f64>, conditions: &[f64]) -> Result<Option<Update>, CycleError> {
+    /// The Newton update at some unknowns, for a residual and the residuals of the conditions. Conditions without a
+    /// residual hold.
+    pub fn update(
+        &self,
+        at: &Unknowns,
+        residual: &DVector<f64>,
+        conditions: &[f64],
+    ) -> Result<Option<Difference>, CycleError> {
         let mut values = conditions.to_vec();
         values.resize(self.border.len(), 0.0);
         let Some((state, scalars)) = self.jacobian.solve(&self.border, residual, &values)? else { return Ok(None) };
-        let scalar = |k: usize, there: bool| if there { scalars[k] } else { 0.0 };
-        let (stretch, angle) = (scalar(0, self.symmetries > 0), scalar(1, self.symmetries > 1));
-        let parameter = scalar(self.symmetries, self.border.len() > self.symmetries);
-        let update = Update { state, stretch, angle, parameter };
+        let symmetry = |k: usize| if k < self.symmetries { scalars[k] } else { 0.0 };
+        let update = Difference {
+            state,
+            present: at.start.present().len(),
+            // The unknown is the logarithm of the period or rate.
+            clock: symmetry(0) * at.clock,
+            angle: symmetry(1),
+            parameter: scalars.get(self.symmetries).copied().unwrap_or(0.0),
+        };
         Ok(update.is_finite().then_some(update))
     }
 }

@@ -1,46 +1,45 @@
-//! The laws at one material point under periodic stimuli: their periodic variables, and the linear response.
+//! Harmonic balance: the laws at a material point under periodic stimuli.
+//!
+//! Stimuli and variables are trigonometric polynomials in the phase, given by their values on a [`PhaseGrid`].
+//! Newton's method solves ẏ = rates(y, x) for the periodic variables y. Floquet's ansatz y(θ) exp(λt) gives the
+//! linear response to disturbances of the stimuli.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::error::CycleError;
+use super::map::growth_zone::ROUNDING;
+use super::map::return_map::{PASSES, PRECISE};
 use super::phase_grid::PhaseGrid;
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
-/// Largest number of Newton iterations: the laws' rates are smooth.
-const CORRECTIONS: usize = 30;
-/// Largest relative update of converged variables.
-const CONVERGED: f64 = 1e-13;
-
 /// A law under stimuli with a known angular frequency, on a grid of phases.
 pub(super) struct HarmonicBalance<'a, T> {
-    pub law: &'a T,
-    pub phases: &'a PhaseGrid,
-    /// Angular frequency, 1/s; negative if phases are passed backwards.
-    pub rate: f64,
+    law: &'a T,
+    phases: &'a PhaseGrid,
+    /// Angular frequency, 1/s; negative if the phase decreases.
+    rate: f64,
+    /// Number of variables and of stimuli.
     size: (usize, usize),
     reads_present: bool,
     delays: Vec<f64>,
-    /// Reads every variable at its delay; none for those that are not read.
+    /// Delay operator of each variable; none for variables that the gradient does not depend on.
     earlier: Vec<Option<DMatrix<f64>>>,
 }
 
 /// The periodic variables of a point, and the derivatives of its laws at all phases.
 pub(super) struct HarmonicVariables {
-    /// A row for every variable, a column for every phase.
+    /// Values: a row for each variable, a column for each phase.
     pub variables: DMatrix<f64>,
     rates_y: Vec<DMatrix<f64>>,
     rates_x: Vec<DMatrix<f64>>,
-    /// Of the gradient at the first phase: by the variables that it reads, and by the present stimuli.
+    /// Derivatives of the gradient at the first phase, by the delayed variables and by the present stimuli.
     read: [DMatrix<f64>; 2],
 }
 
-/// Largest relative difference between derivatives of one linear law at two points.
-const ALIKE: f64 = 1e-8;
-
 impl HarmonicVariables {
-    /// Whether the laws linearise as they do at another point.
+    /// Whether the laws have the same derivatives as at another point.
     pub fn is_like(&self, other: &Self) -> bool {
-        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ALIKE * a.amax().max(b.amax());
+        let near = |(a, b): (&DMatrix<f64>, &DMatrix<f64>)| (a - b).amax() <= ROUNDING * a.amax().max(b.amax());
         let all = |a: &[DMatrix<f64>], b: &[DMatrix<f64>]| a.iter().zip(b).all(near);
         all(&self.rates_y, &other.rates_y) && all(&self.rates_x, &other.rates_x) && all(&self.read, &other.read)
     }
@@ -57,7 +56,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         Self { law, phases, rate, size: counts, reads_present, delays, earlier }
     }
 
-    /// ẏ = rates(y, x) with given stimuli x, a column for every phase.
+    /// Solves for the periodic variables under given stimuli, a column for each phase.
     pub fn solve(&self, at: &Growing, stimuli: &DMatrix<f64>) -> Result<HarmonicVariables, CycleError> {
         let ((v, _), n) = (self.size, self.phases.len());
         let mut variables = DMatrix::zeros(v, n);
@@ -70,9 +69,9 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
             return Ok(self.read(at, stimuli, steady));
         }
         let mut last = f64::INFINITY;
-        for _ in 0..CORRECTIONS {
+        for _ in 0..PASSES {
             self.differentiate(at, stimuli, &mut steady);
-            let mut left = &steady.variables * self.phases.derivative.transpose() * self.rate;
+            let mut residual = &steady.variables * self.phases.derivative.transpose() * self.rate;
             let mut rates = DVector::zeros(v);
             for j in 0..n {
                 self.law.rates(
@@ -80,23 +79,24 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
                     stimuli.column(j).as_slice(),
                     rates.as_mut_slice(),
                 );
-                let mut column = left.column_mut(j);
+                let mut column = residual.column_mut(j);
                 column -= &rates;
             }
-            let change = self.matrix(&steady, 0.0_f64, |x| x).lu().solve(&DVector::from_column_slice(left.as_slice()));
+            let change =
+                self.matrix(&steady, 0.0_f64, |x| x).lu().solve(&DVector::from_column_slice(residual.as_slice()));
             let change = change.filter(|change| change.iter().all(|x| x.is_finite()));
-            let change = change.ok_or(CycleError::Variables { change: f64::INFINITY })?;
+            let change = change.ok_or(CycleError::variables(PASSES, f64::INFINITY))?;
             steady.variables -= DMatrix::from_column_slice(v, n, change.as_slice());
             let (size, moved) = (steady.variables.amax(), change.amax());
-            if moved <= CONVERGED * size || (moved < 1e-9 * size && moved >= last) {
+            if moved <= PRECISE * size || (moved < 1e-9 * size && moved >= last) {
                 return Ok(self.read(at, stimuli, steady));
             }
             last = moved;
         }
-        Err(CycleError::Variables { change: last })
+        Err(CycleError::variables(PASSES, last))
     }
 
-    /// The same for several points.
+    /// Solves for the periodic variables of several points.
     pub fn solve_all(
         &self,
         places: &[Growing],
@@ -105,7 +105,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         places.iter().zip(stimuli).map(|(at, stimuli)| self.solve(at, stimuli)).collect()
     }
 
-    /// The derivatives of the laws for variables that are found.
+    /// The converged variables with the derivatives of the laws.
     fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut steady: HarmonicVariables) -> HarmonicVariables {
         self.differentiate(at, stimuli, &mut steady);
         let past = self.past(&steady, 0);
@@ -114,7 +114,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         steady
     }
 
-    /// The gradient at a phase.
+    /// The growth gradient at a phase.
     pub fn gradient(
         &self,
         at: &Growing,
@@ -127,14 +127,14 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         self.law.gradient(at, &self.past(steady, phase), now)
     }
 
-    /// Every variable as it was its delay before a phase.
+    /// The delayed variables at a phase.
     fn past(&self, steady: &HarmonicVariables, phase: usize) -> Vec<f64> {
         let read = |a: usize, earlier: &DMatrix<f64>| (earlier.row(phase) * steady.variables.row(a).transpose())[0];
         self.earlier.iter().enumerate().map(|(a, earlier)| earlier.as_ref().map_or(0.0, |e| read(a, e))).collect()
     }
 
-    /// The gradient at the first phase, and its derivative by λ, by stimuli δx exp(λt) at all phases: three rows, a column for every
-    /// stimulus, phase by phase.
+    /// The response of the gradient at the first phase to stimuli δx exp(λt), and its derivative by λ: three rows,
+    /// a column for each stimulus, phase by phase. None if the laws are singular.
     pub fn response(&self, steady: &HarmonicVariables, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
         let ((v, m), n) = (self.size, self.phases.len());
         let [gradient_y, gradient_x] = &steady.read;
@@ -170,7 +170,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         Some([value, derivative])
     }
 
-    /// λ + d/dt − ∂rates/∂y over all phases.
+    /// The matrix λ + d/dt − ∂rates/∂y on all phases.
     fn matrix<N: nalgebra::ComplexField>(&self, steady: &HarmonicVariables, z: N, of: impl Fn(f64) -> N) -> DMatrix<N> {
         let (v, n) = (self.size.0, self.phases.len());
         let mut out = DMatrix::from_diagonal_element(v * n, v * n, z);
@@ -190,6 +190,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         out
     }
 
+    /// Sets the derivatives of the rates at all phases.
     fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, steady: &mut HarmonicVariables) {
         let all = steady.variables.column_iter().zip(stimuli.column_iter());
         let each = all.map(|(y, x)| law_matrices(self.law, at, y.as_slice(), x.as_slice()));

@@ -1,23 +1,25 @@
-//! Periodic functions by their values at equally spaced phases: trigonometric polynomials.
+//! Trigonometric interpolation: periodic functions by their values at equally spaced phases. See L. N. Trefethen,
+//! *Spectral methods in MATLAB* (2000), chapter 3.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::DMatrix;
 
-/// Number of waves in a rotation that are resolved. Stimuli of isotropic laws have the waves 0 and ±1; products of three of these are
-/// still distinguished.
+/// Largest resolved wave number. Stimuli of isotropic laws have the wave numbers 0 and ±1; products of three of
+/// them are resolved.
 pub(super) const WAVES: usize = 3;
 
-/// An odd number of phases 2πj/n: with an even one the highest wave has a cosine only.
+/// An odd number n of phases 2πj/n. With an even number the highest wave would have no sine.
 #[derive(Debug, Clone)]
 pub(super) struct PhaseGrid {
+    /// Phases, rad.
     pub angles: Vec<f64>,
-    /// d/dθ of the values.
+    /// Matrix of d/dθ.
     pub derivative: DMatrix<f64>,
 }
 
 impl PhaseGrid {
-    /// With all waves up to `waves` times round.
+    /// The grid that resolves wave numbers up to `waves`.
     pub fn new(waves: usize) -> Self {
         let n = 2 * waves + 1;
         let angles: Vec<f64> = (0..n).map(|j| TAU * j as f64 / n as f64).collect();
@@ -31,18 +33,19 @@ impl PhaseGrid {
         Self { angles, derivative }
     }
 
+    /// Number of phases.
     pub fn len(&self) -> usize {
         self.angles.len()
     }
 
-    /// The values `delay` (rad) earlier: rows are the phases at which they are read.
+    /// Matrix of the shift θ ↦ θ − `delay` (rad).
     pub fn earlier(&self, delay: f64) -> DMatrix<f64> {
         let n = self.len();
         DMatrix::from_fn(n, n, |j, l| kernel(self.angles[j] - delay - self.angles[l], n))
     }
 }
 
-/// Σ cos kφ over all waves, divided by their number: one at zero, zero at all other phases.
+/// The Dirichlet kernel Σ cos kφ over all waves, divided by their number: one at zero, zero at all other phases.
 fn kernel(phi: f64, n: usize) -> f64 {
     let waves = n / 2;
     (1.0 + 2.0 * (1..=waves).map(|k| (k as f64 * phi).cos()).sum::<f64>()) / n as f64
@@ -53,20 +56,20 @@ mod tests {
     use super::*;
     use nalgebra::DVector;
 
-    /// Waves up to the highest are derived and delayed to rounding; one more is not.
+    /// Derivatives and shifts are exact up to the highest resolved wave number.
     #[test]
-    fn waves_that_fit_are_exact() {
-        let circle = PhaseGrid::new(4);
+    fn resolved_waves_are_differentiated_and_shifted_exactly() {
+        let grid = PhaseGrid::new(4);
         let error = |k: f64| {
             let wave = |phase: f64| (k * phase + 0.3).cos();
-            let values = DVector::from_iterator(9, circle.angles.iter().map(|phase| wave(*phase)));
-            let slopes = circle.angles.iter().map(|phase| -k * (k * phase + 0.3).sin());
-            let earlier = circle.angles.iter().map(|phase| wave(phase - 0.7));
-            let slope = (&circle.derivative * &values - DVector::from_iterator(9, slopes)).amax();
-            slope.max((circle.earlier(0.7) * &values - DVector::from_iterator(9, earlier)).amax())
+            let values = DVector::from_iterator(9, grid.angles.iter().map(|phase| wave(*phase)));
+            let slopes = grid.angles.iter().map(|phase| -k * (k * phase + 0.3).sin());
+            let earlier = grid.angles.iter().map(|phase| wave(phase - 0.7));
+            let slope = (&grid.derivative * &values - DVector::from_iterator(9, slopes)).amax();
+            slope.max((grid.earlier(0.7) * &values - DVector::from_iterator(9, earlier)).amax())
         };
         for k in 0..=4 {
-            // Rounding of a sum of nine numbers times the number of waves.
+            // Rounding of a sum of nine terms times the wave number.
             assert!(error(f64::from(k)) < 1e-13, "{k}: {}", error(f64::from(k)));
         }
         assert!(error(5.0) > 0.1);

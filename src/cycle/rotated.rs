@@ -1,12 +1,12 @@
-//! A shoot that is rotated about the vertical as a whole, its base clamped: Q → R Q Rᵀ.
+//! Rods rotated about the tangent of the clamped base: Q → R Q Rᵀ.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::rod::Rod;
 
-/// The rod rotated by an angle (rad) about the tangent of its base, counterclockwise as seen from its apex. The base stays: components
-/// 1 and 2 along the directors rotate as pairs.
-pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
+/// The rod rotated by an angle (rad) about the tangent of its base, counterclockwise as seen from above the apex.
+/// The base is unchanged; components 1 and 2 along the directors rotate as pairs.
+pub(super) fn rotated(rod: &Rod, angle: f64) -> Rod {
     let along_directors = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let base = rod.frames()[0];
     let in_space = base * along_directors * base.inverse();
@@ -17,7 +17,13 @@ pub(super) fn turned(rod: &Rod, angle: f64) -> Rod {
     rotations.iter_mut().for_each(rotate);
     out.line_strains_mut().iter_mut().for_each(rotate);
     out.points_mut().iter_mut().for_each(|point| point.intrinsic = along_directors * point.intrinsic);
-    // The clamped base is exactly the same.
+    // Removes the rounding error of the clamped base.
     out.shape_mut().0[0] = base;
     out
+}
+
+/// Distance of the tip from the axis, the tangent of the base, m.
+pub(super) fn excursion(rod: &Rod) -> f64 {
+    let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
+    (tip - axis * axis.dot(&tip)).norm()
 }

@@ -1,9 +1,9 @@
-//! Stimuli of the laws, and their derivatives by the intrinsic strain.
+//! Derivatives of the stimuli of the laws by the intrinsic strain.
 
 use nalgebra::DMatrix;
 
 use super::error::CycleError;
-use super::rotated::turned;
+use super::rotated::rotated;
 use crate::linear::{precise_solver, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
@@ -12,8 +12,13 @@ use crate::scene::Environment;
 use crate::shoot::Shoot;
 use crate::tropism::{Site, TropismLaw};
 
-/// The stimuli of the points of the zone by components 1 and 2 of their intrinsic strain, when the rod at rest has turned by some
-/// phases: central differences along the factorised tangent. A row for every point, phase and stimulus.
+/// Largest relative effect of the truncation and rounding errors of differences of equilibria on symmetries: on the
+/// multiplier 1 of a rotation, on the root 0 of a rotating wave, and on the direction of a planar orbit.
+pub(super) const ASYMMETRY: f64 = 1e-6;
+
+/// Derivatives of the stimuli by components 1 and 2 of the intrinsic strain of the points of the zone, when the rod
+/// in equilibrium is rotated by some phases (rad): central differences along the factorised tangent. The rows are
+/// points, phases and stimuli.
 pub(super) fn stimuli_by_strain(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
@@ -25,16 +30,16 @@ pub(super) fn stimuli_by_strain(
     let force = InternalForce::of(rod, shoot.model.load(), environment);
     let mut solver = precise_solver();
     let mut out = DMatrix::zeros(zone.len() * phases.len() * m, n);
-    visit_bends(shoot, rod, &force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, moved| {
+    visit_bends(shoot, rod, &force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, bent| {
         for (j, phase) in phases.iter().enumerate() {
             let mut add = |i: usize, _: &Site, x: &[f64]| {
                 let rows = out.column_mut(k).data.into_slice_mut()[(i * phases.len() + j) * m..][..m].iter_mut();
                 rows.zip(x).for_each(|(sum, x)| *sum += weight * x);
             };
             if *phase == 0.0 {
-                visit_stimuli(shoot, moved, &force, &mut add);
+                visit_stimuli(shoot, bent, &force, &mut add);
             } else {
-                visit_stimuli(shoot, &turned(moved, *phase), &force, &mut add);
+                visit_stimuli(shoot, &rotated(bent, *phase), &force, &mut add);
             }
         }
     })?;

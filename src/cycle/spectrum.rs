@@ -1,67 +1,80 @@
-//! Leading eigenvalues of an operator that is only applied, with a bound on the modulus of all others.
+//! Leading eigenvalues of a linear operator that is only applied to vectors, with a bound on the modulus of all
+//! others.
 //!
-//! Arnoldi's method finds one vector for each eigenvalue and none for eigenvalues whose vectors are absent from its start. Vectors that
-//! have converged are therefore deflated, and the method is repeated from another start on what is left, until the largest remaining
-//! eigenvalue is smaller than those that were found. See Y. Saad, *Numerical Methods for Large Eigenvalue Problems*, 2nd ed. (2011), 6.2.3.
+//! Arnoldi's method finds one vector of each eigenvalue, and none that is absent from its first vector. Converged
+//! vectors are therefore deflated, and the method is repeated with another first vector until the largest remaining
+//! eigenvalue is smaller than those that were found. See Y. Saad, *Numerical methods for large eigenvalue
+//! problems*, 2nd ed. (2011), section 6.2.3.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::error::CycleError;
-use crate::error::ParameterError;
+use super::map::return_map::CONVERGED;
 use crate::numerics::krylov::{Krylov, Ritz, ritz_values};
 
-/// Largest number of vectors in a subspace. A multiple of the number that leading eigenvalues of return maps require, a few tens.
+/// Largest dimension of a Krylov subspace, several times that needed for the leading eigenvalues of return maps.
 const MOST: usize = 160;
-/// Eigenvalues of smaller modulus are not resolved: rounding and the differences in the linearised map have this share of it after
-/// deflation.
+/// Largest number of eigenvalues that can be requested: each needs about four vectors.
+pub(super) const MOST_VALUES: usize = MOST / 4;
+/// Smallest modulus of an eigenvalue that is resolved. After deflation, rounding and differences have this size.
 const SMALLEST: f64 = 1e-3;
-/// Every eigenvalue of at least this modulus is found, however few are requested: the number outside the unit circle is then certain.
+/// Every eigenvalue of at least this modulus is found, however few are requested, so that the number outside the
+/// unit circle is certain.
 const LIMIT: f64 = 0.9;
-/// Residual of a converged eigenvector of norm one, relative to the eigenvalue. The error of the eigenvalue is larger by the condition
-/// of the eigenvector, which is some tens for return maps.
-const CONVERGED: f64 = 1e-10;
-/// The same, relative to the norm of the operator: rounding of its application.
-const ROUNDING: f64 = 1e-14;
-/// Relative residual at which the largest remaining eigenvalue bounds the modulus of all remaining ones.
+/// Residual of a converged eigenvector of norm one, relative to the eigenvalue. The error of the eigenvalue is
+/// larger by its condition number, which is about 30 for return maps.
+const TOLERANCE: f64 = 1e-10;
+/// Relative residual of the largest remaining eigenvalue at which it bounds the modulus of all remaining ones.
 const BOUND: f64 = 0.01;
-/// Factor between that eigenvalue and the bound: within a cluster the largest one is approached from below.
+/// Factor between that eigenvalue and the bound. Within a cluster the largest one is approximated from below.
 const MARGIN: f64 = 1.1;
-/// Norm of a vector that is rounding, relative to the norm before deflation.
+/// Norm of a vector after deflation that is rounding, relative to the norm before: the root of the machine
+/// precision, and a factor of ten.
 const NEGLIGIBLE: f64 = 1e-7;
-/// Smallest number of vectors of a bound: by then the largest eigenvalue dominates a start without a pattern.
+/// Smallest number of vectors for a bound. The largest eigenvalue then dominates a first vector without symmetry.
 const FEWEST: usize = 8;
+
+/// A Floquet multiplier of a periodic orbit, or a characteristic root of a rotating wave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Eigenvalue {
+    /// Multiplier μ: over a period, the disturbance that is its eigenvector is multiplied by μ. For a rotating wave,
+    /// root λ with Im λ ≥ 0 in the corotating frame, 1/s: disturbances are proportional to exp(λt), and the conjugate
+    /// of λ is a root, too.
+    pub value: Complex<f64>,
+    /// Norm |A v − μ v| for the eigenvector v of norm one, where A is the monodromy operator after deflation of larger
+    /// multipliers. For a root, its distance from the root that corresponds to a multiplier of the return map, 1/s.
+    pub residual: f64,
+}
 
 /// The leading eigenvalues of an operator.
 #[derive(Debug, Clone)]
 pub(super) struct Spectrum {
-    /// Eigenvalues with the residuals |A v − μ v| of their vectors of norm one, largest modulus first. Both of a conjugate pair are
-    /// listed.
-    pub values: Vec<(Complex<f64>, f64)>,
-    /// All other eigenvalues have at most this modulus.
+    /// Eigenvalues, largest modulus first. Both of a conjugate pair are listed.
+    pub values: Vec<Eigenvalue>,
+    /// Bound on the modulus of all other eigenvalues.
     pub radius: f64,
 }
 
-/// What a Krylov subspace shows.
+/// Result of Arnoldi's method.
 enum Found {
-    /// These eigenvalues have converged.
+    /// Eigenvalues that have converged.
     Values(Vec<Ritz>),
-    /// All eigenvalues have at most this modulus.
+    /// Bound on the modulus of all eigenvalues.
     Bound(f64),
 }
 
 impl Spectrum {
-    /// All eigenvalues outside [`LIMIT`], and at least `count` leading ones unless the others are below [`SMALLEST`], of an operator
-    /// on vectors with `size` components.
+    /// Computes all eigenvalues outside [`LIMIT`], and at least `count` leading ones unless the others are below
+    /// [`SMALLEST`], of an operator on vectors with `size` components. `count` is from 1 to [`MOST_VALUES`].
     ///
     /// # Errors
-    /// A number of eigenvalues that is not from 1 to 40, eigenvalues that do not converge with [`MOST`] vectors, an operator that is
-    /// not finite.
+    /// Eigenvalues that do not converge with [`MOST`] vectors, or an operator that is not finite.
     pub fn of(
         size: usize,
         count: usize,
         mut apply: impl FnMut(&DVector<f64>) -> Result<DVector<f64>, CycleError>,
     ) -> Result<Self, CycleError> {
-        check_count(count)?;
         let mut out = Self { values: Vec::new(), radius: 0.0 };
         let mut locked: Vec<DVector<f64>> = Vec::new();
         while locked.len() < size {
@@ -71,9 +84,9 @@ impl Spectrum {
             if begin.norm() <= NEGLIGIBLE * whole {
                 break;
             }
-            out.values.sort_by(|a, b| b.0.norm().total_cmp(&a.0.norm()));
+            out.values.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
             // The bound on the others must be smaller than the last one of the leading eigenvalues.
-            let below = out.values.get(count - 1).map_or(0.0, |(value, _)| value.norm().min(LIMIT));
+            let below = out.values.get(count - 1).map_or(0.0, |last| last.value.norm().min(LIMIT));
             let missing = count.saturating_sub(out.values.len());
             let deflated = |x: &DVector<f64>| {
                 let mut next = apply(x)?;
@@ -81,7 +94,7 @@ impl Spectrum {
                 Ok::<_, CycleError>(next)
             };
             let mut found = Ok(None);
-            let krylov = Krylov::of(&begin, MOST.min(size - locked.len()), ROUNDING, deflated, |hessenberg| {
+            let krylov = Krylov::of(&begin, MOST.min(size - locked.len()), CONVERGED, deflated, |hessenberg| {
                 let vectors = hessenberg.ncols();
                 if vectors < FEWEST || !vectors.is_multiple_of((vectors / 8).max(2)) {
                     return false;
@@ -100,32 +113,26 @@ impl Spectrum {
                 Some(Found::Values(values)) => {
                     for one in values {
                         lock(&mut locked, &krylov, &one.weights);
-                        out.values.push((one.value, one.residual));
+                        out.values.push(Eigenvalue { value: one.value, residual: one.residual });
                     }
                 }
                 None => {
-                    let (found, vectors) = (out.values.len(), krylov.hessenberg.ncols());
-                    return Err(CycleError::Incomplete { found, wanted: count, vectors });
+                    return Err(CycleError::Incomplete { found: out.values.len(), wanted: count });
                 }
             }
         }
-        out.values.sort_by(|a, b| b.0.norm().total_cmp(&a.0.norm()));
-        out.values.retain(|(value, _)| value.norm() > out.radius);
+        out.values.sort_by(|a, b| b.value.norm().total_cmp(&a.value.norm()));
+        out.values.retain(|one| one.value.norm() > out.radius);
         Ok(out)
     }
 }
 
-/// Refuses a number of eigenvalues that makes no sense.
-pub(super) fn check_count(count: usize) -> Result<(), ParameterError> {
-    ParameterError::unless((1..=MOST / 4).contains(&count), "number of eigenvalues", count as f64, "from 1 to 40")
-}
-
-/// The leading eigenvalues if as many as are missing have converged, a bound on all eigenvalues if it is smaller than `below`, or nothing
-/// if more vectors are needed.
+/// Returns the leading eigenvalues if `missing` of them have converged, a bound on all eigenvalues if it is smaller
+/// than `below`, or none if more vectors are needed.
 fn decide(hessenberg: &DMatrix<f64>, missing: usize, below: f64) -> Result<Option<Found>, CycleError> {
-    let rounding = ROUNDING * hessenberg.norm();
+    let rounding = CONVERGED * hessenberg.norm();
     let converged =
-        |one: &Ritz| one.residual <= (CONVERGED * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;
+        |one: &Ritz| one.residual <= (TOLERANCE * one.value.norm()).max(rounding) && one.value.norm() > SMALLEST;
     let mut leading = ritz_values(hessenberg, converged)?;
     let bound = |one: &Ritz| MARGIN * (one.value.norm() + one.residual);
     if let Some(first) = leading.first() {
@@ -148,22 +155,23 @@ fn lock(locked: &mut Vec<DVector<f64>>, krylov: &Krylov, weights: &DVector<Compl
         let mut vector = krylov.combine(&part);
         let whole = part.norm();
         deflate(locked, &mut vector);
-        // The other vector of a conjugate pair, or the imaginary part of a real one, adds nothing.
+        // Conjugate pairs have one subspace, and the imaginary part of a real eigenvector is zero.
         if vector.norm() > NEGLIGIBLE * whole.max(1.0) {
             locked.push(vector.normalize());
         }
     }
 }
 
-/// Removes the part of a vector that lies in the span of an orthonormal basis.
+/// Removes the component of a vector in the span of an orthonormal basis.
 fn deflate(basis: &[DVector<f64>], vector: &mut DVector<f64>) {
-    // Twice is enough for orthogonality to rounding.
+    // The second pass makes it orthogonal up to rounding.
     for _ in 0..2 {
         basis.iter().for_each(|known| vector.axpy(-known.dot(vector), known, 1.0));
     }
 }
 
-/// A vector with components between −1 and 1 that is not orthogonal to any eigenvector of a physical problem.
+/// A vector without symmetry, with components between −1 and 1. It is not orthogonal to eigenvectors of physical
+/// problems.
 fn without_pattern(size: usize, number: usize) -> DVector<f64> {
     let number = number as f64;
     DVector::from_fn(size, |k, _| (2.399_963 * k as f64 + 0.7 * number + 1e-3 * (k as f64).powi(2)).sin())
@@ -181,7 +189,7 @@ mod tests {
     }
 
     fn moduli(found: &Spectrum) -> DVector<f64> {
-        DVector::from_iterator(found.values.len(), found.values.iter().map(|(value, _)| value.norm()))
+        DVector::from_iterator(found.values.len(), found.values.iter().map(|one| one.value.norm()))
     }
 
     /// A Krylov subspace contains one vector of each different eigenvalue.
@@ -191,7 +199,7 @@ mod tests {
         values.extend((1..60).map(|k| 0.4 * 0.8_f64.powi(k)));
         let found = diagonal(&values, 4).unwrap();
         let expected = DVector::from_column_slice(&values[..5]);
-        // A few roundings of vectors that converged to 1e-10; the operator is symmetric, and its eigenvalues err by the square.
+        // The operator is symmetric: eigenvalues have the square of the error 1e-10 of their vectors, and rounding.
         assert_abs_diff_eq!(moduli(&found).rows(0, 5).clone_owned(), expected, epsilon = 1e-12);
     }
 
@@ -207,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_ends_where_eigenvalues_are_rounding() {
+    fn eigenvalues_below_the_smallest_modulus_are_not_listed() {
         let mut values = vec![0.7, 0.2];
         values.resize(50, 1e-5);
         let found = diagonal(&values, 6).unwrap();
@@ -215,23 +223,17 @@ mod tests {
         assert_eq!(found.radius, SMALLEST);
     }
 
-    /// All eigenvalues of a cyclic shift have modulus one. With fewer vectors than its size none converges.
+    /// All eigenvalues of a cyclic shift have modulus one. None converges with fewer vectors than its size.
     #[test]
     fn eigenvalues_that_do_not_converge_are_an_error() {
         let size = 2 * MOST;
         let found = Spectrum::of(size, 1, |x| Ok(DVector::from_fn(size, |k, _| x[(k + 1) % size])));
-        assert!(matches!(found, Err(CycleError::Incomplete { found: 0, wanted: 1, vectors: MOST })), "{found:?}");
+        assert!(matches!(found, Err(CycleError::Incomplete { found: 0, wanted: 1 })), "{found:?}");
     }
 
     #[test]
     fn an_operator_that_is_zero_has_no_eigenvalues_outside_its_radius() {
         let found = Spectrum::of(20, 3, |x| Ok(x * 0.0)).unwrap();
         assert!(found.values.is_empty() && found.radius <= SMALLEST, "{found:?}");
-    }
-
-    #[test]
-    fn the_number_of_eigenvalues_is_checked() {
-        assert!(check_count(1).is_ok() && check_count(MOST / 4).is_ok());
-        assert!(check_count(0).is_err() && check_count(MOST / 4 + 1).is_err());
     }
 }

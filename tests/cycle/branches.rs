@@ -6,7 +6,7 @@ use crate::fixtures::exact_orbit::{exact_orbit, shape};
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
 use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::cycle::{
-    Bifurcation, BranchPoint, Continuation, CycleError, PeriodicSolver, RotatingWave, RotatingWaveSolver, WaveGuess,
+    Bifurcation, BranchPoint, Continuation, CycleError, PeriodicSolver, RotatingWave, RotatingWaveSolver,
 };
 use morphorod::tropism::{Declaration, Perception, SettledStatoliths, Site, Source};
 use morphorod::{DynLaws, Shoot};
@@ -63,7 +63,7 @@ fn swing_solver() -> PeriodicSolver {
 /// A circular orbit of the reduced model at 6.7 cm, with its shoot.
 fn circle(elements: u32) -> (Shoot<DynLaws>, RotatingWave) {
     let shoot = sensing(SettledStatoliths, elements)(0.067).unwrap();
-    let orbit = RotatingWaveSolver::default().solve(&shoot, &WaveGuess::of_mode(&mode(&shoot), 0.03)).unwrap();
+    let orbit = RotatingWaveSolver::default().from_mode(&shoot, &mode(&shoot), 0.03).unwrap();
     (shoot, orbit)
 }
 

@@ -6,7 +6,7 @@ use super::cycles::{Parameters, circle, plain};
 use super::random_orbits::{Circling, assert_growth, growth_in_time};
 use super::rosettes::PLAIN;
 use super::{assert_complex_eq, mode, planes};
-use morphorod::cycle::{RotatingWaveSolver, WaveGuess};
+use morphorod::cycle::RotatingWaveSolver;
 use morphorod::tropism::Memory;
 
 /// The list of roots of this circle was once empty, and none counted as unstable.
@@ -21,13 +21,13 @@ fn circle_of_a_sensitive_shoot_with_short_memories_has_the_decay_seen_in_time() 
         length: 0.0697,
     };
     let mut shoot = parameters.shoot(4);
-    let circle = RotatingWaveSolver::default().solve(&shoot, &WaveGuess::of_mode(&mode(&shoot), 0.01)).unwrap();
+    let circle = RotatingWaveSolver::default().from_mode(&shoot, &mode(&shoot), 0.01).unwrap();
     let found = circle.roots(&shoot, 1).unwrap();
     assert!(!found.roots.is_empty() && found.line < found.roots[0].value.re);
     assert_eq!(found.unstable(), 0);
     let period = TAU / circle.rate.abs();
     let leading = (found.roots[0].value.re * period).exp();
-    let mut strains = circle.as_guess().strain.into_iter();
+    let mut strains = circle.rod.points()[circle.rod.zone()].iter().map(|point| point.intrinsic);
     shoot.set_intrinsic(|_| strains.next().unwrap());
     let history = Circling { rate: circle.rate, memory: parameters.memory };
     let seen = growth_in_time(shoot, &history, period, parameters.memory.delay, leading);

@@ -6,7 +6,7 @@ use crate::fixtures::exact_orbit::{exact_orbit, rate};
 use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::LinearElastic;
-use morphorod::cycle::{PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver, WaveGuess};
+use morphorod::cycle::{PeriodicOrbit, PeriodicSolver, RotatingWave, RotatingWaveSolver};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, Shoot};
@@ -51,7 +51,7 @@ impl Parameters {
 }
 
 pub(super) fn circle(shoot: &Shoot<DynLaws>, radius: f64) -> RotatingWave {
-    RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&mode(shoot), radius)).unwrap()
+    RotatingWaveSolver::default().from_mode(shoot, &mode(shoot), radius).unwrap()
 }
 
 pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) -> PeriodicOrbit {
@@ -99,7 +99,7 @@ fn the_roots_of_circular_orbits_have_their_known_values() {
             // the magnitude of the root.
             assert_complex_eq(length, root.value * HOUR, known, 1e-8 * known.norm().max(1.0));
             // The return map, another method, has the order of 16 intervals of six points.
-            assert!(root.difference * HOUR < 2e-5, "{length}: {:e}", root.difference * HOUR);
+            assert!(root.residual * HOUR < 2e-5, "{length}: {:e}", root.residual * HOUR);
         }
         // Zero up to the error of the differences: 1e-9 of the rate of rotation, 4.3 per h.
         assert!(found.trivial * HOUR < 1e-8, "{length}: {:e}", found.trivial * HOUR);

@@ -8,11 +8,11 @@ use super::{assert_complex_eq, planes};
 use crate::fixtures::exact_orbit::rate;
 use crate::fixtures::shoots::{HOUR, MINUTE, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
-use morphorod::cycle::{CycleError, PeriodicOrbit, PeriodicSolver, RotatingWaveSolver, WaveGuess};
+use morphorod::cycle::{CycleError, PeriodicOrbit, PeriodicSolver, RotatingWaveSolver};
 use morphorod::stability::Root;
 use morphorod::tropism::{SettledStatoliths, Statoliths, TropismLaw};
 use morphorod::{DynLaws, Shoot};
-use nalgebra::{Complex, Vector3};
+use nalgebra::Complex;
 
 /// Stiff laws: disturbances that decay immediately must not reappear as multipliers. With Gauss
 /// points, statoliths that settle in a millisecond had a multiplier of 0.996 at every material
@@ -81,32 +81,38 @@ fn delays_of_very_many_periods_are_refused() {
 fn invalid_initial_guesses_are_refused_by_name() {
     within("initial guesses", || {
         let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
-        let start = WaveGuess::of_mode(root, 0.02);
-        let solve = |start: &WaveGuess| RotatingWaveSolver::default().solve(&shoot, start);
+        let circle = |root: &Root, radius| RotatingWaveSolver::default().from_mode(&shoot, root, radius);
         let swing = |root: &Root, amplitude| PeriodicSolver::default().from_mode(&shoot, root, amplitude);
         for amplitude in [f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(solve(&WaveGuess::of_mode(root, amplitude))), "strain of the start");
+            assert_eq!(refused(circle(root, amplitude)), "strain of the start");
         }
         for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02] {
             assert_eq!(refused(swing(root, amplitude)), "amplitude of the start");
         }
         for amplitude in [0.0, 1e-9] {
-            assert!(matches!(solve(&WaveGuess::of_mode(root, amplitude)), Err(CycleError::Stationary { .. })));
+            assert!(matches!(circle(root, amplitude), Err(CycleError::Stationary { .. })));
         }
         assert!(matches!(swing(root, 1e-9), Err(CycleError::Stationary { .. })));
         // A shape of such an amplitude has no equilibrium on these elements.
         for amplitude in [10.0, 1e300] {
-            assert!(matches!(solve(&WaveGuess::of_mode(root, amplitude)), Err(CycleError::Equilibrium(_))));
+            assert!(matches!(circle(root, amplitude), Err(CycleError::Equilibrium(_))));
             assert!(matches!(swing(root, amplitude), Err(CycleError::Equilibrium(_))));
         }
+        let with_rate = |rate: f64| {
+            let mut root = root.clone();
+            root.value.im = rate;
+            root
+        };
         for rate in [0.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(solve(&WaveGuess { rate, ..start.clone() })), "rate of the start");
+            assert_eq!(refused(circle(&with_rate(rate), 0.02)), "rate of the start");
         }
         for rate in [1e-300, 1e-12, 1e12] {
-            assert!(solve(&WaveGuess { rate, ..start.clone() }).is_err());
+            assert!(circle(&with_rate(rate), 0.02).is_err());
         }
-        for strain in [vec![], start.strain[1..].to_vec()] {
-            assert_eq!(refused(solve(&WaveGuess { strain, ..start.clone() })), "number of strains of the start");
+        for strain in [vec![], root.strain[1..].to_vec()] {
+            let mut other = root.clone();
+            other.strain = strain;
+            assert_eq!(refused(circle(&other, 0.02)), "number of strains of the start");
         }
         let of_another = super::mode(&Plan { elements: 8, ..plan(LENGTH) }.shoot());
         assert_eq!(refused(swing(&of_another, 0.02)), "number of strains of the mode");
@@ -114,14 +120,10 @@ fn invalid_initial_guesses_are_refused_by_name() {
         odd.strain[3].x = Complex::new(f64::NAN, 0.0);
         assert_eq!(refused(swing(&odd, 0.02)), "strain of the mode");
         for rate in [0.0, f64::NAN, -1e-3] {
-            let mut still = root.clone();
-            still.value.im = rate;
-            assert_eq!(refused(swing(&still, 0.02)), "frequency of the mode");
+            assert_eq!(refused(swing(&with_rate(rate), 0.02)), "frequency of the mode");
         }
         for rate in [1e-12, 1e12] {
-            let mut strange = root.clone();
-            strange.value.im = rate;
-            assert!(swing(&strange, 0.02).is_err());
+            assert!(swing(&with_rate(rate), 0.02).is_err());
         }
     });
 }
@@ -130,10 +132,9 @@ fn invalid_initial_guesses_are_refused_by_name() {
 fn invalid_settings_are_refused_by_name() {
     within("settings", || {
         let (shoot, root) = (plan(LENGTH).shoot(), &*MODE);
-        let start = WaveGuess::of_mode(root, 0.02);
         for tolerance in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let solver = RotatingWaveSolver { tolerance, ..RotatingWaveSolver::default() };
-            assert_eq!(refused(solver.solve(&shoot, &start)), "tolerance of a circular orbit");
+            assert_eq!(refused(solver.from_mode(&shoot, root, 0.02)), "tolerance of a rotating wave");
             let solver = PeriodicSolver { tolerance, ..PeriodicSolver::default() };
             assert_eq!(refused(solver.from_mode(&shoot, root, 0.02)), "tolerance of a periodic orbit");
         }
@@ -147,12 +148,16 @@ fn invalid_settings_are_refused_by_name() {
         for stages in [0, 17, usize::MAX] {
             assert_eq!(refused(of(16, stages)), "points in an interval");
         }
-        let circle = RotatingWaveSolver::default().solve(&shoot, &start).unwrap();
+        let circle = RotatingWaveSolver::default().from_mode(&shoot, root, 0.02).unwrap();
         let (other, swing) = &*SWING;
-        for count in [0, 41, usize::MAX] {
-            assert_eq!(refused(swing.multipliers(other, count)), "number of eigenvalues");
-            assert_eq!(refused(circle.roots(&shoot, count)), "number of eigenvalues");
+        for count in [0, 39, usize::MAX] {
+            assert_eq!(refused(swing.multipliers(other, count)), "number of multipliers");
         }
+        for count in [0, 20, usize::MAX] {
+            assert_eq!(refused(circle.roots(&shoot, count)), "number of roots");
+        }
+        let message = swing.multipliers(other, 39).unwrap_err().to_string();
+        assert_eq!(message, "number of multipliers is 39 but must be from 1 to 38");
     });
 }
 
@@ -168,11 +173,11 @@ static SWING: LazyLock<(Shoot<DynLaws>, PeriodicOrbit)> = LazyLock::new(|| {
 #[test]
 fn circular_solver_reports_when_its_bounds_are_reached() {
     within("bounds", || {
-        let (shoot, start) = (plan(LENGTH).shoot(), WaveGuess::of_mode(&MODE, 0.02));
+        let shoot = plan(LENGTH).shoot();
         let solver = RotatingWaveSolver { tolerance: 1e-30, ..RotatingWaveSolver::default() };
-        assert!(matches!(solver.solve(&shoot, &start), Err(CycleError::NotConverged { iterations: 40, .. })));
+        assert!(matches!(solver.from_mode(&shoot, &MODE, 0.02), Err(CycleError::NotConverged { iterations: 40, .. })));
         let none = RotatingWaveSolver { max_iterations: 0, ..RotatingWaveSolver::default() };
-        assert!(matches!(none.solve(&shoot, &start), Err(CycleError::NotConverged { iterations: 0, .. })));
+        assert!(matches!(none.from_mode(&shoot, &MODE, 0.02), Err(CycleError::NotConverged { iterations: 0, .. })));
     });
 }
 
@@ -206,10 +211,11 @@ fn many_multipliers_converge_or_end_where_the_map_is_rounding() {
 fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
     within("clockwise", || {
         let shoot = plan(LENGTH).shoot();
-        let start = WaveGuess::of_mode(&MODE, 0.02);
-        let mirror = |u: &Vector3<f64>| Vector3::new(u.x, -u.y, u.z);
-        let mirrored = WaveGuess { rate: -start.rate, strain: start.strain.iter().map(mirror).collect() };
-        let [one, other] = [&start, &mirrored].map(|start| RotatingWaveSolver::default().solve(&shoot, start).unwrap());
+        let mut mirrored = MODE.clone();
+        mirrored.value = mirrored.value.conj();
+        mirrored.strain.iter_mut().for_each(|strain| *strain = strain.map(|x| x.conj()));
+        let circle = |root: &Root| RotatingWaveSolver::default().from_mode(&shoot, root, 0.02).unwrap();
+        let [one, other] = [circle(&MODE), circle(&mirrored)];
         // The rates are known to the tolerance, 1e-11 of the gradient. The error of the radius is
         // larger by a factor of order one.
         assert_relative_eq!(one.rate, -other.rate, epsilon = 0.0, max_relative = 1e-9);
@@ -227,7 +233,7 @@ fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
 fn orbits_of_other_shoots_are_refused() {
     within("other shoots", || {
         let (shoot, plane) = &*SWING;
-        let circle = RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&MODE, 0.02)).unwrap();
+        let circle = RotatingWaveSolver::default().from_mode(shoot, &MODE, 0.02).unwrap();
         let others: [(&str, Shoot<DynLaws>); 5] = [
             ("longer", plan(0.068).shoot()),
             ("finer", Plan { elements: 8, ..plan(LENGTH) }.shoot()),

@@ -117,7 +117,7 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
         .unwrap();
     let orbit = PeriodicSolver::default().forced(&driven, period).unwrap();
     let other = PeriodicSolver::default().forced(&driven, 1.1 * period);
-    assert!(matches!(other, Err(CycleError::NoCommonPeriod { .. })), "{other:?}");
+    assert!(matches!(other, Err(CycleError::NotInvariant { .. })), "{other:?}");
     let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
     // The circle of the tip is 4e-5 of the length: the nonlinear part is the square of that.
     assert_relative_eq!(excursion, expected, epsilon = 0.0, max_relative = 1e-6);

@@ -6,7 +6,7 @@ use super::cycles::Parameters;
 use super::mode;
 use crate::fixtures::random::{Draw, number};
 use approx::relative_eq;
-use morphorod::cycle::{CycleError, PeriodicSolver, RotatingWaveSolver, WaveGuess};
+use morphorod::cycle::{CycleError, PeriodicSolver, RotatingWaveSolver};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{HistoryFunction, Integrator, MethodOfSteps};
 use morphorod::tropism::{Memory, Site, TropismLaw};
@@ -133,13 +133,13 @@ fn draw(random: &mut Draw) -> (Parameters, Shoot<DynLaws>) {
 type Outcome = Result<[f64; 2], CycleError>;
 
 fn of_circle(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> Outcome {
-    let circle = RotatingWaveSolver::default().solve(shoot, &WaveGuess::of_mode(&mode(shoot), amplitude))?;
+    let circle = RotatingWaveSolver::default().from_mode(shoot, &mode(shoot), amplitude)?;
     let found = circle.roots(shoot, 1)?;
     let rightmost = found.roots[0].value.re;
-    assert!(found.line < 0.0 && found.roots.iter().all(|root| root.difference < 1e-3 * circle.rate.abs()));
+    assert!(found.line < 0.0 && found.roots.iter().all(|root| root.residual < 1e-3 * circle.rate.abs()));
     assert_eq!(found.unstable() > 0, rightmost > 0.0);
     let mut moved = shoot.clone();
-    let mut strains = circle.as_guess().strain.into_iter();
+    let mut strains = circle.rod.points()[circle.rod.zone()].iter().map(|point| point.intrinsic);
     moved.set_intrinsic(|_| strains.next().unwrap());
     let leading = (rightmost * circle.period()).exp();
     let history = Circling { rate: circle.rate, memory: parameters.memory };

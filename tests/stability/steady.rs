@@ -1,6 +1,6 @@
 //! Laws that write a wrong steady state: the analyses that use it return an error that names the law.
 
-use morphorod::cycle::{CycleError, RotatingWaveSolver, WaveGuess};
+use morphorod::cycle::{CycleError, RotatingWaveSolver};
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{Declaration, Growing, Site, TropismLaw};
 use morphorod::{DynLaws, Shoot, Still};
@@ -101,10 +101,10 @@ fn linear_problem_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
 #[test]
 fn circular_orbit_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     let upright = shoot(RIGHT, 0.0);
-    let start = WaveGuess::of_mode(&Linearisation::about(&upright).unwrap().rightmost().unwrap(), 0.03);
-    assert!(RotatingWaveSolver::default().solve(&upright, &start).is_ok());
+    let root = Linearisation::about(&upright).unwrap().rightmost().unwrap();
+    assert!(RotatingWaveSolver::default().from_mode(&upright, &root, 0.03).is_ok());
     for law in WRONG {
-        let error = RotatingWaveSolver::default().solve(&shoot(law, 0.0), &start).unwrap_err();
+        let error = RotatingWaveSolver::default().from_mode(&shoot(law, 0.0), &root, 0.03).unwrap_err();
         let CycleError::Stability(error) = error else { panic!("{error}") };
         named(error);
     }

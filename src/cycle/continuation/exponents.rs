@@ -1,4 +1,4 @@
-//! Kinds of bifurcations, by the exponents that cross the imaginary axis.
+//! Kinds of bifurcations. The kind is determined by the exponents that cross the imaginary axis.
 
 use std::f64::consts::PI;
 
@@ -10,19 +10,19 @@ use crate::cycle::disturbances::Disturbances;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Bifurcation {
-    /// The parameter has an extremum: there is no orbit of this branch beyond.
+    /// The parameter has an extremum, beyond which this branch has no orbit.
     Fold,
-    /// A real exponent crosses zero and the parameter has no extremum: a branch of less symmetry begins, for example of ellipses where a
-    /// swing leaves its plane.
+    /// A real exponent crosses zero and the parameter has no extremum: a branch with less symmetry begins, for
+    /// example one of ellipses at a planar swing.
     Pitchfork,
     /// A multiplier crosses −1: a branch of orbits with twice the period begins.
     PeriodDoubling,
-    /// A pair of exponents crosses the axis: motion with a second period begins, on a torus.
+    /// A pair of exponents crosses the imaginary axis: quasiperiodic motion on a torus begins.
     Torus,
 }
 
-/// Distance from the real axis, or from ±π, of an exponent times the period that counts as zero. Two exponents that meet beside the
-/// trivial ones are known to the square root of rounding.
+/// Imaginary part of an exponent times the period, or its distance from ±π, that is zero. Two nearly equal
+/// exponents are accurate to the square root of the error of the linearisation, 1e-6.
 const NEAR: f64 = 1e-3;
 
 /// Number of exponents with positive real part.
@@ -30,7 +30,7 @@ pub(super) fn growing<'a>(exponents: impl IntoIterator<Item = &'a Complex<f64>>)
     exponents.into_iter().filter(|exponent| exponent.re > 0.0).count()
 }
 
-/// The exponents in the plane and out of it, or all in one list if they are not `divided`, largest real part first.
+/// The exponents in the plane and out of it, or all in one list unless `divided`, largest real part first.
 pub(super) fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [Vec<Complex<f64>>; 2] {
     if divided {
         return exponents.lists().map(<[_]>::to_vec);
@@ -40,12 +40,13 @@ pub(super) fn lists(exponents: &Disturbances<Complex<f64>>, divided: bool) -> [V
     [all, Vec::new()]
 }
 
-/// The kind of a bifurcation, by the critical exponent times the period, which may be the logarithm of a multiplier (`multiplied`).
-pub(super) fn kind(exponent: Complex<f64>, multiplied: bool) -> Bifurcation {
+/// The kind of a bifurcation with a critical exponent times the period, which is the logarithm of a multiplier if
+/// `floquet`.
+pub(super) fn kind(exponent: Complex<f64>, floquet: bool) -> Bifurcation {
     let angle = exponent.im.abs();
     if angle < NEAR {
         Bifurcation::Pitchfork
-    } else if multiplied && (angle - PI).abs() < NEAR {
+    } else if floquet && (angle - PI).abs() < NEAR {
         Bifurcation::PeriodDoubling
     } else {
         Bifurcation::Torus

@@ -1,8 +1,12 @@
-//! Pseudo-arclength continuation of orbits along a parameter, round folds, with the bifurcations on the way.
+//! Pseudo-arclength continuation of orbits along a parameter, with the location of bifurcations.
+//!
+//! The predictor is the secant of the last two points. The corrector solves for orbit and parameter with the
+//! condition that the projection on the secant is that of the predictor (H. B. Keller 1977), so that folds are
+//! passed. The step is halved if the corrector fails or the direction changes by more than 26°.
 
 mod bifurcation;
 mod exponents;
-mod tangent;
+mod inner_product;
 
 pub use exponents::Bifurcation;
 
@@ -15,32 +19,30 @@ use super::corrector::{Corrected, correct, correct_resolved};
 use super::disturbances::Disturbances;
 use super::equations::{Equations, Observation};
 use super::error::CycleError;
-use super::extended::{Conditions, Unknowns};
+use super::extended::{Conditions, Difference, Unknowns};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Linearisation;
 use exponents::growing;
-use tangent::{InnerProduct, Tangent};
+use inner_product::InnerProduct;
 
-/// Cosine of the largest angle between successive secants, 26°: with a larger one, or without a solution, the step is halved.
+/// Cosine of the largest angle between successive secants, 26°. With a larger angle the step is halved.
 const TURN: f64 = 0.9;
 /// Cosine of the angle below which the next step is longer, 11°.
 const EASY: f64 = 0.98;
-/// Factor by which it is longer.
+/// Factor by which it is longer. Two such factors are about one halving.
 const LONGER: f64 = 1.5;
-/// Smallest step, relative to the first and the longest one.
+/// Smallest step, relative to the first and the largest one: twelve halvings.
 const SHORTEST: f64 = 2.5e-4;
-/// Largest share of the first step that may lie along the symmetries.
+/// Largest share of the first secant along the symmetries, which lead to other states of the same orbit.
 const ROUND: f64 = 0.02;
-/// Number of leading exponents at each point. All with a positive real part are found, however many there are.
-const EXPONENTS: usize = 2;
-/// Smallest excursion, in lengths of the shoot. Exponents near an onset vanish with its square, and are no longer distinguished from the
-/// trivial ones.
+/// Smallest excursion, in lengths of the shoot. Near an onset exponents vanish with its square, and are not
+/// distinguished from the trivial ones.
 const LEAST: f64 = 0.01;
 
-/// A solver of orbits that can be continued along a parameter: a [`RotatingWaveSolver`](super::RotatingWaveSolver) or a
-/// [`PeriodicSolver`](super::PeriodicSolver). It cannot be implemented for other types.
+/// A solver of orbits that can be continued along a parameter: a [`RotatingWaveSolver`](super::RotatingWaveSolver)
+/// or a [`PeriodicSolver`](super::PeriodicSolver). It cannot be implemented for other types.
 pub trait OrbitSolver: Equations {}
 
 impl OrbitSolver for super::RotatingWaveSolver {}
@@ -56,27 +58,29 @@ pub struct BranchPoint<O> {
     pub orbit: O,
     /// Largest distance of the tip from the axis, m.
     pub excursion: f64,
-    /// Period, s; of a relative periodic orbit the time after which it returns rotated.
+    /// Period, s. A relative periodic orbit returns rotated after it.
     pub period: f64,
-    /// Leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones. Those of a rotating wave are
-    /// in the rotating frame. Both of a conjugate pair are listed.
+    /// Leading exponents λ of disturbances exp(λt), 1/s, largest real part first, without the trivial ones: at
+    /// least two, and all with positive real part. Those of a rotating wave are in the corotating frame. Both of a
+    /// conjugate pair are listed.
     pub exponents: Disturbances<Complex<f64>>,
-    /// Largest modulus of the trivial exponents times the period. They are zero for exact orbits: it is the error of intervals and
-    /// differences.
+    /// Largest modulus of the trivial exponents times the period. It is the error due to the grid and to
+    /// differences, and zero for exact orbits.
     pub trivial: f64,
     /// The bifurcation at this point, if there is one.
     pub bifurcation: Option<Bifurcation>,
 }
 
 impl<O> BranchPoint<O> {
-    /// Number of exponents with positive real part. At a bifurcation rounding decides whether the critical ones are counted.
+    /// Number of exponents with positive real part. At a bifurcation rounding decides whether the critical ones are
+    /// counted.
     #[must_use]
     pub fn unstable(&self) -> usize {
         growing(self.exponents.iter())
     }
 }
 
-/// A point of a branch with what the next step needs.
+/// The last point of a branch: its unknowns, symmetry tangents and exponents.
 #[derive(Debug, Clone)]
 struct BranchState {
     unknowns: Unknowns,
@@ -84,15 +88,14 @@ struct BranchState {
     exponents: Disturbances<Complex<f64>>,
 }
 
-/// Pseudo-arclength continuation of orbits: an iterator over the points of a branch. It ends at an end of the parameter's range, where the
-/// excursion falls below a hundredth of the length near an onset, and where rosettes become a rotating wave: beyond it are the same
-/// rosettes, rotated by a quarter of a turn.
-///
-/// Unknown are the orbit and the parameter together, with a condition on the distance along the tangent, so that folds are passed.
+/// Pseudo-arclength continuation of orbits: an iterator over the points of a branch. It ends at an end of the
+/// parameter's range, where the excursion falls below a hundredth of the length near an onset, and where relative
+/// periodic orbits become a rotating wave, beyond which the same orbits follow, rotated by a right angle.
 /// Bifurcations between two points are located and returned as points. An error ends the branch.
 ///
-/// `family` returns the shoot for a value of the parameter; all its shoots have as many material points. Derivatives by the parameter are
-/// differences over 1e-5 of the range. Steps may evaluate parameters slightly outside the range if the branch ends there.
+/// `family` returns the shoot for a value of the parameter. All its shoots have the same number of material points.
+/// Derivatives by the parameter are differences over 1e-5 of the range. Parameters slightly outside the range may
+/// be evaluated if the branch ends there.
 #[derive(Debug, Clone)]
 pub struct Continuation<S: OrbitSolver, F> {
     solver: S,
@@ -107,9 +110,10 @@ pub struct Continuation<S: OrbitSolver, F> {
     step: f64,
     last: BranchState,
     /// Direction of the next step, of unit norm.
-    tangent: Tangent,
-    /// Whether that direction is a guess.
+    tangent: Difference,
+    /// Whether that direction is a guess and not a secant.
     rough: bool,
+    /// Points that have been computed and not yet returned.
     waiting: VecDeque<BranchPoint<S::Orbit>>,
     ended: bool,
 }
@@ -118,11 +122,11 @@ impl<S: OrbitSolver, F, M: Model> Continuation<S, F>
 where
     F: FnMut(f64) -> Result<Shoot<M>, CycleError>,
 {
-    /// The branch that begins at an onset of oscillations: from a cycle of a small `amplitude` (m) on, at least a hundredth of the length, whose parameter
-    /// is found. The range holds the onset.
+    /// The branch that begins at an onset of oscillations (a Hopf bifurcation) in the range. The first point has
+    /// about the given `amplitude` of the tip (m), at least a hundredth of the length; its parameter is computed.
     ///
     /// # Errors
-    /// A range or an amplitude that makes no sense, a shoot at the onset whose leading root does not oscillate.
+    /// A range or an amplitude out of range, or a shoot at the onset whose rightmost root is real.
     pub fn from_onset(
         mut solver: S,
         mut family: F,
@@ -133,7 +137,7 @@ where
         check_range(&within, ("onset", onset))?;
         let shoot = family(onset)?;
         let share = amplitude / shoot.rod().length();
-        let what = "amplitude of the first cycle, in lengths of the shoot";
+        let what = "amplitude of the first orbit, in lengths of the shoot";
         ParameterError::unless((LEAST..1.0).contains(&share), what, share, "from 0.01 to 1")?;
         let root = Linearisation::about(&shoot)?.rightmost()?;
         ParameterError::positive("frequency of the mode", root.value.im)?;
@@ -144,17 +148,17 @@ where
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let conditions = inner.arclength(&of_amplitude(&solver, 0.0)?.to(&guess), &guess);
         let found = correct_resolved(&mut solver, &mut family, guess, &conditions)?;
-        let (what, parameter) = ("parameter of the first cycle", found.unknowns.parameter);
+        let (what, parameter) = ("parameter of the first orbit", found.unknowns.parameter);
         ParameterError::unless(within.contains(&parameter), what, parameter, "within the range")?;
         let secant = of_amplitude(&solver, 0.0)?.with_past_of(&found.unknowns).to(&found.unknowns);
         Self::begin(solver, family, within, (inner, shoot.rod().length()), secant, found)
     }
 
-    /// The branch on which there is a cycle that is known, at a value of the parameter, from there on. The first step of the
-    /// parameter is given, in its unit: negative for a branch that is followed downwards.
+    /// The branch that begins at a known orbit, at a value of the parameter. `step` is the first change of the
+    /// parameter, in its unit; negative for decreasing parameters.
     ///
     /// # Errors
-    /// A range or a step that makes no sense, another shoot's cycle.
+    /// A range or a step out of range, or an orbit of another shoot.
     pub fn from_orbit(
         mut solver: S,
         mut family: F,
@@ -169,16 +173,17 @@ where
         let guess = Unknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
         let found = correct_resolved(&mut solver, &mut family, guess, &inner.at_fixed_parameter())?;
-        let tangent = Tangent::of_parameter(&found.unknowns, step);
+        let tangent = Difference::of_parameter(&found.unknowns, step);
         Self::begin(solver, family, within, (inner, shoot.rod().length()), tangent, found)
     }
 
+    /// The branch with a first point and a guess of its direction.
     fn begin(
         solver: S,
         family: F,
         within: RangeInclusive<f64>,
         (inner, length): (InnerProduct, f64),
-        tangent: Tangent,
+        tangent: Difference,
         found: Corrected<S::Orbit, Shoot<M>>,
     ) -> Result<Self, CycleError> {
         let (point, last) = observe(&solver, found)?;
@@ -194,15 +199,14 @@ where
             step,
             last,
             tangent,
-            // A change of the parameter alone, or a secant from the onset.
             rough: true,
             waiting: VecDeque::from([point]),
             ended: false,
         })
     }
 
-    /// The longest step, 0.05 unless said otherwise: of the root mean square of strain times length (rad) and of the parameter over
-    /// its range, by Pythagoras.
+    /// Sets the largest step, 0.05 by default: the root of the sum of squares of the root mean square of strain
+    /// times length (rad) and of the parameter over its range.
     ///
     /// # Errors
     /// A step that is not positive.
@@ -212,7 +216,7 @@ where
         Ok(self)
     }
 
-    /// Takes a step, and halves it until it succeeds.
+    /// Takes a step, which is halved until it succeeds.
     fn advance(&mut self) -> Result<(), CycleError> {
         loop {
             let error = match self.try_step() {
@@ -232,16 +236,19 @@ where
         }
     }
 
-    /// Doubles the intervals of a period, if it has any and they are not too many.
+    /// Refines the grid in time. Returns false if there is no finer grid.
     fn refine(&mut self) -> bool {
         let Some(refined) = self.solver.refined() else { return false };
-        self.tangent = self.tangent.on_finer_grid(&self.last.unknowns, &self.solver);
+        // Interpolation is linear, so that a change of a state is interpolated like a state.
+        let at = &self.last.unknowns;
+        let change = Unknowns { start: at.start.with_values(&self.tangent.state), ..at.clone() };
+        self.tangent.state = self.solver.on_finer_grid(change).start.flat();
         self.last.unknowns = self.solver.on_finer_grid(self.last.unknowns.clone());
         self.solver = refined;
         true
     }
 
-    /// Takes a step. Nothing changes if it fails.
+    /// Takes a step. If it fails the branch is unchanged.
     fn try_step(&mut self) -> Result<(), CycleError> {
         let step = self.step.min(self.largest_step);
         let from = self.last.unknowns.clone();
@@ -261,7 +268,7 @@ where
                 found = self.at_bound(&from, &from.to(&found.unknowns), bound)?;
             }
         }
-        // Through the stationary state the branch leads to the same orbit half a period later.
+        // The branch repeats its orbits, half a period later, beyond the stationary state.
         if self.inner.of_states(&from.start.present(), &found.unknowns.start.present()) < 0.0 {
             self.ended = true;
             return Ok(());
@@ -278,10 +285,11 @@ where
             return Ok(());
         }
         let turn = self.inner.product(&secant, &self.tangent) / size;
-        // If the tangent is a guess, only its sense is compared. The secant must not lead along the symmetries.
+        // If the tangent is a guess, only its sign is compared. The secant must not lead along the symmetries.
         let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetries));
         if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
-            return Err(CycleError::Lost { parameter: self.last.unknowns.parameter, step, turn });
+            let what = "the direction of the branch changes by more than 26°";
+            return Err(CycleError::Lost { what, parameter: self.last.unknowns.parameter, step });
         }
         let (point, place) = observe(&self.solver, found)?;
         if point.excursion < LEAST * self.length {
@@ -297,11 +305,11 @@ where
         Ok(())
     }
 
-    /// The orbit at an end of the range, from a guess along a secant.
+    /// The orbit at an end of the range. The initial guess is on a secant.
     fn at_bound(
         &mut self,
         from: &Unknowns,
-        secant: &Tangent,
+        secant: &Difference,
         bound: f64,
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         let mut guess = from.along(secant, (bound - from.parameter) / secant.parameter);
@@ -309,7 +317,7 @@ where
         self.correct(guess, self.inner.at_fixed_parameter())
     }
 
-    /// The orbit near a guess. It has the phases of the last point, unless the guess is rough: other states of the orbit have these, too.
+    /// The orbit near a guess. It has the phases of the last point, unless the direction is a guess.
     fn correct(
         &mut self,
         guess: Unknowns,
@@ -324,7 +332,7 @@ where
         Ok(found)
     }
 
-    /// The end of the range that lies before a parameter outside it.
+    /// The end of the range that a parameter has passed; none if it is within the range.
     fn bound_before(&self, parameter: f64) -> Option<f64> {
         let (from, to) = (*self.within.start(), *self.within.end());
         if parameter > to {
@@ -355,13 +363,13 @@ where
     }
 }
 
-/// The point of a branch at an orbit.
+/// The point of a branch at an orbit, with its exponents.
 fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
     found: Corrected<S::Orbit, Shoot<M>>,
 ) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
     let Corrected { orbit, unknowns, tangents: symmetries, shoot } = found;
-    let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, EXPONENTS)?;
+    let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, 2)?;
     let exponents = exponents.map(|mut list| {
         list.sort_by(|a, b| b.re.total_cmp(&a.re));
         list
@@ -371,7 +379,7 @@ fn observe<S: OrbitSolver, M: Model>(
     Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, bifurcation: None }, place))
 }
 
-/// Refuses a range without a length, or one that does not hold a value.
+/// Returns an error for a range that is empty or that does not contain a value.
 fn check_range(within: &RangeInclusive<f64>, (name, start): (&'static str, f64)) -> Result<(), ParameterError> {
     let (what, range) = ("range of the parameter", within.end() - within.start());
     ParameterError::unless(range > 0.0 && range.is_finite(), what, range, "positive")?;

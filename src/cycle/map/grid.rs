@@ -1,21 +1,23 @@
-//! A period in equal intervals, with Radau points in each.
+//! The grid in time: a period has equal intervals with Radau points in each.
 //!
-//! The last point of an interval is its end. What dies out much faster than an interval then does so on the grid, too; with Gauss
-//! points it would stay, with its sign turning from interval to interval, and pass for a multiplier.
+//! The last Radau point of an interval is its end, so that the collocation method is stiffly accurate (E. Hairer &
+//! G. Wanner, *Solving ordinary differential equations II*, 2nd ed. (1996), section IV.5). A component that decays
+//! much faster than an interval then decays on the grid, too. With Gauss points it would alternate from interval to
+//! interval and appear as a multiplier of modulus one.
 
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::{gauss, legendre};
 
-/// Times in units of an interval.
+/// Radau points and quadrature weights, in units of an interval.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Grid {
-    /// Intervals in a period.
+    /// Number of intervals in a period.
     pub intervals: usize,
     /// Radau points of an interval, in (0, 1], the last of them 1.
     pub stages: Vec<f64>,
-    /// ∫ of the polynomial that is one at stage j and zero at the others, from 0 to stage i.
+    /// Integrals of the Lagrange polynomials of the stages from 0 to each stage: a row for each stage.
     pub upto: Vec<Vec<f64>>,
-    /// The same over the whole interval.
+    /// Integrals of the Lagrange polynomials over the interval.
     pub whole: Vec<f64>,
 }
 
@@ -32,11 +34,11 @@ impl Grid {
         self.stages.len()
     }
 
-    /// ∫ of the same polynomials from 0 to `x`.
+    /// Integrals of the Lagrange polynomials from 0 to `x`.
     pub fn integrals(&self, x: f64) -> Vec<f64> {
         let mut out = vec![0.0; self.order()];
         let mut values = out.clone();
-        // Exact: Gauss's rule with as many points.
+        // The Gauss rule with as many points is exact.
         let (points, weights) = gauss(self.order());
         for (point, weight) in points.iter().zip(weights) {
             lagrange(&self.stages, x * point, &mut values);
@@ -46,17 +48,18 @@ impl Grid {
     }
 }
 
-/// The `n` points of Radau's right rule on [0, 1], exact for polynomials of degree 2n − 2: the zeros of Pn − Pn−1.
+/// The `n` points of the right Radau rule on [0, 1], the zeros of Pn − Pn−1. The rule is exact for polynomials of
+/// degree 2n − 2.
 fn radau(n: usize) -> Vec<f64> {
     let value = |x: f64| legendre(n, x).0 - legendre(n - 1, x).0;
-    // One lies before each zero of Pn−1, and the last at the end.
+    // One zero lies before each zero of Pn−1, and the last at the end.
     let (zeros, _) = gauss(n - 1);
     let mut before = -1.0;
     let inner = zeros.iter().map(|zero| {
         let (mut low, mut high) = (before, 2.0 * zero - 1.0);
         before = high;
         let sign = value(low).signum();
-        // Halved to the last bit.
+        // Sixty bisections reach the last bit.
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if value(middle).signum() == sign { low = middle } else { high = middle }
@@ -70,9 +73,9 @@ fn radau(n: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Radau's rule integrates x^k for k ≤ 2n − 2 to rounding, and no further.
+    /// The rule integrates x^k to rounding for k ≤ 2n − 2, and not for k = 2n − 1.
     #[test]
-    fn as_exact_as_radau() {
+    fn the_rule_is_exact_up_to_degree_2n_minus_2() {
         for n in 1..=16 {
             let grid = Grid::new(1, n);
             assert!(grid.stages.windows(2).all(|pair| pair[0] < pair[1]) && grid.stages[0] > 0.0);

@@ -1,25 +1,34 @@
-//! The monodromy operator: the linearised return map, by the variational equation along a trajectory.
+//! The monodromy operator: the derivative of the return map, by the variational equation along a trajectory.
+//!
+//! The variational equation is discretised like the trajectory, so that the operator is the exact derivative of the
+//! map on the grid, up to differences in the derivatives of laws and equilibria. See K. Engelborghs et al., *SIAM
+//! J. Sci. Comput.* 22 (2001), 1593.
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::phase_state::{PhaseState, carried};
-use super::return_map::{self, CONVERGED, PASSES, Reading, ReturnMap, Trajectory};
+use super::grid::Grid;
+use super::phase_state::PhaseState;
+use super::polynomials::{Polynomials, Reading, carried};
+use super::return_map::{self, CONVERGED, PASSES, ReturnMap, Trajectory};
 use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
 use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::model::Model;
 use crate::scene::Scene;
 
-/// The monodromy operator of a trajectory. Its eigenvalues for a periodic orbit are the Floquet multipliers.
-pub(crate) struct Monodromy {
+/// The monodromy operator of a trajectory. For a periodic orbit its eigenvalues are the Floquet multipliers.
+pub struct Monodromy {
+    /// State at the beginning of the trajectory, for its sizes.
+    start: PhaseState,
     intervals: Vec<Interval>,
     readings: Vec<Vec<Option<Reading>>>,
-    upto: Vec<Vec<f64>>,
-    whole: Vec<f64>,
-    regr: Vec<f64>,
-    kept: usize,
-    length: f64,
     implicit: bool,
+    grid: Grid,
+    /// Length of an interval, s.
+    length: f64,
+    regr: Vec<f64>,
+    reads_present: bool,
+    /// Number of variables and of stimuli of a material point.
     sizes: (usize, usize),
     turn: Option<StateRotation>,
 }
@@ -30,137 +39,120 @@ struct Interval {
     slopes: Vec<LU<f64, Dyn, Dyn>>,
 }
 
+/// Derivatives at a stage.
 struct Stage {
     /// Derivative of the stimuli by the strain.
     response: DMatrix<f64>,
-    /// Derivatives of the laws, one for each material point.
-    rates_y: Vec<DMatrix<f64>>,
-    rates_x: Vec<DMatrix<f64>>,
-    gradient_y: Vec<DMatrix<f64>>,
-    gradient_x: Option<Vec<DMatrix<f64>>>,
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at the delayed
+    /// variables.
+    laws: Vec<[DMatrix<f64>; 4]>,
 }
 
 impl Monodromy {
-    pub fn of(return_map: &ReturnMap<impl Model>, path: &Trajectory, period: f64) -> Result<Self, CycleError> {
-        let scene = return_map.shoot.model.scene();
-        Self::with_responses(return_map, path, period, |time, stage| {
-            stimuli_by_strain(
-                return_map.shoot,
-                &stage.rod,
-                &scene.environment(return_map.shoot.environment().time + time),
-                &[0.0],
-            )
+    /// The operator of a trajectory of a return map.
+    pub(crate) fn of(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> Result<Self, CycleError> {
+        let (shoot, scene) = (return_map.shoot, return_map.shoot.model.scene());
+        Self::with_responses(return_map, path, |time, stage| {
+            stimuli_by_strain(shoot, &stage.rod, &scene.environment(shoot.environment().time + time), &[0.0])
         })
     }
 
-    /// The same, with given derivatives of the stimuli by the strain at a time since the start (s) and a stage.
-    pub fn with_responses(
+    /// The operator with given derivatives of the stimuli by the strain, at a time since the start (s) and a stage.
+    pub(crate) fn with_responses(
         return_map: &ReturnMap<impl Model>,
         path: &Trajectory,
-        period: f64,
         mut response: impl FnMut(f64, &return_map::Stage) -> Result<DMatrix<f64>, CycleError>,
     ) -> Result<Self, CycleError> {
-        let (k, s, p) = (return_map.grid.intervals, return_map.grid.order(), return_map.places.len());
-        let length = period / k as f64;
-        let (readings, implicit) = return_map.readings(period);
-        let mut intervals = Vec::with_capacity(k);
+        let (grid, points) = (&return_map.grid, return_map.places.len());
+        let length = path.period / grid.intervals as f64;
+        let (readings, implicit) = return_map.readings(path.period);
+        let laws = |stage: &return_map::Stage, point: usize| {
+            let [rates_y, rates_x, ..] = return_map.derivatives(point, stage, &stage.variables);
+            let [.., gradient_y, gradient_x] = return_map.derivatives(point, stage, &stage.past);
+            [rates_y, rates_x, gradient_y, gradient_x]
+        };
+        let mut intervals = Vec::with_capacity(grid.intervals);
         for (n, stages) in path.stages.iter().enumerate() {
-            let mut made = Vec::with_capacity(s);
-            for (i, stage) in stages.iter().enumerate() {
-                let response = response((n as f64 + return_map.grid.stages[i]) * length, stage)?;
-                let (mut rates_y, mut rates_x) = (Vec::with_capacity(p), Vec::with_capacity(p));
-                let (mut gradient_y, mut gradient_x) = (Vec::with_capacity(p), Vec::with_capacity(p));
-                for point in 0..p {
-                    let [y, x, ..] = return_map.derivatives(point, stage, false);
-                    let [.., gy, gx] = return_map.derivatives(point, stage, true);
-                    rates_y.push(y);
-                    rates_x.push(x);
-                    gradient_y.push(gy);
-                    gradient_x.push(gx);
-                }
-                let gradient_x = return_map.reads_present.then_some(gradient_x);
-                made.push(Stage { response, rates_y, rates_x, gradient_y, gradient_x });
+            let mut made = Vec::with_capacity(stages.len());
+            for (stage, c) in stages.iter().zip(&grid.stages) {
+                let response = response((n as f64 + c) * length, stage)?;
+                made.push(Stage { response, laws: (0..points).map(|point| laws(stage, point)).collect() });
             }
-            let slopes = (0..p).map(|point| return_map.matrix(point, length, stages).lu()).collect();
+            let slopes = (0..points).map(|point| return_map.matrix(point, length, stages).lu()).collect();
             intervals.push(Interval { stages: made, slopes });
         }
         Ok(Self {
+            start: path.start.clone(),
             intervals,
             readings,
-            upto: return_map.grid.upto.clone(),
-            whole: return_map.grid.whole.clone(),
-            regr: return_map.regr.clone(),
-            kept: return_map.kept,
-            length,
             implicit,
+            grid: grid.clone(),
+            length,
+            regr: return_map.regr.clone(),
+            reads_present: return_map.reads_present,
             sizes: (return_map.variables, return_map.stimuli),
             turn: return_map.turn.clone(),
         })
     }
 
+    /// Maps a disturbance, given by its components, over a period.
+    pub(crate) fn apply_flat(&self, x: &DVector<f64>) -> Result<DVector<f64>, CycleError> {
+        Ok(self.apply(&self.start.with_values(x))?.flat())
+    }
+
     /// Maps a disturbance over a period.
-    pub fn apply(&self, start: &PhaseState) -> Result<PhaseState, CycleError> {
-        let mut slopes = start.slopes.clone();
-        let mut begins = start.begins(&self.whole);
+    pub(crate) fn apply(&self, start: &PhaseState) -> Result<PhaseState, CycleError> {
+        let mut path = Polynomials::of(start, &self.grid);
         let mut strain = start.strain.clone();
-        for (n, interval) in self.intervals.iter().enumerate() {
-            let present = self.kept + n;
-            slopes.push(vec![DVector::zeros(start.variables.len()); self.upto.len()]);
+        for interval in &self.intervals {
+            let present = path.slopes.len();
+            path.slopes.push(vec![DVector::zeros(start.variables.len()); self.grid.order()]);
             let mut stimuli: Vec<DVector<f64>> = Vec::new();
             let mut strain_slopes = Vec::new();
             for pass in 0..PASSES {
-                strain_slopes = self.strain_slopes(interval, present, &begins, &slopes, &stimuli);
-                let now: Vec<DVector<f64>> = (0..self.upto.len())
-                    .map(|i| &interval.stages[i].response * carried(&strain, &strain_slopes, &self.upto[i]))
-                    .collect();
+                strain_slopes = self.strain_slopes(interval, present, &path, &stimuli);
+                let stages = interval.stages.iter().zip(&self.grid.upto);
+                let now: Vec<DVector<f64>> =
+                    stages.map(|(stage, upto)| &stage.response * carried(&strain, &strain_slopes, upto)).collect();
                 let change = now.iter().zip(&stimuli).map(|(a, b)| (a - b).norm()).sum::<f64>();
                 let size = now.iter().map(DVector::norm).sum::<f64>();
                 let done = pass > 0 && change <= CONVERGED * size;
                 stimuli = now;
-                self.integrate_variables(interval, &begins[present], &mut slopes[present], &stimuli);
+                self.integrate_variables(interval, &path.begins[present], &mut path.slopes[present], &stimuli);
                 if done || !self.implicit {
                     break;
                 }
                 if pass + 1 == PASSES {
-                    return Err(CycleError::Variables { change: change / size });
+                    return Err(CycleError::variables(PASSES, change / size));
                 }
             }
-            strain = carried(&strain, &strain_slopes, &self.whole);
-            begins.push(carried(&begins[present], &slopes[present], &self.whole));
+            strain = carried(&strain, &strain_slopes, &self.grid.whole);
+            path.complete(&self.grid);
         }
-        let k = self.intervals.len();
-        let variables = begins.pop().unwrap_or_else(|| start.variables.clone());
-        let end = PhaseState { strain, variables, slopes: slopes[k..].to_vec() };
-        Ok(rotated_back(self.turn.as_ref(), end))
+        Ok(rotated_back(self.turn.as_ref(), path.into_state(strain, self.intervals.len())))
     }
 
+    /// Slopes of the strain at the stages of an interval. There are no stimuli before the first iteration.
     fn strain_slopes(
         &self,
         interval: &Interval,
         present: usize,
-        begins: &[DVector<f64>],
-        slopes: &[Vec<DVector<f64>>],
+        path: &Polynomials,
         stimuli: &[DVector<f64>],
     ) -> Vec<DVector<f64>> {
         let ((v, m), p) = (self.sizes, self.regr.len());
-        let mut out = vec![DVector::zeros(2 * p); self.upto.len()];
+        let mut out = vec![DVector::zeros(2 * p); self.grid.order()];
         let mut past = vec![0.0; v];
         for (i, stage) in interval.stages.iter().enumerate() {
-            for point in 0..p {
+            let stimuli = stimuli.get(i).filter(|_| self.reads_present);
+            for (point, [.., gradient_y, gradient_x]) in stage.laws.iter().enumerate() {
                 for (a, reading) in self.readings[i].iter().enumerate() {
-                    past[a] = reading.as_ref().map_or(0.0, |(at, weights)| {
-                        let (at, k) = ((present as isize + at) as usize, point * v + a);
-                        begins[at][k] + weights.iter().zip(&slopes[at]).map(|(w, slope)| w * slope[k]).sum::<f64>()
-                    });
+                    past[a] = reading.as_ref().map_or(0.0, |reading| path.read(present, reading, point * v + a));
                 }
                 for c in 0..2 {
-                    let by_past = (0..v).map(|a| stage.gradient_y[point][(c, a)] * past[a]).sum::<f64>();
-                    let by_present = match (&stage.gradient_x, stimuli.get(i)) {
-                        (Some(gradient), Some(x)) => {
-                            (0..m).map(|b| gradient[point][(c, b)] * x[point * m + b]).sum::<f64>()
-                        }
-                        _ => 0.0,
-                    };
+                    let by_past = (0..v).map(|a| gradient_y[(c, a)] * past[a]).sum::<f64>();
+                    let by_present =
+                        stimuli.map_or(0.0, |x| (0..m).map(|b| gradient_x[(c, b)] * x[point * m + b]).sum::<f64>());
                     out[i][2 * point + c] = self.length * self.regr[point] * (by_past + by_present);
                 }
             }
@@ -168,7 +160,7 @@ impl Monodromy {
         out
     }
 
-    /// The slopes of the variables of all points.
+    /// Solves for the slopes of the variables of all points.
     fn integrate_variables(
         &self,
         interval: &Interval,
@@ -176,19 +168,18 @@ impl Monodromy {
         slopes: &mut [DVector<f64>],
         stimuli: &[DVector<f64>],
     ) {
-        let ((v, m), s) = (self.sizes, self.upto.len());
+        let ((v, m), s) = (self.sizes, self.grid.order());
         if v == 0 {
             return;
         }
-        for point in 0..self.regr.len() {
+        for (point, matrix) in interval.slopes.iter().enumerate() {
             let (y, mut right) = (begin.rows(point * v, v), DVector::zeros(v * s));
             for (i, stage) in interval.stages.iter().enumerate() {
-                let x = stimuli[i].rows(point * m, m);
-                let rate = (&stage.rates_y[point] * y + &stage.rates_x[point] * x) * self.length;
-                right.rows_mut(i * v, v).copy_from(&rate);
+                let ([rates_y, rates_x, ..], x) = (&stage.laws[point], stimuli[i].rows(point * m, m));
+                right.rows_mut(i * v, v).copy_from(&((rates_y * y + rates_x * x) * self.length));
             }
             // The matrix is regular: the trajectory was computed with it.
-            let _ = interval.slopes[point].solve_mut(&mut right);
+            let _ = matrix.solve_mut(&mut right);
             for (i, slope) in slopes.iter_mut().enumerate() {
                 slope.rows_mut(point * v, v).copy_from(&right.rows(i * v, v));
             }
@@ -211,7 +202,7 @@ mod tests {
         Declaration, Gravitropism, Growing, Memory, Proprioception, Response, Site, Statoliths, TropismLaw,
     };
 
-    /// Straightens without memory and delay: a law that reads the present, and is not linear in it.
+    /// A nonlinear law that straightens the shoot without memory and delay: it depends on the present stimuli.
     #[derive(Clone, Copy)]
     struct Straightening(f64);
 
@@ -246,8 +237,8 @@ mod tests {
             .unwrap()
     }
 
-    /// A state, or a disturbance of one, without a pattern: strains of ten radians per metre, piles of statoliths next to the
-    /// vertical if it is a state, and slopes that change variables by a tenth of themselves.
+    /// A state or a disturbance without symmetry: strains of 10 1/m, statolith normals near the vertical for a
+    /// state (`upright`), and slopes of a tenth of the variables.
     fn state(return_map: &ReturnMap<impl Model>, seed: f64, upright: bool) -> PhaseState {
         let mut count = seed;
         let mut next = move || {
@@ -282,7 +273,7 @@ mod tests {
         step: f64,
     ) -> f64 {
         let path = return_map.run(start, period).unwrap();
-        let derivative = Monodromy::of(return_map, &path, period).unwrap().apply(direction).unwrap().flat();
+        let derivative = Monodromy::of(return_map, &path).unwrap().apply(direction).unwrap().flat();
         let mut moved = |step: f64| {
             let beside = start.with_values(&(start.flat() + direction.flat() * step));
             return_map.run(&beside, period).unwrap().end.flat()
@@ -291,15 +282,15 @@ mod tests {
         (difference - &derivative).norm() / derivative.norm()
     }
 
-    /// The settings that differ in what the map does: delays longer than an interval, delays within one, a law that reads the
-    /// present, and a state that is turned back.
+    /// Checks each branch of the map: delays longer and shorter than an interval, a law that reads the present
+    /// stimuli, and a rotation at the end of the period.
     fn with_each_setting(mut check: impl FnMut(&str, &mut dyn FnMut(f64) -> f64)) {
         let [plain, present] = [shoot(Straightening(0.0)), shoot(Straightening(5.0))];
         let settings = [
             ("long delays", &plain, 2000.0, None),
             ("short delays", &plain, 5600.0, None),
             ("present stimuli", &present, 2000.0, None),
-            ("turned back", &plain, 2000.0, Some(1.1)),
+            ("rotated back", &plain, 2000.0, Some(1.1)),
         ];
         for (name, shoot, period, angle) in settings {
             let mut return_map = ReturnMap::new(shoot, Grid::new(3, 2), period, angle).unwrap();
@@ -311,7 +302,8 @@ mod tests {
     #[test]
     fn the_derivative_of_the_return_map_agrees_with_central_differences() {
         with_each_setting(|name, mismatch| {
-            // The step is a thousandth of the state: differences err by its square, and equilibria of 1e-13 by 1e-10.
+            // The step is a thousandth of the state: the truncation error is its square, that of equilibria of
+            // 1e-13 is 1e-10.
             let mismatch = mismatch(1e-3);
             assert!(mismatch < 1e-6, "{name}: {mismatch}");
         });
@@ -320,8 +312,8 @@ mod tests {
     #[test]
     fn central_differences_of_the_return_map_approach_its_derivative_with_second_order() {
         with_each_setting(|_, mismatch| {
-            // Steps at which the error, of 1e-3 to 1e-5, is far above that of the derivative, 1e-8. The terms of fourth order change the
-            // observed order by the square of the step, times a number below one.
+            // Steps at which the error, of 1e-3 to 1e-5, is far above that of the derivative, 1e-8. The terms of
+            // fourth order change the observed order by the square of the step, times a number below one.
             assert_abs_diff_eq!((mismatch(0.2) / mismatch(0.1)).log2(), 2.0, epsilon = 0.02);
         });
     }
@@ -332,7 +324,7 @@ mod tests {
         let mut return_map = ReturnMap::new(&shoot, Grid::new(3, 2), 2000.0, None).unwrap();
         let start = state(&return_map, 0.0, true);
         let path = return_map.run(&start, 2000.0).unwrap();
-        let monodromy = Monodromy::of(&return_map, &path, 2000.0).unwrap();
+        let monodromy = Monodromy::of(&return_map, &path).unwrap();
         let apply = |x: &DVector<f64>| monodromy.apply(&start.with_values(x)).unwrap().flat();
         let (x, y) = (state(&return_map, 0.5, false).flat(), state(&return_map, 0.25, false).flat());
         let together = apply(&(&x * 3.0 - &y * 0.5));

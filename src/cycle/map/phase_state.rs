@@ -1,4 +1,5 @@
-//! A state of the return map, with the past that the laws read.
+//! States of the return map. The delayed variables make the phase space infinite-dimensional; a state contains the
+//! slopes of the variables over the longest delay.
 
 use nalgebra::DVector;
 
@@ -6,25 +7,27 @@ use super::grid::Grid;
 use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
 
-/// A state: strain, variables, and the rates of the variables over the last intervals, times an interval's length.
+/// A state of the shoot, with its past.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PhaseState {
     /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
     pub strain: DVector<f64>,
-    /// The variables, point by point.
+    /// Variables of the laws, point by point.
     pub variables: DVector<f64>,
-    /// Slopes of the variables, interval by interval, the oldest first, stage by stage.
+    /// Slopes of the variables times the length of an interval, interval by interval, the oldest first, stage by
+    /// stage.
     pub slopes: Vec<Vec<DVector<f64>>>,
 }
 
 impl PhaseState {
+    /// All components in one vector: strain, variables, slopes.
     pub fn flat(&self) -> DVector<f64> {
         let slopes = self.slopes.iter().flatten().flat_map(|slope| slope.iter());
         let all: Vec<f64> = self.strain.iter().chain(self.variables.iter()).chain(slopes).copied().collect();
         DVector::from_vec(all)
     }
 
-    /// A state of the same sizes with other values.
+    /// A state of the same sizes with the components of a vector.
     pub fn with_values(&self, flat: &DVector<f64>) -> Self {
         let (n, v) = (self.strain.len(), self.variables.len());
         let mut at = n + v;
@@ -38,15 +41,21 @@ impl PhaseState {
         out
     }
 
-    /// Returns an error for another number of points, or of variables at each.
+    /// The variables and slopes of each material point, which has `number` of them, at all times.
+    pub fn variables_of_points(&mut self, number: usize) -> impl Iterator<Item = &mut [f64]> {
+        let all = std::iter::once(&mut self.variables).chain(self.slopes.iter_mut().flatten());
+        all.flat_map(move |all| all.as_mut_slice().chunks_exact_mut(number.max(1)))
+    }
+
+    /// Returns an error unless the state has given numbers of material points, and of variables at each point.
     pub fn check(&self, points: usize, variables: usize) -> Result<(), ParameterError> {
         let (what, own) = ("material points of the orbit", self.strain.len() / 2);
         let same = own == points && self.variables.len() == variables * points;
         ParameterError::unless(same, what, own as f64, "those of the shoot, with its variables")
     }
 
-    /// By how much another state differs, relative to the larger of the two: in all, or in the strain alone if that is more, beside which variables may
-    /// be large. Strain below `least` (1/m) is none.
+    /// Norm of the difference to another state, relative to the larger norm: of all components, or of the strain if
+    /// that is larger, since variables may have a much larger norm. `least` (1/m) is a lower bound of the norm.
     pub fn residual(&self, end: &Self, least: f64) -> f64 {
         let relative = |a: &DVector<f64>, b: &DVector<f64>| (a - b).norm() / a.norm().max(b.norm()).max(least);
         let [all, strain] = [relative(&self.flat(), &end.flat()), relative(&self.strain, &end.strain)];
@@ -60,8 +69,8 @@ impl PhaseState {
         DVector::from_vec(all.collect())
     }
 
-    /// Weights of the squares of strain and variables: the latter count as much as the strain in this state. Of the size of variables that are
-    /// zero nothing is known.
+    /// Weights of the squares of strain and variables, such that both have the same norm in this state. The weights
+    /// are one if the variables are zero.
     pub fn weights(&self) -> DVector<f64> {
         let ratio = self.strain.norm_squared() / self.variables.norm_squared();
         let ratio = if ratio.is_finite() { ratio } else { 1.0 };
@@ -69,10 +78,10 @@ impl PhaseState {
         DVector::from_fn(all, |k, _| if k < bends { 1.0 } else { ratio })
     }
 
-    /// The same state with its past on another grid, whose intervals are `ratio` times as long.
+    /// The same state with `kept` intervals of the past on another grid, whose intervals are `ratio` times as long.
     pub fn on_grid(&self, old: &Grid, new: &Grid, kept: usize, ratio: f64) -> Self {
         let at = |time: f64| {
-            // In intervals of the old grid, backwards from the present. The oldest interval is extrapolated.
+            // Time in intervals of the old grid. The polynomial of the oldest interval is extrapolated.
             let time = time * ratio;
             let back = (-time).ceil().clamp(1.0, self.slopes.len() as f64) as usize;
             let mut weights = vec![0.0; old.order()];
@@ -86,7 +95,8 @@ impl PhaseState {
         Self { slopes: (0..kept).map(interval).collect(), ..self.clone() }
     }
 
-    /// Sets the number of intervals of the past. A past that is too short is continued by copies of the oldest interval.
+    /// Sets the number of intervals of the past. A past that is too short is continued by copies of the oldest
+    /// interval.
     pub fn keep(&mut self, kept: usize) {
         self.slopes.drain(..self.slopes.len().saturating_sub(kept));
         if self.slopes.is_empty() {
@@ -97,25 +107,6 @@ impl PhaseState {
             self.slopes.insert(0, oldest);
         }
     }
-
-    /// The variables at the beginning of every interval of the past, the oldest first, and now.
-    pub fn begins(&self, whole: &[f64]) -> Vec<DVector<f64>> {
-        let mut backwards = vec![self.variables.clone()];
-        for slopes in self.slopes.iter().rev() {
-            let mut before = backwards[backwards.len() - 1].clone();
-            slopes.iter().zip(whole).for_each(|(slope, w)| before.axpy(-w, slope, 1.0));
-            backwards.push(before);
-        }
-        backwards.reverse();
-        backwards
-    }
-}
-
-/// The value at the begin of an interval plus the weighted sum of its slopes.
-pub(crate) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[f64]) -> DVector<f64> {
-    let mut out = begin.clone();
-    slopes.iter().zip(weights).for_each(|(slope, w)| out.axpy(*w, slope, 1.0));
-    out
 }
 
 #[cfg(test)]

@@ -1,15 +1,18 @@
-//! The return map: it maps a state of a shoot of constant length to the state one period later.
+//! The return map of a shoot of constant length: it maps a state to the state one period later.
 //!
-//! A period has equal intervals, with Radau points in each. The rates of strain and variables are polynomials in an interval, which
-//! obey the laws at its Radau points; delayed values are those of the polynomials of the past. The grid is one of t/T: it
-//! moves with the period, and the map is smooth.
+//! The equations u̇* = REGR · gradient(y(t − τ), x) and ẏ = rates(y, x) are discretised by collocation: in each
+//! interval of a period the rates of strain and variables are polynomials that satisfy the equations at the Radau
+//! points. Delayed values are those of the polynomials of the past. The grid is one of t/T, so that the map is a
+//! smooth function of the period T. See K. Engelborghs, T. Luzyanina, K. J. in 't Hout & D. Roose, *SIAM J. Sci.
+//! Comput.* 22 (2001), 1593.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::grid::Grid;
-use super::phase_state::{PhaseState, carried};
+use super::growth_zone::{check_gradients, driven_points};
+use super::phase_state::PhaseState;
+use super::polynomials::{Polynomials, Reading, carried, weighted};
 use super::rotation::{StateRotation, rotated_back};
-use crate::cycle::autonomous::{check_gradients, driven_points};
 use crate::cycle::error::CycleError;
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
@@ -21,41 +24,49 @@ use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
-/// Tolerance of the frames of an equilibrium, rad, of which differences are taken.
+/// Tolerance of the rotations of an equilibrium, rad. It is next to rounding, since differences of equilibria are
+/// taken.
 pub(crate) const PRECISE: f64 = 1e-13;
-/// Largest delay in periods: a state contains the past over the longest delay.
-const PERIODS: f64 = 16.0;
-/// Largest number of fixed-point iterations over an interval whose laws read values inside it, and of Newton iterations for variables.
-pub(super) const PASSES: usize = 60;
-/// Largest relative change of a converged iteration.
-pub(super) const CONVERGED: f64 = 1e-14;
+/// Largest number of fixed-point iterations over an interval that depends on values inside it, and of Newton
+/// iterations for variables.
+pub(crate) const PASSES: usize = 60;
+/// Largest relative change of a converged iteration: some tens of roundings.
+pub(crate) const CONVERGED: f64 = 1e-14;
 
 /// The shoot at a stage of an interval.
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
+    /// Rod in equilibrium.
     pub rod: Rod,
+    /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
     pub strain: DVector<f64>,
     /// Stimuli, point by point.
     pub stimuli: DVector<f64>,
+    /// Variables, point by point.
     pub variables: DVector<f64>,
-    /// Every variable at its delay.
+    /// Delayed variables, point by point.
     pub past: DVector<f64>,
 }
 
 /// The trajectory over a period.
 pub(crate) struct Trajectory {
+    /// State at the beginning.
+    pub start: PhaseState,
+    /// State at the end, rotated back if there is a rotation.
     pub end: PhaseState,
+    /// Period, s.
+    pub period: f64,
     /// Stages, interval by interval.
     pub stages: Vec<Vec<Stage>>,
-    /// The strain at the beginning of every interval, and at the end.
+    /// Strain at the beginning of each interval, and at the end.
     pub strains: Vec<DVector<f64>>,
-    /// The rates of the strain at the stages, times an interval's length.
+    /// Rates of the strain at the stages, times the length of an interval.
     pub strain_slopes: Vec<Vec<DVector<f64>>>,
 }
 
 impl Trajectory {
     /// Largest change of the strain from the start, 1/m.
-    pub fn largest_move(&self) -> f64 {
+    pub fn largest_change(&self) -> f64 {
         let all = self.stages.iter().flatten().map(|stage| (&stage.strain - &self.strains[0]).amax());
         all.fold(0.0, f64::max)
     }
@@ -65,53 +76,53 @@ impl Trajectory {
 pub(crate) struct ReturnMap<'a, M: Model> {
     pub shoot: &'a Shoot<M>,
     pub grid: Grid,
+    /// Material points of the growth zone.
     pub places: Vec<Growing>,
+    /// Their REGR, 1/s.
     pub regr: Vec<f64>,
     /// Number of intervals of the past in a state.
     pub kept: usize,
+    /// Number of variables of a material point.
     pub variables: usize,
+    /// Number of stimuli of a material point.
     pub stimuli: usize,
+    /// Whether the laws depend on present stimuli.
     pub reads_present: bool,
+    /// Delay of each variable, s; none for variables that the gradient does not depend on.
     pub delays: Vec<Option<f64>>,
     /// Rotation that is undone at the end of a period, for relative periodic orbits.
     pub turn: Option<StateRotation>,
-    rod: Rod,
     /// Rods at the stages of the last run: initial guesses of the next one.
     pub guesses: Vec<Rod>,
-    /// Equilibria that runs have solved.
+    /// Number of solved equilibria.
     pub equilibria: usize,
+    rod: Rod,
     solver: NewtonSolver,
 }
 
-/// A delayed value: the interval in which it lies, relative to the present one, and the weights of its slopes.
-pub(crate) type Reading = (isize, Vec<f64>);
-
 impl<'a, M: Model> ReturnMap<'a, M> {
-    /// The map on a grid. An `angle` (rad) is given for relative periodic orbits.
+    /// The map on a grid, for periods near the given one (s). Relative periodic orbits have an `angle` (rad).
     pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         ParameterError::positive("period", period)?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
-        let rod = shoot.state.rod.clone();
         let declaration = Declaration::of(shoot.model.tropism());
         declaration.check()?;
-        let delays: Vec<Option<f64>> = declaration.variables().iter().map(|variable| variable.delay).collect();
-        let kept = kept(longest_delay(&declaration), grid.intervals, period)?;
         let size = declaration.size();
         Ok(Self {
             shoot,
-            grid,
             places,
             regr,
-            kept,
+            kept: kept(longest_delay(&declaration), grid.intervals, period)?,
+            grid,
             variables: size.variables,
             stimuli: size.stimuli,
             reads_present: size.reads_present,
-            delays,
+            delays: declaration.variables().iter().map(|variable| variable.delay).collect(),
             turn: angle.map(|angle| StateRotation::new(&declaration, angle)).transpose()?,
-            rod,
             guesses: Vec::new(),
             equilibria: 0,
+            rod: shoot.state.rod.clone(),
             solver: NewtonSolver::with_tolerance(PRECISE),
         })
     }
@@ -126,7 +137,8 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         self.turn.iter_mut().for_each(|turn| turn.angle = angle);
     }
 
-    /// The delayed value of every variable at every stage, and whether any lies in the present interval.
+    /// The delayed value of each variable at each stage, and whether the equations of an interval depend on values
+    /// inside it.
     pub fn readings(&self, period: f64) -> (Vec<Vec<Option<Reading>>>, bool) {
         let length = period / self.grid.intervals as f64;
         let read = |stage: f64, delay: f64| {
@@ -138,12 +150,11 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         let stages = self.grid.stages.iter();
         let all: Vec<Vec<Option<Reading>>> =
             stages.map(|stage| self.delays.iter().map(|delay| delay.map(|d| read(*stage, d))).collect()).collect();
-        let inside = |reading: &Option<Reading>| reading.as_ref().is_some_and(|(interval, _)| *interval >= 0);
-        let implicit = self.reads_present || all.iter().flatten().any(inside);
-        (all, implicit)
+        let inside = all.iter().flatten().flatten().any(|(interval, _)| *interval >= 0);
+        (all, self.reads_present || inside)
     }
 
-    /// The shoot in equilibrium with a strain, at a time after the start (s).
+    /// Solves the equilibrium with a given strain, at a time after the start (s).
     pub fn equilibrate_at(&mut self, strain: &DVector<f64>, after: f64) -> Result<(Rod, InternalForce), CycleError> {
         let (scene, time) = (self.shoot.model.scene(), self.shoot.environment().time + after);
         let environment = scene.environment(time);
@@ -157,30 +168,30 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         Ok((self.rod.clone(), force))
     }
 
-    /// Integrates over a period.
+    /// Integrates the equations over a period.
     pub fn run(&mut self, start: &PhaseState, period: f64) -> Result<Trajectory, CycleError> {
-        let (k, stages) = (self.grid.intervals, self.grid.order());
+        let k = self.grid.intervals;
         let longest = self.delays.iter().flatten().copied().fold(0.0, f64::max);
         let (what, needed) = ("longest delay, in intervals", longest * k as f64 / period);
-        ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state holds")?;
+        ParameterError::unless(needed <= self.kept as f64, what, needed, "within the past that the state contains")?;
         let (readings, implicit) = self.readings(period);
-        let mut slopes = start.slopes.clone();
-        let mut begins = start.begins(&self.grid.whole);
+        let mut path = Polynomials::of(start, &self.grid);
         let mut out = Trajectory {
+            start: start.clone(),
             end: start.clone(),
+            period,
             stages: Vec::new(),
             strains: vec![start.strain.clone()],
             strain_slopes: Vec::new(),
         };
-        let length = period / k as f64;
         for n in 0..k {
             // Initial guess of the slopes in this interval.
-            slopes.push(slopes.last().cloned().unwrap_or_default());
+            path.slopes.push(path.slopes.last().cloned().unwrap_or_default());
             let mut made: Vec<Stage> = Vec::new();
             let mut last = f64::INFINITY;
             for pass in 0..PASSES {
-                let now = self.interval(n, length, &readings, &begins, &mut slopes, &made, &out)?;
-                self.equilibria += stages;
+                let now = self.interval(n, &readings, &mut path, &made, &out)?;
+                self.equilibria += self.grid.order();
                 let change = change(&made, &now.0);
                 made = now.0;
                 // Changes stagnate at the rounding of equilibria.
@@ -188,7 +199,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
                 last = change;
                 if pass == 0 && implicit || pass > 0 && !converged {
                     if pass + 1 == PASSES {
-                        return Err(CycleError::Variables { change });
+                        return Err(CycleError::variables(PASSES, change));
                     }
                     continue;
                 }
@@ -196,58 +207,46 @@ impl<'a, M: Model> ReturnMap<'a, M> {
                 break;
             }
             out.strains.push(carried(&out.strains[n], &out.strain_slopes[n], &self.grid.whole));
-            begins.push(carried(&begins[self.kept + n], &slopes[self.kept + n], &self.grid.whole));
+            path.complete(&self.grid);
             out.stages.push(made);
         }
-        self.guesses.clear();
-        self.guesses.extend(out.stages.iter().flatten().map(|stage| stage.rod.clone()));
-        out.end = PhaseState {
-            strain: out.strains[k].clone(),
-            variables: begins[self.kept + k].clone(),
-            slopes: slopes[k..].to_vec(),
-        };
-        out.end = rotated_back(self.turn.as_ref(), out.end);
+        self.guesses = out.stages.iter().flatten().map(|stage| stage.rod.clone()).collect();
+        out.end = rotated_back(self.turn.as_ref(), path.into_state(out.strains[k].clone(), k));
         Ok(out)
     }
 
-    /// One iteration over an interval. Returns its stages and the slopes of the strain, and writes the slopes of the variables.
-    #[allow(clippy::too_many_arguments)]
+    /// One fixed-point iteration over interval `n`. Returns its stages and the slopes of the strain, and writes the
+    /// slopes of the variables.
     fn interval(
         &mut self,
         n: usize,
-        length: f64,
         readings: &[Vec<Option<Reading>>],
-        begins: &[DVector<f64>],
-        slopes: &mut [Vec<DVector<f64>>],
+        path: &mut Polynomials,
         before: &[Stage],
-        path: &Trajectory,
+        out: &Trajectory,
     ) -> Result<(Vec<Stage>, Vec<DVector<f64>>), CycleError> {
         let (v, m, p, stages) = (self.variables, self.stimuli, self.places.len(), self.grid.order());
         let law = self.shoot.model.tropism();
-        let present = self.kept + n;
+        let length = out.period / self.grid.intervals as f64;
+        let present = path.slopes.len() - 1;
         let mut past: Vec<DVector<f64>> = vec![DVector::zeros(v * p); stages];
         let mut strain_slopes: Vec<DVector<f64>> = vec![DVector::zeros(2 * p); stages];
         let mut gradients = Vec::with_capacity(stages * p);
         for i in 0..stages {
             for (a, reading) in readings[i].iter().enumerate() {
-                let Some((interval, weights)) = reading else { continue };
-                let at = (present as isize + interval) as usize;
-                for point in 0..p {
-                    let k = point * v + a;
-                    let sum: f64 = weights.iter().zip(&slopes[at]).map(|(w, slope)| w * slope[k]).sum();
-                    past[i][k] = begins[at][k] + sum;
-                }
+                let Some(reading) = reading else { continue };
+                (0..p).for_each(|point| past[i][point * v + a] = path.read(present, reading, point * v + a));
             }
             for (point, place) in self.places.iter().enumerate() {
                 let time = place.time + (n as f64 + self.grid.stages[i]) * length;
                 let at = Growing::new(time, place.section, place.apex_distance);
                 let now = before.get(i).filter(|_| self.reads_present);
-                let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..(point + 1) * m]);
+                let now = now.map_or(&[][..], |stage| &stage.stimuli.as_slice()[point * m..][..m]);
                 if self.reads_present && now.is_empty() {
                     // There are no stimuli before the first iteration.
                     continue;
                 }
-                let gradient = law.gradient(&at, &past[i].as_slice()[point * v..(point + 1) * v], now);
+                let gradient = law.gradient(&at, &past[i].as_slice()[point * v..][..v], now);
                 gradients.push(gradient);
                 for c in 0..2 {
                     strain_slopes[i][2 * point + c] = length * self.regr[point] * gradient[c];
@@ -257,25 +256,29 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         check_gradients(gradients.iter())?;
         let mut made = Vec::with_capacity(stages);
         for (i, past) in past.into_iter().enumerate() {
-            let strain = carried(&path.strains[n], &strain_slopes, &self.grid.upto[i]);
+            let strain = carried(&out.strains[n], &strain_slopes, &self.grid.upto[i]);
             if let Some(guess) = self.guesses.get(n * stages + i) {
-                // Only the shape is copied: the guess may belong to a neighbouring shoot of another length.
+                // Only the shape is copied: the guess may belong to a shoot of another length.
                 self.rod.guess_shape(guess);
             }
             let (rod, force) = self.equilibrate_at(&strain, (n as f64 + self.grid.stages[i]) * length)?;
             let mut stimuli = DVector::zeros(m * p);
             visit_stimuli(self.shoot, &rod, &force, |point, _, x| {
-                stimuli.as_mut_slice()[point * m..(point + 1) * m].copy_from_slice(x);
+                stimuli.as_mut_slice()[point * m..][..m].copy_from_slice(x);
             });
             made.push(Stage { rod, strain, stimuli, variables: DVector::zeros(v * p), past });
         }
-        for point in 0..p {
-            self.integrate_variables(point, length, &begins[present], &mut slopes[present], &mut made)?;
+        if v > 0 {
+            for point in 0..p {
+                let (begin, slopes) = (&path.begins[present], &mut path.slopes[present]);
+                self.integrate_variables(point, length, begin, slopes, &mut made)?;
+            }
         }
         Ok((made, strain_slopes))
     }
 
-    /// The variables of a point over an interval: Newton's method for the slopes at all stages.
+    /// Solves the collocation equations of the variables of a point over an interval, by Newton's method for the
+    /// slopes at all stages.
     fn integrate_variables(
         &self,
         point: usize,
@@ -284,64 +287,52 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         slopes: &mut [DVector<f64>],
         stages: &mut [Stage],
     ) -> Result<(), CycleError> {
-        let (v, m, s) = (self.variables, self.stimuli, self.grid.order());
-        if v == 0 {
-            return Ok(());
-        }
-        let law = self.shoot.model.tropism();
-        let own = point * v..(point + 1) * v;
+        let (v, m, law) = (self.variables, self.stimuli, self.shoot.model.tropism());
+        let first = point * v;
+        let set_variables = |slopes: &[DVector<f64>], stages: &mut [Stage]| {
+            for (stage, upto) in stages.iter_mut().zip(&self.grid.upto) {
+                (first..first + v).for_each(|k| stage.variables[k] = begin[k] + weighted(slopes, upto, k));
+            }
+        };
         let mut rates = vec![0.0; v];
         let mut last = f64::INFINITY;
         let mut factors = None;
         for _ in 0..PASSES {
-            for i in 0..s {
-                for (a, k) in own.clone().enumerate() {
-                    let sum: f64 = slopes.iter().zip(&self.grid.upto[i]).map(|(slope, w)| w * slope[k]).sum();
-                    stages[i].variables[point * v + a] = begin[k] + sum;
-                }
-            }
-            let mut left = DVector::zeros(v * s);
+            set_variables(slopes, stages);
+            let mut residual = DVector::zeros(v * stages.len());
             for (i, stage) in stages.iter().enumerate() {
-                let (y, x) = (&stage.variables.as_slice()[own.clone()], &stage.stimuli.as_slice()[point * m..][..m]);
+                let (y, x) = (&stage.variables.as_slice()[first..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
                 law.rates(y, x, &mut rates);
-                for a in 0..v {
-                    left[i * v + a] = length * rates[a] - slopes[i][point * v + a];
-                }
+                (0..v).for_each(|a| residual[i * v + a] = length * rates[a] - slopes[i][first + a]);
             }
-            let size = slopes.iter().map(|slope| slope.rows(point * v, v).amax()).fold(0.0, f64::max);
-            let size = size.max(begin.rows(point * v, v).amax()).max(f64::MIN_POSITIVE);
-            // The matrix is kept while the iteration converges fast; that of linear laws is constant.
+            let size = slopes.iter().map(|slope| slope.rows(first, v).amax()).fold(0.0, f64::max);
+            let size = size.max(begin.rows(first, v).amax()).max(f64::MIN_POSITIVE);
+            // The matrix is kept while the iteration converges fast. That of linear laws is constant.
             let lu = factors.take().unwrap_or_else(|| self.matrix(point, length, stages).lu());
-            let change = lu.solve(&left);
-            let change = change.filter(|x| x.iter().all(|x| x.is_finite()));
-            let change = change.ok_or(CycleError::Variables { change: f64::INFINITY })?;
-            for i in 0..s {
-                for a in 0..v {
-                    slopes[i][point * v + a] += change[i * v + a];
-                }
+            let update = lu.solve(&residual).filter(|x| x.iter().all(|x| x.is_finite()));
+            let update = update.ok_or(CycleError::variables(PASSES, f64::INFINITY))?;
+            for (i, slope) in slopes.iter_mut().enumerate() {
+                let mut own = slope.rows_mut(first, v);
+                own += update.rows(i * v, v);
             }
-            let moved = change.amax();
+            let moved = update.amax();
             if moved <= CONVERGED * size || (moved < 1e-10 * size && moved >= last) {
-                for i in 0..s {
-                    for (a, k) in own.clone().enumerate() {
-                        let sum: f64 = slopes.iter().zip(&self.grid.upto[i]).map(|(slope, w)| w * slope[k]).sum();
-                        stages[i].variables[point * v + a] = begin[k] + sum;
-                    }
-                }
+                set_variables(slopes, stages);
                 return Ok(());
             }
             factors = (moved < 0.01 * last).then_some(lu);
             last = moved;
         }
-        Err(CycleError::Variables { change: last })
+        Err(CycleError::variables(PASSES, last))
     }
 
-    /// Matrix of the collocation equations of a point: identity − length ∂rates/∂y · integrals of the slopes.
+    /// Matrix of the collocation equations of a point: I − h ∂rates/∂y ⊗ A, with the length h of an interval and
+    /// the integrals A.
     pub fn matrix(&self, point: usize, length: f64, stages: &[Stage]) -> DMatrix<f64> {
         let (v, s) = (self.variables, self.grid.order());
         let mut out = DMatrix::identity(v * s, v * s);
         for (i, stage) in stages.iter().enumerate() {
-            let [rates_y, ..] = self.derivatives(point, stage, false);
+            let [rates_y, ..] = self.derivatives(point, stage, &stage.variables);
             for j in 0..s {
                 let mut block = out.view_mut((i * v, j * v), (v, v));
                 block -= &rates_y * (length * self.grid.upto[i][j]);
@@ -350,21 +341,20 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         out
     }
 
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, at the present variables or the delayed ones.
-    pub fn derivatives(&self, point: usize, stage: &Stage, past: bool) -> [DMatrix<f64>; 4] {
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of all points.
+    pub fn derivatives(&self, point: usize, stage: &Stage, variables: &DVector<f64>) -> [DMatrix<f64>; 4] {
         let (v, m) = (self.variables, self.stimuli);
-        let y = if past { &stage.past } else { &stage.variables };
-        let (y, x) = (&y.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
+        let (y, x) = (&variables.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
         law_matrices(self.shoot.model.tropism(), &self.places[point], y, x)
     }
 }
 
-/// The longest delay of some laws, s.
+/// The longest delay of the laws, s.
 fn longest_delay(laws: &Declaration) -> f64 {
     laws.variables().iter().filter_map(|variable| variable.delay).fold(0.0, f64::max)
 }
 
-/// Extends the past of a state if the delays of the laws have become longer than it, against the period (s). Returns whether it did.
+/// Extends the past of a state if a delay of the laws is longer, for a period (s). Returns whether it did.
 pub(crate) fn extend_past(
     law: &impl TropismLaw,
     start: &mut PhaseState,
@@ -372,7 +362,7 @@ pub(crate) fn extend_past(
     period: f64,
 ) -> Result<bool, CycleError> {
     let (longest, own) = (longest_delay(&Declaration::of(law)), start.slopes.len());
-    // The differences by the period change it by far less than a tenth of an interval.
+    // Differences by the period change the delay by far less than a tenth of an interval.
     let short = longest * intervals as f64 / period + 0.1 > own as f64;
     if short {
         start.keep(own.max(kept(longest, intervals, period)?));
@@ -380,14 +370,15 @@ pub(crate) fn extend_past(
     Ok(short)
 }
 
-/// Intervals of the past that hold the longest delay: half an interval more than now, since the period moves while it is sought.
+/// Number of intervals of the past that contain the longest delay, with half an interval in reserve, since the
+/// period is an unknown.
 fn kept(longest: f64, intervals: usize, period: f64) -> Result<usize, CycleError> {
     let (what, periods) = ("longest delay, in periods", longest / period);
-    ParameterError::unless(periods <= PERIODS, what, periods, "at most 16: a state holds all that is read")?;
+    ParameterError::unless(periods <= 16.0, what, periods, "at most 16: a state contains the past over this delay")?;
     Ok(((longest * intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }
 
-/// The largest change of the strain between two passes, relative to it.
+/// The largest change of the strain between two iterations, relative to the strain.
 fn change(before: &[Stage], now: &[Stage]) -> f64 {
     if before.len() != now.len() {
         return f64::INFINITY;

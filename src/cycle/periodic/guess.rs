@@ -1,4 +1,4 @@
-//! Initial guesses of periodic orbits: modes, runs in time, and other orbits.
+//! Initial guesses of periodic orbits: modes, runs in time, other orbits, and the straight shoot.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
@@ -13,8 +13,10 @@ use crate::cycle::phase_grid::{PhaseGrid, WAVES};
 use crate::error::ParameterError;
 use crate::linear::visit_stimuli;
 use crate::model::Model;
+use crate::rod::Rod;
 use crate::stability::Root;
 use crate::state::Reading;
+use crate::tropism::TropismLaw;
 
 impl PeriodicSolver {
     /// Whether the settings are for half a swing.
@@ -22,12 +24,12 @@ impl PeriodicSolver {
         self.angle.is_some_and(|angle| angle.cos() < 0.0)
     }
 
-    /// The time after which a mode returns, rotated by about the angle of these settings, s.
+    /// The time after which a mode returns, rotated by about the angle of the settings, s.
     pub(crate) fn return_of(&self, root: &Root) -> f64 {
         if self.half() { 0.5 * root.period() } else { root.period() }
     }
 
-    /// The time after which an orbit returns with about the angle of these settings, s.
+    /// The time after which an orbit returns, rotated by about the angle of the settings, s.
     pub(crate) fn return_after(&self, orbit: &PeriodicOrbit) -> f64 {
         match orbit.settings.angle {
             None if self.half() => 0.5 * orbit.period,
@@ -36,13 +38,13 @@ impl PeriodicSolver {
         }
     }
 
-    /// The angle of a relative periodic orbit, or the guess of these settings for any other, rad.
+    /// The angle of a relative periodic orbit, or that of the settings for other orbits, rad.
     pub(crate) fn angle_of(&self, orbit: &PeriodicOrbit) -> f64 {
         if orbit.settings.angle.is_some() { orbit.angle } else { self.angle.unwrap_or(0.0) }
     }
 }
 
-/// The state of an orbit, on the grid of a return map over a period (s).
+/// The state of an orbit on the grid of a return map, for a period (s).
 pub(crate) fn state_of_orbit(
     return_map: &ReturnMap<impl Model>,
     orbit: &PeriodicOrbit,
@@ -55,16 +57,16 @@ pub(crate) fn state_of_orbit(
     if ratio != 1.0 || old.stages != return_map.grid.stages {
         start = start.on_grid(&old, &return_map.grid, return_map.kept, ratio);
     }
-    // The past that is kept depends on the period.
+    // The number of intervals of the past depends on the period.
     start.keep(return_map.kept);
     Ok(start)
 }
 
-/// The present state of a run in time, with its past.
+/// The present state of a run in time with its past, for a period (s).
 pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> Result<PhaseState, CycleError> {
     let (history, now, points) = (&return_map.shoot.state.history, return_map.shoot.time(), return_map.places.len());
     let (what, levels) = ("levels of the history of the run", history.levels());
-    ParameterError::unless(levels >= 2, what, levels as f64, "those of a shoot that an integrator has moved")?;
+    ParameterError::unless(levels >= 2, what, levels as f64, "at least 2: an integrator must have advanced the shoot")?;
     let length = period / return_map.grid.intervals as f64;
     let read = |reading: Reading| {
         let all = (0..points).flat_map(|point| history.read(&reading, point));
@@ -72,7 +74,7 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
     };
     let oldest = history.oldest().unwrap_or(now);
     let slope = |n: usize, stage: &f64| {
-        // Before the start of the run the oldest slopes continue.
+        // Before the start of the run the oldest slopes are used.
         let time = (now + (n as f64 - return_map.kept as f64 + stage) * length).max(oldest);
         read(history.slope(time)) * length
     };
@@ -86,7 +88,8 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
     })
 }
 
-/// The state at t = 0 of a mode with an amplitude of the tip (m), with the periodic variables of its stimuli.
+/// The state at t = 0 of a mode with an amplitude of the tip (m), with the periodic variables that its stimuli
+/// cause.
 pub(crate) fn state_of_mode<M: Model>(
     return_map: &mut ReturnMap<M>,
     root: &Root,
@@ -100,10 +103,10 @@ pub(crate) fn state_of_mode<M: Model>(
         ParameterError::finite("strain of the mode", strain.map(|x| x.re + x.im).sum())?;
     }
     let phases = PhaseGrid::new(WAVES);
-    // The state about which it is a mode; straight if upright.
+    // Strain of the state about which the laws are linearised; zero if it is upright.
     let rod = return_map.shoot.rod();
     let mean: Vec<Vector3<f64>> = rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect();
-    // The start is where the shoot is bent, and not where it passes through the mean.
+    // The initial phase is that of the largest deviation, and not that of the passage through the mean.
     let parts = root.strain.iter().map(|s| (s.map(|x| x.re).norm_squared(), s.map(|x| x.im).norm_squared()));
     let (bent, passing) = parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
     let first = if bent < passing { Complex::new(0.0, -amplitude) } else { Complex::from(amplitude) };
@@ -121,7 +124,8 @@ pub(crate) fn state_of_mode<M: Model>(
     Ok(state_of_waves(return_map, &phases, &steady, at(0.0), root.value.im * period))
 }
 
-/// The state at t = 0 of variables that are known on a grid of phases, with a change of phase (rad) in a period.
+/// The state at t = 0 of variables that are known on a grid of phases. The phase changes by `turn` (rad) in a
+/// period.
 pub(crate) fn state_of_waves(
     return_map: &ReturnMap<impl Model>,
     phases: &PhaseGrid,
@@ -131,7 +135,7 @@ pub(crate) fn state_of_waves(
 ) -> PhaseState {
     let (p, v) = (return_map.places.len(), return_map.variables);
     let in_interval = turn / return_map.grid.intervals as f64;
-    // Values, or rates by time in intervals, at a time in intervals.
+    // Values, or slopes, at a time in units of an interval.
     let read = |time: f64, slope: bool| {
         let values = phases.earlier(-in_interval * time);
         let weights = if slope { &values * &phases.derivative * in_interval } else { values };
@@ -143,4 +147,17 @@ pub(crate) fn state_of_waves(
         return_map.grid.stages.iter().map(|stage| read(begin + stage, true)).collect()
     });
     PhaseState { strain, variables: read(0.0, false), slopes: slopes.collect() }
+}
+
+/// The straight shoot with the steady variables of its stimuli, and its rod in equilibrium.
+pub(crate) fn state_of_steady_laws(return_map: &mut ReturnMap<impl Model>) -> Result<(PhaseState, Rod), CycleError> {
+    let (v, points) = (return_map.variables, return_map.places.len());
+    let strain = DVector::zeros(2 * points);
+    let (rod, force) = return_map.equilibrate_at(&strain, 0.0)?;
+    let mut variables = DVector::zeros(v * points);
+    visit_stimuli(return_map.shoot, &rod, &force, |i, _, stimuli| {
+        return_map.shoot.model.tropism().steady(stimuli, &mut variables.as_mut_slice()[i * v..(i + 1) * v]);
+    });
+    let slopes = vec![vec![DVector::zeros(v * points); return_map.grid.order()]; return_map.kept];
+    Ok((PhaseState { strain, variables, slopes }, rod))
 }

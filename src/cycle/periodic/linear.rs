@@ -1,53 +1,35 @@
-//! The linearised return map: its bordered linear systems, and its symmetries.
+//! The linearised return map: its bordered linear systems, and the tangents of its symmetries.
 
 use nalgebra::DVector;
 
 use crate::cycle::error::CycleError;
-use crate::cycle::extended::{Border, DIFFERENCE, Jacobian, Symmetry};
+use crate::cycle::extended::{Border, DIFFERENCE, Jacobian, Symmetry, Updates};
 use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::phase_state::{PhaseState, carried};
+use crate::cycle::map::polynomials::carried;
 use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::cycle::map::rotation::StateRotation;
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::krylov::gmres;
 
-/// Largest dimension of a Krylov subspace: a return map contracts all but a handful of directions.
+/// Largest dimension of a Krylov subspace. A return map contracts all but about ten directions.
 const KRYLOV: usize = 80;
-/// Relative residual to which the linear system of a Newton iteration is solved.
+/// Relative residual of the linear system of a Newton iteration.
 const LINEAR: f64 = 1e-4;
-
-/// One minus the cosine of the angle between the tangents of time and rotation, below which an orbit is a rotating wave. An ellipse whose
-/// axes differ by a thousandth has more.
+/// One minus the cosine of the angle between the tangents of time and rotation, below which an orbit is a rotating
+/// wave. An ellipse whose axes differ by a thousandth has more.
 const CIRCLE: f64 = 1e-7;
 
-/// The derivative of the return map by the state.
-pub struct ReturnMapJacobian {
-    monodromy: Monodromy,
-    /// A state, for its sizes.
-    start: PhaseState,
-}
-
-impl ReturnMapJacobian {
-    pub(crate) fn of(
-        return_map: &ReturnMap<impl Model>,
-        start: &PhaseState,
-        period: f64,
-        path: &Trajectory,
-    ) -> Result<Self, CycleError> {
-        Ok(Self { monodromy: Monodromy::of(return_map, path, period)?, start: start.clone() })
-    }
-}
-
-impl Jacobian for ReturnMapJacobian {
+/// The Jacobian of x(T) − x(0), the monodromy operator minus the identity. The bordered system is solved by GMRES.
+impl Jacobian for Monodromy {
     fn solve(
         &self,
         border: &[Border],
         residual: &DVector<f64>,
         conditions: &[f64],
-    ) -> Result<Option<(DVector<f64>, DVector<f64>)>, CycleError> {
+    ) -> Result<Option<Updates>, CycleError> {
         let (size, more) = (residual.len(), border.len());
-        // Scalar unknowns and conditions are scaled to the size of the others.
+        // Scalar unknowns and conditions are scaled such that columns and rows have norm one.
         let inverse = |norm: f64| norm.max(f64::MIN_POSITIVE).recip();
         let scales = DVector::from_fn(more, |k, _| inverse(border[k].column.norm()));
         let weights = DVector::from_fn(more, |k, _| inverse(border[k].row.norm().hypot(border[k].corner * scales[k])));
@@ -58,10 +40,10 @@ impl Jacobian for ReturnMapJacobian {
         let (found, left) = gmres(&right, LINEAR, KRYLOV, |x| {
             let mut out = x.clone();
             let change = x.rows(0, size).clone_owned();
-            let mut rest = out.rows_mut(0, size);
-            rest -= self.monodromy.apply(&self.start.with_values(&change))?.flat();
+            let mut state = out.rows_mut(0, size);
+            state -= self.apply_flat(&change)?;
             for (k, Border { column, .. }) in border.iter().enumerate() {
-                rest.axpy(-x[size + k] * scales[k], column, 1.0);
+                state.axpy(-x[size + k] * scales[k], column, 1.0);
             }
             for (k, Border { row, corner, .. }) in border.iter().enumerate() {
                 out[size + k] = weights[k] * (row.dot(&change.rows(0, row.len())) + corner * scales[k] * x[size + k]);
@@ -69,60 +51,50 @@ impl Jacobian for ReturnMapJacobian {
             Ok::<_, CycleError>(out)
         })?;
         let scalars = found.rows(size, more).component_mul(&scales);
-        // A system whose residual is not even halved is not solved.
+        // GMRES fails if it does not even halve the residual.
         Ok((left < 0.5).then(|| (found.rows(0, size).clone_owned(), scalars)))
     }
 }
 
-/// The symmetries of an orbit that nothing drives: shifts in time, with the logarithm of the period as the unknown, and rotations of the
-/// whole, with the angle as the unknown if there is one.
+/// The symmetries of an autonomous orbit: the shift in time, whose unknown is the logarithm of the period, and the
+/// rotation, whose unknown is the angle, if there is one.
 pub(crate) fn symmetries(
     return_map: &mut ReturnMap<impl Model>,
-    start: &PhaseState,
-    period: f64,
     path: &Trajectory,
 ) -> Result<Vec<Symmetry>, CycleError> {
-    let ahead = return_map.run(start, period * (1.0 + DIFFERENCE))?.end.flat();
-    let behind = return_map.run(start, period * (1.0 - DIFFERENCE))?.end.flat();
-    let time = Symmetry { tangent: flow(return_map, start, path), column: (ahead - behind) / (2.0 * DIFFERENCE) };
-    check_no_circle(return_map, start, path)?;
+    let ahead = return_map.run(&path.start, path.period * (1.0 + DIFFERENCE))?.end.flat();
+    let behind = return_map.run(&path.start, path.period * (1.0 - DIFFERENCE))?.end.flat();
+    let time = Symmetry { tangent: flow(return_map, path), column: (ahead - behind) / (2.0 * DIFFERENCE) };
+    check_not_circular(return_map, path)?;
     let rotation = return_map
         .turn
         .as_ref()
-        .map(|turn| Symmetry { tangent: turn.rate(start).present(), column: -turn.rate(&path.end).flat() });
+        .map(|turn| Symmetry { tangent: turn.rate(&path.start).present(), column: -turn.rate(&path.end).flat() });
     Ok(std::iter::once(time).chain(rotation).collect())
 }
 
-/// Refuses a circle if an angle is unknown: it returns rotated after any time.
-pub(crate) fn check_no_circle(
-    return_map: &ReturnMap<impl Model>,
-    start: &PhaseState,
-    path: &Trajectory,
-) -> Result<(), CycleError> {
-    let circle = return_map.turn.as_ref().is_some_and(|turn| is_circle(return_map, start, path, turn));
-    if circle { Err(CycleError::RotatingWave) } else { Ok(()) }
+/// Returns an error for a rotating wave if the angle is unknown: it returns rotated after any time.
+pub(crate) fn check_not_circular(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> Result<(), CycleError> {
+    let circular = return_map.turn.as_ref().is_some_and(|turn| is_circular(return_map, path, turn));
+    if circular { Err(CycleError::RotatingWave) } else { Ok(()) }
 }
 
-/// Whether the change of a state in time is a rotation of the whole.
-pub(crate) fn is_circle(
-    return_map: &ReturnMap<impl Model>,
-    start: &PhaseState,
-    path: &Trajectory,
-    turn: &StateRotation,
-) -> bool {
-    let weights = start.weights().map(f64::sqrt);
-    let [time, turned] =
-        [flow(return_map, start, path), turn.rate(start).present()].map(|direction| direction.component_mul(&weights));
-    time.dot(&turned).abs() > (1.0 - CIRCLE) * time.norm() * turned.norm()
+/// Whether the tangents of a shift in time and of a rotation are parallel.
+pub(crate) fn is_circular(return_map: &ReturnMap<impl Model>, path: &Trajectory, turn: &StateRotation) -> bool {
+    let weights = path.start.weights().map(f64::sqrt);
+    let [time, rotation] =
+        [flow(return_map, path), turn.rate(&path.start).present()].map(|tangent| tangent.component_mul(&weights));
+    time.dot(&rotation).abs() > (1.0 - CIRCLE) * time.norm() * rotation.norm()
 }
 
-/// Derivative of strain and variables in time at the start, per interval.
-pub(crate) fn flow(return_map: &ReturnMap<impl Model>, start: &PhaseState, path: &Trajectory) -> DVector<f64> {
-    // The derivative of the strain is extrapolated. That of the variables is known at the last point of the last interval.
+/// Derivative of strain and variables by time at the start, times the length of an interval.
+pub(crate) fn flow(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> DVector<f64> {
+    // The slope of the strain is extrapolated. That of the variables is the one at the last Radau point of the
+    // past.
     let mut at_start = vec![0.0; return_map.grid.order()];
     lagrange(&return_map.grid.stages, 0.0, &mut at_start);
-    let strain = carried(&DVector::zeros(start.strain.len()), &path.strain_slopes[0], &at_start);
-    let variables = start.slopes.last().and_then(|slopes| slopes.last());
+    let strain = carried(&DVector::zeros(path.start.strain.len()), &path.strain_slopes[0], &at_start);
+    let variables = path.start.slopes.last().and_then(|slopes| slopes.last());
     let all = strain.iter().chain(variables.iter().flat_map(|rate| rate.iter())).copied();
     DVector::from_vec(all.collect())
 }

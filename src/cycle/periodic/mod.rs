@@ -1,7 +1,9 @@
-//! Periodic orbits: how they are sought, found, read, and entered by a run in time.
+//! Periodic orbits: the solver, the orbits, their multipliers, and runs in time that start on them.
+//!
+//! An orbit is a fixed point of the return map, x(T) = x(0), or a relative one, x(T) = R(φ) x(0). Newton's method
+//! solves for x, T and φ with phase conditions, as in DDE-BIFTOOL (`psol`).
 
 mod equations;
-mod forced;
 pub(super) mod guess;
 mod history;
 mod linear;
@@ -10,8 +12,8 @@ mod orbit;
 mod plane;
 mod resolution;
 
-pub use history::OrbitHistory;
-pub use multipliers::{Multiplier, Multipliers};
+pub(super) use equations::MAX_INTERVALS;
+pub use multipliers::Multipliers;
 pub use orbit::PeriodicOrbit;
 
 use super::corrector;
@@ -20,37 +22,37 @@ use super::error::CycleError;
 use super::extended::{Conditions, Unknowns};
 use super::map::grid::Grid;
 use super::map::return_map::{PRECISE, ReturnMap};
+use super::symmetry::check_periodic;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::stability::Root;
-use guess::state_of_run;
+use guess::{state_of_run, state_of_steady_laws};
 
-/// Points in an interval at most: beyond, intervals serve better, and the work grows with their cube.
-const STAGES: usize = 16;
-
-/// Finds periodic orbits of shoots whose length does not change.
+/// Finds periodic orbits of shoots whose length is constant.
 ///
-/// A period is divided into intervals with Radau points; the grid is one of t/T, and moves with the period. Unknown are a state, with
-/// its variables over the longest delay, and the period. The return map contracts all but a handful of directions, so that Krylov's
-/// method solves the linear problems of Newton's in a few dozen applications of the linearised map.
+/// A period T is divided into intervals with Radau points; the grid is one of t/T. The unknowns are a state, which
+/// contains the variables over the longest delay, and the period. The return map contracts all but about ten
+/// directions, so that GMRES solves the linear system of a Newton iteration with twenty to forty applications of
+/// the linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
-    /// Number of intervals in a period at first, 16 by default; 8 are sufficient for half a swing. The number is doubled until
-    /// [`accuracy`](Self::accuracy) is met: where the shoot almost buckles during its swing more are necessary.
+    /// Initial number of intervals in a period, 16 by default; 8 are sufficient for half a swing. The number is
+    /// doubled until [`accuracy`](Self::accuracy) is met. Orbits that come close to buckling need more.
     pub intervals: usize,
-    /// Radau points in each, 6 unless said otherwise, at most 16: the order of accuracy inside an interval.
+    /// Number of Radau points in an interval, 6 by default, at most 16: the order of the collocation polynomials.
     pub stages: usize,
-    /// Largest relative difference between a state and that one period later, 1e-10 unless said otherwise.
+    /// Largest relative difference between a state and the state one period later, 1e-10 by default.
     pub tolerance: f64,
-    /// Largest estimate of the relative error of period and shape that the intervals may leave, 1e-6 by default.
+    /// Largest estimate of the relative error of period and shape due to the grid, 1e-6 by default.
     pub accuracy: f64,
     /// Largest number of iterations for each number of intervals, 30 by default.
     pub max_iterations: usize,
-    /// Initial guess of the angle of a relative periodic orbit, rad. `None`, the default, for periodic orbits. A shoot that is
-    /// symmetric about the tangent of its base may have rotated about it after a period, as on a rosette; the angle is then an
-    /// unknown like the period. A swing in a plane has rotated by π after half its period. With this angle it takes half the
-    /// intervals and half the work, and the period that is found is half that of the swing.
+    /// Initial guess of the angle of a relative periodic orbit, rad. `None`, the default, for periodic orbits. A
+    /// shoot that is symmetric about the tangent of its base may have rotated about it after a period, as on a
+    /// rosette; the angle is then an unknown like the period. A swing in a plane has rotated by π after half its
+    /// period. With this angle it takes half the intervals and half the work, and the period of the orbit is half
+    /// that of the swing.
     pub angle: Option<f64>,
 }
 
@@ -62,11 +64,12 @@ impl Default for PeriodicSolver {
 }
 
 impl PeriodicSolver {
-    /// The orbit that Newton's method reaches from a mode of the upright shoot, to and fro in its plane, with the tip moving by about
-    /// `amplitude` (m). The shoot is not changed.
+    /// The orbit to which Newton's method converges from a mode of the upright shoot: a swing in a plane, in which
+    /// the tip moves by about `amplitude` (m). The shoot is not changed.
     ///
     /// # Errors
-    /// A shoot that elongates or of which some tissue does not steer, a root that does not oscillate, no orbit near the start.
+    /// A shoot that elongates or that has tissue in the zone without growth, a root that does not oscillate, no
+    /// orbit near the guess.
     pub fn from_mode(
         &self,
         shoot: &Shoot<impl Model>,
@@ -79,14 +82,14 @@ impl PeriodicSolver {
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }
 
-    /// The orbit near which a run in time is: from the shoot's present state and its history, with a first guess of the period (s), good
-    /// to a tenth. The shoot is not changed.
+    /// The orbit near a run in time, from the present state of the shoot and its history, with an initial guess of
+    /// the period (s) that is accurate to about a tenth. The shoot is not changed.
     ///
-    /// A guess that is far off may lead to a multiple of the period. A run that is on its way from a swing to a circle may lead to
-    /// either: excursion and multipliers tell.
+    /// An inaccurate guess may lead to a multiple of the period. A run between a swing and a rotating wave may lead
+    /// to either of them; excursion and multipliers distinguish them.
     ///
     /// # Errors
-    /// Those of [`from_mode`](Self::from_mode), or a shoot that no integrator has moved.
+    /// Errors of [`from_mode`](Self::from_mode), or a shoot that no integrator has advanced.
     pub fn from_run(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
         let return_map = self.return_map(shoot, period)?;
         let (start, angle) = (state_of_run(&return_map, period)?, return_map.angle());
@@ -94,19 +97,38 @@ impl PeriodicSolver {
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }
 
-    /// The orbit of a shoot near that of another with as many material points and the same number of variables: the shoot a little
-    /// longer or stiffer. For the same shoot, on twice the intervals, the difference of the two orbits and of their multipliers says
-    /// how accurate the first was.
+    /// The orbit of a shoot near that of another one with as many material points and variables, for example of a
+    /// slightly shorter shoot. For the same shoot with twice the intervals, the differences of the two orbits and
+    /// of their multipliers are the errors of the first.
     ///
-    /// From a whole swing it leads to half a swing with an [`angle`](Self::angle) of π, and back without one. A rosette needs
-    /// an angle; without one the nearest orbit may be a circle.
+    /// A whole swing leads to half a swing with an [`angle`](Self::angle) of π, and back without one. A rosette
+    /// needs an angle; without one the nearest orbit may be a rotating wave.
     ///
     /// # Errors
-    /// Those of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
+    /// Errors of [`from_mode`](Self::from_mode), or a shoot with another number of points or variables.
     pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &PeriodicOrbit) -> Result<PeriodicOrbit, CycleError> {
         corrector::solve(*self, shoot, self.of_orbit(shoot, orbit)?, &Conditions::default())
     }
 
+    /// The orbit of a shoot with periodic forcing (an oscillator, a clinostat, an alternating load) of a period
+    /// (s), from the straight shoot. A run in time converges to it if its multipliers have a modulus below one. The
+    /// orbit begins at the present time of the shoot. Without forcing it is the stationary state. The shoot is not
+    /// changed.
+    ///
+    /// # Errors
+    /// A shoot that elongates or that has tissue in the zone without growth, a period that is not positive or not
+    /// that of the forcing, an angle, no orbit near the straight shoot.
+    pub fn forced(&self, shoot: &Shoot<impl Model>, period: f64) -> Result<PeriodicOrbit, CycleError> {
+        let (what, angle) = ("angle of a forced orbit", self.angle.unwrap_or(0.0));
+        ParameterError::unless(self.angle.is_none(), what, angle, "none: the forcing has no axis")?;
+        let mut return_map = self.return_map(shoot, period)?;
+        let (start, rod) = state_of_steady_laws(&mut return_map)?;
+        check_periodic(shoot, &rod, period)?;
+        let guess = Unknowns { start, clock: period, forced: true, angle: 0.0, parameter: 0.0 };
+        corrector::solve(*self, shoot, guess, &Conditions::default())
+    }
+
+    /// The return map of a shoot for periods near the given one (s). Checks the settings.
     pub(super) fn return_map<'a, M: Model>(
         &self,
         shoot: &'a Shoot<M>,
@@ -114,17 +136,18 @@ impl PeriodicSolver {
     ) -> Result<ReturnMap<'a, M>, CycleError> {
         let (what, number) = ("intervals in a period", self.intervals);
         ParameterError::unless((1..=1000).contains(&number), what, number as f64, "from 1 to 1000")?;
+        // More intervals are more efficient than more stages, whose cost increases with the third power.
         let (what, number) = ("points in an interval", self.stages);
-        ParameterError::unless((1..=STAGES).contains(&number), what, number as f64, "from 1 to 16")?;
+        ParameterError::unless((1..=16).contains(&number), what, number as f64, "from 1 to 16")?;
         ParameterError::positive("tolerance of a periodic orbit", self.tolerance)?;
         ParameterError::positive("accuracy of a periodic orbit", self.accuracy)?;
         ParameterError::finite("angle of a periodic orbit", self.angle.unwrap_or(0.0))?;
         ReturnMap::new(shoot, Grid::new(self.intervals, self.stages), period, self.angle)
     }
 
-    /// The strain that counts as none in a residual, 1/m. What is driven may start from nothing, and end there if nothing drives it: there
-    /// angles are rounding.
-    pub(crate) fn least(&self, shoot: &Shoot<impl Model>, driven: bool) -> f64 {
-        if driven { PRECISE / (self.tolerance * shoot.rod().length()) } else { f64::MIN_POSITIVE }
+    /// Smallest norm of the strain in a residual, 1/m. The strain of a forced orbit may be zero up to the rounding
+    /// of equilibria.
+    pub(crate) fn least(&self, shoot: &Shoot<impl Model>, forced: bool) -> f64 {
+        if forced { PRECISE / (self.tolerance * shoot.rod().length()) } else { f64::MIN_POSITIVE }
     }
 }

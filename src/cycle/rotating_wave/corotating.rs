@@ -1,16 +1,20 @@
-//! The laws of a shoot in the frame that rotates with a wave, where the wave is stationary.
+//! The equations of a shoot in the corotating frame of a rotating wave, where the wave is stationary.
+//!
+//! The residual at each material point is ν ẑ × u*/REGR − gradient. The shape is rotated to seven phases, where the
+//! laws sense it, and harmonic balance gives the periodic variables. The laws therefore need not declare how their
+//! variables rotate.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-use crate::cycle::autonomous::{check_autonomous, check_gradients, driven_points};
-use crate::cycle::axis::{broken, check_rest, least_gradient};
 use crate::cycle::error::CycleError;
 use crate::cycle::extended::DIFFERENCE;
 use crate::cycle::harmonic::{HarmonicBalance, HarmonicVariables};
+use crate::cycle::map::growth_zone::{check_gradients, driven_points};
 use crate::cycle::map::return_map::PRECISE;
 use crate::cycle::phase_grid::{PhaseGrid, WAVES};
-use crate::cycle::rotated::turned;
+use crate::cycle::rotated::rotated;
 use crate::cycle::sensitivity::stimuli_by_strain;
+use crate::cycle::symmetry::{check_autonomous, check_equilibrium, check_tropism, least_gradient};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::linear::{SteadyLaws, check_steady, visit_stimuli};
@@ -28,21 +32,24 @@ pub struct Corotating<'a, M: Model> {
     shoot: &'a Shoot<M>,
     pub(in crate::cycle) phases: PhaseGrid,
     solver: NewtonSolver,
+    /// Rod in equilibrium at the first phase.
     pub rod: Rod,
+    /// Rate of rotation ν, 1/s, counterclockwise positive.
     pub rate: f64,
-    /// REGR of every point of the zone, 1/s.
+    /// REGR of each point of the zone, 1/s.
     regr: Vec<f64>,
     places: Vec<Growing>,
-    /// Stimuli of every point, a column for every phase.
+    /// Stimuli of each point, a column for each phase.
     stimuli: Vec<DMatrix<f64>>,
+    /// Periodic variables of each point.
     pub(in crate::cycle) steady: Vec<HarmonicVariables>,
     /// Growth gradients at the first phase.
     gradients: Vec<Vector3<f64>>,
 }
 
 impl<'a, M: Model> Corotating<'a, M> {
-    /// The frame of a shoot with a strain (components 1 and 2 at every point of the zone, 1/m) and a rate (1/s). A `shape` is the
-    /// initial guess of the equilibrium.
+    /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (1/s).
+    /// `shape` is the initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
@@ -74,18 +81,19 @@ impl<'a, M: Model> Corotating<'a, M> {
         })
     }
 
+    /// The tropism of the shoot.
     fn law(&self) -> &'a M::Tropism {
         self.shoot.model.tropism()
     }
 
+    /// Harmonic balance at the rate of rotation.
     fn balance(&self) -> HarmonicBalance<'_, M::Tropism> {
         HarmonicBalance::new(self.law(), &self.phases, self.rate)
     }
 
     /// Components 1 and 2 of the intrinsic strain, point by point.
     pub fn strain(&self) -> DVector<f64> {
-        let points = &self.rod.points()[self.rod.zone()];
-        DVector::from_iterator(2 * points.len(), points.iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]))
+        super::unknowns_of_rod(&self.rod, self.rate).start.strain
     }
 
     /// ẑ × u*: derivative of the strain by the angle of rotation.
@@ -104,7 +112,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         let m = self.law().size().stimuli;
         let mut stimuli = vec![DMatrix::zeros(m, self.phases.len()); self.places.len()];
         for (j, phase) in self.phases.angles.iter().enumerate() {
-            let rod = turned(&self.rod, *phase);
+            let rod = rotated(&self.rod, *phase);
             visit_stimuli(self.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
         }
         self.stimuli = stimuli;
@@ -116,6 +124,7 @@ impl<'a, M: Model> Corotating<'a, M> {
         Ok(())
     }
 
+    /// Growth gradients of all points at a phase.
     fn gradients_at(
         &self,
         balance: &HarmonicBalance<M::Tropism>,
@@ -127,29 +136,30 @@ impl<'a, M: Model> Corotating<'a, M> {
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
-    pub fn residual(&self) -> DVector<f64> {
+    pub fn difference(&self) -> DVector<f64> {
         let turning = self.turning();
         DVector::from_fn(turning.len(), |k, _| self.rate * turning[k] / self.regr[k / 2] - self.gradients[k / 2][k % 2])
     }
 
+    /// The largest residual, relative to the largest gradient.
     pub fn relative_residual(&self) -> f64 {
         let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(f64::MIN_POSITIVE, f64::max);
-        self.residual().amax() / largest
+        self.difference().amax() / largest
     }
 
-    /// The derivatives of the residual by the strain, and by the logarithm of the rate. None if the laws are singular.
+    /// Derivatives of the residual by the strain, and by the logarithm of the rate. None if the laws are singular.
     pub fn derivatives(&self) -> Result<Option<Derivatives>, CycleError> {
         let n = 2 * self.places.len();
         let Some([inner, _]) = self.matrix(Complex::ZERO, &self.responses()?) else { return Ok(None) };
         let by_strain = DMatrix::from_fn(n, n, |row, column| inner[(row, column)].re / self.regr[row / 2]);
-        // Central differences of the laws by the rate, for the same shape. Their response is smooth over an octave.
+        // Central differences of the gradients by the rate, for the same shape.
         let change = DIFFERENCE * self.rate;
         let turning = self.turning();
         let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
             let balance = HarmonicBalance::new(self.law(), &self.phases, self.rate + sign * change);
-            let settled = balance.solve_all(&self.places, &self.stimuli)?;
-            for (i, gradient) in self.gradients_at(&balance, &settled, 0).iter().enumerate() {
+            let steady = balance.solve_all(&self.places, &self.stimuli)?;
+            for (i, gradient) in self.gradients_at(&balance, &steady, 0).iter().enumerate() {
                 for c in 0..2 {
                     by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
@@ -158,19 +168,20 @@ impl<'a, M: Model> Corotating<'a, M> {
         Ok(Some((by_strain, by_rate * self.rate)))
     }
 
-    /// Derivatives of the stimuli of every point at all phases by the strain.
+    /// Derivatives of the stimuli of each point at all phases by the strain.
     pub fn responses(&self) -> Result<DMatrix<f64>, CycleError> {
         stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.phases.angles)
     }
 
-    /// λ + ν ẑ × − REGR ∂gradient, and its derivative by λ.
+    /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the laws are
+    /// singular.
     pub fn matrix(&self, z: Complex<f64>, responses: &DMatrix<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
         let n = 2 * self.places.len();
         let mut value = DMatrix::from_diagonal_element(n, n, z);
         let mut derivative = DMatrix::identity(n, n);
         let balance = self.balance();
         let rows = responses.nrows() / self.places.len();
-        // Points with the same linear laws have the same response.
+        // Points with the same derivatives of the laws have the same response.
         let mut known: Option<(usize, [DMatrix<Complex<f64>>; 2])> = None;
         for i in 0..self.places.len() {
             value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
@@ -179,7 +190,7 @@ impl<'a, M: Model> Corotating<'a, M> {
                 Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
                 _ => (i, balance.response(&self.steady[i], z)?),
             };
-            // Components 1 and 2 of both, real and imaginary parts: one product of real numbers.
+            // One real product for components 1 and 2 of value and derivative, real and imaginary parts.
             let four = |row: usize, column: usize| {
                 let z = parts.1[row / 4][(row % 2, column)];
                 if row & 2 == 0 { z.re } else { z.im }
@@ -199,19 +210,19 @@ impl<'a, M: Model> Corotating<'a, M> {
         check_autonomous(self.shoot, &self.rod)
     }
 
-    /// Returns an error unless the shoot is invariant under rotations: the rotated shape must be in equilibrium at all phases, and the
-    /// growth gradients must rotate with it.
+    /// Returns an error unless the shoot is invariant under rotations: the rotated shape is in equilibrium at all
+    /// phases, and the growth gradients rotate with it.
     pub fn check_axis(&self) -> Result<(), CycleError> {
         for j in 1..self.phases.len() {
             let phase = self.phases.angles[j];
-            check_rest(self.shoot, &self.rod, phase)?;
+            check_equilibrium(self.shoot, &self.rod, phase)?;
             let balance = self.balance();
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
             for (then, now) in self.gradients_at(&balance, &self.steady, j).iter().zip(&self.gradients) {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
-                broken("tropism", (then - expected).norm() / largest)?;
+                check_tropism((then - expected).norm() / largest)?;
             }
         }
         Ok(())

@@ -1,18 +1,26 @@
-//! Rotating waves (relative equilibria): shapes that rotate rigidly about the vertical while their base stays clamped.
+//! Rotating waves (relative equilibria): shapes that rotate rigidly about the vertical while the base stays
+//! clamped.
+//!
+//! A rotating wave with the rate ν is stationary in the corotating frame: ν ẑ × u* = REGR · gradient at each
+//! material point, with the variables that periodic stimuli of the frequency ν cause. See BifurcationKit,
+//! "modulated travelling waves".
 
 mod corotating;
 mod equations;
 mod roots;
 
-pub use roots::{WaveRoot, WaveRoots};
+pub use roots::WaveRoots;
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Complex, Vector3};
+use nalgebra::{Complex, DVector, Vector3};
 
 use super::corrector;
+use super::equations::Equations;
 use super::error::CycleError;
-use super::extended::Conditions;
+use super::extended::{Conditions, Unknowns};
+use super::map::phase_state::PhaseState;
+use super::rotated::excursion;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -20,35 +28,8 @@ use crate::shoot::Shoot;
 use crate::stability::Root;
 use corotating::rotation_tangent;
 
-/// Initial guess of a rotating wave.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WaveGuess {
-    /// Intrinsic strain at every material point of the growth zone, components along the directors at one time, 1/m.
-    pub strain: Vec<Vector3<f64>>,
-    /// Rate of rotation, 1/s, counterclockwise positive as seen from above the apex.
-    pub rate: f64,
-}
-
-impl WaveGuess {
-    /// The mode of an upright shoot, rotating counterclockwise with its tip at a distance of about `radius` (m).
-    #[must_use]
-    pub fn of_mode(root: &Root, radius: f64) -> Self {
-        // In one plane it is Re[ψ exp(iωt)], in the other a quarter of a period later.
-        let pair = |psi: &Vector3<Complex<f64>>| {
-            let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
-            Vector3::new(psi.re, psi.im, 0.0) * radius
-        };
-        Self { strain: root.strain.iter().map(pair).collect(), rate: root.value.im }
-    }
-
-    /// The shape of a rod, for example at one time of a run, with a rate of rotation (1/s).
-    #[must_use]
-    pub fn of_rod(rod: &Rod, rate: f64) -> Self {
-        Self { strain: rod.points()[rod.zone()].iter().map(|point| point.intrinsic).collect(), rate }
-    }
-}
-
-/// A rotating wave: every point of the shoot moves on a circle about the axis at one rate, and the shape does not change.
+/// A rotating wave: each point of the shoot moves on a circle about the axis, at the same rate, and the shape is
+/// constant.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RotatingWave {
@@ -56,9 +37,9 @@ pub struct RotatingWave {
     pub rate: f64,
     /// The shape at one time.
     pub rod: Rod,
-    /// Newton iterations.
+    /// Number of Newton iterations.
     pub iterations: usize,
-    /// Residual of the growth gradients, relative to the largest.
+    /// Residual of the growth gradients, relative to the largest gradient.
     pub residual: f64,
 }
 
@@ -72,8 +53,7 @@ impl RotatingWave {
     /// The distance of the tip from the axis, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        let (tip, axis) = (self.rod.tip(), self.rod.frames()[0] * Vector3::z());
-        (tip - axis * axis.dot(&tip)).norm()
+        excursion(&self.rod)
     }
 
     /// The height of the tip along the axis, m.
@@ -82,17 +62,13 @@ impl RotatingWave {
         (self.rod.frames()[0] * Vector3::z()).dot(&self.rod.tip())
     }
 
-    /// The initial guess of another rotating wave.
-    #[must_use]
-    pub fn as_guess(&self) -> WaveGuess {
-        WaveGuess::of_rod(&self.rod, self.rate)
+    /// The unknowns of the wave.
+    fn unknowns(&self) -> Unknowns {
+        unknowns_of_rod(&self.rod, self.rate)
     }
 }
 
-/// Finds rotating waves of upright shoots by Newton's method for shape and rate together.
-///
-/// A rotating wave is stationary in the frame that rotates with it: ν ẑ × u* = REGR gradient at every material point. The laws'
-/// variables are those of stimuli with the period 2π/ν.
+/// Finds rotating waves of upright shoots by Newton's method for shape and rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotatingWaveSolver {
     /// Largest residual of the growth gradients, relative to the largest gradient, 1e-11 by default.
@@ -109,17 +85,62 @@ impl Default for RotatingWaveSolver {
 }
 
 impl RotatingWaveSolver {
-    /// The rotating wave of the shoot's laws on its elements to which Newton's method converges from an initial guess. The shoot is not
-    /// changed.
+    /// The rotating wave to which Newton's method converges from a mode of the upright shoot, which rotates
+    /// counterclockwise with the tip at a distance of about `radius` (m) from the axis; clockwise for the conjugate
+    /// mode. The shoot is not changed.
     ///
     /// # Errors
-    /// A shoot that elongates, that has no axis, or of which some tissue does not steer; no rotating wave near the initial guess.
-    pub fn solve(&self, shoot: &Shoot<impl Model>, start: &WaveGuess) -> Result<RotatingWave, CycleError> {
-        ParameterError::positive("tolerance of a circular orbit", self.tolerance)?;
-        let guess = equations::unknowns(start);
-        // The phase of the guess is kept.
+    /// A shoot that elongates, that is not symmetric about the tangent of its base, or that has tissue in the zone
+    /// without growth; no rotating wave near the guess.
+    pub fn from_mode(&self, shoot: &Shoot<impl Model>, root: &Root, radius: f64) -> Result<RotatingWave, CycleError> {
+        self.solve(shoot, self.of_mode(shoot, root, radius)?)
+    }
+
+    /// The rotating wave near a run in time, from the present intrinsic strain of the shoot, with an initial guess
+    /// of the rate of rotation (1/s), counterclockwise positive. [`Shoot::set_intrinsic`] makes any other initial
+    /// guess. The shoot is not changed.
+    ///
+    /// # Errors
+    /// Errors of [`from_mode`](Self::from_mode).
+    pub fn from_run(&self, shoot: &Shoot<impl Model>, rate: f64) -> Result<RotatingWave, CycleError> {
+        self.solve(shoot, unknowns_of_rod(shoot.rod(), rate))
+    }
+
+    /// The rotating wave of a shoot near that of another one with as many material points.
+    ///
+    /// # Errors
+    /// Errors of [`from_mode`](Self::from_mode), or a shoot with another number of points.
+    pub fn from_orbit(&self, shoot: &Shoot<impl Model>, orbit: &RotatingWave) -> Result<RotatingWave, CycleError> {
+        self.solve(shoot, orbit.unknowns())
+    }
+
+    /// Solves with the phase of the guess.
+    fn solve(&self, shoot: &Shoot<impl Model>, guess: Unknowns) -> Result<RotatingWave, CycleError> {
+        ParameterError::positive("tolerance of a rotating wave", self.tolerance)?;
         let (tangent, weights) = (rotation_tangent(&guess.start.strain), guess.start.weights());
         let conditions = Conditions::default().with_phases_of(&guess, &[tangent], &weights);
         corrector::solve(*self, shoot, guess, &conditions)
     }
+}
+
+/// The unknowns of a strain (components 1 and 2 at each point of the zone, 1/m) that rotates at a rate (1/s).
+fn unknowns(pairs: impl Iterator<Item = [f64; 2]>, rate: f64) -> Unknowns {
+    let strain = DVector::from_vec(pairs.flatten().collect());
+    let start = PhaseState { strain, variables: DVector::zeros(0), slopes: Vec::new() };
+    Unknowns { start, clock: rate, forced: false, angle: 0.0, parameter: 0.0 }
+}
+
+/// The unknowns of a rod that rotates at a rate (1/s).
+fn unknowns_of_rod(rod: &Rod, rate: f64) -> Unknowns {
+    unknowns(rod.points()[rod.zone()].iter().map(|point| [point.intrinsic.x, point.intrinsic.y]), rate)
+}
+
+/// The unknowns of a mode, rotating counterclockwise with the tip at about a radius (m). The strain in one plane is
+/// Re[ψ exp(iωt)], that in the other one is a quarter of a period later.
+fn unknowns_of_mode(root: &Root, radius: f64) -> Unknowns {
+    let pair = |psi: &Vector3<Complex<f64>>| {
+        let psi = if psi.x.norm() > psi.y.norm() { psi.x } else { psi.y };
+        [psi.re * radius, psi.im * radius]
+    };
+    unknowns(root.strain.iter().map(pair), root.value.im)
 }

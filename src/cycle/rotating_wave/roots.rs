@@ -1,57 +1,49 @@
-//! The stability of a rotating wave: characteristic roots in the corotating frame, where it is stationary.
+//! Stability of a rotating wave: characteristic roots λ of det M(λ) = 0 in the corotating frame, where the wave is
+//! stationary.
+//!
+//! The leading multipliers of the return map give initial guesses of all leading roots. Newton's method on the
+//! determinant corrects them. A multiplier μ = exp(λT) determines λ up to multiples of 2πi/T. If a multiplier has
+//! no root nearby, the grid of the map is refined.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
 
 use super::corotating::Corotating;
-use super::equations::unknowns;
 use super::{RotatingWave, RotatingWaveSolver};
 use crate::cycle::error::CycleError;
 use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::periodic::PeriodicSolver;
 use crate::cycle::periodic::guess::state_of_waves;
-use crate::cycle::spectrum::{Spectrum, check_count};
+use crate::cycle::periodic::{MAX_INTERVALS, PeriodicSolver};
+use crate::cycle::sensitivity::ASYMMETRY;
+use crate::cycle::spectrum::{Eigenvalue, MOST_VALUES, Spectrum};
 use crate::error::ParameterError;
 use crate::linear::{AnalyticMatrix, newton, newton_step};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// Largest number of rotations of the frame in a period that is tried: the return map does not determine this number.
+/// Largest multiple of 2πi/T that is tried for a root.
 const FRAMES: i32 = 3;
-/// Largest distance between a root of the return map and one of the characteristic function, in units of the rate of rotation.
+/// Largest distance between a root and that of the return map, relative to the rate of rotation.
 const APART: f64 = 1e-3;
-/// Largest modulus of the trivial root, in the same units: the error of the differences.
-const TRIVIAL: f64 = 1e-6;
-/// Smallest frequency of a root that is not real, in the same units.
+/// Smallest frequency of a root that is not real, relative to the rate of rotation.
 const REAL: f64 = 1e-9;
-/// Largest number of intervals of the return map. It is doubled until its roots agree with those of the characteristic function.
-const INTERVALS: usize = 128;
 
-/// A characteristic root of a rotating wave, with Im λ ≥ 0; its conjugate is one too.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct WaveRoot {
-    /// λ in the corotating frame, 1/s. Over a period a disturbance is multiplied by exp(λT), and rotates with the shape.
-    pub value: Complex<f64>,
-    /// Distance from the root that the return map, another method, gives, 1/s.
-    pub difference: f64,
-}
-
-/// The leading characteristic roots of a rotating wave: all those to the right of `line`.
+/// The leading characteristic roots of a rotating wave: all roots to the right of `line`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct WaveRoots {
     /// Roots, rightmost first, without the trivial one.
-    pub roots: Vec<WaveRoot>,
+    pub roots: Vec<Eigenvalue>,
     /// Real part to the right of which the list is complete, 1/s, negative.
     pub line: f64,
-    /// |λ| of the root of a rotation of the whole, 1/s: zero but for rounding and differences.
+    /// Modulus of the trivial root, that of a rotation, 1/s. It is zero up to rounding and the error of
+    /// differences.
     pub trivial: f64,
 }
 
 impl WaveRoots {
-    /// Number of roots with positive real part, conjugates counted. The list contains all of them.
+    /// Number of roots with positive real part, conjugates included. The list contains all of them.
     #[must_use]
     pub fn unstable(&self) -> usize {
         let right = self.roots.iter().filter(|root| root.value.re > 0.0);
@@ -60,69 +52,68 @@ impl WaveRoots {
 }
 
 impl RotatingWave {
-    /// The leading roots of the orbit, of small disturbances exp(λt) in the corotating frame: at least `count`, conjugates not counted,
-    /// unless the others decay to less than 1e-3 within a period. They are found by Arnoldi's method with deflation on the linearised
-    /// return map, and corrected by Newton's method on the characteristic function. The numbers of Krylov vectors and of intervals are
-    /// chosen by convergence. The shoot is the one whose orbit this is.
+    /// Computes the leading roots in the corotating frame: at least `count`, without conjugates, unless the others
+    /// decay to less than 1e-3 within a period. The shoot is the one whose orbit this is.
     ///
     /// # Errors
-    /// A count that is not from 1 to 19, a map that is not linearised, roots that do not converge, or on which the two methods
-    /// disagree.
+    /// A count that is not from 1 to 19, laws that cannot be linearised, roots that do not converge, or multipliers
+    /// without a root.
     pub fn roots(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<WaveRoots, CycleError> {
-        // Both of a pair and the trivial root are eigenvalues of the map.
-        let wanted = if count == 0 { 0 } else { count.saturating_mul(2).saturating_add(1) };
-        check_count(wanted)?;
+        // Conjugates and the trivial root are eigenvalues of the map, too.
+        const { assert!(2 * 19 + 1 <= MOST_VALUES) };
+        ParameterError::unless((1..=19).contains(&count), "number of roots", count as f64, "from 1 to 19")?;
+        let wanted = 2 * count + 1;
         let function = Characteristic::of(shoot, self)?;
         let mut intervals = PeriodicSolver::default().intervals;
         loop {
             let solver = PeriodicSolver { intervals, ..PeriodicSolver::default() };
             let spectrum = self.spectrum(&function, shoot, &solver, wanted)?;
-            if let Some(roots) = self.polished(&function, &spectrum) {
-                return Ok(roots);
-            }
-            intervals *= 2;
-            if intervals > INTERVALS {
-                return Err(CycleError::RootsDisagree { intervals: INTERVALS });
+            match self.polished(&function, &spectrum) {
+                Ok(roots) => return Ok(roots),
+                // More intervals would take minutes.
+                Err(error) if intervals == MAX_INTERVALS => return Err(CycleError::Unresolved { error, intervals }),
+                Err(_) => intervals *= 2,
             }
         }
     }
 
-    /// Roots of the characteristic function, one for each multiplier; none unless they agree.
-    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &Spectrum) -> Option<WaveRoots> {
+    /// One root for each multiplier. If they differ, returns the difference relative to the rate; infinite if a
+    /// root is not found.
+    fn polished(&self, function: &Characteristic<impl Model>, spectrum: &Spectrum) -> Result<WaveRoots, f64> {
         let (period, rate) = (self.period(), self.rate.abs());
         let zero = function.polish(Complex::ZERO, &[])?;
         let mut known = vec![zero];
-        let mut multipliers: Vec<Complex<f64>> = spectrum.values.iter().map(|(value, _)| *value).collect();
+        let mut multipliers: Vec<Complex<f64>> = spectrum.values.iter().map(|one| one.value).collect();
         let distance = |z: &Complex<f64>| (z - 1.0).norm();
         let nearest =
-            (0..multipliers.len()).min_by(|a, b| distance(&multipliers[*a]).total_cmp(&distance(&multipliers[*b])))?;
-        let trivial = multipliers.remove(nearest);
-        if !(zero.norm() < TRIVIAL * rate && distance(&trivial) < APART * rate * period) {
-            return None;
+            (0..multipliers.len()).min_by(|a, b| distance(&multipliers[*a]).total_cmp(&distance(&multipliers[*b])));
+        let trivial = multipliers.remove(nearest.ok_or(f64::INFINITY)?);
+        if !(zero.norm() < ASYMMETRY * rate && distance(&trivial) < APART * rate * period) {
+            return Err((distance(&trivial) / period).max(zero.norm()) / rate);
         }
-        let mut roots = Vec::<WaveRoot>::new();
+        let mut roots = Vec::<Eigenvalue>::new();
         for multiplier in multipliers.into_iter().filter(|multiplier| multiplier.im >= 0.0) {
             let first = multiplier.ln() / period;
             let frame = |k: i32| first + Complex::new(0.0, TAU / period * f64::from(k));
-            // The step of Newton's method is short in the frame in which it is a root.
+            // The Newton step is shortest from the value next to a root.
             let steps = (-FRAMES..=FRAMES).map(|k| (frame(k), function.step(frame(k), &known).norm()));
-            let best = steps.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+            let best = steps.min_by(|a, b| a.1.total_cmp(&b.1)).ok_or(f64::INFINITY)?.0;
             let value = function.polish(best, &known)?;
             let difference = (value - best).norm();
             if !(difference < APART * rate) {
-                return None;
+                return Err(difference / rate);
             }
-            // A real multiplier belongs to a real root or to half a pair.
+            // A positive multiplier belongs to a real root, a negative one to a conjugate pair.
             let value = Complex::new(value.re, value.im.abs());
             let value = if value.im < REAL * rate { Complex::from(value.re) } else { value };
             known.push(value);
             if value.im > 0.0 {
                 known.push(value.conj());
             }
-            roots.push(WaveRoot { value, difference });
+            roots.push(Eigenvalue { value, residual: difference });
         }
         roots.sort_by(|a, b| b.value.re.total_cmp(&a.value.re));
-        Some(WaveRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
+        Ok(WaveRoots { roots, line: spectrum.radius.ln() / period, trivial: zero.norm() })
     }
 
     /// The leading multipliers of the return map over a rotation.
@@ -138,14 +129,13 @@ impl RotatingWave {
         let start =
             state_of_waves(&return_map, &problem.phases, &problem.steady, problem.strain(), problem.rate * period);
         let path = return_map.run(&start, period)?;
-        let monodromy = Monodromy::with_responses(&return_map, &path, period, |time, _| {
-            Ok(function.response_at(problem.rate * time))
-        })?;
-        Spectrum::of(start.flat().len(), wanted, |x| Ok(monodromy.apply(&start.with_values(x))?.flat()))
+        let response = |time: f64| function.response_at(problem.rate * time);
+        let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;
+        Spectrum::of(start.flat().len(), wanted, |x| monodromy.apply_flat(x))
     }
 }
 
-/// det M(λ) with M = λ + ν ẑ × − REGR ∂gradient.
+/// The characteristic function det M(λ), with M = λ + ν ẑ × − REGR ∂gradient.
 struct Characteristic<'a, M: Model> {
     problem: Corotating<'a, M>,
     responses: DMatrix<f64>,
@@ -155,24 +145,23 @@ impl<'a, M: Model> Characteristic<'a, M> {
     fn of(shoot: &'a Shoot<M>, orbit: &RotatingWave) -> Result<Self, CycleError> {
         let (length, own) = (orbit.rod.length(), shoot.rod().length());
         let what = "length of the shoot of the orbit";
-        // Equal but for the rounding of a sum.
+        // The sum of the lengths of elements has rounding errors.
         ParameterError::unless((length - own).abs() <= 1e-12 * own, what, length, "that of the shoot (m)")?;
-        let strain = unknowns(&orbit.as_guess()).start.strain;
-        let mut problem = Corotating::new(shoot, &strain, orbit.rate, None)?;
+        let mut problem = Corotating::new(shoot, &orbit.unknowns().start.strain, orbit.rate, None)?;
         problem.rod = orbit.rod.clone();
         problem.evaluate()?;
         problem.check_autonomous()?;
         problem.check_axis()?;
-        // What is found with another first guess differs by rounding.
+        // With another initial guess the equilibrium differs by rounding.
         let residual = problem.relative_residual();
         if !(residual <= 100.0 * orbit.residual.max(RotatingWaveSolver::default().tolerance)) {
-            return Err(CycleError::NotConverged { iterations: 0, residual });
+            return Err(CycleError::not_converged(0, residual));
         }
         let responses = problem.responses()?;
         Ok(Self { problem, responses })
     }
 
-    /// Derivatives of the stimuli of all points by their strain, for the shape rotated by an angle.
+    /// Derivatives of the stimuli of all points by the strain, for the shape rotated by an angle (rad).
     fn response_at(&self, angle: f64) -> DMatrix<f64> {
         let (points, phases) = (self.responses.ncols() / 2, self.problem.phases.len());
         let m = self.responses.nrows() / (points * phases);
@@ -185,7 +174,7 @@ impl<'a, M: Model> Characteristic<'a, M> {
                 rows += part;
             }
         }
-        // The known derivatives are by the strain before the rotation.
+        // The derivatives at the phases are by the strain before the rotation.
         let (sine, cosine) = angle.sin_cos();
         for point in 0..points {
             for row in 0..out.nrows() {
@@ -197,7 +186,7 @@ impl<'a, M: Model> Characteristic<'a, M> {
         out
     }
 
-    /// The step of Newton's method for f(z)/Π (z − known); not a number where there is none.
+    /// The step of Newton's method for det M(z)/Π (z − known); NaN if the laws are singular.
     fn step(&self, z: Complex<f64>, known: &[Complex<f64>]) -> Complex<f64> {
         let Some([value, derivative]) = self.problem.matrix(z, &self.responses) else {
             return Complex::from(f64::NAN);
@@ -206,10 +195,10 @@ impl<'a, M: Model> Characteristic<'a, M> {
         newton_step(trace - known.iter().map(|root| (z - root).inv()).sum::<Complex<f64>>())
     }
 
-    /// The root near a guess that is none of the known ones.
-    fn polish(&self, start: Complex<f64>, known: &[Complex<f64>]) -> Option<Complex<f64>> {
+    /// The root near a guess that differs from the known ones. An error is infinite: no root is found.
+    fn polish(&self, start: Complex<f64>, known: &[Complex<f64>]) -> Result<Complex<f64>, f64> {
         // The accuracy is the rounding error of the determinant.
-        newton(start, 1e-12, |_| self.problem.rate.abs(), |z| self.step(z, known)).ok()
+        newton(start, 1e-12, |_| self.problem.rate.abs(), |z| self.step(z, known)).map_err(|_| f64::INFINITY)
     }
 }
 
@@ -218,9 +207,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unstable_roots_are_counted_with_their_conjugates() {
-        let root = |re, im| WaveRoot { value: Complex::new(re, im), difference: 0.0 };
-        let of = |roots: &[WaveRoot]| WaveRoots { roots: roots.to_vec(), line: -1.0, trivial: 0.0 }.unstable();
+    fn unstable_roots_are_counted_with_conjugates() {
+        let root = |re, im| Eigenvalue { value: Complex::new(re, im), residual: 0.0 };
+        let of = |roots: &[Eigenvalue]| WaveRoots { roots: roots.to_vec(), line: -1.0, trivial: 0.0 }.unstable();
         assert_eq!(of(&[]), 0);
         assert_eq!(of(&[root(2.0, 1.0), root(1.0, 0.0), root(0.0, 3.0), root(-1.0, 1.0)]), 3);
     }

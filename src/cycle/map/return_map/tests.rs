@@ -1,4 +1,4 @@
-//! The return map against the closed form of a linear delay equation.
+//! Tests of the return map with the exact solution of a linear delay differential equation.
 
 use approx::assert_abs_diff_eq;
 use nalgebra::Complex;
@@ -10,20 +10,20 @@ use crate::growth::{Ongoing, UniformGrowth};
 use crate::scene::Still;
 use crate::tropism::{Memory, Proprioception, Response};
 
-/// τg and η, τm and τr, s.
-const GROWTH: f64 = 72e3;
-const SENSITIVITY: f64 = 20.0;
+/// Growth time τg (s) and proprioceptive sensitivity η.
+const LAW: (f64, f64) = (72e3, 20.0);
+/// Memory time τm and delay τr, s.
 const MEMORY: Memory = Memory { time: 720.0, delay: 900.0 };
 
-/// A weightless shoot that straightens. Its strain is the intrinsic one, and every component at every point obeys
-/// u̇ = −(η/τg) y(t − τr) with τm ẏ = u − y by itself.
+/// A weightless shoot with proprioception. Its strain is the intrinsic strain, and each component at each point
+/// independently satisfies u̇ = −(η/τg) y(t − τr) with τm ẏ = u − y.
 fn shoot() -> Shoot<impl Model> {
     Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
         .length(0.05)
         .radius(5e-4)
         .elements(1)
-        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: GROWTH }))
-        .tropism(Proprioception { sensitivity: SENSITIVITY }.remembered(MEMORY))
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: LAW.0 }))
+        .tropism(Proprioception { sensitivity: LAW.1 }.remembered(MEMORY))
         .scene(Still::weightless())
         .build()
         .unwrap()
@@ -31,7 +31,7 @@ fn shoot() -> Shoot<impl Model> {
 
 /// The root λ of λ (1 + λτm) + (η/τg) exp(−λτr) = 0 with Im λ > 0 next to the axis, by Newton's method.
 fn root() -> Complex<f64> {
-    let gain = SENSITIVITY / GROWTH;
+    let gain = LAW.1 / LAW.0;
     let mut z = Complex::new(0.0, 5e-4);
     for _ in 0..30 {
         let late = (-z * MEMORY.delay).exp() * gain;
@@ -42,13 +42,13 @@ fn root() -> Complex<f64> {
     z
 }
 
-/// The amplitude of a component of the strain, 1/m: another phase and size for each point. The second component stays zero, since
-/// in a plane an element represents the strain exactly.
+/// Complex amplitude of a component of the strain, 1/m, which differs from point to point. The second component is
+/// zero, since an element represents a planar strain exactly.
 fn amplitude(k: usize) -> Complex<f64> {
     if k.is_multiple_of(2) { Complex::from_polar(2.0 + (k as f64).sin(), 0.7 * k as f64) } else { Complex::ZERO }
 }
 
-/// The exact solution Re(a exp(λt)) at a time, with the past that the map keeps.
+/// The exact solution Re(a exp(λt)) at a time, with its past.
 fn exact(return_map: &ReturnMap<impl Model>, period: f64, time: f64) -> PhaseState {
     let (root, numbers) = (root(), 2 * return_map.places.len());
     let length = period / return_map.grid.intervals as f64;
@@ -77,7 +77,8 @@ fn error(intervals: usize, stages: usize, period: f64) -> f64 {
 
 #[test]
 fn the_return_map_multiplies_a_wave_by_exp_lambda_t() {
-    // Six stages in each of eight intervals of a seventh of the oscillation: the error of the interpolation is below 1e-9.
+    // Six stages in each of eight intervals of a seventh of the oscillation: the error of the interpolation is
+    // below 1e-9.
     let (shoot, period) = (shoot(), 9000.0);
     let mut return_map = ReturnMap::new(&shoot, Grid::new(8, 6), period, None).unwrap();
     let end = return_map.run(&exact(&return_map, period, 0.0), period).unwrap().end;
@@ -91,9 +92,9 @@ fn the_return_map_multiplies_a_wave_by_exp_lambda_t() {
 }
 
 #[test]
-fn the_error_of_the_return_map_shrinks_with_the_order_of_its_interpolation() {
-    // What is read a delay before is the polynomial between the stages, of order s + 1. The factor of the error depends on where between
-    // them that is: the delay is 4/3 of an interval and then 16/3, at the same place in an interval.
+fn the_return_map_converges_with_the_order_of_its_interpolation() {
+    // Delayed values are those of polynomials of order s + 1. The factor of their error depends on the position
+    // between the stages, which is the same for both grids: the delay is 4/3 of an interval and then 16/3.
     for stages in [2, 3] {
         let period = 12.0 * 0.75 * MEMORY.delay;
         let order = (error(12, stages, period) / error(48, stages, period)).log2() / 2.0;
@@ -110,7 +111,7 @@ fn the_derivative_of_a_linear_map_is_the_map() {
         let mut return_map = ReturnMap::new(&shoot, Grid::new(4, 3), period, None).unwrap();
         let start = exact(&return_map, period, 0.0);
         let path = return_map.run(&start, period).unwrap();
-        let moved = Monodromy::of(&return_map, &path, period).unwrap().apply(&start).unwrap();
+        let moved = Monodromy::of(&return_map, &path).unwrap().apply(&start).unwrap();
         // Equilibria are solved to 1e-13, and the stimuli are linearised by differences that are good to 1e-9.
         let size = path.end.flat().amax();
         assert_abs_diff_eq!(moved.flat(), path.end.flat(), epsilon = 1e-9 * size);
@@ -118,11 +119,11 @@ fn the_derivative_of_a_linear_map_is_the_map() {
 }
 
 #[test]
-fn a_past_that_is_shorter_than_the_delay_is_refused() {
+fn a_past_shorter_than_the_delay_is_an_error() {
     let shoot = shoot();
     let mut return_map = ReturnMap::new(&shoot, Grid::new(4, 3), 2000.0, None).unwrap();
     let start = exact(&return_map, 2000.0, 0.0);
-    // 900 s are 1.8 intervals of 500 s; half an interval more is kept.
+    // 900 s are 1.8 intervals of 500 s; with half an interval in reserve the state contains three.
     assert_eq!(return_map.kept, 3);
     return_map.kept = 1;
     assert!(matches!(return_map.run(&start, 2000.0), Err(CycleError::Parameter(_))));

@@ -1,0 +1,91 @@
+//! The inner product of differences along a branch, and the conditions that it defines.
+
+use std::ops::RangeInclusive;
+
+use nalgebra::DVector;
+
+use crate::cycle::extended::{Arclength, Condition, Conditions, Difference, Unknowns};
+
+/// The inner product along a branch: the mean square of strain times the length of the shoot, plus that of the
+/// variables, scaled to the norm of the strain at the first point, plus the square of the parameter over its range.
+#[derive(Debug, Clone)]
+pub struct InnerProduct {
+    /// Weights of the squares of strain and variables.
+    weights: DVector<f64>,
+    /// Range of the parameter.
+    range: [f64; 2],
+}
+
+impl InnerProduct {
+    /// The product for a branch with given first point, length of the shoot (m) and range of the parameter.
+    pub fn new(first: &Unknowns, length: f64, range: &RangeInclusive<f64>) -> Self {
+        let weights = first.start.weights() * (length.powi(2) / first.start.strain.len() as f64);
+        Self { weights, range: [*range.start(), *range.end()] }
+    }
+
+    /// Weight of the square of the parameter.
+    fn of_parameter(&self) -> f64 {
+        (self.range[1] - self.range[0]).powi(2).recip()
+    }
+
+    /// The product of two differences.
+    pub fn product(&self, a: &Difference, b: &Difference) -> f64 {
+        self.of_states(&a.present(), &b.present()) + a.parameter * b.parameter * self.of_parameter()
+    }
+
+    /// The product of strain and variables.
+    pub fn of_states(&self, a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+        self.weights.component_mul(a).dot(b)
+    }
+
+    /// The norm of a difference.
+    pub fn norm(&self, tangent: &Difference) -> f64 {
+        self.product(tangent, tangent).sqrt()
+    }
+
+    /// The pseudo-arclength condition: the projection on a tangent is that of the guess.
+    pub fn arclength(&self, tangent: &Difference, guess: &Unknowns) -> Conditions {
+        let (state, parameter) = (self.weights.component_mul(&tangent.present()), tangent.parameter);
+        let condition = Condition::through(state, parameter * self.of_parameter(), guess);
+        Conditions { arclength: Some(Arclength { condition, range: self.range }), ..self.at_fixed_parameter() }
+    }
+
+    /// The conditions for a fixed parameter.
+    pub fn at_fixed_parameter(&self) -> Conditions {
+        Conditions { weights: Some(self.weights.clone()), ..Conditions::default() }
+    }
+
+    /// Adds the phase conditions of some unknowns with given symmetry tangents.
+    pub fn with_phases_of(&self, conditions: Conditions, at: &Unknowns, symmetries: &[DVector<f64>]) -> Conditions {
+        conditions.with_phases_of(at, symmetries, &self.weights)
+    }
+
+    /// A difference without its components along symmetry tangents, which lead to other states of the same orbit.
+    pub fn without(&self, tangent: &Difference, symmetries: &[DVector<f64>]) -> Difference {
+        let mut out = tangent.clone();
+        for symmetry in symmetries {
+            let size = self.of_states(symmetry, symmetry);
+            if size > 0.0 {
+                let component = self.of_states(symmetry, &out.present()) / size;
+                out.state.rows_mut(0, out.present).axpy(-component, symmetry, 1.0);
+            }
+        }
+        out
+    }
+
+    /// A difference without these components, of unit norm.
+    pub fn unit(&self, tangent: &Difference, symmetries: &[DVector<f64>]) -> Difference {
+        let out = self.without(tangent, symmetries);
+        out.scaled(self.norm(&out).recip())
+    }
+
+    /// Whether a rotating wave lies between two relative periodic orbits, whose symmetry tangents are given. On the
+    /// wave a shift in time is a rotation; the component of the shift orthogonal to the rotation changes its sign.
+    pub fn wave_between(&self, a: &[DVector<f64>], b: &[DVector<f64>]) -> bool {
+        let shift = |symmetries: &[DVector<f64>]| {
+            let [time, rotation] = symmetries else { return None };
+            Some(time - rotation * (self.of_states(time, rotation) / self.of_states(rotation, rotation)))
+        };
+        shift(a).zip(shift(b)).is_some_and(|(a, b)| self.of_states(&a, &b) < 0.0)
+    }
+}

@@ -1,0 +1,47 @@
+//! The equation of the intrinsic strain, u̇* = REGR · gradient, at the material points of the growth zone.
+
+use nalgebra::Vector3;
+
+use crate::cycle::error::CycleError;
+use crate::error::ParameterError;
+use crate::growth::GrowthLaw;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::stability::StabilityError;
+use crate::tropism::Growing;
+
+/// Relative difference of forces, couples, gradients and derivatives of laws that is attributed to rounding. Shapes
+/// have errors of 1e-11.
+pub(crate) const ROUNDING: f64 = 1e-8;
+
+/// The material points of the growth zone, and their REGR, 1/s.
+///
+/// # Errors
+/// A shoot that elongates, or a point without growth, whose strain would be arbitrary.
+pub(crate) fn driven_points(shoot: &Shoot<impl Model>) -> Result<(Vec<Growing>, Vec<f64>), CycleError> {
+    let (growth, rod, time) = (shoot.model.growth(), shoot.rod(), shoot.environment().time);
+    if growth.elongates() {
+        return Err(CycleError::Elongates);
+    }
+    let points = rod.points()[rod.zone()].iter();
+    let places: Vec<Growing> = points.map(|point| Growing::new(time, point.section, point.apex_distance)).collect();
+    let regr: Vec<f64> = places.iter().map(|at| growth.regr(at.apex_distance, time)).collect();
+    let without = regr.iter().filter(|rate| !(rate.abs() > 0.0)).count();
+    let what = "number of material points of the zone without growth";
+    ParameterError::unless(without == 0, what, without as f64, "zero: their strain would be arbitrary")?;
+    Ok((places, regr))
+}
+
+/// Returns an error for growth gradients that are not finite, or that twist the shoot.
+pub(crate) fn check_gradients<'a>(gradients: impl Iterator<Item = &'a Vector3<f64>>) -> Result<(), CycleError> {
+    let (mut bend, mut twist, mut finite) = (0.0_f64, 0.0_f64, true);
+    for gradient in gradients {
+        finite &= gradient.iter().all(|x| x.is_finite());
+        bend = bend.max(gradient.xy().norm());
+        twist = twist.max(gradient.z.abs());
+    }
+    if !finite {
+        return Err(StabilityError::NotFinite { what: "growth gradient" }.into());
+    }
+    if twist > ROUNDING * bend { Err(CycleError::Twists { twist }) } else { Ok(()) }
+}

@@ -1,0 +1,68 @@
+//! The variables of the laws as functions of time: a polynomial in each interval, given by its value at the
+//! beginning and its slopes at the Radau points.
+
+use nalgebra::DVector;
+
+use super::grid::Grid;
+use super::phase_state::PhaseState;
+
+/// A delayed value: the interval in which it lies, relative to the present one, and the weights of the slopes
+/// there.
+pub(crate) type Reading = (isize, Vec<f64>);
+
+/// The variables over the past that a state contains, and over the intervals that have been integrated since.
+#[derive(Debug, Clone)]
+pub(crate) struct Polynomials {
+    /// Variables at the beginning of each interval, the oldest first.
+    pub begins: Vec<DVector<f64>>,
+    /// Slopes of the variables times the length of an interval, interval by interval, stage by stage.
+    pub slopes: Vec<Vec<DVector<f64>>>,
+}
+
+impl Polynomials {
+    /// The past of a state. The variables are integrated backwards from the present.
+    pub fn of(start: &PhaseState, grid: &Grid) -> Self {
+        let mut begins = vec![start.variables.clone()];
+        for slopes in start.slopes.iter().rev() {
+            let mut before = begins[begins.len() - 1].clone();
+            slopes.iter().zip(&grid.whole).for_each(|(slope, w)| before.axpy(-w, slope, 1.0));
+            begins.push(before);
+        }
+        begins.reverse();
+        Self { begins, slopes: start.slopes.clone() }
+    }
+
+    /// Component `k` of the variables in an interval.
+    pub fn value(&self, interval: usize, weights: &[f64], k: usize) -> f64 {
+        self.begins[interval][k] + weighted(&self.slopes[interval], weights, k)
+    }
+
+    /// Component `k` of the variables at a delayed time, as seen from the interval `present`.
+    pub fn read(&self, present: usize, (interval, weights): &Reading, k: usize) -> f64 {
+        self.value((present as isize + interval) as usize, weights, k)
+    }
+
+    /// Completes the last interval: its end is the beginning of the next one.
+    pub fn complete(&mut self, grid: &Grid) {
+        let last = self.slopes.len() - 1;
+        self.begins.push(carried(&self.begins[last], &self.slopes[last], &grid.whole));
+    }
+
+    /// The state with the last value of the variables, and a past without the first `intervals` intervals.
+    pub fn into_state(mut self, strain: DVector<f64>, intervals: usize) -> PhaseState {
+        let variables = self.begins.swap_remove(self.begins.len() - 1);
+        PhaseState { strain, variables, slopes: self.slopes.split_off(intervals) }
+    }
+}
+
+/// Component `k` of the weighted sum of slopes.
+pub(crate) fn weighted(slopes: &[DVector<f64>], weights: &[f64], k: usize) -> f64 {
+    slopes.iter().zip(weights).map(|(slope, w)| w * slope[k]).sum()
+}
+
+/// The value at the beginning of an interval plus the weighted sum of its slopes.
+pub(crate) fn carried(begin: &DVector<f64>, slopes: &[DVector<f64>], weights: &[f64]) -> DVector<f64> {
+    let mut out = begin.clone();
+    slopes.iter().zip(weights).for_each(|(slope, w)| out.axpy(*w, slope, 1.0));
+    out
+}
