@@ -100,6 +100,9 @@ pub trait Equations: Clone {
     }
 }
 
+/// A Jacobian and the symmetries of the equations.
+pub type Linearised<J> = (J, Vec<Symmetry>);
+
 /// The equations of an orbit at some unknowns.
 pub trait Evaluation<E: Equations> {
     /// Rods in equilibrium.
@@ -116,7 +119,7 @@ pub trait Evaluation<E: Equations> {
 
     /// The Jacobian and the symmetries: a shift in time first, then a rotation if it has an unknown of its own.
     /// None if the laws are singular.
-    fn linearise(&mut self) -> Result<Option<(E::Jacobian, Vec<Symmetry>)>, CycleError>;
+    fn linearise(&mut self) -> Result<Option<Linearised<E::Jacobian>>, CycleError>;
 
     /// The orbit at converged unknowns, and the tangents of its symmetries. The linearisation at nearby unknowns
     /// may be known.

@@ -94,7 +94,7 @@ fn invalid_angles_and_runs_are_refused_by_name() {
     let driven =
         shoot(0.05, 4).tropism((Oscillator::new(1e-3, 1440.0), steering(STATOLITHS))).into_dyn().build().unwrap();
     let parameter = |error: CycleError, name: &str| matches!(&error, CycleError::Parameter(e) if e.name == name);
-    assert!(parameter(turning(8, PI).forced(&driven, 1440.0).unwrap_err(), "angle of a cycle that is driven"));
+    assert!(parameter(turning(8, PI).forced(&driven, 1440.0).unwrap_err(), "angle of a forced orbit"));
     let error = turning(8, f64::NAN).from_mode(plain, root, 0.034).unwrap_err();
     assert!(parameter(error, "angle of a periodic orbit"));
     let error = PeriodicSolver::default().from_run(plain, 5000.0).unwrap_err();

@@ -60,7 +60,7 @@ impl RotatingWave {
     /// without a root.
     pub fn roots(&self, shoot: &Shoot<impl Model>, count: usize) -> Result<WaveRoots, CycleError> {
         // Conjugates and the trivial root are eigenvalues of the map, too.
-        const { assert!(2 * 19 + 1 <= MOST_VALUES) };
+        const { assert!(2 * 19 < MOST_VALUES) };
         ParameterError::unless((1..=19).contains(&count), "number of roots", count as f64, "from 1 to 19")?;
         let wanted = 2 * count + 1;
         let function = Characteristic::of(shoot, self)?;
