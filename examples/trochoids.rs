@@ -73,7 +73,7 @@ impl Record {
 
     /// What the path is made of once it is settled, seen from above; nothing if the run is too short for it.
     fn read(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
-        let path = tracking::Track::new(self.times.clone(), self.tips.clone())?.seen_along(&Vector3::z())?;
+        let path = tracking::Track::seen_along(&Vector3::z(), self.times.clone(), &self.tips)?;
         let settled = path.between(SETTLED, f64::INFINITY);
         // The slow oscillation takes an hour and a half; it is to be told from drift.
         let long = settled.times().last().is_some_and(|last| last - SETTLED > 6.0 * HOUR);

@@ -3,12 +3,8 @@
 use super::GrowthLaw;
 use crate::error::ParameterError;
 
-/// No growth at all: the shoot keeps its length and its intrinsic strain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct NoGrowth;
-
-impl GrowthLaw for NoGrowth {
+/// No growth: the shoot keeps its length and its intrinsic strain.
+impl GrowthLaw for () {
     fn regr(&self, _sigma: f64, _t: f64) -> f64 {
         0.0
     }

@@ -5,9 +5,9 @@ mod profile;
 mod trace;
 mod uniform;
 
-pub use fixed::{NoGrowth, Ongoing};
+pub use fixed::Ongoing;
 pub use profile::{CosineProfile, LinearProfile};
-pub use trace::{Trace, length, trace};
+pub use trace::Trace;
 pub(crate) use trace::{exit_before_start, zone_elongation};
 pub use uniform::UniformGrowth;
 
@@ -59,6 +59,16 @@ pub trait GrowthLaw {
     /// The time at which the point at `sigma` at time `from` leaves the zone, unless that is after `until`.
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         if self.elongates() { search_exit(self, sigma, from, until) } else { None }
+    }
+
+    /// The length of a shoot at time `t` ≥ 0 (s) whose length at t = 0 is `initial` (m), in m.
+    fn length(&self, initial: f64, t: f64) -> f64 {
+        trace::length(self, initial, t)
+    }
+
+    /// The material point with arc length `start` (m) at t = 0, in a shoot of length `initial` (m), at time `t` ≥ 0 (s).
+    fn trace(&self, initial: f64, start: f64, t: f64) -> Trace {
+        trace::trace(self, initial, start, t)
     }
 
     /// The first time after `t` (s) at which REGR or its derivative in time has a discontinuity; infinite without one.

@@ -3,13 +3,10 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use super::statistics::GAMMA_MEDIAN;
-use super::{PlaneTrack, TrackingError};
+use super::{Track, TrackingError};
 use crate::error::ParameterError;
 
-/// Truncation of the Gaussian weights, in standard deviations: they are 4e-6 there.
-const REACH: f64 = 5.0;
-
-impl PlaneTrack {
+impl Track {
     /// The drift of a track at its own times, by local quadratic regression with Gaussian weights (Cleveland and Loader
     /// 1996). Times need not be evenly spaced. Away from the ends and from gaps the drift contains the share (1 + u)
     /// e⁻ᵘ of a wave with period P, with u = 1.678 (`period`/P)²:
@@ -26,19 +23,18 @@ impl PlaneTrack {
     /// A period that is not positive, or fewer than four positions.
     pub fn drift(&self, period: f64) -> Result<Self, TrackingError> {
         ParameterError::positive("period at which drift begins", period)?;
-        // One more than a parabola has coefficients.
-        let (positions, needed) = (self.times.len(), 4);
-        if positions < needed {
-            return Err(TrackingError::TooFew { positions, needed });
-        }
+        // One more than the number of coefficients of a parabola.
+        TrackingError::unless_positions(4, self.times.len())?;
         let width = period * (2.0 * GAMMA_MEDIAN).sqrt() / std::f64::consts::TAU;
+        // The weights are 4e-6 at five standard deviations, where they are truncated.
+        let reach = 5.0;
         let mut begin = 0;
         let fitted = self.times.iter().enumerate().map(|(i, t)| {
-            while t - self.times[begin] > REACH * width {
+            while t - self.times[begin] > reach * width {
                 begin += 1;
             }
             let near = self.times[begin..].iter().zip(&self.positions[begin..]);
-            let near = near.map(|(other, p)| ((other - t) / width, p)).take_while(|(u, _)| *u <= REACH);
+            let near = near.map(|(other, p)| ((other - t) / width, p)).take_while(|(u, _)| *u <= reach);
             parabola(near, &self.positions[i])
         });
         Ok(Self { times: self.times.clone(), positions: fitted.collect() })

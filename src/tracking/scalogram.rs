@@ -9,14 +9,8 @@ use super::ellipse::Ellipse;
 use super::wavelet::{Sampling, gain, period_over_scale, transform};
 use crate::numerics::scalar::vertex;
 
-/// Scales in an octave: the vertex of the parabola through three of them has a relative error below 1e-3 in the period
-/// of a wave.
-const PER_OCTAVE: f64 = 16.0;
 /// Factor by which scales reach beyond the band on both sides, so that waves outside the band have their maxima there.
 const BEYOND: f64 = 1.25;
-/// Smallest power of a ridge over that of white noise. White noise in one coordinate exceeds it with probability e⁻³ =
-/// 5 %.
-const VISIBLE: f64 = 3.0;
 
 /// Wavelet power by time and period, with the Morlet wavelet of ω0 = 6, as defined by Torrence and Compo (1998).
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -89,7 +83,9 @@ impl Analysis {
     ) -> Self {
         let lowest = (band[0] / BEYOND).max(2.0 * sampling.interval);
         let octaves = (BEYOND * band[1] / lowest).log2();
-        let count = (octaves * PER_OCTAVE).ceil() as usize + 1;
+        // With 16 scales in an octave the vertex of the parabola through three of them has a relative error below 1e-3 in the
+        // period of a wave.
+        let count = (16.0 * octaves).ceil() as usize + 1;
         let step = octaves / (count - 1) as f64;
         let periods: Vec<f64> = (0..count).map(|j| lowest * (step * j as f64).exp2()).collect();
         let scales: Vec<f64> = periods.iter().map(|period| period / period_over_scale()).collect();
@@ -121,7 +117,8 @@ impl Analysis {
     /// influence. The variance of the noise is that of the track if it is not known.
     pub fn ridge(&self, noise: Option<f64>) -> Vec<Place> {
         let noise = noise.unwrap_or(self.variance);
-        let least = VISIBLE * (noise / self.variance).min(1.0);
+        // White noise in one coordinate has three times its mean power with probability e⁻³ = 5 %.
+        let least = 3.0 * (noise / self.variance).min(1.0);
         let Scalogram { times, periods, power, outside_cone } = &self.scalogram;
         let top = |k: usize| {
             let height = |j: usize| self.strength[j][k];

@@ -2,6 +2,8 @@
 
 /// Significance threshold: an estimate over its standard error. Normal noise exceeds it in one case of 370.
 pub(super) const SIGNIFICANT: f64 = 3.0;
+/// Probability with which noise alone is taken for an oscillation, or for nutation.
+pub(super) const FALSE_ALARM: f64 = 1e-4;
 /// Median of a gamma distribution of shape 2, the solution of (1 + u) e⁻ᵘ = 1/2.
 pub(super) const GAMMA_MEDIAN: f64 = 1.678_346_990_016_660_7;
 

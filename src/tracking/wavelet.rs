@@ -12,8 +12,6 @@ pub(super) const OMEGA: f64 = 6.0;
 /// Width of the cone of influence on one side over the scale: the power of a jump has fallen by e² there (Torrence and
 /// Compo 1998, table 1).
 pub(super) const CONE: f64 = SQRT_2;
-/// Truncation of the Gaussian, in scales: 6e-5 of its integral lie beyond.
-const REACH: f64 = 4.0;
 /// Length of a gap at a period, over the period. Linear interpolation across it has an error of up to 0.3 amplitudes.
 const GAP: f64 = 0.25;
 /// Shortest gap, in median intervals: one lost frame is no gap.
@@ -127,7 +125,8 @@ pub(super) fn transform(sampling: &Sampling, positions: &[Vector2<f64>], scale: 
     let mut waves = vec![Vector2::from_element(Complex::ZERO); total];
     let (mut noise, mut whole) = (vec![0.0; total], vec![0.0; total]);
     let weights = sampling.weights(scale * period_over_scale());
-    let (omega, every, reach) = (OMEGA / scale, sampling.every, REACH * scale);
+    // The Gaussian is truncated at four scales; 6e-5 of its integral lie beyond.
+    let (omega, every, reach) = (OMEGA / scale, sampling.every, 4.0 * scale);
     let origin = sampling.times.first().copied().unwrap_or(0.0);
     let slower = (-(every / scale).powi(2)).exp();
     for ((t, position), weight) in sampling.times.iter().zip(positions).zip(&weights) {
