@@ -1,4 +1,4 @@
-//! Shoots whose length does not change.
+//! Shoots of constant length.
 
 use super::GrowthLaw;
 use crate::error::ParameterError;
@@ -18,14 +18,14 @@ impl GrowthLaw for () {
     }
 }
 
-/// The reduced model: constant length with ongoing differential growth.
+/// Growth of the reduced model: constant length with ongoing differential growth.
 ///
-/// Differential growth goes on with the inner law's REGR, points keep their places and never leave the zone. The shoot
-/// must not be longer than the zone.
+/// Differential growth has the REGR of the inner law. Points keep their places and never leave the growth zone, and
+/// the shoot must not be longer than the zone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ongoing<G>(
-    /// The growth whose rate drives the differential growth.
+    /// Growth law with the rate of the differential growth.
     pub G,
 );
 

@@ -36,8 +36,8 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Cut at an arc length from the base (m) of a uniform shoot that has not grown, with a length (m) and a cross-sectional area (m²)
-    /// beyond it. For other shoots set the fields.
+    /// Cut at an arc length from the base (m) of a uniform shoot that has not grown, with a length (m) and a
+    /// cross-sectional area (m²) beyond it. For other shoots set the fields.
     #[must_use]
     pub fn new(arc_length: f64, length_beyond: f64, area: f64) -> Self {
         let volume_beyond = length_beyond * area;
@@ -45,12 +45,12 @@ impl Cut {
     }
 }
 
-/// Load that does not depend on the shape of the shoot (a dead load), so that the force n(s) in the rod is known before the shape,
-/// equation (11).
+/// Load that does not depend on the shape of the shoot (a dead load), so that the force n(s) in the rod is known
+/// before the shape, equation (11).
 ///
-/// A load returns the total [`force`](Self::force) on the part beyond a cut, the force [per length](Self::per_length), which
-/// is integrated, or both. Forces are in newtons and in the fixed frame. A tuple or a `Vec` of loads is a load, the sum of its parts;
-/// `()` is no load. A wind that increases with height:
+/// A load returns the total [`force`](Self::force) on the part beyond a cut, the force [per
+/// length](Self::per_length), which is integrated, or both. Forces are in newtons and in the fixed frame. A tuple
+/// or a `Vec` of loads is a load, the sum of its parts; `()` is no load. A wind that increases with height:
 ///
 /// ```
 /// use morphorod::load::{Cut, Load};
@@ -94,30 +94,31 @@ impl Cut {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a load",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
-    note = "loads implement `morphorod::load::Load`; tuples of up to six are loads, longer ones are nested: `((a, b), c)`",
+    note = "loads implement `morphorod::load::Load`; tuples of up to six loads and `Vec`s of loads are loads",
     note = "a force (N) on the apex as a function of time (s) is `ApicalForce(|t: f64| ...)`"
 )]
 pub trait Load {
-    /// Total force on the part beyond the cut, in the fixed frame, N, without the force [per length](Self::per_length).
-    /// Their sum is n(s) of equation (11), since the apex is free.
+    /// Total force on the part beyond the cut, in the fixed frame, N, without the force [per
+    /// length](Self::per_length). Their sum is n(s) of equation (11), since the apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// Force per unit of unstretched length on the tissue at a point, in the fixed frame, N/m; zero by default. It is integrated
-    /// from the apex by the Gauss points of the elements.
+    /// Force per unit of unstretched length on the tissue at a point, in the fixed frame, N/m; zero by default. It
+    /// is integrated from the apex by the Gauss points of the elements.
     #[inline]
     fn per_length(&self, _tissue: &Tissue, _environment: &Environment) -> Vector3<f64> {
         Vector3::zeros()
     }
 
-    /// First time after `t` (s) at which the load or its time derivative is discontinuous; infinite by default. Integrators
-    /// step onto it and evaluate the load a few units of rounding before and after it. The value at this time itself has no
-    /// effect.
+    /// First time after `t` (s) at which the load or its time derivative is discontinuous; infinite by default.
+    /// Integrators step onto it and evaluate the load a few units of rounding before and after it. The value at
+    /// this time itself has no effect.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Places along the shoot at which the force is discontinuous, as distances from the apex at t = 0, m. The builder of a shoot
-    /// puts nodes there, which growth and merging of elements keep. A discontinuity inside an element reduces the accuracy.
+    /// Places along the shoot at which the force is discontinuous, as distances from the apex at t = 0, m. The
+    /// builder of a shoot puts nodes there, which growth and merging of elements keep. A discontinuity inside an
+    /// element reduces the accuracy.
     fn jumps(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -6,8 +6,8 @@ use super::{Track, TrackingError};
 
 impl Track {
     /// The direction angle of the velocity at every position: ψ_g of Bastien and Meroz (2016), from the first
-    /// coordinate towards the second, unwrapped (rad). It increases by 2π in a counterclockwise turn, decreases by 2π
-    /// in a clockwise one, and changes by ±π where a tip swings in a plane. Velocities are differences of both
+    /// coordinate towards the second, unwrapped (rad). It increases by 2π in a counterclockwise turn, decreases by
+    /// 2π in a clockwise one, and changes by ±π where a tip swings in a plane. Velocities are differences of both
     /// neighbours. Noise that is not small against a step should be removed before;
     /// [`Nutation::direction`](super::Nutation::direction) does so. A tip at rest keeps its last direction.
     ///

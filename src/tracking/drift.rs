@@ -7,17 +7,17 @@ use super::{Track, TrackingError};
 use crate::error::ParameterError;
 
 impl Track {
-    /// The drift of a track at its own times, by local quadratic regression with Gaussian weights (Cleveland and Loader
-    /// 1996). Times need not be evenly spaced. Away from the ends and from gaps the drift contains the share (1 + u)
-    /// e⁻ᵘ of a wave with period P, with u = 1.678 (`period`/P)²:
+    /// The drift of a track at its own times, by local quadratic regression with Gaussian weights (Cleveland and
+    /// Loader 1996). Times need not be evenly spaced. Away from the ends and from gaps the drift contains the share
+    /// (1 + u) e⁻ᵘ of a wave with period P, with u = 1.678 (`period`/P)²:
     ///
     /// | P over `period` | 1/2 | 1 | 2 | 4 | 10 |
     /// |---|---|---|---|---|---|
     /// | share in the drift | 0.009 | 1/2 | 0.93 | 0.995 | 0.9999 |
     ///
-    /// At distances below `period`/2 from an end the drift contains more fast motion; at the end itself about as much
-    /// as of a motion twice as slow. A parabola is drift entirely. The time to compute it is proportional to the number
-    /// of positions and to their number in 2.9 periods.
+    /// At distances below `period`/2 from an end the drift contains more fast motion; at the end itself about as
+    /// much as of a motion twice as slow. A parabola is drift entirely. The time to compute it is proportional to
+    /// the number of positions and to their number in 2.9 periods.
     ///
     /// # Errors
     /// A period that is not positive, or fewer than four positions.
@@ -40,8 +40,8 @@ impl Track {
         Ok(Self { times: self.times.clone(), positions: fitted.collect() })
     }
 
-    /// The track less its [`drift`](Self::drift). It contains at least 99 % of waves with less than half of the given
-    /// period.
+    /// The track less its [`drift`](Self::drift). It contains at least 99 % of waves with less than half of the
+    /// given period.
     ///
     /// # Errors
     /// Those of [`drift`](Self::drift).
@@ -52,15 +52,15 @@ impl Track {
     }
 }
 
-/// The share of a wave with a period (s) that the drift for the period `drift` (s) contains. It is a half if both are
-/// equal.
+/// The share of a wave with a period (s) that the drift for the period `drift` (s) contains. It is a half if both
+/// are equal.
 pub(super) fn in_drift(period: f64, drift: f64) -> f64 {
     let u = GAMMA_MEDIAN * (drift / period).powi(2);
     (1.0 + u) * (-u).exp()
 }
 
-/// The value at zero of the parabola that fits neighbouring positions best. Distances are in standard deviations of the
-/// weights. Positions are taken relative to that in the `middle`, which avoids cancellation.
+/// The value at zero of the parabola that fits neighbouring positions best. Distances are in standard deviations of
+/// the weights. Positions are taken relative to that in the `middle`, which avoids cancellation.
 fn parabola<'a>(near: impl Iterator<Item = (f64, &'a Vector2<f64>)>, middle: &Vector2<f64>) -> Vector2<f64> {
     let (mut moments, mut right) = ([0.0; 5], [Vector2::zeros(); 3]);
     for (u, position) in near {

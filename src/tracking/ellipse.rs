@@ -6,8 +6,8 @@ use crate::tropism::Handedness;
 
 /// The ellipse a cos ωt + b sin ωt.
 ///
-/// It is the sum of two circular motions with opposite senses. The radius of the one with the sense of the ellipse is half the sum of
-/// both semi-axes, that of the other one half their difference.
+/// It is the sum of two circular motions with opposite senses. The radius of the one with the sense of the ellipse
+/// is half the sum of both semi-axes, that of the other one half their difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Ellipse {
@@ -17,8 +17,8 @@ pub struct Ellipse {
     pub minor: f64,
     /// Direction of the major axis, from the first coordinate towards the second, from −π/2 to π/2, rad.
     pub direction: f64,
-    /// Sense of rotation; `None` for a line segment. In an analysis of a track it is `None` where the minor axis does
-    /// not exceed three standard errors.
+    /// Sense of rotation; `None` for a line segment. In an analysis of a track it is `None` where the minor axis
+    /// does not exceed three standard errors.
     pub sense: Option<Handedness>,
 }
 

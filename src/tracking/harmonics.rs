@@ -13,11 +13,11 @@ use crate::numerics::quadrature::legendre_sequence;
 const ITERATIONS: usize = 30;
 /// Change of a frequency at convergence, in turns over the whole track.
 pub(super) const CONVERGED: f64 = 1e-12;
-/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of the
-/// spectrum.
+/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of
+/// the spectrum.
 const LONGEST_MOVE: f64 = 0.2;
-/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that polynomial.
-/// Noise exceeds it with probability e⁻⁵ = 0.7 % if its variance is known.
+/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that
+/// polynomial. Noise exceeds it with probability e⁻⁵ = 0.7 % if its variance is known.
 const DRIFTING: f64 = 5.0;
 
 /// Positions at times that are scaled to −1 … 1. Lengths are in a unit of the order of the largest coordinate.
@@ -25,8 +25,8 @@ const DRIFTING: f64 = 5.0;
 pub(super) struct Samples {
     pub times: Vec<f64>,
     pub positions: Vec<Vector2<f64>>,
-    /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the Nyquist
-    /// frequency of the resolved interval.
+    /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the
+    /// Nyquist frequency of the resolved interval.
     pub highest: f64,
     /// Rounding error of the positions.
     pub rounding: f64,
@@ -205,8 +205,8 @@ impl Harmonics {
         Some((change, inverse))
     }
 
-    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns whether
-    /// they are finite.
+    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns
+    /// whether they are finite.
     fn finish(&mut self, samples: &Samples, inverse: &DMatrix<f64>, free: usize) -> bool {
         let linear = self.drift.len() + 2 * self.waves.len();
         let rest = self.residuals(samples);

@@ -21,15 +21,15 @@ const ROUNDING: f64 = 4096.0 * f64::EPSILON;
 
 /// Nutation of a tip, with the quantities that tracking pipelines report.
 ///
-/// The span of the bounding box, which some tools call amplitude, is not among them: for a tip that drifts it is many
-/// times the amplitude.
+/// The span of the bounding box, which some tools call amplitude, is not among them: for a tip that drifts it is
+/// many times the amplitude.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Nutation {
     /// Whether the tip nutates: there is a ridge, and noise would have as much power at one of its scales, averaged
-    /// over time, with a nominal probability of 1e-4 (Torrence and Compo 1998, section 5). The noise is white, or white
-    /// and red, with the variance and the autocorrelation of the track without its drift and without the oscillations
-    /// that least squares find in the band.
+    /// over time, with a nominal probability of 1e-4 (Torrence and Compo 1998, section 5). The noise is white, or
+    /// white and red, with the variance and the autocorrelation of the track without its drift and without the
+    /// oscillations that least squares find in the band.
     pub nutates: bool,
     /// Median period along the ridge, s; `None` without nutation.
     pub period: Option<f64>,
@@ -41,12 +41,12 @@ pub struct Nutation {
     /// Power in the band over the power at all periods, without drift: 0 to 1. A gap spreads power over periods, as
     /// does an amplitude that changes fast.
     pub band_power: f64,
-    /// Noise floor, m: the standard deviation of the noise of a coordinate, from the median of the spectrum at shorter
-    /// periods than the band, for white noise. `None` if the band leaves too few frequencies.
+    /// Noise floor, m: the standard deviation of the noise of a coordinate, from the median of the spectrum at
+    /// shorter periods than the band, for white noise. `None` if the band leaves too few frequencies.
     pub noise_floor: Option<f64>,
     /// Sense in which the direction of the velocity turns. `None` without nutation, or if the mean of the signed
-    /// semi-minor axis along the ridge does not exceed three standard errors, as for a swing in a plane. The standard
-    /// error is that of the noise floor and of the changes along the ridge.
+    /// semi-minor axis along the ridge does not exceed three standard errors, as for a swing in a plane. The
+    /// standard error is that of the noise floor and of the changes along the ridge.
     pub sense: Option<Handedness>,
     /// Number of turns of the direction of the velocity where it is known, counterclockwise positive. `None` if the
     /// sense is.
@@ -56,9 +56,9 @@ pub struct Nutation {
     pub sampling: Option<f64>,
     /// The ridge, outside the cones of influence.
     pub ridge: Vec<RidgePoint>,
-    /// Direction angle of the velocity, ψ_g of Bastien and Meroz (2016), unwrapped, rad: at the times of the ridge, for
-    /// the motion with its period. Across a gap it changes by less than half a turn. Where the sense is `None`, noise
-    /// determines the sign of the steps by half a turn at both ends of a swing.
+    /// Direction angle of the velocity, ψ_g of Bastien and Meroz (2016), unwrapped, rad: at the times of the ridge,
+    /// for the motion with its period. Across a gap it changes by less than half a turn. Where the sense is `None`,
+    /// noise determines the sign of the steps by half a turn at both ends of a swing.
     pub direction: Vec<f64>,
     /// Scalogram of the track without its drift; empty for a tip without motion.
     pub scalogram: Scalogram,
@@ -78,9 +78,9 @@ impl Track {
     ///
     /// Outliers are excluded, and motion slower than twice the longest period is removed
     /// ([`without_drift`](Self::without_drift)). The wavelet transform is a sum over the positions without
-    /// interpolation, each weighted by half of the neighbouring intervals, at most an eighth of a period. An interval
-    /// longer than a quarter of a period is a gap at that period, with a cone of influence on either side. A tip without motion
-    /// has no period.
+    /// interpolation, each weighted by half of the neighbouring intervals, at most an eighth of a period. An
+    /// interval longer than a quarter of a period is a gap at that period, with a cone of influence on either side.
+    /// A tip without motion has no period.
     ///
     /// ```
     /// use morphorod::tracking::Track;
@@ -101,8 +101,8 @@ impl Track {
     /// ```
     ///
     /// # Errors
-    /// A band out of range, whose shortest period is less than two sampling intervals, or whose longest is more than a
-    /// third of the track; too few positions.
+    /// A band out of range, whose shortest period is less than two sampling intervals, or whose longest is more
+    /// than a third of the track; too few positions.
     pub fn nutation(&self, band: [f64; 2]) -> Result<Nutation, TrackingError> {
         let [shortest, longest] = band;
         ParameterError::positive("shortest period of the band", shortest)?;
@@ -120,8 +120,8 @@ impl Track {
         let needed = (2.0 * CONE / period_over_scale()).ceil() * longest;
         TrackingError::unless_at_least(needed, "duration (s)", duration)?;
         TrackingError::unless_at_least(2.0 * interval, "shortest period (s)", shortest)?;
-        // With 24 instants in the shortest period the velocity on an ellipse with a roundness of 1/8 turns by less than π
-        // between two of them.
+        // With 24 instants in the shortest period the velocity on an ellipse with a roundness of 1/8 turns by less
+        // than π between two of them.
         let sampling = Sampling::new(&track.times, interval, interval.max(shortest / 24.0), shortest);
         let edges: Vec<f64> = sampling.parts(shortest).concat();
         let outliers = (0..good.len()).filter(|i| !good[*i]).collect();
@@ -164,8 +164,8 @@ impl Nutation {
         let places = analysis.ridge(noise_floor.map(|floor| floor * floor));
         // The number of independent coordinates: one for motion along a line.
         let coordinates = covariance.trace().powi(2) / covariance.norm_squared();
-        // The degrees of freedom and the spectrum of the noise are estimates. Of 200 tracks each of white noise, of white noise
-        // along a line and of red noise with a correlation of 0.8, at most one is taken for nutation.
+        // The degrees of freedom and the spectrum of the noise are estimates. Of 200 tracks each of white noise, of
+        // white noise along a line and of red noise with a correlation of 0.8, at most one is taken for nutation.
         let nutates = analysis.chance(&places, coordinates) < FALSE_ALARM;
         let times = &analysis.scalogram.times;
         // The motion is Re[z exp(iφ)] with increasing φ.
@@ -183,7 +183,8 @@ impl Nutation {
         periods.sort_unstable_by(f64::total_cmp);
         let period = nutates.then(|| quantile(&periods, 0.5));
         let sense = if turns > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
-        // The velocity turns once in a period on an ellipse, and not at all in a swing: half a turn is the threshold.
+        // The velocity turns once in a period on an ellipse, and not at all in a swing: half a turn is the
+        // threshold.
         let sense = Some(sense).filter(|_| nutates && round && turns.abs() > 0.5 * expected);
         Self {
             nutates,
@@ -212,8 +213,8 @@ fn unresolved(mut periods: Vec<f64>) -> Vec<[f64; 2]> {
     periods.windows(2).filter(close).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Whether the mean of the signed semi-minor axis along a ridge exceeds three standard errors. Times along the ridge
-/// are `every` seconds apart.
+/// Whether the mean of the signed semi-minor axis along a ridge exceeds three standard errors. Times along the
+/// ridge are `every` seconds apart.
 fn is_round<'a>(ridge: impl Iterator<Item = (Ellipse, &'a Place)>, every: f64) -> bool {
     let (mut sum, mut squares, mut noise, mut independent, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (ellipse, place) in ridge {

@@ -12,25 +12,26 @@ use crate::error::ParameterError;
 
 /// One oscillation of a tip.
 ///
-/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the oscillation.
-/// The residual is described as white noise and first-order autoregressive noise, by its autocorrelation. If the
-/// residual contains further oscillations, the noise is taken as white noise with the variance of the residual. The
-/// errors do not contain that of a model that does not apply, as for a period that changes during the track.
+/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the
+/// oscillation. The residual is described as white noise and first-order autoregressive noise, by its
+/// autocorrelation. If the residual contains further oscillations, the noise is taken as white noise with the
+/// variance of the residual. The errors do not contain that of a model that does not apply, as for a period that
+/// changes during the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Oscillation {
     /// Period, s.
     pub period: f64,
-    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true period in
-    /// nine cases of ten.
+    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true
+    /// period in nine cases of ten.
     pub period_error: f64,
-    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would determine
-    /// the sense of a swing in a plane.
+    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would
+    /// determine the sense of a swing in a plane.
     pub ellipse: Ellipse,
     /// Standard error of the semi-axes, m.
     pub axis_error: f64,
-    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three standard
-    /// errors of the difference, as for overtones of a nonlinear swing; otherwise `None`.
+    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three
+    /// standard errors of the difference, as for overtones of a nonlinear swing; otherwise `None`.
     pub harmonic: Option<u32>,
 }
 
@@ -40,7 +41,8 @@ pub struct Oscillation {
 pub struct Oscillations {
     /// Oscillations in the order of decreasing amplitude.
     pub oscillations: Vec<Oscillation>,
-    /// Standard deviation of the residual of a coordinate, m: noise, and motion other than drift and the oscillations.
+    /// Standard deviation of the residual of a coordinate, m: noise, and motion other than drift and the
+    /// oscillations.
     pub noise: f64,
     /// Degree of the polynomial that describes the drift.
     pub drift: usize,
@@ -68,8 +70,8 @@ impl Track {
         Ok(Oscillations { oscillations, noise: unit * found.variance.sqrt(), drift: found.degree(), outliers })
     }
 
-    /// Share of a period (s) in the motion: the mean square of the oscillation with this period over the sum of the mean
-    /// squares of this and of all other oscillations. Zero for a track without oscillations.
+    /// Share of a period (s) in the motion: the mean square of the oscillation with this period over the sum of the
+    /// mean squares of this and of all other oscillations. Zero for a track without oscillations.
     ///
     /// # Errors
     /// Those of [`oscillations`](Self::oscillations), or a period that is not positive or longer than the track.
@@ -117,8 +119,8 @@ impl Track {
 }
 
 impl Samples {
-    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search: they
-    /// are detected in the residual of the default search, which does not contain the oscillations.
+    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search:
+    /// they are detected in the residual of the default search, which does not contain the oscillations.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {
         let (first, usual) = (good(&self.times, &self.positions), Search::default());
         let found = find_waves(&self.only(&first), &usual);
@@ -130,12 +132,13 @@ impl Samples {
     }
 }
 
-/// Converts a wave to seconds and metres. The track has a duration of 2 `half` (s). Its positions are in multiples of `unit` (m) and have
-/// the error `rounding`.
+/// Converts a wave to seconds and metres. The track has a duration of 2 `half` (s). Its positions are in multiples
+/// of `unit` (m) and have the error `rounding`.
 fn oscillation(wave: &Wave, half: f64, unit: f64, rounding: f64) -> Oscillation {
     let period = TAU / wave.omega * half;
     let (axis_error, mut ellipse) = (wave.error(), wave.ellipse());
-    // The signed minor axis of a thin ellipse is a linear function of the coefficients and has their standard error.
+    // The signed minor axis of a thin ellipse is a linear function of the coefficients and has their standard
+    // error.
     ellipse.sense = ellipse.sense.filter(|_| ellipse.minor > SIGNIFICANT * axis_error + rounding);
     let period_error = period * wave.omega_error / wave.omega;
     Oscillation { period, period_error, ellipse: ellipse.scaled(unit), axis_error: unit * axis_error, harmonic: None }

@@ -17,14 +17,16 @@ pub enum Pattern {
     Elliptic,
     /// An ellipse whose roundness is at least 0.9.
     Circular,
-    /// A slow and a fast rotation in the same sense: T_slow/T_fast − 1 loops or waves in a turn, which point inwards.
+    /// A slow and a fast rotation in the same sense: T_slow/T_fast − 1 loops or waves in a turn, which point
+    /// inwards.
     Epitrochoid {
         /// Loops in a turn; in general not a whole number.
         loops: f64,
         /// Amplitude of the faster over that of the slower rotation.
         ratio: f64,
     },
-    /// A slow and a fast rotation in opposite senses: T_slow/T_fast + 1 loops or waves in a turn, which point outwards.
+    /// A slow and a fast rotation in opposite senses: T_slow/T_fast + 1 loops or waves in a turn, which point
+    /// outwards.
     Hypotrochoid {
         /// Loops in a turn; in general not a whole number.
         loops: f64,
@@ -58,8 +60,8 @@ impl Oscillations {
         }
     }
 
-    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed three
-    /// standard errors.
+    /// The sense of the largest oscillation; `None` without an oscillation or if its minor axis does not exceed
+    /// three standard errors.
     #[must_use]
     pub fn sense(&self) -> Option<Handedness> {
         self.oscillations.first().and_then(|first| first.ellipse.sense)

@@ -31,8 +31,8 @@ fn check<const D: usize>(times: &[f64], positions: &[SVector<f64, D>]) -> Result
 }
 
 impl Track {
-    /// Track of two coordinates (m) at given times (s), as a camera records them. The second coordinate points up. If that of an
-    /// image points down, all senses of rotation are reversed.
+    /// Track of two coordinates (m) at given times (s), as a camera records them. The second coordinate points up.
+    /// If that of an image points down, all senses of rotation are reversed.
     ///
     /// # Errors
     /// Different numbers of times and positions, times that do not increase, or numbers that are not finite.
@@ -41,9 +41,9 @@ impl Track {
         Ok(Self { times, positions })
     }
 
-    /// Projection of positions in the fixed frame (m) at given times (s) along an axis, which points towards the observer. For the
-    /// vertical axis e3 the coordinates are those along e1 and e2. For another axis the first coordinate is horizontal,
-    /// along e3 × axis, and the second one is along axis × (e3 × axis).
+    /// Projection of positions in the fixed frame (m) at given times (s) along an axis, which points towards the
+    /// observer. For the vertical axis e3 the coordinates are those along e1 and e2. For another axis the first
+    /// coordinate is horizontal, along e3 × axis, and the second one is along axis × (e3 × axis).
     ///
     /// # Errors
     /// Those of [`new`](Self::new), or an axis that is zero or not finite.
@@ -103,8 +103,8 @@ impl Track {
         Self { times: self.times.clone(), positions: self.positions.iter().map(|p| p / unit).collect() }
     }
 
-    /// The power of two below the largest modulus of a coordinate, m, and 1 m for a track that is zero. Squares of positions in
-    /// this unit neither overflow nor underflow, and the conversion is exact.
+    /// The power of two below the largest modulus of a coordinate, m, and 1 m for a track that is zero. Squares of
+    /// positions in this unit neither overflow nor underflow, and the conversion is exact.
     pub(super) fn unit(&self) -> f64 {
         let largest = self.size();
         if largest > 0.0 { largest.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 }
@@ -124,8 +124,9 @@ impl Track {
         }
     }
 
-    /// Windows of a given `length` (s) that begin `every` given time (s): the centre of each (s), and the part of the track
-    /// in it. The first window begins with the track, and the last one ends within it. A window in a gap is empty.
+    /// Windows of a given `length` (s) that begin `every` given time (s): the centre of each (s), and the part of
+    /// the track in it. The first window begins with the track, and the last one ends within it. A window in a gap
+    /// is empty.
     ///
     /// ```
     /// # use morphorod::tracking::{Search, Track};

@@ -47,8 +47,8 @@ pub enum Rotation {
 pub struct Variable {
     /// Delay with which [`gradient`](TropismLaw::gradient) reads the variable, s; `None` if it does not read it.
     pub delay: Option<f64>,
-    /// Time constant τ in ẏ = (… − y)/τ, s; infinite without such a term. The integrator treats −y/τ exactly, at any ratio
-    /// of step to τ.
+    /// Time constant τ in ẏ = (… − y)/τ, s; infinite without such a term. The integrator treats −y/τ exactly, at
+    /// any ratio of step to τ.
     pub time_constant: f64,
     /// The source x of a *linear memory*, a variable with τ ẏ = x − y; otherwise [`Source::Computed`].
     pub remembers: Source,
@@ -99,24 +99,23 @@ pub struct Size {
 
 impl Size {
     /// Counts what a function declares. The counts are constants if the declaration is known at compile time.
-    #[must_use]
     #[inline(always)]
-    pub fn of(declare: impl FnOnce(&mut Declaration)) -> Self {
+    pub(super) fn of(declare: impl FnOnce(&mut Declaration)) -> Self {
         let mut counted = Declaration { counts_only: true, ..Declaration::default() };
         declare(&mut counted);
         counted.size
     }
 
-    /// Argument `now` of [`gradient`](TropismLaw::gradient) for stimuli `x`: all of them, or none if the law does not read them.
-    #[must_use]
+    /// Argument `now` of [`gradient`](TropismLaw::gradient) for stimuli `x`: all of them, or none if the law does
+    /// not read them.
     #[inline]
-    pub fn present<'a>(&self, x: &'a [f64]) -> &'a [f64] {
+    pub(crate) fn present<'a>(&self, x: &'a [f64]) -> &'a [f64] {
         if self.reads_present { x } else { &[] }
     }
 }
 
-/// Stimuli and variables of a law at a material point, in order. [`TropismLaw::declare`] writes it; those of the laws in a tuple or
-/// a `Vec` follow one another.
+/// Stimuli and variables of a law at a material point, in order. [`TropismLaw::declare`] writes it; those of the
+/// laws in a tuple or a `Vec` follow one another.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Declaration {
     size: Size,
@@ -137,7 +136,7 @@ impl Declaration {
     }
 
     /// Overwrites this declaration with that of a law, without allocation if the capacity suffices.
-    pub fn read<T: TropismLaw + ?Sized>(&mut self, law: &T) {
+    pub(crate) fn read<T: TropismLaw + ?Sized>(&mut self, law: &T) {
         self.stimuli.clear();
         self.variables.clear();
         (self.size, self.reads_position) = (Size::default(), false);
@@ -168,8 +167,9 @@ impl Declaration {
         self.add_variables(1, |_, _| variable)
     }
 
-    /// Declares a number of linear memories, τ ẏ = x − y, of consecutive sources that begin with `of`. A memory transforms like
-    /// its source. `time_constant` is τ (s), and `delay` that of [`Variable::delay`]. Returns the first.
+    /// Declares a number of linear memories, τ ẏ = x − y, of consecutive sources that begin with `of`. A memory
+    /// transforms like its source. `time_constant` is τ (s), and `delay` that of [`Variable::delay`]. Returns the
+    /// first.
     #[inline(always)]
     pub fn memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
         self.add_variables(number, |to, k| {
@@ -199,8 +199,8 @@ impl Declaration {
         Source::Variable(first)
     }
 
-    /// Writes to the lists in a function that is not inlined, so that the compiler removes declarations of which only the counts
-    /// are used.
+    /// Writes to the lists in a function that is not inlined, so that the compiler removes declarations of which
+    /// only the counts are used.
     #[inline(always)]
     fn list(&mut self, write: impl FnOnce(&mut Self)) {
         #[cold]
@@ -265,7 +265,7 @@ impl Declaration {
     ///
     /// # Errors
     /// The first one that is out of range.
-    pub fn check(&self) -> Result<(), ParameterError> {
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
         for variable in &self.variables {
             ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0))?;
             let time = variable.time_constant;
@@ -287,7 +287,8 @@ impl Declaration {
         self.delays().fold(0.0, f64::max)
     }
 
-    /// Shortest delay, s: zero if the gradient reads the present stimuli, and infinite if it reads neither these nor variables.
+    /// Shortest delay, s: zero if the gradient reads the present stimuli, and infinite if it reads neither these
+    /// nor variables.
     #[must_use]
     pub fn shortest_delay(&self) -> f64 {
         if self.size.reads_present { 0.0 } else { self.delays().fold(f64::INFINITY, f64::min) }

@@ -4,12 +4,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Growing, TropismLaw};
 
-/// Step of the central differences, relative to the argument or to one. Their error is 1e-8 of a third derivative, and
-/// 1e-12 by rounding.
+/// Step of the central differences, relative to the argument or to one. Their error is 1e-8 of a third derivative,
+/// and 1e-12 by rounding.
 const STEP: f64 = 1e-4;
 
-/// Derivatives ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables y and stimuli x. The
-/// last one is zero for a law that does not [read the present stimuli](super::Declaration::with_present).
+/// Derivatives ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables y and
+/// stimuli x. The last one is zero for a law that does not [read the present
+/// stimuli](super::Declaration::with_present).
 pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
     let size = law.size();
     let rates = |y: &[f64], x: &[f64]| {

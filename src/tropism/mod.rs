@@ -54,8 +54,8 @@ pub struct Site<'a> {
 }
 
 impl<'a> Site<'a> {
-    /// Site at the base of a rod with a given frame, zero strain and couple, and unknown position. Tests of a law set the fields that
-    /// the law reads.
+    /// Site at the base of a rod with a given frame, zero strain and couple, and unknown position. Tests of a law
+    /// set the fields that the law reads.
     #[must_use]
     pub fn new(environment: Environment, frame: UnitQuaternion<f64>, rod: &'a Rod) -> Self {
         Self {
@@ -99,12 +99,14 @@ impl Growing {
     }
 }
 
-/// Law of differential growth: the growth gradient u̇*/REGR, which the integrator multiplies by REGR and integrates in time.
+/// Law of differential growth: the growth gradient u̇*/REGR, which the integrator multiplies by REGR and integrates
+/// in time.
 ///
 /// Most laws are a response to the memory of a perceived signal. They are implemented by [`Response`], from which
 /// [`Remembered`] makes a law.
 ///
-/// A law can have variables y at every material point of the growth zone, and stimuli x on which their rates depend:
+/// A law can have variables y at every material point of the growth zone, and stimuli x on which their rates
+/// depend:
 ///
 /// 1. [`declare`](Self::declare) declares the stimuli and the variables. `stimuli` and `now` are slices of all stimuli
 ///    (`now` may be empty, see [`gradient`](Self::gradient)); `variables`, `rates` and `past` are slices of all variables.
@@ -112,11 +114,11 @@ impl Growing {
 /// 3. The variables obey ẏ = [`rates`](Self::rates)(y, x(t)).
 /// 4. [`gradient`](Self::gradient) computes u̇*/REGR from the variables at earlier times.
 ///
-/// A tuple or a `Vec` of laws is a law: each law has its own variables and stimuli, and the gradients add. `()` has the gradient
-/// zero. A law without variables implements only [`gradient`](Self::gradient).
+/// A tuple or a `Vec` of laws is a law: each law has its own variables and stimuli, and the gradients add. `()` has
+/// the gradient zero. A law without variables implements only [`gradient`](Self::gradient).
 ///
-/// This example twists tissue on the sunny side. Its variable is the temperature of the tissue relative to the shade, in K, which
-/// follows that of the surface.
+/// This example twists tissue on the sunny side. Its variable is the temperature of the tissue relative to the
+/// shade, in K, which follows that of the surface.
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
@@ -160,14 +162,16 @@ impl Growing {
     note = "tuples of up to six laws and `Vec`s of laws are laws"
 )]
 pub trait TropismLaw {
-    /// Growth gradient u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along the directors, 1/m.
+    /// Growth gradient u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along the directors,
+    /// 1/m.
     ///
     /// `past` contains every variable at the time that is earlier by its declared delay; the values of
-    /// [unread](Variable::unread) variables are undefined. `now` contains the present stimuli if the law declares that it
-    /// [reads them](Declaration::with_present), and is empty otherwise.
+    /// [unread](Variable::unread) variables are undefined. `now` contains the present stimuli if the law declares
+    /// that it [reads them](Declaration::with_present), and is empty otherwise.
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
 
-    /// Declares the stimuli and the variables in the order of the slices. The declaration must be the same at every call.
+    /// Declares the stimuli and the variables in the order of the slices. The declaration must be the same at every
+    /// call.
     fn declare(&self, _to: &mut Declaration) {}
 
     /// Numbers of stimuli and variables. Laws do not implement it, except pointers, which forward it.
@@ -178,16 +182,18 @@ pub trait TropismLaw {
     /// Writes the declared stimuli x at a place.
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
-    /// Writes the rates ẏ of all variables y under the stimuli x, in their unit per second, including those of declared
-    /// memories. A law with variables must implement it; the default is NaN, for which an integrator returns an error.
+    /// Writes the rates ẏ of all variables y under the stimuli x, in their unit per second, including those of
+    /// declared memories. A law with variables must implement it; the default is NaN, for which an integrator
+    /// returns an error.
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant stimuli. The default
-    /// is [`initial`](Self::initial), which is a steady state only if the stimuli do not drive the variables. The module
-    /// [`stability`](crate::stability) and [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) return an error if the rates do
-    /// not vanish; [`SteadyHistory`](crate::integrator::SteadyHistory) does not check them.
+    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant
+    /// stimuli. The default is [`initial`](Self::initial), which is a steady state only if the stimuli do not drive
+    /// the variables. The module [`stability`](crate::stability) and
+    /// [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) return an error if the rates do not vanish;
+    /// [`SteadyHistory`](crate::integrator::SteadyHistory) does not check them.
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.initial(stimuli, variables);
     }
@@ -197,15 +203,15 @@ pub trait TropismLaw {
         variables.fill(0.0);
     }
 
-    /// First time after `t` (s) at which the stimuli, the gradient or their time derivatives are discontinuous as functions of time,
-    /// as for a lamp that is switched on; infinite by default. Integrators step onto it and evaluate the law a few units of
-    /// rounding before and after it. The value at this time itself has no effect.
+    /// First time after `t` (s) at which the stimuli, the gradient or their time derivatives are discontinuous as
+    /// functions of time, as for a lamp that is switched on; infinite by default. Integrators step onto it and
+    /// evaluate the law a few units of rounding before and after it. The value at this time itself has no effect.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Name of the type of the law that declares a variable, for messages of errors. A composition returns the name of the part.
-    /// `variable` is the index among the variables of this law, from zero.
+    /// Name of the type of the law that declares a variable, for messages of errors. A composition returns the name
+    /// of the part. `variable` is the index among the variables of this law, from zero.
     fn name_of(&self, _variable: usize) -> &'static str {
         std::any::type_name::<Self>()
     }

@@ -24,9 +24,9 @@ pub enum Handedness {
 /// r u̇1* = α REGR cos(2πt/τe + φ),   r u̇2* = ±α REGR sin(2πt/τe + φ).
 /// ```
 ///
-/// The sign is + for the counterclockwise sense. The law has no variables. In an elliptic section r is the semi-axis along d2
-/// for u1, and that along d1 for u2. Usual values are α = 0 to 0.3, 0.2 for the growing shoot, and τe = 20 to 24 min
-/// (Agostinelli, DeSimone and Noselli 2021).
+/// The sign is + for the counterclockwise sense. The law has no variables. In an elliptic section r is the
+/// semi-axis along d2 for u1, and that along d1 for u2. Usual values are α = 0 to 0.3, 0.2 for the growing shoot,
+/// and τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Oscillator {

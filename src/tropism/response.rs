@@ -16,8 +16,8 @@ pub trait Response {
     /// Perception of the signal.
     fn perception(&self) -> &Self::Perception;
 
-    /// Growth gradient for a signal: u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along the directors,
-    /// 1/m.
+    /// Growth gradient for a signal: u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along
+    /// the directors, 1/m.
     fn gradient(&self, at: &Growing, signal: <Self::Perception as Perception>::Signal) -> Vector3<f64>;
 
     /// Checks the parameters.
@@ -47,8 +47,8 @@ forward_pointers!(Response {
 
 /// Response to the [memory](Memory) of a perceived signal: a [`TropismLaw`].
 ///
-/// It is also a response, so that memories can be chained. Each memory filters once. Their delays add, since filters and delays
-/// commute.
+/// It is also a response, so that memories can be chained. Each memory filters once. Their delays add, since
+/// filters and delays commute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Remembered<R> {

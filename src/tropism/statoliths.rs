@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::{Declaration, Perception, Rotation, Site, Source, Variable};
 use crate::error::ParameterError;
 
-/// Statoliths in the limit τa → 0, in which the pile is always settled, h = −ĝ. There are no variables. The signal is (h1, h2),
-/// the components of the upward vertical along d1 and d2.
+/// Statoliths in the limit τa → 0, in which the pile is always settled, h = −ĝ. There are no variables. The signal
+/// is (h1, h2), the components of the upward vertical along d1 and d2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SettledStatoliths;
@@ -32,8 +32,8 @@ impl Perception for SettledStatoliths {
 /// ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj.
 /// ```
 ///
-/// The cell moves the pile with it, so that the rate is that of the components along the directors. Without gravity it is zero.
-/// The signal is (h1, h2). The default is τa = 2 min (Agostinelli, DeSimone and Noselli 2021).
+/// The cell moves the pile with it, so that the rate is that of the components along the directors. Without gravity
+/// it is zero. The signal is (h1, h2). The default is τa = 2 min (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Statoliths {
@@ -76,9 +76,9 @@ impl Perception for Statoliths {
     #[inline]
     fn rates(&self, h: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let (h, up) = (Vector3::from_column_slice(h), Vector3::from_column_slice(stimuli));
-        // For |h| = 1 this is equation (6). Rounding changes |h|²; it returns to 1 with the time constant τa for every direction of
-        // h. The difference between the rate and (up − h)/τa is of second order near the settled state. Without gravity `up` is
-        // zero, and so is the rate.
+        // For |h| = 1 this is equation (6). Rounding changes |h|²; it returns to 1 with the time constant τa for
+        // every direction of h. The difference between the rate and (up − h)/τa is of second order near the settled
+        // state. Without gravity `up` is zero, and so is the rate.
         let n = h.norm_squared();
         let rate = (up * n - h * (up.dot(&h) - 0.5 * (1.0 - n) * up.norm_squared())) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
@@ -87,7 +87,8 @@ impl Perception for Statoliths {
     #[inline]
     fn steady(&self, stimuli: &[f64], h: &mut [f64]) {
         h.copy_from_slice(stimuli);
-        // Without gravity every direction is steady. The pile is placed at the basal end of its cell, where it causes no bending.
+        // Without gravity every direction is steady. The pile is placed at the basal end of its cell, where it
+        // causes no bending.
         if stimuli.iter().all(|x| *x == 0.0) {
             h[2] = 1.0;
         }
