@@ -16,7 +16,7 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth, length, trace};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, UniformGrowth};
 
 const HOUR: f64 = 3600.0;
 /// Length at t = 0, m.
@@ -55,10 +55,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     let (mut paths, mut boundary) = (vec![Vec::new(); POINTS], Vec::new());
     for row in 0..=240 {
         let t = HOUR * hours * f64::from(row) / 240.0;
-        let total = length(&law, INITIAL, t);
+        let total = law.length(INITIAL, t);
         // The growth zone reaches down to the base while the shoot is short.
         let base_end = (total - zone_length).max(0.0);
-        let places: Vec<f64> = starts.iter().map(|start| trace(&law, INITIAL, *start, t).arc_length).collect();
+        let places: Vec<f64> = starts.iter().map(|start| law.trace(INITIAL, *start, t).arc_length).collect();
         for (path, place) in paths.iter_mut().zip(&places) {
             path.push((t / HOUR, 100.0 * place));
         }
@@ -78,10 +78,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!(
         "{name} profile, {:.1} cm at first, {:.6} cm after {hours} h",
         100.0 * INITIAL,
-        100.0 * length(&law, INITIAL, hours * HOUR)
+        100.0 * law.length(INITIAL, hours * HOUR)
     );
     for start in starts.iter().step_by(4) {
-        let end = trace(&law, INITIAL, *start, hours * HOUR);
+        let end = law.trace(INITIAL, *start, hours * HOUR);
         let exit =
             end.exit_time.map_or("is still growing".into(), |t| format!("left the growth zone at {:.4} h", t / HOUR));
         println!(

@@ -34,7 +34,7 @@ use morphorod::constitutive::{Constitutive, ElasticResponse, Tissue};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Weight};
-use morphorod::tracking::{self, Oscillations, PlaneTrack, Search};
+use morphorod::tracking::{self, Oscillations, Search, Track};
 use morphorod::tropism::{Gravitropism, Memory, Perception, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
 use nalgebra::{Matrix3, Vector3};
@@ -142,7 +142,7 @@ impl Record {
     }
 
     /// What a part of the path is made of, seen from above; nothing if it is too short, or the second pull is in it.
-    fn read(&self, path: &PlaneTrack, from: f64, to: f64) -> Option<Oscillations> {
+    fn read(&self, path: &Track, from: f64, to: f64) -> Option<Oscillations> {
         let pulled = from < ACROSS + PULL && to > ACROSS;
         if pulled || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
@@ -219,7 +219,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     } else {
         (shear_modulus == usual).then_some(WITH_STATOLITHS)
     };
-    let path = tracking::Track::new(record.times.clone(), record.tips.clone())?.seen_along(&Vector3::z())?;
+    let path = tracking::Track::seen_along(&Vector3::z(), record.times.clone(), &record.tips)?;
     report::tell(&record, &path, end, exact);
     report::draw(&out, &record, &path, end, exact)?;
     if let Some(film) = film {

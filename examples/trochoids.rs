@@ -82,7 +82,7 @@ impl Record {
 
     /// Returns the oscillations of the horizontal track after the transient, or `None` if the run is too short.
     fn read(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
-        let path = tracking::Track::new(self.times.clone(), self.tips.clone())?.seen_along(&Vector3::z())?;
+        let path = tracking::Track::seen_along(&Vector3::z(), self.times.clone(), &self.tips)?;
         let settled = path.between(SETTLED, f64::INFINITY);
         // The slow period is an hour and a half. A shorter track does not distinguish it from drift.
         let long = settled.times().last().is_some_and(|last| last - SETTLED > 6.0 * HOUR);

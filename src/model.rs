@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
-use crate::growth::{GrowthLaw, NoGrowth};
+use crate::growth::GrowthLaw;
 use crate::load::Load;
 use crate::pointers::forward_pointers;
 use crate::scene::{Scene, Still};
@@ -91,7 +91,7 @@ forward_pointers!(Model {
 /// Five laws side by side: a [`Model`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Laws<C, G = NoGrowth, T = (), L = (), S = Still> {
+pub struct Laws<C, G = (), T = (), L = (), S = Still> {
     /// How tissue resists.
     pub constitutive: C,
     /// How tissue elongates.

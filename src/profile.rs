@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
-use crate::growth::{GrowthLaw, NoGrowth};
+use crate::growth::GrowthLaw;
 use crate::load::{Cut, Load};
 use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
@@ -91,7 +91,7 @@ impl Place {
 /// is not at rest the couple is the one that its load would need; a shoot whose laws were
 /// [exchanged](crate::Shoot::with_model) comes to rest when an integrator advances it to the present time.
 #[derive(Debug)]
-pub struct Profile<'a, C, L, G = NoGrowth> {
+pub struct Profile<'a, C, L, G = ()> {
     rod: &'a Rod,
     material: &'a C,
     load: &'a L,
@@ -119,7 +119,7 @@ impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
     /// The profile of a rod in equilibrium with a material under a load, for the time and gravity of an environment.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
-        Profile::growing(rod, material, load, &NoGrowth, *environment)
+        Profile::growing(rod, material, load, &(), *environment)
     }
 }
 

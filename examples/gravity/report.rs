@@ -29,7 +29,7 @@ pub fn read(record: &Record, scene: &Centrifuge, alpha: f64, length: f64) -> Res
         println!("oscillations are left out, they need {} h at each level", LEAST / READ / HOUR);
         return Ok(Vec::new());
     }
-    let path = tracking::Track::new(record.times.clone(), record.tips.clone())?.seen_along(&Vector3::z())?;
+    let path = tracking::Track::seen_along(&Vector3::z(), record.times.clone(), &record.tips)?;
     let mut readings = Vec::new();
     for (k, level) in scene.levels.iter().enumerate() {
         let end = scene.time * (k + 1) as f64;

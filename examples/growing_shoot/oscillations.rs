@@ -1,6 +1,6 @@
 //! What the tip's path is made of, as it is seen from above.
 
-use morphorod::tracking::{PlaneTrack, Search, Track, TrackingError};
+use morphorod::tracking::{Search, Track, TrackingError};
 use nalgebra::Vector3;
 
 use super::common::{Series, Style};
@@ -16,13 +16,13 @@ const EVERY: f64 = 0.5 * HOUR;
 const STILL: f64 = 1e-9;
 
 /// The path in rows of time (s), length, and place of the tip (m).
-pub fn seen_from_above(rows: &[[f64; 5]]) -> Result<PlaneTrack, TrackingError> {
-    let positions = rows.iter().map(|row| Vector3::from_row_slice(&row[2..5])).collect();
-    Track::new(rows.iter().map(|row| row[0]).collect(), positions)?.seen_along(&Vector3::z())
+pub fn seen_from_above(rows: &[[f64; 5]]) -> Result<Track, TrackingError> {
+    let positions: Vec<_> = rows.iter().map(|row| Vector3::from_row_slice(&row[2..5])).collect();
+    Track::seen_along(&Vector3::z(), rows.iter().map(|row| row[0]).collect(), &positions)
 }
 
 /// Prints what the last hours are made of.
-pub fn tell(path: &PlaneTrack) {
+pub fn tell(path: &Track) {
     let last = path.times().last().copied().unwrap_or_default();
     // A run of a few minutes has too few positions.
     let Ok(found) = path.between(last - RECENT, last).oscillations(&Search::default()) else { return };
@@ -36,7 +36,7 @@ pub fn tell(path: &PlaneTrack) {
 
 /// Times (h) and the share of the oscillator in the motion about them; not a number where the tip stands still, and none at all
 /// if that is everywhere or the run is too short.
-pub fn shares(path: &PlaneTrack) -> Vec<(f64, f64)> {
+pub fn shares(path: &Track) -> Vec<(f64, f64)> {
     let end = path.times().last().copied().unwrap_or_default();
     let mut shares = Vec::new();
     let mut middle = HALF;

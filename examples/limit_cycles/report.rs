@@ -3,13 +3,13 @@
 use std::error::Error;
 use std::path::Path;
 
-use morphorod::tracking::{Pattern, PlaneTrack};
+use morphorod::tracking::{Pattern, Track};
 
 use super::common::{Orbit, Series, Strip, Style, Table, frames_figure, orbits_figure, strips_figure};
 use super::{ACROSS, HOUR, MINUTE, PULL, Record, WINDOW};
 
 /// Prints what the orbit is before the second pull, after it and at the end.
-pub fn tell(record: &Record, path: &PlaneTrack, end: f64, exact: Option<[f64; 3]>) {
+pub fn tell(record: &Record, path: &Track, end: f64, exact: Option<[f64; 3]>) {
     for (name, to) in [("in a plane", ACROSS), ("kicked across", ACROSS + PULL + WINDOW), ("at the end", end)] {
         let Some(found) = record.read(path, to - WINDOW, to) else {
             println!("{name}: left out, the run does not have {} h without a pull for it", WINDOW / HOUR);
@@ -39,7 +39,7 @@ pub fn tell(record: &Record, path: &PlaneTrack, end: f64, exact: Option<[f64; 3]
                 period / MINUTE,
                 1e3 * radius,
                 (first.period / period - 1.0).abs(),
-                ((ellipse.circles[0].max(ellipse.circles[1])) / radius - 1.0).abs()
+                (0.5 * (ellipse.major + ellipse.minor) / radius - 1.0).abs()
             );
         }
     }
@@ -53,7 +53,7 @@ pub fn tell(record: &Record, path: &PlaneTrack, end: f64, exact: Option<[f64; 3]
 pub fn draw(
     out: &Path,
     record: &Record,
-    path: &PlaneTrack,
+    path: &Track,
     end: f64,
     exact: Option<[f64; 3]>,
 ) -> Result<(), Box<dyn Error>> {

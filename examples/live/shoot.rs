@@ -175,8 +175,8 @@ impl Live {
 
     /// The largest oscillation of the tip in the last hours, seen from above.
     pub fn read(&self) -> Option<Reading> {
-        let (times, places) = self.tips.iter().copied().unzip();
-        let path = Track::new(times, places).ok()?.seen_along(&Vector3::z()).ok()?;
+        let (times, places): (_, Vec<_>) = self.tips.iter().copied().unzip();
+        let path = Track::seen_along(&Vector3::z(), times, &places).ok()?;
         let search = Search { most: 2, ..Search::default() };
         let largest = *path.oscillations(&search).ok()?.oscillations.first()?;
         let sign = if largest.ellipse.sense == Some(Handedness::Clockwise) { -1.0 } else { 1.0 };

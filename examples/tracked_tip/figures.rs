@@ -4,7 +4,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use morphorod::tracking::{Nutation, PlaneTrack, RidgePoint, Search};
+use morphorod::tracking::{Nutation, RidgePoint, Search, Track};
 
 use super::common::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure};
 use super::report::COLUMNS;
@@ -23,7 +23,7 @@ const LEAP: f64 = 0.2;
 /// Draws all.
 pub fn draw(
     out: &Path,
-    path: &PlaneTrack,
+    path: &Track,
     found: &Nutation,
     rows: &[[f64; COLUMNS.len()]],
     window: f64,
@@ -34,7 +34,7 @@ pub fn draw(
 }
 
 /// The path as it was tracked, and its last hours with the ellipses that they are made of.
-fn paths(out: &Path, path: &PlaneTrack, found: &Nutation, window: f64) -> Result<(), Box<dyn Error>> {
+fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), Box<dyn Error>> {
     let end = path.times().last().copied().unwrap_or(0.0);
     let place = |k: usize| (MM_PER_M * path.positions()[k].x, MM_PER_M * path.positions()[k].y);
     let (astray, good): (Vec<usize>, Vec<usize>) =
@@ -73,12 +73,7 @@ fn paths(out: &Path, path: &PlaneTrack, found: &Nutation, window: f64) -> Result
 }
 
 /// Power by time and period, the ridge, and the cone of influence.
-fn scalogram(
-    out: &Path,
-    path: &PlaneTrack,
-    found: &Nutation,
-    rows: &[[f64; COLUMNS.len()]],
-) -> Result<(), Box<dyn Error>> {
+fn scalogram(out: &Path, path: &Track, found: &Nutation, rows: &[[f64; COLUMNS.len()]]) -> Result<(), Box<dyn Error>> {
     let scalogram = &found.scalogram;
     let (start, duration) = (path.times()[0], path.duration());
     let step = duration / ACROSS as f64;

@@ -28,7 +28,7 @@ use std::process::ExitCode;
 use common::centre_lines::{curvature, read_centre_lines};
 use common::tracks::{Layout, Track, TrackError, read_tracks};
 use common::{Opt, Options, Table};
-use morphorod::tracking::{self, Band};
+use morphorod::tracking;
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
@@ -98,16 +98,16 @@ fn run() -> Result<(), Box<dyn Error>> {
     if axis.len() != 3 {
         return Err("--seen-along takes three numbers, as in 0,0,1".into());
     }
-    let positions = track.positions.iter().map(|p| Vector3::from(*p)).collect();
-    let path = tracking::Track::new(track.times.clone(), positions)?.seen_along(&Vector3::from_row_slice(&axis))?;
+    let positions: Vec<_> = track.positions.iter().map(|p| Vector3::from(*p)).collect();
+    let path = tracking::Track::seen_along(&Vector3::from_row_slice(&axis), track.times.clone(), &positions)?;
 
-    let band = Band { shortest: MINUTE * options.positive("shortest"), longest: MINUTE * options.positive("longest") };
+    let band = [MINUTE * options.positive("shortest"), MINUTE * options.positive("longest")];
     let share = MINUTE * options.positive("share");
     let name = if track.name.is_empty() { file.to_owned() } else { format!("track '{}'", track.name) };
     println!("{name}: {} positions in {:.2} h", track.times.len(), path.duration() / HOUR);
-    let found = report::whole(&path, &band, share)?;
+    let found = report::whole(&path, band, share)?;
     let (length, every) = (HOUR * options.positive("window"), HOUR * options.positive("every"));
-    let rows = report::windows(&path, &band, share, length, every)?;
+    let rows = report::windows(&path, band, share, length, every)?;
     let mut table = Table::create(out.join("windows.csv"), &report::COLUMNS)?;
     rows.iter().try_for_each(|row| table.row(row))?;
     table.finish()?;

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use morphorod::tracking::{Band, Nutation, PlaneTrack, Search};
+use morphorod::tracking::{Nutation, Search, Track};
 use morphorod::tropism::Handedness;
 
 use super::{HOUR, MINUTE};
@@ -28,7 +28,7 @@ pub const COLUMNS: [&str; 14] = [
 ];
 
 /// Prints all that is known of a path as a whole.
-pub fn whole(path: &PlaneTrack, band: &Band, share: f64) -> Result<Nutation, Box<dyn Error>> {
+pub fn whole(path: &Track, band: [f64; 2], share: f64) -> Result<Nutation, Box<dyn Error>> {
     let search = Search::default();
     let found = path.oscillations(&search)?;
     println!("periods, of the path as a whole:");
@@ -51,10 +51,10 @@ pub fn whole(path: &PlaneTrack, band: &Band, share: f64) -> Result<Nutation, Box
     println!("  share of {} min {:.3}", share / MINUTE, path.share(share, &search)?);
     println!("  residual {:.3} mm beside a drift of degree {}", MM_PER_M * found.noise, found.drift);
     let tracking = path.nutation(band)?;
-    println!("as trackers tell it, periods from {} to {} min:", band.shortest / MINUTE, band.longest / MINUTE);
-    match (tracking.period, tracking.amplitude, tracking.sampling) {
-        (Some(period), Some(amplitude), Some(sampling)) => {
-            let (median, range) = (period.median / MINUTE, (period.upper - period.lower) / MINUTE);
+    println!("as trackers tell it, periods from {} to {} min:", band[0] / MINUTE, band[1] / MINUTE);
+    match (tracking.period, tracking.period_quartiles, tracking.amplitude, tracking.sampling) {
+        (Some(period), Some([lower, upper]), Some(amplitude), Some(sampling)) => {
+            let (median, range) = (period / MINUTE, (upper - lower) / MINUTE);
             println!("  nutates, period {median:.1} min along the ridge, interquartile range {range:.1} min");
             println!("  largest envelope {:.2} mm", MM_PER_M * amplitude);
             let turns = tracking.turns.map_or(String::new(), |turns| format!(", {turns:.1} turns of the velocity"));
@@ -85,19 +85,17 @@ fn told(sense: Option<Handedness>) -> &'static str {
 
 /// The same in a sliding window, a row for each.
 pub fn windows(
-    path: &PlaneTrack,
-    band: &Band,
+    path: &Track,
+    band: [f64; 2],
     share: f64,
     length: f64,
     every: f64,
 ) -> Result<Vec<[f64; COLUMNS.len()]>, Box<dyn Error>> {
     let search = Search::default();
     let yes = |whether: bool| f64::from(u8::from(whether));
-    let row = |(time, window): (f64, Result<PlaneTrack, _>)| {
+    let row = |(time, window): (f64, Track)| {
         let mut row = [f64::NAN; COLUMNS.len()];
         row[0] = time;
-        // A window in which the light was off has no numbers; the next ones have.
-        let Ok(window) = window else { return row };
         row[1] = window.share(share, &search).unwrap_or(f64::NAN);
         if let Some(wave) = window.oscillations(&search).ok().and_then(|found| found.oscillations.first().copied()) {
             let ellipse = wave.ellipse;
@@ -107,8 +105,10 @@ pub fn windows(
         }
         if let Ok(found) = window.nutation(band) {
             row[8] = yes(found.nutates);
-            if let (Some(period), Some(amplitude)) = (found.period, found.amplitude) {
-                row[9..12].copy_from_slice(&[period.median, period.upper - period.lower, amplitude]);
+            if let (Some(period), Some([lower, upper]), Some(amplitude)) =
+                (found.period, found.period_quartiles, found.amplitude)
+            {
+                row[9..12].copy_from_slice(&[period, upper - lower, amplitude]);
             }
             row[12] = found.band_power;
             row[13] = found.noise_floor.unwrap_or(f64::NAN);

@@ -1,14 +1,10 @@
-//! Shoots whose length does not change.
+//! Shoots of constant length.
 
 use super::GrowthLaw;
 use crate::error::ParameterError;
 
-/// No growth at all: the shoot keeps its length and its intrinsic strain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct NoGrowth;
-
-impl GrowthLaw for NoGrowth {
+/// No growth: the shoot keeps its length and its intrinsic strain.
+impl GrowthLaw for () {
     fn regr(&self, _sigma: f64, _t: f64) -> f64 {
         0.0
     }
@@ -22,14 +18,14 @@ impl GrowthLaw for NoGrowth {
     }
 }
 
-/// The reduced model: constant length with ongoing differential growth.
+/// Growth of the reduced model: constant length with ongoing differential growth.
 ///
-/// Differential growth goes on with the inner law's REGR, points keep their places and never leave the zone. The shoot
-/// must not be longer than the zone.
+/// Differential growth has the REGR of the inner law. Points keep their places and never leave the growth zone, and
+/// the shoot must not be longer than the zone.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ongoing<G>(
-    /// The growth whose rate drives the differential growth.
+    /// Growth law with the rate of the differential growth.
     pub G,
 );
 

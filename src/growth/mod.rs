@@ -1,13 +1,13 @@
-//! Growth laws: the relative elemental growth rate, and the motion of material points that follows from it.
+//! Growth laws: the relative elemental growth rate (REGR), and the motion of material points that follows from it.
 
 mod fixed;
 mod profile;
 mod trace;
 mod uniform;
 
-pub use fixed::{NoGrowth, Ongoing};
+pub use fixed::Ongoing;
 pub use profile::{CosineProfile, LinearProfile};
-pub use trace::{Trace, length, trace};
+pub use trace::Trace;
 pub(crate) use trace::{exit_before_start, zone_elongation};
 pub use uniform::UniformGrowth;
 
@@ -16,11 +16,11 @@ use crate::numerics::quadrature::rule;
 use crate::numerics::scalar::newton;
 use crate::pointers::forward_pointers;
 
-/// Growth of the part near the apex, equation (2): γ̇ = γ REGR.
+/// Growth of the zone near the apex, equation (2): γ̇ = γ REGR.
 ///
-/// Places are given by their distance σ from the apex along the shoot (m). In it the motion is the flow σ̇ = ∫ REGR
-/// from 0 to σ, and small distances from the apex do not suffer from cancellation, as arc lengths from the base do.
-/// Lengths are unstretched: elastic stretch by a load does not affect growth.
+/// Places are given by their distance σ from the apex along the shoot (m), which changes with the rate σ̇ = ∫ REGR
+/// from 0 to σ. Unlike arc lengths from the base, small distances do not suffer from cancellation. Lengths are
+/// unstretched: elastic stretch by a load does not affect growth. `()` is no growth.
 ///
 /// A law must implement [`regr`](Self::regr) and [`zone_length`](Self::zone_length). The motion is integrated
 /// numerically unless the law implements it in closed form.
@@ -30,19 +30,19 @@ use crate::pointers::forward_pointers;
     note = "growth laws implement `morphorod::growth::GrowthLaw`: `UniformGrowth` and others, `Ongoing(law)` for constant length"
 )]
 pub trait GrowthLaw {
-    /// The relative elemental growth rate at distance `sigma` ≤ zone length from the apex at time `t` (s), in 1/s.
+    /// Relative elemental growth rate at distance `sigma` ≤ zone length from the apex at time `t` (s), in 1/s.
     fn regr(&self, sigma: f64, t: f64) -> f64;
 
-    /// The length of the growth zone ℓg, measured from the apex, m; infinite if no point ever leaves it.
+    /// Length of the growth zone ℓg, measured from the apex, m; infinite if no point ever leaves it.
     fn zone_length(&self) -> f64;
 
-    /// Whether the shoot elongates. If not, points keep their places though [`regr`](Self::regr) may drive
-    /// differential growth.
+    /// Whether the shoot elongates. If not, points keep their places, and [`regr`](Self::regr) is the rate of
+    /// differential growth alone.
     fn elongates(&self) -> bool {
         true
     }
 
-    /// The speed at which the apex moves away from the point at `sigma`: ∫ REGR from 0 to `sigma`, m/s.
+    /// Speed of the apex relative to the point at `sigma`: ∫ REGR from 0 to `sigma`, m/s.
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         // Eight Gauss points have an error of rounding for profiles that are smooth over the zone.
         let (x, w) = rule::<8>();
@@ -56,24 +56,42 @@ pub trait GrowthLaw {
         if self.elongates() { integrate(self, sigma, from, to, steps()) } else { (sigma, 1.0) }
     }
 
-    /// The time at which the point at `sigma` at time `from` leaves the zone, unless that is after `until`.
+    /// Time (s) at which the point with distance `sigma` at time `from` leaves the zone; `None` if that is later
+    /// than `until`.
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         if self.elongates() { search_exit(self, sigma, from, until) } else { None }
     }
 
-    /// The first time after `t` (s) at which REGR or its derivative in time has a discontinuity; infinite without one.
-    /// Integrators step onto it, and evaluate the law a few units of rounding before and after it.
+    /// The length of a shoot at time `t` ≥ 0 (s) whose length at t = 0 is `initial` (m), in m.
+    fn length(&self, initial: f64, t: f64) -> f64 {
+        trace::length(self, initial, t)
+    }
+
+    /// The material point with arc length `start` (m) at t = 0, in a shoot of length `initial` (m), at time `t` ≥ 0
+    /// (s).
+    fn trace(&self, initial: f64, start: f64, t: f64) -> Trace {
+        trace::trace(self, initial, start, t)
+    }
+
+    /// First time after `t` (s) at which REGR or its time derivative is discontinuous; infinite by default.
+    /// Integrators step onto it and evaluate the law a few units of rounding before and after it.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Returns an error for parameters out of range for a shoot with the given initial length (m).
+    /// Checks the parameters for a shoot with the given initial length (m).
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter that is out of range.
     fn check(&self, _length: f64) -> Result<(), ParameterError> {
         Ok(())
     }
+}
+
+/// Checks the parameters of a law with a zone length (m) and a growth time (s).
+fn check_zone(length: f64, time: f64) -> Result<(), ParameterError> {
+    ParameterError::positive("length of the growth zone", length)?;
+    ParameterError::positive("growth time", time)
 }
 
 /// Number of steps of the classical fourth-order Runge–Kutta method for (σ, ln γ). A step is 1/512 of the fastest
@@ -151,7 +169,8 @@ mod tests {
             let (distance, stretch) = integrate(&law, 0.004, 0.0, law.time, steps);
             [distance / exact.0 - 1.0, stretch / exact.1 - 1.0]
         });
-        // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far above rounding.
+        // Four is the design order of the classical Runge–Kutta method. The last error is 1e-9 and far above
+        // rounding.
         for component in 0..2 {
             let order = (errors[2][component] / errors[3][component]).log2();
             assert_abs_diff_eq!(order, 4.0, epsilon = 0.2);

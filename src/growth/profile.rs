@@ -1,16 +1,17 @@
-//! Growth rates that vary over the zone: linearly, in closed form, and as a cosine, where the motion is integrated.
+//! Growth rates that vary over the zone: a linear profile with closed-form motion, and a cosine profile whose
+//! motion is integrated.
 
 use std::f64::consts::TAU;
 
-use super::GrowthLaw;
+use super::{GrowthLaw, check_zone};
 use crate::error::ParameterError;
 
-/// REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the base end of the growth zone: growth is fastest at the apex.
+/// Linear profile REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the basal end of the growth zone. Growth is
+/// fastest at the apex.
 ///
-/// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same
-/// pace.
-///
-/// A point in the zone moves as σ = 2ℓg/(1 + c exp(−2t/τg)) with c = 2ℓg/σ(0) − 1, and leaves at (τg/2) ln c.
+/// The shoot elongates at the rate ℓg/τg, as with [`UniformGrowth`](super::UniformGrowth). A point in the zone has
+/// the distance σ = 2ℓg/(1 + c exp(−2t/τg)) from the apex with c = 2ℓg/σ(0) − 1, and leaves the zone at (τg/2) ln
+/// c.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearProfile {
@@ -46,15 +47,14 @@ impl GrowthLaw for LinearProfile {
     }
 
     fn check(&self, _length: f64) -> Result<(), ParameterError> {
-        ParameterError::positive("length of the growth zone", self.zone_length)?;
-        ParameterError::positive("growth time", self.time)
+        check_zone(self.zone_length, self.time)
     }
 }
 
-/// REGR = (1 + cos(2π(ξ − ℓg/2)/ℓg))/τg with ξ = ℓg − σ: growth is fastest in the middle of the zone.
+/// Cosine profile REGR = (1 + cos(2π(ξ − ℓg/2)/ℓg))/τg with ξ = ℓg − σ. Growth is fastest in the middle of the
+/// zone.
 ///
-/// Zone and time as for [`UniformGrowth`](super::UniformGrowth); at equal values the shoot becomes longer at the same
-/// pace.
+/// The shoot elongates at the rate ℓg/τg, as with [`UniformGrowth`](super::UniformGrowth).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CosineProfile {
@@ -66,7 +66,8 @@ pub struct CosineProfile {
 
 impl GrowthLaw for CosineProfile {
     fn regr(&self, sigma: f64, _t: f64) -> f64 {
-        // cos(2π(ξ − ℓg/2)/ℓg) = −cos(2πσ/ℓg), and 1 − cos = 2 sin² keeps its digits near the ends.
+        // cos(2π(ξ − ℓg/2)/ℓg) = −cos(2πσ/ℓg), and 1 − cos = 2 sin² does not suffer from cancellation near the
+        // ends.
         let sin = (0.5 * TAU * sigma / self.zone_length).sin();
         2.0 * sin * sin / self.time
     }
@@ -77,7 +78,8 @@ impl GrowthLaw for CosineProfile {
 
     fn apical_speed(&self, sigma: f64, _t: f64) -> f64 {
         let phase = TAU * sigma / self.zone_length;
-        // x − sin x loses its digits near the apex, where x³/6 (1 − x²/20 (1 − x²/42 (1 − x²/72))) keeps them.
+        // Near the apex x − sin x suffers from cancellation, and its series x³/6 (1 − x²/20 (1 − x²/42 (1 −
+        // x²/72))) does not.
         let rest = if phase < 0.1 {
             let x2 = phase * phase;
             phase * x2 / 6.0 * (1.0 - x2 / 20.0 * (1.0 - x2 / 42.0 * (1.0 - x2 / 72.0)))
@@ -88,7 +90,6 @@ impl GrowthLaw for CosineProfile {
     }
 
     fn check(&self, _length: f64) -> Result<(), ParameterError> {
-        ParameterError::positive("length of the growth zone", self.zone_length)?;
-        ParameterError::positive("growth time", self.time)
+        check_zone(self.zone_length, self.time)
     }
 }

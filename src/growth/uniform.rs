@@ -1,15 +1,17 @@
 //! Uniform growth near the apex, in closed form.
 
-use super::GrowthLaw;
+use super::{GrowthLaw, check_zone};
 use crate::error::ParameterError;
 
-/// Equation (3): REGR = 1/τg within ℓg of the apex, 0 elsewhere; 1/τg everywhere while the shoot is shorter than ℓg.
+/// Uniform growth, equation (3): REGR = 1/τg within ℓg of the apex and 0 elsewhere; 1/τg everywhere while the shoot
+/// is shorter than ℓg.
 ///
-/// Usual values: ℓg = 7 cm and τg = 40 h (20 h where the length is constant) for a shoot of *Arabidopsis thaliana* in
-/// Agostinelli, DeSimone and Noselli (2021), 3 cm and 20 h in their map of growth (figure 3). The shoot then becomes
-/// ℓg/τg longer in a second: 1.75 mm in an hour.
+/// A point at distance σ from the apex at t = 0 has the distance σ exp(t/τg) and leaves the zone at τg ln(ℓg/σ). A
+/// shoot longer than ℓg elongates at the rate ℓg/τg.
 ///
-/// A point in the zone moves as σ exp(t/τg) and leaves at τg ln(ℓg/σ).
+/// Usual values for *Arabidopsis thaliana* are ℓg = 7 cm and τg = 40 h, or 20 h for constant length, and 3 cm and
+/// 20 h in figure 3 of Agostinelli, DeSimone and Noselli (2021). With the first two the rate of elongation is 1.75
+/// mm/h.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct UniformGrowth {
@@ -43,7 +45,6 @@ impl GrowthLaw for UniformGrowth {
     }
 
     fn check(&self, _length: f64) -> Result<(), ParameterError> {
-        ParameterError::positive("length of the growth zone", self.zone_length)?;
-        ParameterError::positive("growth time", self.time)
+        check_zone(self.zone_length, self.time)
     }
 }

@@ -1,4 +1,4 @@
-//! Forces on the apex.
+//! Forces on the apex, n(ℓ) in equation (11).
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,8 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// A force on the apex, in the fixed frame, as a smooth function of time (s): any closure or function that gives newtons.
+/// Force on the apex as a smooth function of time, in the fixed frame. The closure or function takes the time in s
+/// and returns N.
 ///
 /// ```
 /// use morphorod::load::ApicalForce;
@@ -18,7 +19,7 @@ use crate::scene::Environment;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct ApicalForce<F>(
-    /// The force in N as a function of time in s.
+    /// Force (N) as a function of time (s).
     pub F,
 );
 
@@ -32,17 +33,18 @@ impl<F: Fn(f64) -> Vector3<f64>> Load for ApicalForce<F> {
     }
 }
 
-/// A force on the apex that swells and fades once: a half sine, zero before `start` and after `start + duration`.
+/// Force on the apex that increases and decreases as half a sine from `start` to `start + duration`, and is zero
+/// before and after.
 ///
-/// The slope jumps at both ends, and an integrator steps onto them.
+/// Its time derivative is discontinuous at both times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pulse {
-    /// The force at its peak, in the fixed frame, N.
+    /// Largest force, in the fixed frame, N.
     pub peak: Vector3<f64>,
-    /// When it begins, s.
+    /// Start, s.
     pub start: f64,
-    /// How long it lasts, s.
+    /// Duration, s.
     pub duration: f64,
 }
 

@@ -1,4 +1,4 @@
-//! A force per unit length.
+//! Force per unit length.
 
 use nalgebra::Vector3;
 
@@ -6,11 +6,11 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// A constant force per unit of length, as growth has made it and unstretched, in the fixed frame, N/m.
+/// Constant force per unit of unstretched length, in the fixed frame, f in equation (11).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Distributed(
-    /// The force per unit length, N/m.
+    /// Force per unit length, N/m.
     pub Vector3<f64>,
 );
 

@@ -1,4 +1,4 @@
-//! The force in the rod, which loads fixed in space make known before the shape is.
+//! Internal force of the rod, which does not depend on its shape under dead loads.
 
 use nalgebra::Vector3;
 
@@ -8,9 +8,9 @@ use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
 
-/// The force n(s) of equation (11) at every material point of a rod, at one time.
+/// Internal force n(s) of equation (11) at every material point of a rod, at one time.
 ///
-/// It needs no frames, so it is computed once and serves the equilibrium and what is sensed in it.
+/// It does not depend on the frames. It is computed once before the equilibrium is solved.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InternalForce {
     environment: Environment,
@@ -20,7 +20,7 @@ pub struct InternalForce {
 }
 
 impl InternalForce {
-    /// The force in `rod` under `load`.
+    /// Internal force of a rod under a load.
     #[must_use]
     pub fn of(rod: &Rod, load: &impl Load, environment: &Environment) -> Self {
         let mut force = Self::default();
@@ -28,7 +28,7 @@ impl InternalForce {
         force
     }
 
-    /// Computes the force anew, for a rod that has grown or at another time, without new allocations if there is room.
+    /// Computes the force of another rod or at another time, without allocation if the capacity suffices.
     pub(crate) fn update(&mut self, rod: &Rod, load: &impl Load, environment: &Environment) {
         let reference = rod.reference();
         let p = reference.p;
@@ -36,7 +36,7 @@ impl InternalForce {
         self.environment = *environment;
         self.cuts.resize(rod.points().len(), Cut::default());
         self.forces.resize(rod.points().len(), Vector3::zeros());
-        // Summed from the apex, so that short elements near it keep their digits.
+        // The sum begins at the apex, which avoids cancellation for short elements near it.
         let (mut length, mut volume, mut distributed) = (0.0, 0.0, Vector3::zeros());
         for e in (0..rod.elements()).rev() {
             let points = rod.element_points(e);
@@ -77,25 +77,25 @@ impl InternalForce {
         &self.environment
     }
 
-    /// The cuts through the material points, from base to apex.
+    /// Cuts through the material points, from base to apex.
     #[must_use]
     pub fn cuts(&self) -> &[Cut] {
         &self.cuts
     }
 
-    /// The force n at the material points, from base to apex, in the fixed frame, N.
+    /// Force n at the material points, from base to apex, in the fixed frame, N.
     #[must_use]
     pub fn at_points(&self) -> &[Vector3<f64>] {
         &self.forces
     }
 
-    /// The force n at the base, in the fixed frame, N: the whole load, which the clamp holds.
+    /// Force n at the base, in the fixed frame, N: the total load.
     #[must_use]
     pub fn at_base(&self) -> Vector3<f64> {
         self.at_base
     }
 
-    /// Refuses a rod that has not as many material points as the one for which the force was computed.
+    /// Checks that a rod has as many material points as the rod for which the force was computed.
     ///
     /// # Errors
     /// The number of points at which the force is known.
@@ -105,7 +105,7 @@ impl InternalForce {
         ParameterError::unless(known, "points at which the force is known", points as f64, "those of the rod")
     }
 
-    /// The size of the largest force at a material point, N; not a number if a force is not.
+    /// Largest norm of the force at a material point, N; NaN if the norm at one of them is NaN.
     #[must_use]
     pub fn largest(&self) -> f64 {
         self.forces.iter().map(Vector3::norm).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })

@@ -1,4 +1,4 @@
-//! Loads that keep their direction in space, given by the force that they exert on everything beyond a cut.
+//! Dead loads: forces whose direction in space does not depend on the shape of the shoot.
 
 mod apical;
 mod distributed;
@@ -21,7 +21,7 @@ use crate::pointers::forward_pointers;
 use crate::rod::Tissue;
 use crate::scene::{Environment, earlier};
 
-/// A cut through the shoot, and what lies between it and the apex.
+/// Cross section through the shoot at a point, with the part of the shoot between it and the apex.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Cut {
@@ -31,13 +31,13 @@ pub struct Cut {
     pub length_beyond: f64,
     /// Volume of tissue beyond the cut, m³.
     pub volume_beyond: f64,
-    /// Distance of the cut's material from the apex at t = 0, m: the name of the place, whatever grows.
+    /// Distance of the material point from the apex at t = 0, m. It identifies the point during growth.
     pub initial_apex_distance: f64,
 }
 
 impl Cut {
-    /// A cut at an arc length from the base (m), of a uniform shoot that has not grown: so much length (m) of such an area (m²)
-    /// lies beyond. Set the fields for any other.
+    /// Cut at an arc length from the base (m) of a uniform shoot that has not grown, with a length (m) and a
+    /// cross-sectional area (m²) beyond it. For other shoots set the fields.
     #[must_use]
     pub fn new(arc_length: f64, length_beyond: f64, area: f64) -> Self {
         let volume_beyond = length_beyond * area;
@@ -45,18 +45,19 @@ impl Cut {
     }
 }
 
-/// A load fixed in space: then the force n(s) in the rod is known before the shape is.
+/// Load that does not depend on the shape of the shoot (a dead load), so that the force n(s) in the rod is known
+/// before the shape, equation (11).
 ///
-/// A load says what total [`force`](Self::force) acts beyond a cut, or what force acts [per length](Self::per_length), which is
-/// integrated for it, or both. Loads compose by being put in a tuple; the forces add. `()` is no load. A wind that rises
-/// with height:
+/// A load returns the total [`force`](Self::force) on the part beyond a cut, the force [per
+/// length](Self::per_length), which is integrated, or both. Forces are in newtons and in the fixed frame. A tuple
+/// or a `Vec` of loads is a load, the sum of its parts; `()` is no load. A wind that increases with height:
 ///
 /// ```
 /// use morphorod::load::{Cut, Load};
 /// use morphorod::Environment;
 /// use morphorod::nalgebra::Vector3;
 ///
-/// /// Force per length and height, N/m², along e1, on a shoot that stands nearly upright.
+/// /// Force per length and height along e1 on a nearly upright shoot, N/m².
 /// struct Wind(f64);
 ///
 /// impl Load for Wind {
@@ -68,7 +69,7 @@ impl Cut {
 /// }
 /// ```
 ///
-/// and one that pushes the more the wider the shoot is:
+/// A wind whose force is proportional to the width of the shoot:
 ///
 /// ```
 /// use morphorod::constitutive::Tissue;
@@ -76,7 +77,7 @@ impl Cut {
 /// use morphorod::Environment;
 /// use morphorod::nalgebra::Vector3;
 ///
-/// /// Pressure of the wind, Pa, along e1.
+/// /// Pressure of the wind along e1, Pa.
 /// struct Pressure(f64);
 ///
 /// impl Load for Pressure {
@@ -89,43 +90,43 @@ impl Cut {
 /// }
 /// ```
 ///
-/// The force should be smooth in arc length but at the places that [`jumps`](Self::jumps) names.
+/// The force must be smooth in arc length except at the places that [`jumps`](Self::jumps) returns.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a load",
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
-    note = "loads implement `morphorod::load::Load`; tuples of up to six are loads, longer ones are nested: `((a, b), c)`",
+    note = "loads implement `morphorod::load::Load`; tuples of up to six loads and `Vec`s of loads are loads",
     note = "a force (N) on the apex as a function of time (s) is `ApicalForce(|t: f64| ...)`"
 )]
 pub trait Load {
-    /// The total force on the part beyond the cut, in the fixed frame, N, beside what acts [per length](Self::per_length).
-    /// Both together are n(s) of equation (11), since the apex is free.
+    /// Total force on the part beyond the cut, in the fixed frame, N, without the force [per
+    /// length](Self::per_length). Their sum is n(s) of equation (11), since the apex is free.
     fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64>;
 
-    /// The force per unit of length, as growth has made it and unstretched, on the tissue at a place, in the fixed frame, N/m: none
-    /// unless said otherwise. It is integrated from the apex by the Gauss points of the elements.
+    /// Force per unit of unstretched length on the tissue at a point, in the fixed frame, N/m; zero by default. It
+    /// is integrated from the apex by the Gauss points of the elements.
     #[inline]
     fn per_length(&self, _tissue: &Tissue, _environment: &Environment) -> Vector3<f64> {
         Vector3::zeros()
     }
 
-    /// The first time after `t` (s) at which the load or its slope has a discontinuity; infinite if there is none.
-    /// Integrators step onto it, and read loads a few units of rounding before and after it: whether a load acts for `t > on`
-    /// or `t >= on` makes no difference.
+    /// First time after `t` (s) at which the load or its time derivative is discontinuous; infinite by default.
+    /// Integrators step onto it and evaluate the load a few units of rounding before and after it. The value at
+    /// this time itself has no effect.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// The places along the shoot at which the force jumps, by their distance from the apex at t = 0, m. A shoot that is
-    /// built or put under other laws gets nodes there, which growth and merging keep: inside an element a jump costs
-    /// accuracy.
+    /// Places along the shoot at which the force is discontinuous, as distances from the apex at t = 0, m. The
+    /// builder of a shoot puts nodes there, which growth and merging of elements keep. A discontinuity inside an
+    /// element reduces the accuracy.
     fn jumps(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// Refuses parameters that make no sense.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter that is out of range.
     fn check(&self) -> Result<(), ParameterError> {
         Ok(())
     }
@@ -139,56 +140,75 @@ forward_pointers!(Load {
     fn check() -> Result<(), ParameterError>;
 });
 
-impl<L: Load> Load for Option<L> {
-    fn force(&self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
-        self.as_ref().map_or_else(Vector3::zeros, |l| l.force(cut, environment))
-    }
+/// The methods of a load that is the sum of the loads in one or more iterators.
+macro_rules! sum_of_loads {
+    ($self:ident: $($loads:expr),*) => {
+        fn force(&$self, cut: &Cut, environment: &Environment) -> Vector3<f64> {
+            let mut sum = Vector3::zeros();
+            $(for load in $loads {
+                sum += load.force(cut, environment);
+            })*
+            sum
+        }
 
-    fn per_length(&self, tissue: &Tissue, environment: &Environment) -> Vector3<f64> {
-        self.as_ref().map_or_else(Vector3::zeros, |l| l.per_length(tissue, environment))
-    }
+        fn per_length(&$self, tissue: &Tissue, environment: &Environment) -> Vector3<f64> {
+            let mut sum = Vector3::zeros();
+            $(for load in $loads {
+                sum += load.per_length(tissue, environment);
+            })*
+            sum
+        }
 
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        self.as_ref().map_or(f64::INFINITY, |l| l.next_discontinuity(t))
-    }
+        fn next_discontinuity(&$self, t: f64) -> f64 {
+            let mut first = f64::INFINITY;
+            $(for load in $loads {
+                first = earlier(first, load.next_discontinuity(t));
+            })*
+            first
+        }
 
-    fn jumps(&self) -> Vec<f64> {
-        self.iter().flat_map(Load::jumps).collect()
-    }
+        fn jumps(&$self) -> Vec<f64> {
+            let mut all = Vec::new();
+            $(for load in $loads {
+                all.extend(load.jumps());
+            })*
+            all
+        }
 
-    fn check(&self) -> Result<(), ParameterError> {
-        self.as_ref().map_or(Ok(()), Load::check)
-    }
-}
-
-macro_rules! tuple_of_loads {
-    ($($name:ident $index:tt),*) => {
-        impl<$($name: Load),*> Load for ($($name,)*) {
-            fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
-                Vector3::zeros() $(+ self.$index.force(_cut, _environment))*
-            }
-
-            fn per_length(&self, _tissue: &Tissue, _environment: &Environment) -> Vector3<f64> {
-                Vector3::zeros() $(+ self.$index.per_length(_tissue, _environment))*
-            }
-
-            fn next_discontinuity(&self, _t: f64) -> f64 {
-                [f64::INFINITY $(, self.$index.next_discontinuity(_t))*].into_iter().fold(f64::INFINITY, earlier)
-            }
-
-            fn jumps(&self) -> Vec<f64> {
-                [Vec::new() $(, self.$index.jumps())*].concat()
-            }
-
-            fn check(&self) -> Result<(), ParameterError> {
-                $(self.$index.check()?;)*
-                Ok(())
-            }
+        fn check(&$self) -> Result<(), ParameterError> {
+            $(for load in $loads {
+                load.check()?;
+            })*
+            Ok(())
         }
     };
 }
 
-tuple_of_loads!();
+/// No load.
+impl Load for () {
+    fn force(&self, _cut: &Cut, _environment: &Environment) -> Vector3<f64> {
+        Vector3::zeros()
+    }
+}
+
+/// A load that may be absent: `None` equals `()`.
+impl<L: Load> Load for Option<L> {
+    sum_of_loads!(self: self.iter());
+}
+
+/// The sum of loads of one type, or of any types in a `Vec<Box<dyn Load>>`.
+impl<L: Load> Load for Vec<L> {
+    sum_of_loads!(self: self);
+}
+
+macro_rules! tuple_of_loads {
+    ($($Load:ident $index:tt),*) => {
+        impl<$($Load: Load),*> Load for ($($Load,)*) {
+            sum_of_loads!(self: $([&self.$index]),*);
+        }
+    };
+}
+
 tuple_of_loads!(A 0);
 tuple_of_loads!(A 0, B 1);
 tuple_of_loads!(A 0, B 1, C 2);

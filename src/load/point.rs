@@ -1,4 +1,4 @@
-//! A force at a place along the shoot.
+//! Force at a point along the shoot.
 
 use nalgebra::Vector3;
 
@@ -6,11 +6,13 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// A constant force at a material place, in the fixed frame: a fruit, a clip, a thread that pulls.
+/// Constant force at a material point, in the fixed frame, such as the weight of a fruit or the tension of a
+/// thread.
 ///
-/// The place is named by its distance from the apex at t = 0 and moves with the tissue; what is at an arc length now is called
-/// `shoot.profile().at(s)?.tissue.initial_apex_distance`. [`Shoot::builder`] and [`Shoot::with_model`] put a node there, since a
-/// force that jumps inside an element costs accuracy. A rod of one's own needs one, too.
+/// The point is given by its distance from the apex at t = 0 and moves with the tissue. For the point at arc length
+/// s of a shoot this distance is `shoot.profile().at(s)?.tissue.initial_apex_distance`. [`Shoot::builder`] and
+/// [`Shoot::with_model`] put a node at the point, since a discontinuity of the force inside an element reduces the
+/// accuracy. A rod that is built otherwise needs such a node, too.
 ///
 /// [`Shoot::builder`]: crate::Shoot::builder
 /// [`Shoot::with_model`]: crate::Shoot::with_model
@@ -34,15 +36,14 @@ use crate::scene::Environment;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointForce {
-    /// Distance of the place from the apex at t = 0, m.
+    /// Distance of the point from the apex at t = 0, m.
     pub initial_apex_distance: f64,
-    /// The force, N.
+    /// Force, N.
     pub force: Vector3<f64>,
 }
 
 impl Load for PointForce {
     fn force(&self, cut: &Cut, _environment: &Environment) -> Vector3<f64> {
-        // Nearer to the base than the place.
         if cut.initial_apex_distance > self.initial_apex_distance { self.force } else { Vector3::zeros() }
     }
 

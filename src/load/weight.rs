@@ -1,4 +1,4 @@
-//! The shoot's own weight.
+//! Weight of the shoot.
 
 use std::fmt;
 
@@ -9,14 +9,20 @@ use crate::error::ParameterError;
 use crate::rod::Tissue;
 use crate::scene::Environment;
 
-/// Equation (12): n(s) = ρ g ∫ A ds over what lies beyond s, which is q (ℓ − s) ĝ for a uniform section.
+/// Weight, equation (12): n(s) = ρ g ∫ A ds over the part beyond s, which is q (ℓ − s) ĝ for a uniform section.
 ///
-/// Usual value: ρ = 1000 kg/m³, that of water.
+/// The default density is 1000 kg/m³, that of water (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Weight {
     /// Density ρ, kg/m³.
     pub density: f64,
+}
+
+impl Default for Weight {
+    fn default() -> Self {
+        Self { density: 1000.0 }
+    }
 }
 
 impl Load for Weight {
@@ -29,18 +35,18 @@ impl Load for Weight {
     }
 }
 
-/// The weight of a shoot whose density varies: n(s) = g ∫ ρ A ds over what lies beyond s.
+/// Weight of a shoot with varying density: n(s) = g ∫ ρ A ds over the part beyond s.
 ///
 /// ```
 /// use morphorod::constitutive::Tissue;
 /// use morphorod::load::GradedWeight;
-/// // Twice as dense at the tip, from where it fades over a centimetre of the shoot as it was at t = 0.
+/// // The density is doubled at the tip. The increase decays over 1 cm of the shoot at t = 0.
 /// let weight = GradedWeight(|tissue: &Tissue| 1000.0 * (1.0 + (-tissue.initial_apex_distance / 0.01).exp()));
 /// # let _ = weight;
 /// ```
 #[derive(Clone, Copy)]
 pub struct GradedWeight<F>(
-    /// The density ρ (kg/m³) of the tissue at a place.
+    /// Density ρ (kg/m³) as a function of the tissue at a point.
     pub F,
 );
 

@@ -1,4 +1,4 @@
-//! A force on the apex that turns about the vertical.
+//! Force on the apex that rotates about the vertical.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,17 @@ use super::{Cut, Load};
 use crate::error::ParameterError;
 use crate::scene::Environment;
 
-/// A horizontal apical force of constant size that turns about e3, from e1 towards e2, from t = 0 on, and ends after
-/// some turns. It brings a shoot near a circular orbit.
+/// Horizontal force of constant norm on the apex that rotates about e3, from e1 towards e2, beginning at t = 0
+/// along e1. It is zero after a number of turns. Such a force brings a shoot near a circular orbit, as in figure 6
+/// of Agostinelli, DeSimone and Noselli (2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Whirl {
-    /// Size of the force, N.
+    /// Norm of the force, N.
     pub force: f64,
-    /// Time of one turn, s.
+    /// Duration of a turn, s.
     pub period: f64,
-    /// Number of turns; the force is dropped after them.
+    /// Number of turns.
     pub turns: f64,
 }
 

@@ -6,7 +6,7 @@ use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::check_stiffness;
 use crate::error::ParameterError;
-use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
+use crate::growth::{GrowthLaw, exit_before_start};
 use crate::load::Load;
 use crate::model::{DynLaws, Laws, Model};
 use crate::reference_element::Order;
@@ -19,7 +19,7 @@ use crate::tropism::TropismLaw;
 impl<C: Constitutive> Shoot<Laws<C>> {
     /// Begins a shoot of the given elastic law: by default without growth, tropism or load, upright under gravity.
     pub fn builder(constitutive: C) -> ShootBuilder<Laws<C>> {
-        let laws = Laws { constitutive, growth: NoGrowth, tropism: (), load: (), scene: Still::upright() };
+        let laws = Laws { constitutive, growth: (), tropism: (), load: (), scene: Still::upright() };
         ShootBuilder { grows: false, ..Shoot::of(laws) }
     }
 }
@@ -75,7 +75,7 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
     }
 
     /// How the shoot steers: a law, or a tuple of laws. Steering is differential growth: without
-    /// [`growth`](Self::growth) nothing would come of it, and [`build`](Self::build) refuses; `growth(NoGrowth)` asks for it.
+    /// [`growth`](Self::growth) nothing would come of it, and [`build`](Self::build) refuses; `growth(())` asks for it.
     pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
         self.steers = true;
         self.with(|laws| laws.with_tropism(tropism))
@@ -200,7 +200,7 @@ impl<M: Model> ShootBuilder<M> {
         ParameterError::unless(elements > 0, "number of elements", elements as f64, "at least 1")?;
         ParameterError::not_negative("merge tolerance", merge_tolerance)?;
         if self.steers && !self.grows {
-            let growth = "given by `growth`: steering is differential growth; `growth(NoGrowth)` if there is none";
+            let growth = "given by `growth`: steering is differential growth; `growth(())` if there is none";
             return Err(ParameterError::missing("growth of a shoot that steers", growth));
         }
         model.check(length)?;

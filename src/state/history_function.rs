@@ -21,7 +21,7 @@ impl HistoryFunction for EmptyHistory {
     }
 
     fn variables(&self, law: &impl TropismLaw, _t: f64, _site: &Site, stimuli: &[f64], variables: &mut [f64]) {
-        law.at_rest(stimuli, variables);
+        law.initial(stimuli, variables);
     }
 }
 

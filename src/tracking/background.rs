@@ -11,14 +11,15 @@ use super::statistics::{SIGNIFICANT, resolved_interval};
 const LARGEST: f64 = 1.0 - 1e-6;
 /// Distance of a neighbouring frequency, in turns over the whole track. The fit of a wave affects nearer ones.
 const APART: f64 = 2.0;
-/// Largest number of neighbouring frequencies: a geometric mean of twelve has a standard error of a fifth. A third of
-/// them is enough, and a third more are examined on either side.
+/// Largest number of neighbouring frequencies: a geometric mean of twelve has a standard error of a fifth. A third
+/// of them is enough, and a third more are examined on either side.
 const NEIGHBOURS: usize = 12;
 
 /// Spectrum of noise over that of white noise with the same variance.
 ///
-/// The noise is the sum of white noise and of a first-order autoregressive process, the red noise of Torrence and Compo
-/// (1998, section 4). Its autocorrelation at a lag of k ≥ 1 intervals is `red` `correlation`ᵏ if no frame is lost.
+/// The noise is the sum of white noise and of a first-order autoregressive process, the red noise of Torrence and
+/// Compo (1998, section 4). Its autocorrelation at a lag of k ≥ 1 intervals is `red` `correlation`ᵏ if no frame is
+/// lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Background {
     /// Red noise as a fraction of the variance, 0 to 1.
@@ -33,8 +34,8 @@ impl Background {
     /// White noise.
     pub const WHITE: Self = Self { red: 0.0, correlation: 0.0, interval: 0.0 };
 
-    /// Estimates the spectrum from the autocorrelation of a residual at lags of one and two intervals. Time differences
-    /// are rounded to multiples of the median interval.
+    /// Estimates the spectrum from the autocorrelation of a residual at lags of one and two intervals. Time
+    /// differences are rounded to multiples of the median interval.
     pub fn of(times: &[f64], residual: &[Vector2<f64>]) -> Self {
         let interval = resolved_interval(times);
         let variance = residual.iter().map(Vector2::norm_squared).sum::<f64>() / residual.len().max(1) as f64;
@@ -74,14 +75,14 @@ impl Background {
     }
 }
 
-/// The variance of white noise with the power of a residual near an angular frequency; `None` with fewer than four free
-/// frequencies.
+/// The variance of white noise with the power of a residual near an angular frequency; `None` with fewer than four
+/// free frequencies.
 ///
-/// The power is evaluated at neighbouring frequencies, one turn over the whole track apart. They differ by two turns or
-/// more from the given one and from those of fitted `waves`, where the fit has removed power. The spectrum of the
-/// background converts the power to the given frequency. The times reach from −1 to 1. The variance is the geometric
-/// mean, which the nearest frequency of a steep spectrum does not dominate. A factor accounts for the number of
-/// frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
+/// The power is evaluated at neighbouring frequencies, one turn over the whole track apart. They differ by two
+/// turns or more from the given one and from those of fitted `waves`, where the fit has removed power. The spectrum
+/// of the background converts the power to the given frequency. The times reach from −1 to 1. The variance is the
+/// geometric mean, which the nearest frequency of a steep spectrum does not dominate. A factor accounts for the
+/// number of frequencies: with it, 1.64 standard errors are Student's quantile for 90 %.
 pub(super) fn level(
     times: &[f64],
     residual: &[Vector2<f64>],
@@ -105,13 +106,13 @@ pub(super) fn level(
         }
         // The squares of the cosine and of the sine add up to one in each coordinate.
         let power = (sums[0].norm_squared() + sums[1].norm_squared()) / (2.0 * times.len() as f64);
-        // The power is χ² with four degrees of freedom: the logarithm of its mean exceeds the mean of its logarithm by
-        // ln 2 − ψ(2).
+        // The power is χ² with four degrees of freedom: the logarithm of its mean exceeds the mean of its logarithm
+        // by ln 2 − ψ(2).
         logarithms += (power * background.at(omega) / background.at(other)).ln() + 0.270_363;
         count += 1.0;
     }
-    // Degrees of freedom of the geometric mean over the number of frequencies, 2/(π²/6 − 1): the logarithms have the
-    // variance ψ'(2) = π²/6 − 1.
+    // Degrees of freedom of the geometric mean over the number of frequencies, 2/(π²/6 − 1): the logarithms have
+    // the variance ψ'(2) = π²/6 − 1.
     let freedom = 3.101 * count;
     // The quantile of Student's distribution with ν degrees of freedom over the normal one is 1 + (z² + 1)/4ν +
     // O(1/ν²), with z = 1.645.
@@ -144,8 +145,8 @@ mod tests {
         let (times, noise) = red_noise(0.8, 100_000);
         let found = Background::of(&times, &noise);
         // At frequency zero the spectrum is (1 + 0.8)/(1 − 0.8) = 9, at the Nyquist frequency its inverse. The
-        // correlation has a standard error of √((1 − 0.8²)/2e5) = 1.3e-3; a change by this changes the spectrum at zero
-        // by 0.07.
+        // correlation has a standard error of √((1 − 0.8²)/2e5) = 1.3e-3, which changes the spectrum at
+        // zero by 0.07.
         assert_abs_diff_eq!(found.correlation, 0.8, epsilon = 6e-3);
         assert_abs_diff_eq!(found.at(0.0), 9.0, epsilon = 0.35);
         assert_abs_diff_eq!(found.at(std::f64::consts::FRAC_PI_2), 1.0 / 9.0, epsilon = 0.015);

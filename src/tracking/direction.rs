@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use super::{PlaneTrack, TrackingError};
+use super::{Track, TrackingError};
 
-impl PlaneTrack {
+impl Track {
     /// The direction angle of the velocity at every position: ψ_g of Bastien and Meroz (2016), from the first
-    /// coordinate towards the second, unwrapped (rad). It increases by 2π in a counterclockwise turn, decreases by 2π
-    /// in a clockwise one, and changes by ±π where a tip swings in a plane. Velocities are differences of both
+    /// coordinate towards the second, unwrapped (rad). It increases by 2π in a counterclockwise turn, decreases by
+    /// 2π in a clockwise one, and changes by ±π where a tip swings in a plane. Velocities are differences of both
     /// neighbours. Noise that is not small against a step should be removed before;
     /// [`Nutation::direction`](super::Nutation::direction) does so. A tip at rest keeps its last direction.
     ///
@@ -15,9 +15,7 @@ impl PlaneTrack {
     /// Fewer than two positions.
     pub fn direction(&self) -> Result<Vec<f64>, TrackingError> {
         let n = self.positions.len();
-        if n < 2 {
-            return Err(TrackingError::TooFew { positions: n, needed: 2 });
-        }
+        TrackingError::unless_positions(2, n)?;
         let velocity = |i: usize| self.positions[(i + 1).min(n - 1)] - self.positions[i.saturating_sub(1)];
         let mut last: Option<f64> = None;
         let mut angles: Vec<Option<f64>> = Vec::with_capacity(n);

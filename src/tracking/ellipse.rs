@@ -5,6 +5,9 @@ use nalgebra::{Matrix2, Vector2};
 use crate::tropism::Handedness;
 
 /// The ellipse a cos ωt + b sin ωt.
+///
+/// It is the sum of two circular motions with opposite senses. The radius of the one with the sense of the ellipse
+/// is half the sum of both semi-axes, that of the other one half their difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Ellipse {
@@ -14,11 +17,9 @@ pub struct Ellipse {
     pub minor: f64,
     /// Direction of the major axis, from the first coordinate towards the second, from −π/2 to π/2, rad.
     pub direction: f64,
-    /// Sense of rotation; `None` for a line segment. In an analysis of a track it is `None` where the minor axis does
-    /// not exceed three standard errors.
+    /// Sense of rotation; `None` for a line segment. In an analysis of a track it is `None` where the minor axis
+    /// does not exceed three standard errors.
     pub sense: Option<Handedness>,
-    /// Radii of the counterclockwise and of the clockwise circular motion whose sum is the ellipse, m.
-    pub circles: [f64; 2],
 }
 
 impl Ellipse {
@@ -28,7 +29,6 @@ impl Ellipse {
         let matrix = Matrix2::from_columns(&[*cosine, *sine]);
         let determinant = matrix.determinant();
         let turned = Vector2::new(sine.y, -sine.x);
-        let circles = [0.5 * (cosine + turned).norm(), 0.5 * (cosine - turned).norm()];
         let outer = matrix * matrix.transpose();
         let direction = 0.5 * (2.0 * outer[(0, 1)]).atan2(outer[(0, 0)] - outer[(1, 1)]);
         let sense = match determinant {
@@ -36,15 +36,16 @@ impl Ellipse {
             d if d < 0.0 => Some(Handedness::Clockwise),
             _ => None,
         };
-        let major = circles[0] + circles[1];
+        // Sum and difference of both semi-axes are twice the radii of the circular motions.
+        let major = 0.5 * ((cosine + turned).norm() + (cosine - turned).norm());
         // The difference of both radii would suffer from cancellation for a thin ellipse.
         let minor = if major > 0.0 { determinant.abs() / major } else { 0.0 };
-        Self { major, minor, direction, sense, circles }
+        Self { major, minor, direction, sense }
     }
 
     /// The ellipse with all lengths multiplied by a factor.
     pub(super) fn scaled(self, by: f64) -> Self {
-        Self { major: by * self.major, minor: by * self.minor, circles: self.circles.map(|radius| by * radius), ..self }
+        Self { major: by * self.major, minor: by * self.minor, ..self }
     }
 
     /// Minor over major axis: 1 for a circle, 0 for a line segment.
@@ -53,9 +54,8 @@ impl Ellipse {
         if self.major > 0.0 { self.minor / self.major } else { 0.0 }
     }
 
-    /// The mean square of the distance from the centre, m²: the sum of the squared radii of both circular motions.
-    #[must_use]
-    pub fn power(&self) -> f64 {
-        self.circles[0].powi(2) + self.circles[1].powi(2)
+    /// The mean square of the distance from the centre, m².
+    pub(super) fn power(&self) -> f64 {
+        0.5 * (self.major.powi(2) + self.minor.powi(2))
     }
 }

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use super::background::{Background, level};
+use super::ellipse::Ellipse;
 use super::statistics::resolved_interval;
 use crate::numerics::quadrature::legendre_sequence;
 
@@ -12,22 +13,22 @@ use crate::numerics::quadrature::legendre_sequence;
 const ITERATIONS: usize = 30;
 /// Change of a frequency at convergence, in turns over the whole track.
 pub(super) const CONVERGED: f64 = 1e-12;
-/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of the
-/// spectrum.
+/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of
+/// the spectrum.
 const LONGEST_MOVE: f64 = 0.2;
-/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that polynomial.
-/// Noise exceeds it with probability e⁻⁵ = 0.7 % if its variance is known.
+/// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that
+/// polynomial. Noise exceeds it with probability e⁻⁵ = 0.7 % if its variance is known.
 const DRIFTING: f64 = 5.0;
 
-/// Positions at times that are scaled to −1 … 1.
+/// Positions at times that are scaled to −1 … 1. Lengths are in a unit of the order of the largest coordinate.
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     pub times: Vec<f64>,
     pub positions: Vec<Vector2<f64>>,
-    /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the Nyquist
-    /// frequency of the resolved interval.
+    /// Highest resolved angular frequency. It differs by a turn over the whole track from its alias above the
+    /// Nyquist frequency of the resolved interval.
     pub highest: f64,
-    /// Square of the rounding error of the positions, m².
+    /// Rounding error of the positions.
     pub rounding: f64,
 }
 
@@ -36,7 +37,7 @@ impl Samples {
     pub fn new(times: Vec<f64>, positions: Vec<Vector2<f64>>) -> Self {
         let highest = PI / resolved_interval(&times) - 0.5 * PI;
         let largest = positions.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
-        Self { times, positions, highest, rounding: (64.0 * f64::EPSILON).powi(2) * largest }
+        Self { times, positions, highest, rounding: 64.0 * f64::EPSILON * largest.sqrt() }
     }
 
     /// The samples for which `used` is true. Resolution and rounding are those of all.
@@ -56,7 +57,7 @@ pub(super) struct Harmonics {
     /// Coefficients of the Legendre polynomials.
     pub drift: Vec<Vector2<f64>>,
     pub waves: Vec<Wave>,
-    /// Variance of the noise of a coordinate, m².
+    /// Variance of the noise of a coordinate.
     pub variance: f64,
 }
 
@@ -66,7 +67,7 @@ pub(super) struct Wave {
     pub omega: f64,
     pub cosine: Vector2<f64>,
     pub sine: Vector2<f64>,
-    /// Variance of white noise with the power of the noise at ω, m².
+    /// Variance of white noise with the power of the noise at ω.
     pub variance: f64,
     /// Standard errors of ω, a and b.
     pub omega_error: f64,
@@ -86,6 +87,11 @@ impl Wave {
         0.5 * (self.cosine_error.norm_squared() + self.sine_error.norm_squared()).sqrt()
     }
 
+    /// The ellipse of the wave.
+    pub fn ellipse(&self) -> Ellipse {
+        Ellipse::of(&self.cosine, &self.sine)
+    }
+
     pub fn at(&self, t: f64) -> Vector2<f64> {
         let (sine, cosine) = (self.omega * t).sin_cos();
         self.cosine * cosine + self.sine * sine
@@ -97,6 +103,11 @@ impl Harmonics {
     pub fn new(degree: usize, omegas: &[f64]) -> Self {
         let waves = omegas.iter().map(|omega| Wave::new(*omega)).collect();
         Self { drift: vec![Vector2::zeros(); degree + 1], waves, variance: 0.0 }
+    }
+
+    /// Amplitude of the largest wave.
+    pub fn largest(&self) -> f64 {
+        self.waves.iter().map(|wave| wave.ellipse().major).fold(0.0, f64::max)
     }
 
     /// Degree of the drift.
@@ -194,8 +205,8 @@ impl Harmonics {
         Some((change, inverse))
     }
 
-    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns whether
-    /// they are finite.
+    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns
+    /// whether they are finite.
     fn finish(&mut self, samples: &Samples, inverse: &DMatrix<f64>, free: usize) -> bool {
         let linear = self.drift.len() + 2 * self.waves.len();
         let rest = self.residuals(samples);
@@ -230,7 +241,7 @@ impl Harmonics {
     }
 
     /// Whether a polynomial with a degree higher by one or two would follow drift in the residual: the part of the
-    /// residual along that Legendre polynomial exceeds `smallest` (m), and noise with the level at the lowest
+    /// residual along that Legendre polynomial exceeds `smallest`, and noise with the level at the lowest
     /// frequencies above the drift.
     pub fn drifts(&self, samples: &Samples, smallest: f64) -> bool {
         let (rest, lowest) = (self.residuals(samples), self.lowest());
@@ -245,7 +256,7 @@ impl Harmonics {
                 square += value * value;
             }
             // In noise |along|²/square is exponentially distributed, and its mean is twice the variance.
-            let noise = DRIFTING * 2.0 * variance + samples.rounding;
+            let noise = DRIFTING * 2.0 * variance + samples.rounding.powi(2);
             along.norm_squared() > noise * square && along.norm() > smallest * square
         })
     }

@@ -1,16 +1,17 @@
-//! Analysis of tip tracks, simulated or measured: periods, ellipses, senses of rotation and the pattern of the motion.
+//! Analysis of tip tracks, simulated or measured: periods, ellipses, senses of rotation and the pattern of the
+//! motion.
 //!
-//! A [`Track`] is positions in time, evenly sampled or not, with the gaps, noise and outliers of measurements. Its
-//! projection along an axis is a [`PlaneTrack`]. [`PlaneTrack::oscillations`] fits
+//! A [`Track`] is positions in a plane at increasing times, evenly sampled or not, with the gaps, noise and
+//! outliers of measurements. [`Track::oscillations`] fits
 //!
 //! ```text
 //! r(t) = drift(t) + Σ [a_k cos ω_k t + b_k sin ω_k t] + noise
 //! ```
 //!
-//! with a polynomial drift. Each period has an ellipse with a sense of rotation. Standard errors of periods and axes
-//! account for noise that is correlated in time, and oscillations are distinguished from such noise.
-//! [`PlaneTrack::windows`] yields the parts of a track in which the same is done as a function of time.
-//! [`PlaneTrack::nutation`] follows a period that changes by wavelets, and gives the quantities of tracking pipelines.
+//! with a polynomial drift. Each period has an ellipse with a sense of rotation. Standard errors of periods and
+//! axes account for noise that is correlated in time, and oscillations are distinguished from such noise.
+//! [`Track::windows`] yields parts of a track, which are analysed in the same way. [`Track::nutation`] determines a
+//! period that changes in time by wavelets, with the quantities of tracking pipelines.
 //!
 //! ```
 //! use morphorod::tracking::{Pattern, Search, Track};
@@ -24,8 +25,9 @@
 //!     5e-3 * turn(t, 90.0).sin() + 1e-3 * turn(t, 24.0).sin(),
 //!     0.06 + 1e-7 * t,
 //! );
-//! let track = Track::new(times.clone(), times.iter().map(|t| at(*t)).collect())?;
-//! let found = track.seen_along(&Vector3::z())?.oscillations(&Search::default())?;
+//! let positions: Vec<_> = times.iter().map(|t| at(*t)).collect();
+//! let track = Track::seen_along(&Vector3::z(), times, &positions)?;
+//! let found = track.oscillations(&Search::default())?;
 //! assert!((found.oscillations[0].period / 60.0 - 90.0).abs() < 1e-6);
 //! assert!((found.oscillations[1].ellipse.major - 1e-3).abs() < 1e-9);
 //! let Pattern::Epitrochoid { loops, .. } = found.pattern() else { panic!("{found:?}") };
@@ -52,9 +54,9 @@ mod wavelet;
 
 pub use ellipse::Ellipse;
 pub use error::TrackingError;
-pub use nutation::{Band, Nutation, Quartiles};
+pub use nutation::Nutation;
 pub use oscillations::{Oscillation, Oscillations};
 pub use pattern::Pattern;
 pub use scalogram::{RidgePoint, Scalogram};
 pub use search::Search;
-pub use track::{PlaneTrack, Track};
+pub use track::Track;

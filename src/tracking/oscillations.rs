@@ -4,32 +4,34 @@ use std::f64::consts::{PI, TAU};
 
 use super::ellipse::Ellipse;
 use super::harmonics::{CONVERGED, Harmonics, Samples, Wave};
+use super::outliers::good;
 use super::search::{Search, find_waves};
 use super::statistics::SIGNIFICANT;
-use super::{PlaneTrack, TrackingError};
+use super::{Track, TrackingError};
 use crate::error::ParameterError;
 
 /// One oscillation of a tip.
 ///
-/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the oscillation.
-/// The residual is described as white noise and first-order autoregressive noise, by its autocorrelation. If the
-/// residual contains further oscillations, the noise is taken as white noise with the variance of the residual. The
-/// errors do not contain that of a model that does not apply, as for a period that changes during the track.
+/// Standard errors are those of a least-squares fit with the noise of the residual at the frequency of the
+/// oscillation. The residual is described as white noise and first-order autoregressive noise, by its
+/// autocorrelation. If the residual contains further oscillations, the noise is taken as white noise with the
+/// variance of the residual. The errors do not contain that of a model that does not apply, as for a period that
+/// changes during the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Oscillation {
     /// Period, s.
     pub period: f64,
-    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true period in
-    /// nine cases of ten.
+    /// Standard error of the period, s. The interval of 1.64 standard errors on either side contains the true
+    /// period in nine cases of ten.
     pub period_error: f64,
-    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would determine
-    /// the sense of a swing in a plane.
+    /// The ellipse. Its sense is `None` unless the semi-minor axis exceeds three standard errors: noise would
+    /// determine the sense of a swing in a plane.
     pub ellipse: Ellipse,
     /// Standard error of the semi-axes, m.
     pub axis_error: f64,
-    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three standard
-    /// errors of the difference, as for overtones of a nonlinear swing; otherwise `None`.
+    /// Order n of the harmonic, if the frequency is n ≥ 2 times that of the largest oscillation within three
+    /// standard errors of the difference, as for overtones of a nonlinear swing; otherwise `None`.
     pub harmonic: Option<u32>,
 }
 
@@ -39,7 +41,8 @@ pub struct Oscillation {
 pub struct Oscillations {
     /// Oscillations in the order of decreasing amplitude.
     pub oscillations: Vec<Oscillation>,
-    /// Standard deviation of the residual of a coordinate, m: noise, and motion other than drift and the oscillations.
+    /// Standard deviation of the residual of a coordinate, m: noise, and motion other than drift and the
+    /// oscillations.
     pub noise: f64,
     /// Degree of the polynomial that describes the drift.
     pub drift: usize,
@@ -47,55 +50,49 @@ pub struct Oscillations {
     pub outliers: Vec<usize>,
 }
 
-impl PlaneTrack {
-    /// Finds the periods of a track and their ellipses. A track at rest, or of noise alone, has none.
+impl Track {
+    /// Finds the periods of a track and their ellipses. A track without motion, or of noise alone, has none.
     ///
     /// # Errors
     /// Too few positions for the drift and one oscillation, or settings out of range.
     pub fn oscillations(&self, search: &Search) -> Result<Oscillations, TrackingError> {
         self.check(search)?;
-        let (samples, half) = self.scaled();
-        let (found, used) = self.fitted(&samples, search);
-        let rounding = samples.rounding.sqrt();
+        let unit = self.unit();
+        let (samples, half) = self.in_unit(unit).samples();
+        let (found, good) = samples.fitted(search);
         let mut oscillations: Vec<Oscillation> =
-            found.waves.iter().map(|wave| oscillation(wave, half, rounding)).collect();
+            found.waves.iter().map(|wave| oscillation(wave, half, unit, samples.rounding)).collect();
         oscillations.sort_by(|a, b| b.ellipse.major.total_cmp(&a.ellipse.major));
         if let Some((largest, others)) = oscillations.split_first_mut() {
             others.iter_mut().for_each(|other| other.harmonic = harmonic(largest, other));
         }
-        let outliers = (0..used.len()).filter(|i| !used[*i]).collect();
-        Ok(Oscillations { oscillations, noise: found.variance.sqrt(), drift: found.degree(), outliers })
+        let outliers = (0..good.len()).filter(|i| !good[*i]).collect();
+        Ok(Oscillations { oscillations, noise: unit * found.variance.sqrt(), drift: found.degree(), outliers })
     }
 
-    /// The share of a period (s) in the motion: its power ([`Ellipse::power`]) over that of all periods found and of
-    /// this one. Zero for a track without oscillations.
+    /// Share of a period (s) in the motion: the mean square of the oscillation with this period over the sum of the
+    /// mean squares of this and of all other oscillations. Zero for a track without oscillations.
     ///
     /// # Errors
     /// Those of [`oscillations`](Self::oscillations), or a period that is not positive or longer than the track.
     pub fn share(&self, period: f64, search: &Search) -> Result<f64, TrackingError> {
         self.check(search)?;
-        let (samples, half) = self.scaled();
+        let (samples, half) = self.in_unit(self.unit()).samples();
         let fits = period > 0.0 && period <= 2.0 * half;
-        ParameterError::unless(
-            fits,
-            "period whose share is asked for",
-            period,
-            "positive and not longer than the path (s)",
-        )?;
-        let (found, used) = self.fitted(&samples, search);
+        ParameterError::unless(fits, "period of a share", period, "positive and not longer than the track (s)")?;
+        let (found, good) = samples.fitted(search);
         let omega = TAU * half / period;
-        let power = |wave: &Wave| Ellipse::of(&wave.cosine, &wave.sine).power();
+        let power = |wave: &Wave| wave.ellipse().power();
         // A wave that was found within the resolution of the track has the given period.
         let (own, all) = match found.waves.iter().find(|wave| (wave.omega - omega).abs() < PI) {
             Some(wave) => (power(wave), found.waves.iter().map(power).sum()),
             None => {
                 let mut with = Harmonics::new(found.degree(), &[found.omegas(), vec![omega]].concat());
-                let fitted = with.fit(&samples.only(&used), found.waves.len());
+                let fitted = with.fit(&samples.only(&good), found.waves.len());
                 let waves = if fitted { with.waves } else { Vec::new() };
                 let significant = |wave: &&Wave| {
                     let size = wave.cosine.norm_squared() + wave.sine.norm_squared();
-                    let error = wave.cosine_error.norm_squared() + wave.sine_error.norm_squared();
-                    size > SIGNIFICANT * SIGNIFICANT * error + samples.rounding
+                    size > (2.0 * SIGNIFICANT * wave.error()).powi(2) + samples.rounding.powi(2)
                 };
                 let own = waves.last().filter(significant).map_or(0.0, power);
                 (own, own + waves.iter().take(found.waves.len()).map(power).sum::<f64>())
@@ -109,43 +106,42 @@ impl PlaneTrack {
         let turns = search.least_turns;
         ParameterError::unless(turns >= 1.0 && turns.is_finite(), "least number of turns", turns, "1 or more")?;
         // Two coordinates each are twice as many data as coefficients of the drift, an ellipse and a frequency.
-        let needed = 2 * (search.drift + 4);
-        if self.times.len() < needed {
-            return Err(TrackingError::TooFew { positions: self.times.len(), needed });
-        }
-        Ok(())
-    }
-
-    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search: they
-    /// are detected in the residual of the default search, which does not contain the oscillations.
-    pub(super) fn fitted(&self, samples: &Samples, search: &Search) -> (Harmonics, Vec<bool>) {
-        let (first, usual) = (self.good(), Search::default());
-        let found = find_waves(&samples.only(&first), &usual);
-        let residual = Self { times: self.times.clone(), positions: found.residuals(samples) };
-        let good = residual.good();
-        if good == first && *search == usual {
-            return (found, good);
-        }
-        (find_waves(&samples.only(&good), search), good)
+        TrackingError::unless_positions(2 * (search.drift + 4), self.times.len())
     }
 
     /// Samples with times from −1 to 1, and half the duration, s.
-    pub(super) fn scaled(&self) -> (Samples, f64) {
+    pub(super) fn samples(self) -> (Samples, f64) {
         let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
         let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
         let times = self.times.iter().map(|t| (t - middle) / half).collect();
-        (Samples::new(times, self.positions.clone()), half)
+        (Samples::new(times, self.positions), half)
     }
 }
 
-/// Converts a wave to seconds. The track is twice `half` seconds long, and its positions have an error by `rounding`
-/// (m).
-fn oscillation(wave: &Wave, half: f64, rounding: f64) -> Oscillation {
+impl Samples {
+    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search:
+    /// they are detected in the residual of the default search, which does not contain the oscillations.
+    pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {
+        let (first, usual) = (good(&self.times, &self.positions), Search::default());
+        let found = find_waves(&self.only(&first), &usual);
+        let good = good(&self.times, &found.residuals(self));
+        if good == first && *search == usual {
+            return (found, good);
+        }
+        (find_waves(&self.only(&good), search), good)
+    }
+}
+
+/// Converts a wave to seconds and metres. The track has a duration of 2 `half` (s). Its positions are in multiples
+/// of `unit` (m) and have the error `rounding`.
+fn oscillation(wave: &Wave, half: f64, unit: f64, rounding: f64) -> Oscillation {
     let period = TAU / wave.omega * half;
-    let (axis_error, mut ellipse) = (wave.error(), Ellipse::of(&wave.cosine, &wave.sine));
-    // The signed minor axis of a thin ellipse is a linear function of the coefficients and has their standard error.
+    let (axis_error, mut ellipse) = (wave.error(), wave.ellipse());
+    // The signed minor axis of a thin ellipse is a linear function of the coefficients and has their standard
+    // error.
     ellipse.sense = ellipse.sense.filter(|_| ellipse.minor > SIGNIFICANT * axis_error + rounding);
-    Oscillation { period, period_error: period * wave.omega_error / wave.omega, ellipse, axis_error, harmonic: None }
+    let period_error = period * wave.omega_error / wave.omega;
+    Oscillation { period, period_error, ellipse: ellipse.scaled(unit), axis_error: unit * axis_error, harmonic: None }
 }
 
 /// The order of an oscillation that is a harmonic of a fundamental.

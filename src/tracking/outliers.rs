@@ -4,83 +4,83 @@ use std::ops::Range;
 
 use nalgebra::Vector2;
 
-use super::PlaneTrack;
 use super::statistics::{median, median_gap};
 use crate::numerics::interpolation::lagrange;
 
-/// Distance of an outlier from the position expected there, over the median of such distances. Normal noise exceeds it
-/// with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is no outlier if the time
-/// constant is longer than one interval.
+/// Distance of an outlier from the position expected there, over the median of such distances. Normal noise exceeds
+/// it with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is no outlier if the
+/// time constant is longer than one interval.
 const FAR: f64 = 8.0;
 /// Number of positions on either side over which the median of distances is taken.
 const AROUND: usize = 15;
-/// Number of neighbours on either side from which the expected position is computed: the median of five positions, or a
-/// cubic.
+/// Number of neighbours on either side from which the expected position is computed: the median of five positions,
+/// or a cubic.
 const BESIDE: usize = 2;
-/// Largest distance of the neighbours of an outlier from a smooth path without it, over its own distance. At a sudden
-/// start of motion, where the speed jumps, the fraction is 0.27, and where the motion is smooth it is larger than 2.
+/// Largest distance of the neighbours of an outlier from a smooth path without it, over the distance of the
+/// outlier. For a position that is no outlier the fraction is larger: 0.27 at a discontinuity of the speed, and
+/// more than 2 on a smooth path.
 const SMOOTH: f64 = 0.25;
-/// Largest number of rounds. Each round finds one of several neighbouring outliers.
+/// Largest number of comparisons, which is that of neighbouring outliers that are found. Without a limit ever more
+/// positions of a track without noise would be excluded, whose residual is rounding.
 const ROUNDS: usize = 12;
 
-impl PlaneTrack {
-    /// Returns for each position whether it is no outlier.
-    ///
-    /// First spikes are rejected, which are far from the median of their neighbours. Then each position is compared
-    /// with the cubic through two neighbours on either side. It is an outlier if it is much farther off than the
-    /// positions around it, and if its neighbours lie on a smooth path without it. The second condition keeps a fast
-    /// transient, where the cubic misses every position.
-    pub(super) fn good(&self) -> Vec<bool> {
-        let mut good = despiked(&self.positions);
-        for _ in 0..ROUNDS {
-            let kept: Vec<usize> = (0..good.len()).filter(|i| good[*i]).collect();
-            let distances = self.distances(&kept);
-            let range = |k: usize, reach: usize| k.saturating_sub(reach)..(k + reach + 1).min(distances.len());
-            let candidate = |k: usize| {
-                distances[k] > 0.0
-                    && distances[range(k, BESIDE)].iter().all(|other| *other <= distances[k])
-                    && distances[k] > FAR * median(distances[range(k, AROUND)].to_vec())
-            };
-            let candidates: Vec<usize> = (0..kept.len()).filter(|k| candidate(*k)).collect();
-            let mut others = good.clone();
-            candidates.iter().for_each(|k| others[kept[*k]] = false);
-            let others: Vec<usize> = (0..others.len()).filter(|i| others[*i]).collect();
-            let without = self.distances(&others);
-            let smooth = |k: &usize| {
-                let next = others.partition_point(|i| *i < kept[*k]);
-                let beside = &without[next.saturating_sub(1)..(next + 1).min(without.len())];
-                beside.iter().all(|other| *other < SMOOTH * distances[*k])
-            };
-            let found: Vec<usize> = candidates.into_iter().filter(smooth).map(|k| kept[k]).collect();
-            if found.is_empty() {
-                break;
-            }
-            found.into_iter().for_each(|i| good[i] = false);
+/// Returns for each position whether it is no outlier.
+///
+/// First spikes are rejected, which are far from the median of their neighbours. Then each position is compared
+/// with the cubic through two neighbours on either side. It is an outlier if it is much farther off than the
+/// positions around it, and if its neighbours lie on a smooth path without it. The second condition keeps a fast
+/// transient, where the cubic misses every position. One comparison finds one of several
+/// neighbouring outliers; it is repeated without the outliers found.
+pub(super) fn good(times: &[f64], positions: &[Vector2<f64>]) -> Vec<bool> {
+    let mut good = despiked(positions);
+    for _ in 0..ROUNDS {
+        let kept: Vec<usize> = (0..good.len()).filter(|i| good[*i]).collect();
+        let off = distances(times, positions, &kept);
+        let range = |k: usize, reach: usize| k.saturating_sub(reach)..(k + reach + 1).min(off.len());
+        let candidate = |k: usize| {
+            off[k] > 0.0
+                && off[range(k, BESIDE)].iter().all(|other| *other <= off[k])
+                && off[k] > FAR * median(off[range(k, AROUND)].to_vec())
+        };
+        let candidates: Vec<usize> = (0..kept.len()).filter(|k| candidate(*k)).collect();
+        let mut others = good.clone();
+        candidates.iter().for_each(|k| others[kept[*k]] = false);
+        let others: Vec<usize> = (0..others.len()).filter(|i| others[*i]).collect();
+        let without = distances(times, positions, &others);
+        let smooth = |k: &usize| {
+            let next = others.partition_point(|i| *i < kept[*k]);
+            let beside = &without[next.saturating_sub(1)..(next + 1).min(without.len())];
+            beside.iter().all(|other| *other < SMOOTH * off[*k])
+        };
+        let found: Vec<usize> = candidates.into_iter().filter(smooth).map(|k| kept[k]).collect();
+        if found.is_empty() {
+            break;
         }
-        good
+        found.into_iter().for_each(|i| good[i] = false);
     }
+    good
+}
 
-    /// Distances (m) of chosen positions from the cubic through their neighbours, over the standard deviation of this
-    /// distance in white noise of variance one. The distance is zero near an end or a gap, where the neighbours span
-    /// more than twice the usual time.
-    fn distances(&self, chosen: &[usize]) -> Vec<f64> {
-        let times: Vec<f64> = chosen.iter().map(|i| self.times[*i]).collect();
-        let near = 2.0 * BESIDE as f64 * median_gap(&times);
-        let mut distances = vec![0.0; chosen.len()];
-        for k in BESIDE..chosen.len().saturating_sub(BESIDE) {
-            let nodes = [k - 2, k - 1, k + 1, k + 2];
-            if times[k] - times[k - BESIDE] > near || times[k + BESIDE] - times[k] > near {
-                continue;
-            }
-            let mut weights = [0.0; 2 * BESIDE];
-            lagrange(&nodes.map(|j| times[j]), times[k], &mut weights);
-            let position = |k: usize| self.positions[chosen[k]];
-            let change: Vector2<f64> =
-                nodes.iter().zip(weights).map(|(j, weight)| (position(*j) - position(k)) * weight).sum();
-            distances[k] = change.norm() / (1.0 + weights.iter().map(|weight| weight * weight).sum::<f64>()).sqrt();
+/// Distances of chosen positions from the cubic through their neighbours, over the standard deviation of this
+/// distance in white noise of variance one. The distance is zero near an end or a gap, where the neighbours span
+/// more than twice the usual time.
+fn distances(times: &[f64], positions: &[Vector2<f64>], chosen: &[usize]) -> Vec<f64> {
+    let times: Vec<f64> = chosen.iter().map(|i| times[*i]).collect();
+    let near = 2.0 * BESIDE as f64 * median_gap(&times);
+    let mut distances = vec![0.0; chosen.len()];
+    for k in BESIDE..chosen.len().saturating_sub(BESIDE) {
+        let nodes = [k - 2, k - 1, k + 1, k + 2];
+        if times[k] - times[k - BESIDE] > near || times[k + BESIDE] - times[k] > near {
+            continue;
         }
-        distances
+        let mut weights = [0.0; 2 * BESIDE];
+        lagrange(&nodes.map(|j| times[j]), times[k], &mut weights);
+        let position = |k: usize| positions[chosen[k]];
+        let change: Vector2<f64> =
+            nodes.iter().zip(weights).map(|(j, weight)| (position(*j) - position(k)) * weight).sum();
+        distances[k] = change.norm() / (1.0 + weights.iter().map(|weight| weight * weight).sum::<f64>()).sqrt();
     }
+    distances
 }
 
 /// Returns for each position whether it is no spike: it is near the median of itself and its neighbours, or the
@@ -100,8 +100,8 @@ fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let distances: Vec<f64> =
         positions.iter().zip(&middles).map(|(position, middle)| (position - middle).norm()).collect();
     let step = median(positions.windows(2).map(|w| (w[1] - w[0]).norm()).collect());
-    // At a turning point a smooth path with four or more samples in a period is about one step from the median of its
-    // neighbours: half of the threshold that follows from a quarter of a step.
+    // At a turning point a smooth path with four or more samples in a period is about one step from the median of
+    // its neighbours: half of the threshold that follows from a quarter of a step.
     let usual = median(distances.clone()).max(0.25 * step);
     let alone = |i: usize| {
         let beside = around(i).filter(|j| *j != i).map(|j| (positions[j] - middles[i]).norm());

@@ -9,14 +9,9 @@ use super::ellipse::Ellipse;
 use super::wavelet::{Sampling, gain, period_over_scale, transform};
 use crate::numerics::scalar::vertex;
 
-/// Scales in an octave: the vertex of the parabola through three of them has a relative error below 1e-3 in the period
-/// of a wave.
-const PER_OCTAVE: f64 = 16.0;
-/// Factor by which scales reach beyond the band on both sides, so that waves outside the band have their maxima there.
+/// Factor by which scales reach beyond the band on both sides, so that waves outside the band have their maxima
+/// there.
 const BEYOND: f64 = 1.25;
-/// Smallest power of a ridge over that of white noise. White noise in one coordinate exceeds it with probability e⁻³ =
-/// 5 %.
-const VISIBLE: f64 = 3.0;
 
 /// Wavelet power by time and period, with the Morlet wavelet of ω0 = 6, as defined by Torrence and Compo (1998).
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -24,18 +19,18 @@ const VISIBLE: f64 = 3.0;
 pub struct Scalogram {
     /// Times, s, evenly spaced between gaps.
     pub times: Vec<f64>,
-    /// Fourier periods of the scales, s, increasing: 1.033 scales each. They reach beyond the band by a quarter on both
-    /// sides.
+    /// Fourier periods of the scales, s, increasing: 1.033 scales each. They reach beyond the band by a quarter on
+    /// both sides.
     pub periods: Vec<f64>,
-    /// Power |W|²/σ² by period and then by time, averaged over both coordinates: 1 on average for white noise. σ² is the
-    /// variance of the track without its drift.
+    /// Power |W|²/σ² by period and then by time, averaged over both coordinates: 1 on average for white noise. σ²
+    /// is the variance of the track without its drift.
     pub power: Vec<Vec<f64>>,
     /// Whether a place lies outside the cones of influence of both ends and of every gap, in the order of `power`.
     pub outside_cone: Vec<Vec<bool>>,
 }
 
-/// A place on the ridge: the period of largest power at a time. Power is proportional to the square of the amplitude
-/// and to the period: the slower of two waves with equal amplitudes has the ridge.
+/// A place on the ridge: the period of largest power at a time. Power is proportional to the square of the
+/// amplitude and to the period: the slower of two waves with equal amplitudes has the ridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct RidgePoint {
@@ -52,9 +47,8 @@ pub struct RidgePoint {
 pub(super) struct Analysis {
     pub scalogram: Scalogram,
     scales: Vec<f64>,
-    /// Analytic signals by scale and time, and their squared moduli times the scale, which are largest on the ridge.
+    /// Analytic signals by scale and time.
     waves: Vec<Vec<Vector2<Complex<f64>>>>,
-    strength: Vec<Vec<f64>>,
     /// Mean of |wave|² by scale and time, for a coordinate of white noise with variance 1.
     noise: Vec<Vec<f64>>,
     /// Variance of a coordinate without drift.
@@ -89,23 +83,21 @@ impl Analysis {
     ) -> Self {
         let lowest = (band[0] / BEYOND).max(2.0 * sampling.interval);
         let octaves = (BEYOND * band[1] / lowest).log2();
-        let count = (octaves * PER_OCTAVE).ceil() as usize + 1;
+        // With 16 scales in an octave the vertex of the parabola through three of them has a relative error below
+        // 1e-3 in the period of a wave.
+        let count = (16.0 * octaves).ceil() as usize + 1;
         let step = octaves / (count - 1) as f64;
         let periods: Vec<f64> = (0..count).map(|j| lowest * (step * j as f64).exp2()).collect();
         let scales: Vec<f64> = periods.iter().map(|period| period / period_over_scale()).collect();
         let times = sampling.instants();
-        let (mut power, mut waves, mut strength, mut outside_cone) = (vec![], vec![], vec![], vec![]);
-        let mut noise = vec![];
+        let (mut power, mut waves, mut noise, mut outside_cone) = (vec![], vec![], vec![], vec![]);
         for scale in &scales {
             let transformed = transform(sampling, positions, *scale);
-            let squares: Vec<f64> =
-                transformed.waves.iter().map(|wave| wave[0].norm_sqr() + wave[1].norm_sqr()).collect();
-            let ratio = |(square, noise): (&f64, &f64)| {
+            let ratio = |(wave, noise): (&Vector2<Complex<f64>>, &f64)| {
                 let expected = 2.0 * variance * noise;
-                if expected > 0.0 { square / expected } else { 0.0 }
+                if expected > 0.0 { wave.norm_squared() / expected } else { 0.0 }
             };
-            power.push(squares.iter().zip(&transformed.noise).map(ratio).collect());
-            strength.push(squares.iter().map(|square| square * scale).collect());
+            power.push(transformed.waves.iter().zip(&transformed.noise).map(ratio).collect());
             outside_cone.push(sampling.outside_cone(*scale, &times));
             waves.push(transformed.waves);
             noise.push(transformed.noise);
@@ -114,17 +106,19 @@ impl Analysis {
         let rest_variance = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
         let scalogram = Scalogram { times, periods, power, outside_cone };
         let every = sampling.every;
-        Self { scalogram, scales, waves, strength, noise, variance, rest_variance, background, band, every }
+        Self { scalogram, scales, waves, noise, variance, rest_variance, background, band, every }
     }
 
     /// The ridge: the places of largest power in the band that exceed white noise and lie outside the cones of
     /// influence. The variance of the noise is that of the track if it is not known.
     pub fn ridge(&self, noise: Option<f64>) -> Vec<Place> {
         let noise = noise.unwrap_or(self.variance);
-        let least = VISIBLE * (noise / self.variance).min(1.0);
+        // White noise in one coordinate has three times its mean power with probability e⁻³ = 5 %.
+        let least = 3.0 * (noise / self.variance).min(1.0);
         let Scalogram { times, periods, power, outside_cone } = &self.scalogram;
         let top = |k: usize| {
-            let height = |j: usize| self.strength[j][k];
+            // The power |W|² of Torrence and Compo (1998) is proportional to the scale.
+            let height = |j: usize| self.waves[j][k].norm_squared() * self.scales[j];
             let inside = |j: &usize| (self.band[0]..=self.band[1]).contains(&periods[*j]);
             let highest = |j: &usize| height(*j) >= height(j - 1) && height(*j) > height(j + 1);
             let tops = (1..periods.len() - 1).filter(inside).filter(highest);
@@ -145,8 +139,9 @@ impl Analysis {
         (0..times.len()).filter_map(top).collect()
     }
 
-    /// The probability that noise with the variance and the autocorrelation of the residual has as much power, averaged
-    /// over time, as one of the scales on a ridge. The noise has a number of independent `coordinates` (1 to 2).
+    /// The probability that noise with the variance and the autocorrelation of the residual has as much power,
+    /// averaged over time, as one of the scales on a ridge. The noise has a number of independent `coordinates` (1
+    /// to 2).
     pub fn chance(&self, ridge: &[Place], coordinates: f64) -> f64 {
         // Powers 0.6 octaves apart are independent (δj0 of Torrence and Compo 1998, table 2).
         let tried = ((self.band[1] / self.band[0]).log2() / 0.6).max(1.0);
@@ -173,8 +168,8 @@ pub(super) fn decorrelation(period: f64) -> f64 {
     2.32 * period / period_over_scale()
 }
 
-/// The probability that χ² with given degrees of freedom exceeds its mean by a `ratio`, by the approximation of Wilson
-/// and Hilferty. Above the mean it is an upper bound.
+/// The probability that χ² with given degrees of freedom exceeds its mean by a `ratio`, by the approximation of
+/// Wilson and Hilferty. Above the mean it is an upper bound.
 fn tail(ratio: f64, freedom: f64) -> f64 {
     let variance = 2.0 / (9.0 * freedom);
     let z = (ratio.cbrt() - (1.0 - variance)) / variance.sqrt();
@@ -199,20 +194,10 @@ mod tests {
             power: vec![vec![2.0; count]],
             outside_cone: vec![vec![true; count]],
         };
-        let (scales, waves, strength, noise) = (vec![1.0], vec![], vec![], vec![]);
+        let (scales, waves, noise) = (vec![1.0], vec![], vec![]);
         let (background, band) = (Background::WHITE, [1.0, 1.0]);
-        let analysis = Analysis {
-            scalogram,
-            scales,
-            waves,
-            strength,
-            noise,
-            variance: 1.0,
-            rest_variance: 1.0,
-            background,
-            band,
-            every,
-        };
+        let analysis =
+            Analysis { scalogram, scales, waves, noise, variance: 1.0, rest_variance: 1.0, background, band, every };
         let ridge = [Place { time: 0, scale: 0, period: 1.0, wave: Vector2::zeros(), error: 0.0 }];
         // The probabilities of twice the mean are from tables of the χ² distribution. The bound that is computed
         // exceeds them by 14 % and 12 %.

@@ -1,36 +1,27 @@
-//! Search for periods: the strongest wave in the residual is added and all waves are fitted again, until only noise is
-//! left.
+//! Search for periods: the strongest wave in the residual is added and all waves are fitted again, until only noise
+//! is left.
 
 use std::f64::consts::PI;
 
 use nalgebra::{DMatrix, Vector2};
 
 use super::background::Background;
-use super::ellipse::Ellipse;
 use super::harmonics::{Harmonics, Samples, Wave};
-use super::statistics::SIGNIFICANT;
+use super::statistics::{FALSE_ALARM, SIGNIFICANT};
 use crate::numerics::quadrature::legendre_sequence;
 
-/// Number of examined frequencies in the resolution of the track. The highest of them misses less than 3 % of a peak.
+/// Number of examined frequencies in the resolution of the track. The highest of them misses less than 3 % of a
+/// peak.
 const DENSITY: f64 = 8.0;
-/// Smallest height of a peak relative to the highest one for which it may be an alias. The grid misses 3 % of a peak.
-const ALIKE: f64 = 0.95;
-/// Probability that white and red noise alone have a peak as high.
-const CHANCE: f64 = 1e-4;
 /// Smallest amplitude over the largest. Smaller oscillations cannot be distinguished from the error of the model.
 const SMALLEST: f64 = 5e-3;
-/// Largest increase of the degree of the drift: with the default cubic the residual of a sinusoid of up to one turn is
-/// then 3e-3 of its amplitude.
-const RAISED: usize = 4;
-/// Number of turns by which the slowest wave exceeds those that the drift can follow.
-const LEAST_FASTER: f64 = 1.0;
 
 /// Settings of the search for periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4 while
-    /// the residual has significantly more power along the next two Legendre polynomials than at the lowest frequencies
-    /// above the drift.
+    /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4
+    /// while the residual has significantly more power along the next two Legendre polynomials than at the lowest
+    /// frequencies above the drift.
     pub drift: usize,
     /// Smallest number of periods in the track; 2 by default. Slower motion is drift.
     pub least_turns: f64,
@@ -74,16 +65,17 @@ fn waves(samples: &Samples, search: &Search, degree: usize) -> Harmonics {
             refused.push(omega);
             continue;
         }
-        let size = |wave: &Wave| Ellipse::of(&wave.cosine, &wave.sine).major;
-        let largest = next.waves.iter().map(size).fold(0.0, f64::max);
-        if next.waves.iter().any(|wave| size(wave) < SMALLEST * largest) {
+        let smallest = SMALLEST * next.largest();
+        if next.waves.iter().any(|wave| wave.ellipse().major < smallest) {
             best.widen();
             return best;
         }
         best = next;
     }
-    let known = [best.omegas(), refused].concat();
-    if best.waves.len() == search.most && strongest(samples, &best, &known, range).is_some() {
+    let known = [best.omegas(), refused.clone()].concat();
+    let more = best.waves.len() == search.most && strongest(samples, &best, &known, range).is_some();
+    // A rejected wave, as one that is too close to another, leaves its motion in the residual.
+    if more || !refused.is_empty() {
         best.widen();
     }
     best
@@ -93,12 +85,14 @@ fn waves(samples: &Samples, search: &Search, degree: usize) -> Harmonics {
 /// permitted one.
 fn raised(fit: &Harmonics, samples: &Samples, search: &Search) -> usize {
     let omegas = fit.omegas();
-    // A polynomial follows half a turn for each degree. It must not follow the slowest wave.
+    // A polynomial follows half a turn for each degree. The slowest wave has at least one turn more.
     let turns = omegas.iter().copied().fold(f64::INFINITY, f64::min) / PI;
-    let highest = (search.drift + RAISED).min((2.0 * (turns - LEAST_FASTER)) as usize);
-    let largest = fit.waves.iter().map(|wave| Ellipse::of(&wave.cosine, &wave.sine).major).fold(0.0, f64::max);
+    // With the default cubic, raised by four degrees, the residual of a sinusoid of one turn is 3e-3 of its
+    // amplitude.
+    let highest = (search.drift + 4).min((2.0 * (turns - 1.0)) as usize);
+    let smallest = SMALLEST * fit.largest();
     let mut last = fit.clone();
-    while last.degree() < highest && last.drifts(samples, SMALLEST * largest) {
+    while last.degree() < highest && last.drifts(samples, smallest) {
         let mut next = Harmonics::new(last.degree() + 1, &omegas);
         if !next.fit(samples, omegas.len()) || !sound(&next, search.least_turns) {
             break;
@@ -109,27 +103,28 @@ fn raised(fit: &Harmonics, samples: &Samples, search: &Search) -> usize {
 }
 
 /// Whether the waves of a fit are resolved. No frequency is below the lowest one of the search, where a wave would
-/// cancel the drift. Any two differ by a turn over the whole track: two closer ones fit a swing with growing amplitude
-/// as well as one does, but they nearly cancel and their amplitudes are undetermined. Each wave exceeds three standard
-/// errors.
+/// cancel the drift. Any two differ by a turn over the whole track: two closer ones fit a swing with growing
+/// amplitude as well as one does, but they nearly cancel and their amplitudes are undetermined. Each wave exceeds
+/// three standard errors.
 fn sound(fit: &Harmonics, least_turns: f64) -> bool {
     let near = |a: &Wave, b: &Wave| (a.omega - b.omega).abs() < PI;
     let lowest = PI * (least_turns - 1.0 / DENSITY);
     let resolved = |(i, a): (usize, &Wave)| {
-        let size = Ellipse::of(&a.cosine, &a.sine).major;
+        let size = a.ellipse().major;
         a.omega > lowest && size > SIGNIFICANT * a.error() && !fit.waves[..i].iter().any(|b| near(a, b))
     };
     fit.waves.iter().enumerate().all(resolved)
 }
 
 /// The angular frequency of the highest peak of the residual in a range, among those that exceed the background of
-/// white and red noise. Frequencies near the known ones are excluded. Among peaks of almost the same height the one with
-/// the lowest frequency is returned: the others are its aliases if the positions were taken in pairs or bursts.
+/// white and red noise. Frequencies near the known ones are excluded. Among peaks of almost the same height the one
+/// with the lowest frequency is returned: the others are its aliases if the positions were taken in pairs or
+/// bursts.
 fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2]) -> Option<f64> {
     let rest = fit.residuals(samples);
     let times = &samples.times;
     let noise = rest.iter().map(Vector2::norm_squared).sum::<f64>() / (2 * rest.len()) as f64;
-    if !(noise > samples.rounding) {
+    if !(noise > samples.rounding.powi(2)) {
         return None;
     }
     // Orthonormal basis of the drift.
@@ -150,7 +145,7 @@ fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2])
         let omega = lowest + step * k as f64;
         if known.iter().all(|other| (omega - other).abs() >= PI) {
             let power = power(&phases, &rest, &drift);
-            if chance(0.5 * power / (noise * background.at(omega))) < CHANCE {
+            if chance(0.5 * power / (noise * background.at(omega))) < FALSE_ALARM {
                 *found = power;
             }
         }
@@ -161,7 +156,8 @@ fn strongest(samples: &Samples, fit: &Harmonics, known: &[f64], range: [f64; 2])
     let highest = powers.iter().copied().fold(0.0, f64::max);
     let at = |k: usize| powers.get(k).copied().unwrap_or(0.0);
     let is_peak = |k: &usize| at(*k) > 0.0 && at(*k) >= at(k + 1) && (*k == 0 || at(*k) > at(k - 1));
-    (0..count).filter(is_peak).find(|k| at(*k) >= ALIKE * highest).map(|k| lowest + step * k as f64)
+    // The grid misses up to 3 % of the height of a peak, so that peaks that differ by 5 % may be aliases.
+    (0..count).filter(is_peak).find(|k| at(*k) >= 0.95 * highest).map(|k| lowest + step * k as f64)
 }
 
 /// The decrease of the sum of squares by a cosine and a sine that are fitted beside the drift.
@@ -199,8 +195,8 @@ mod tests {
     use approx::assert_relative_eq;
     use nalgebra::DVector;
 
-    /// The sum of squares of least squares with the drift alone, less that with the drift and a wave. The wave has 0.7
-    /// turns, so that it resembles the drift.
+    /// The sum of squares of least squares with the drift alone, less that with the drift and a wave. The wave has
+    /// 0.7 turns, so that it resembles the drift.
     #[test]
     fn power_of_a_wave_is_the_decrease_of_the_sum_of_squares() {
         let times: Vec<f64> = (0..40).map(|k| -1.0 + f64::from(k) / 19.5).collect();

@@ -6,13 +6,10 @@ use nalgebra::Vector2;
 
 use super::statistics::{GAMMA_MEDIAN, LEAST, median};
 
-/// Largest number of frequencies for each position: it limits the work for a track with a gap that is longer than all
-/// the rest.
-const MOST: f64 = 4.0;
-
 /// A power spectrum.
 pub(super) struct Spectrum {
-    /// Frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in one coordinate.
+    /// Frequencies, 1/s, and the power of both coordinates over that of white noise with variance 1 in one
+    /// coordinate.
     lines: Vec<(f64, f64)>,
 }
 
@@ -23,7 +20,9 @@ impl Spectrum {
         let n = times.len();
         let (start, duration) = (times[0], times[n - 1] - times[0]);
         let highest = 0.5 / interval;
-        let step = duration.recip().max(highest / (MOST * n as f64));
+        // At most four frequencies for each position limit the work for a track with a gap that is longer than all
+        // the rest.
+        let step = duration.recip().max(highest / (4.0 * n as f64));
         let hann = |t: f64| 0.5 - 0.5 * (TAU * (t - start) / duration).cos();
         let tapers: Vec<f64> = times.iter().zip(weights).map(|(t, weight)| weight * hann(*t)).collect();
         let noise: f64 = tapers.iter().map(|x| x * x).sum();
@@ -52,9 +51,9 @@ impl Spectrum {
         if all > 0.0 { own / all } else { 0.0 }
     }
 
-    /// The standard deviation of white noise in a coordinate, from the median of the power at periods below `shortest`.
-    /// `left` is the share of an amplitude at a period that removal of the drift has left. `None` with too few
-    /// frequencies.
+    /// The standard deviation of white noise in a coordinate, from the median of the power at periods below
+    /// `shortest`. `left` is the share of an amplitude at a period that removal of the drift has left. `None` with
+    /// too few frequencies.
     pub fn floor(&self, shortest: f64, left: impl Fn(f64) -> f64) -> Option<f64> {
         let faster = self.lines.iter().filter(|line| line.0 * shortest > 1.0);
         let faster: Vec<f64> = faster.map(|line| line.1 / left(line.0.recip()).powi(2)).collect();

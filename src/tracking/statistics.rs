@@ -2,12 +2,14 @@
 
 /// Significance threshold: an estimate over its standard error. Normal noise exceeds it in one case of 370.
 pub(super) const SIGNIFICANT: f64 = 3.0;
+/// Probability with which noise alone is taken for an oscillation, or for nutation.
+pub(super) const FALSE_ALARM: f64 = 1e-4;
 /// Median of a gamma distribution of shape 2, the solution of (1 + u) e⁻ᵘ = 1/2.
 pub(super) const GAMMA_MEDIAN: f64 = 1.678_346_990_016_660_7;
 
-/// Smallest number of positions that are analysed, and of frequencies from which the noise floor is estimated. Eight
-/// positions are 16 data for the 13 unknowns of a cubic drift and a wave; the median of eight powers has a standard
-/// error of about a third.
+/// Smallest number of positions that are analysed, and of frequencies from which the noise floor is estimated.
+/// Eight positions are 16 data for the 13 unknowns of a cubic drift and a wave; the median of eight powers has a
+/// standard error of about a third.
 pub(super) const LEAST: usize = 8;
 
 /// The median of values; for an even number the larger of the two in the middle, and zero for none.
@@ -21,8 +23,8 @@ pub(super) fn median_gap(times: &[f64]) -> f64 {
     median(times.windows(2).map(|w| w[1] - w[0]).collect())
 }
 
-/// Interval that determines the resolved frequencies: the median interval, or a quarter of the mean one if this is longer,
-/// as for positions in pairs or bursts.
+/// Interval that determines the resolved frequencies: the median interval, or a quarter of the mean one if this is
+/// longer, as for positions in pairs or bursts.
 pub(super) fn resolved_interval(times: &[f64]) -> f64 {
     let duration = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
     median_gap(times).max(0.25 * duration / times.len().max(1) as f64)

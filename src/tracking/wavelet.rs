@@ -9,18 +9,17 @@ use super::track::whole_steps;
 /// Angular frequency of the wave at scale 1, ω0, for which Torrence and Compo (1998) tabulate the properties of the
 /// wavelet.
 pub(super) const OMEGA: f64 = 6.0;
-/// Width of the cone of influence on one side over the scale: the power of a jump has fallen by e² there (Torrence and
-/// Compo 1998, table 1).
+/// Width of the cone of influence on one side over the scale: the power of a jump has fallen by e² there (Torrence
+/// and Compo 1998, table 1).
 pub(super) const CONE: f64 = SQRT_2;
-/// Truncation of the Gaussian, in scales: 6e-5 of its integral lie beyond.
-const REACH: f64 = 4.0;
-/// Length of a gap at a period, over the period. Linear interpolation across it has an error of up to 0.3 amplitudes.
+/// Length of a gap at a period, over the period. Linear interpolation across it has an error of up to 0.3
+/// amplitudes.
 const GAP: f64 = 0.25;
 /// Shortest gap, in median intervals: one lost frame is no gap.
 const USUAL: f64 = 2.5;
 
-/// Fourier period of a scale over the scale, 4π/(ω0 + √(2 + ω0²)) = 1.033 (Torrence and Compo 1998, table 1). The power
-/// of a wave is largest at the scale with its period.
+/// Fourier period of a scale over the scale, 4π/(ω0 + √(2 + ω0²)) = 1.033 (Torrence and Compo 1998, table 1). The
+/// power of a wave is largest at the scale with its period.
 pub(super) fn period_over_scale() -> f64 {
     4.0 * PI / (OMEGA + (2.0 + OMEGA * OMEGA).sqrt())
 }
@@ -94,8 +93,8 @@ impl<'a> Sampling<'a> {
         instants.iter().map(clear).collect()
     }
 
-    /// Weights of the samples at a period (s): half of both neighbouring intervals, of which gaps count only to their
-    /// shortest length.
+    /// Weights of the samples at a period (s): half of both neighbouring intervals, of which gaps count only to
+    /// their shortest length.
     pub fn weights(&self, period: f64) -> Vec<f64> {
         let most = 0.5 * (GAP * period).max(USUAL * self.interval);
         let n = self.times.len();
@@ -120,14 +119,15 @@ pub(super) struct Transform {
 
 /// The transform of positions at a scale (s).
 ///
-/// The values of the Gaussian at evenly spaced instants follow from one another by two products. Sums are divided by
-/// the sum of the weights: a wave keeps its amplitude where a part of the Gaussian lies beyond an end.
+/// The values of the Gaussian at evenly spaced instants follow from one another by two products. Sums are divided
+/// by the sum of the weights: a wave keeps its amplitude where a part of the Gaussian lies beyond an end.
 pub(super) fn transform(sampling: &Sampling, positions: &[Vector2<f64>], scale: f64) -> Transform {
     let total = sampling.stretches.last().map_or(0, |last| last.offset + last.count);
     let mut waves = vec![Vector2::from_element(Complex::ZERO); total];
     let (mut noise, mut whole) = (vec![0.0; total], vec![0.0; total]);
     let weights = sampling.weights(scale * period_over_scale());
-    let (omega, every, reach) = (OMEGA / scale, sampling.every, REACH * scale);
+    // The Gaussian is truncated at four scales; 6e-5 of its integral lie beyond.
+    let (omega, every, reach) = (OMEGA / scale, sampling.every, 4.0 * scale);
     let origin = sampling.times.first().copied().unwrap_or(0.0);
     let slower = (-(every / scale).powi(2)).exp();
     for ((t, position), weight) in sampling.times.iter().zip(positions).zip(&weights) {

@@ -1,73 +1,117 @@
-//! Laws put together: tuples, options, boxes and references.
-
-use std::sync::Arc;
+//! Compositions of tropism laws: tuples, lists, options, and laws behind pointers.
 
 use nalgebra::Vector3;
 
 use super::{Declaration, Growing, Site, Size, TropismLaw};
 use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
 use crate::scene::earlier;
 
-/// Every method by way of another law, which a pattern finds in `self`.
-macro_rules! forward {
-    ($self:ident: $($pattern:pat => $law:expr),+) => {
+forward_pointers!(TropismLaw {
+    fn gradient(at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
+    fn declare(to: &mut Declaration);
+    fn size() -> Size;
+    fn sense(site: &Site, stimuli: &mut [f64]);
+    fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
+    fn steady(stimuli: &[f64], variables: &mut [f64]);
+    fn initial(stimuli: &[f64], variables: &mut [f64]);
+    fn next_discontinuity(t: f64) -> f64;
+    fn name_of(variable: usize) -> &'static str;
+    fn check() -> Result<(), ParameterError>;
+});
+
+/// The methods of a law that consists of the laws in one or more iterators.
+///
+/// Variables and stimuli of the parts are consecutive in the slices, and gradients add. Slices whose lengths do not
+/// agree with the declarations of the parts give NaN, which the integrator rejects.
+macro_rules! composition {
+    ($self:ident: $($laws:expr),*) => {
         #[inline]
-        fn gradient(&$self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
-            match $self { $($pattern => $law.gradient(at, past, now)),+ }
+        fn gradient(&$self, at: &Growing, mut past: &[f64], mut now: &[f64]) -> Vector3<f64> {
+            let (present, mut sum) = (!now.is_empty(), Vector3::zeros());
+            $(for law in $laws {
+                let size = law.size();
+                let number = if present || size.reads_present { size.stimuli } else { 0 };
+                let own = (past.split_off(..size.variables), now.split_off(..number));
+                let (Some(past), Some(now)) = own else { return Vector3::repeat(f64::NAN) };
+                sum += law.gradient(at, past, size.present(now));
+            })*
+            if past.is_empty() && now.is_empty() { sum } else { Vector3::repeat(f64::NAN) }
         }
         #[inline(always)]
         fn declare(&$self, to: &mut Declaration) {
-            match $self { $($pattern => $law.declare(to)),+ }
-        }
-        #[inline]
-        fn size(&$self) -> Size {
-            match $self { $($pattern => $law.size()),+ }
+            $(for law in $laws {
+                law.declare(to);
+            })*
         }
         #[inline]
         fn sense(&$self, site: &Site, stimuli: &mut [f64]) {
-            match $self { $($pattern => $law.sense(site, stimuli)),+ }
+            let mut rest = &mut *stimuli;
+            $(for law in $laws {
+                let Some(own) = rest.split_off_mut(..law.size().stimuli) else { return stimuli.fill(f64::NAN) };
+                law.sense(site, own);
+            })*
+            if !rest.is_empty() {
+                stimuli.fill(f64::NAN);
+            }
         }
         #[inline]
-        fn rates(&$self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-            match $self { $($pattern => $law.rates(variables, stimuli, rates)),+ }
+        fn rates(&$self, mut variables: &[f64], mut stimuli: &[f64], rates: &mut [f64]) {
+            let mut rest = &mut *rates;
+            $(for law in $laws {
+                let Size { variables: v, stimuli: x, .. } = law.size();
+                let own = (variables.split_off(..v), stimuli.split_off(..x), rest.split_off_mut(..v));
+                let (Some(variables), Some(stimuli), Some(own)) = own else { return rates.fill(f64::NAN) };
+                law.rates(variables, stimuli, own);
+            })*
+            if !(variables.is_empty() && stimuli.is_empty()) {
+                rates.fill(f64::NAN);
+            }
         }
-        #[inline]
-        fn steady(&$self, stimuli: &[f64], variables: &mut [f64]) {
-            match $self { $($pattern => $law.steady(stimuli, variables)),+ }
-        }
-        fn at_rest(&$self, stimuli: &[f64], variables: &mut [f64]) {
-            match $self { $($pattern => $law.at_rest(stimuli, variables)),+ }
-        }
+        composition!(@state steady $self: $($laws),*);
+        composition!(@state initial $self: $($laws),*);
         fn next_discontinuity(&$self, t: f64) -> f64 {
-            match $self { $($pattern => $law.next_discontinuity(t)),+ }
+            let mut first = f64::INFINITY;
+            $(for law in $laws {
+                first = earlier(first, law.next_discontinuity(t));
+            })*
+            first
         }
-        fn name_of(&$self, variable: usize) -> &'static str {
-            match $self { $($pattern => $law.name_of(variable)),+ }
+        fn name_of(&$self, mut variable: usize) -> &'static str {
+            $(for law in $laws {
+                match variable.checked_sub(law.size().variables) {
+                    None => return law.name_of(variable),
+                    Some(rest) => variable = rest,
+                }
+            })*
+            std::any::type_name::<Self>()
         }
         fn check(&$self) -> Result<(), ParameterError> {
-            match $self { $($pattern => $law.check()),+ }
+            $(for law in $laws {
+                law.check()?;
+            })*
+            Ok(())
+        }
+    };
+    (@state $method:ident $self:ident: $($laws:expr),*) => {
+        #[inline]
+        fn $method(&$self, mut stimuli: &[f64], variables: &mut [f64]) {
+            let mut rest = &mut *variables;
+            $(for law in $laws {
+                let Size { variables: v, stimuli: x, .. } = law.size();
+                let (Some(x), Some(y)) = (stimuli.split_off(..x), rest.split_off_mut(..v)) else {
+                    return variables.fill(f64::NAN);
+                };
+                law.$method(x, y);
+            })*
+            if !(stimuli.is_empty() && rest.is_empty()) {
+                variables.fill(f64::NAN);
+            }
         }
     };
 }
 
-impl<T: TropismLaw + ?Sized> TropismLaw for Box<T> {
-    forward!(self: law => (**law));
-}
-
-impl<T: TropismLaw + ?Sized> TropismLaw for Arc<T> {
-    forward!(self: law => (**law));
-}
-
-impl<T: TropismLaw + ?Sized> TropismLaw for &T {
-    forward!(self: law => (**law));
-}
-
-/// A law that is absent keeps nothing and steers nowhere.
-impl<T: TropismLaw> TropismLaw for Option<T> {
-    forward!(self: Some(law) => law, None => ());
-}
-
-/// No law: nothing is kept and nothing steers.
+/// No law: no variables, and a gradient of zero.
 impl TropismLaw for () {
     #[inline]
     fn gradient(&self, _at: &Growing, _past: &[f64], _now: &[f64]) -> Vector3<f64> {
@@ -75,94 +119,27 @@ impl TropismLaw for () {
     }
 }
 
-/// Two laws: what the first keeps and senses stands before what the second does, and the gradients add.
-///
-/// A law that does not declare the same at every call would have the other one read what is not its own: then what is asked for
-/// is not a number, which the integrator refuses.
-impl<A: TropismLaw, B: TropismLaw> TropismLaw for (A, B) {
-    #[inline]
-    fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
-        let (a, b) = (self.0.size(), self.1.size());
-        let stimuli = if a.reads_present || b.reads_present { a.stimuli + b.stimuli } else { now.len() };
-        if past.len() != a.variables + b.variables || now.len() != stimuli {
-            return Vector3::repeat(f64::NAN);
-        }
-        let past = past.split_at(a.variables);
-        let now = if a.reads_present || b.reads_present { now.split_at(a.stimuli) } else { (now, now) };
-        self.0.gradient(at, past.0, a.present(now.0)) + self.1.gradient(at, past.1, b.present(now.1))
-    }
-    #[inline(always)]
-    fn declare(&self, to: &mut Declaration) {
-        self.0.declare(to);
-        self.1.declare(to);
-    }
-    #[inline]
-    fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        let (a, b) = (self.0.size().stimuli, self.1.size().stimuli);
-        if stimuli.len() != a + b {
-            return stimuli.fill(f64::NAN);
-        }
-        let stimuli = stimuli.split_at_mut(a);
-        self.0.sense(site, stimuli.0);
-        self.1.sense(site, stimuli.1);
-    }
-    #[inline]
-    fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
-        let (first, second) = (self.0.size(), self.1.size());
-        if !first.fits(second, variables, stimuli) {
-            return rates.fill(f64::NAN);
-        }
-        let (variables, stimuli) = (variables.split_at(first.variables), stimuli.split_at(first.stimuli));
-        let rates = rates.split_at_mut(first.variables);
-        self.0.rates(variables.0, stimuli.0, rates.0);
-        self.1.rates(variables.1, stimuli.1, rates.1);
-    }
-    #[inline]
-    fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        let (first, second) = (self.0.size(), self.1.size());
-        if !first.fits(second, variables, stimuli) {
-            return variables.fill(f64::NAN);
-        }
-        let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
-        self.0.steady(stimuli.0, variables.0);
-        self.1.steady(stimuli.1, variables.1);
-    }
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        let (first, second) = (self.0.size(), self.1.size());
-        if !first.fits(second, variables, stimuli) {
-            return variables.fill(f64::NAN);
-        }
-        let (stimuli, variables) = (stimuli.split_at(first.stimuli), variables.split_at_mut(first.variables));
-        self.0.at_rest(stimuli.0, variables.0);
-        self.1.at_rest(stimuli.1, variables.1);
-    }
-    fn next_discontinuity(&self, t: f64) -> f64 {
-        earlier(self.0.next_discontinuity(t), self.1.next_discontinuity(t))
-    }
-    fn name_of(&self, variable: usize) -> &'static str {
-        let first = self.0.size().variables;
-        if variable < first { self.0.name_of(variable) } else { self.1.name_of(variable - first) }
-    }
-    fn check(&self) -> Result<(), ParameterError> {
-        self.0.check()?;
-        self.1.check()
-    }
+/// A law that may be absent: `None` equals `()`.
+impl<T: TropismLaw> TropismLaw for Option<T> {
+    composition!(self: self.iter());
 }
 
-impl<A: TropismLaw> TropismLaw for (A,) {
-    forward!(self: (a,) => a);
+/// The sum of laws of one type, or of any types in a `Vec<Box<dyn TropismLaw>>`.
+impl<T: TropismLaw> TropismLaw for Vec<T> {
+    composition!(self: self);
 }
 
-/// Longer tuples are pairs of pairs.
 macro_rules! tuple_of_laws {
-    ($($Name:ident $name:ident)* => $pairs:expr) => {
-        impl<$($Name: TropismLaw),*> TropismLaw for ($($Name,)*) {
-            forward!(self: ($($name,)*) => $pairs);
+    ($($Law:ident $index:tt),*) => {
+        impl<$($Law: TropismLaw),*> TropismLaw for ($($Law,)*) {
+            composition!(self: $([&self.$index]),*);
         }
     };
 }
 
-tuple_of_laws!(A a B b C c => (a, (b, c)));
-tuple_of_laws!(A a B b C c D d => ((a, b), (c, d)));
-tuple_of_laws!(A a B b C c D d E e => ((a, b), (c, (d, e))));
-tuple_of_laws!(A a B b C c D d E e F f => ((a, (b, c)), (d, (e, f))));
+tuple_of_laws!(A 0);
+tuple_of_laws!(A 0, B 1);
+tuple_of_laws!(A 0, B 1, C 2);
+tuple_of_laws!(A 0, B 1, C 2, D 3);
+tuple_of_laws!(A 0, B 1, C 2, D 3, E 4);
+tuple_of_laws!(A 0, B 1, C 2, D 3, E 4, F 5);

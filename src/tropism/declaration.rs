@@ -1,22 +1,22 @@
-//! What a law keeps at a material point, and what it reads: said once, in one place.
+//! Declaration of the stimuli and variables of a tropism law.
 
 use super::TropismLaw;
 use crate::error::ParameterError;
 
-/// Where a number at a material point comes from; the indices count all laws of the shoot.
+/// Source of a number at a material point. Indices count the stimuli or variables of all laws of the shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Source {
     /// A stimulus.
     Stimulus(usize),
     /// A variable.
     Variable(usize),
-    /// A formula of the law's own.
+    /// An expression that is not declared.
     #[default]
     Computed,
 }
 
 impl Source {
-    /// The one that stands `k` places further on.
+    /// The source with an index larger by `k`.
     #[must_use]
     #[inline]
     pub fn offset(self, k: usize) -> Self {
@@ -28,57 +28,57 @@ impl Source {
     }
 }
 
-/// How a number changes when the directors d1 and d2 turn about d3, the rest of the world staying as it is.
+/// Transformation of a number under a rotation of the directors d1 and d2 about d3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Rotation {
-    /// The law says nothing of it.
+    /// Unknown.
     #[default]
     Undeclared,
-    /// It stays.
+    /// The number does not change.
     Invariant,
-    /// It is the component along d1 of a vector; the component along d2 stands next to it.
+    /// Component along d1 of a vector; the next number is the component along d2.
     First,
-    /// It is the component along d2 of a vector; the component along d1 stands before it.
+    /// Component along d2 of a vector; the previous number is the component along d1.
     Second,
 }
 
-/// A variable that a law keeps at every material point of the growth zone.
+/// Variable of a law at every material point of the growth zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variable {
-    /// How long ago [`gradient`](TropismLaw::gradient) reads it, s; none if it does not.
+    /// Delay with which [`gradient`](TropismLaw::gradient) reads the variable, s; `None` if it does not read it.
     pub delay: Option<f64>,
-    /// τ in ẏ = (… − y)/τ, s; infinite if it does not relax. The integrator treats −y/τ exactly, at any ratio of step
-    /// to τ.
+    /// Time constant τ in ẏ = (… − y)/τ, s; infinite without such a term. The integrator treats −y/τ exactly, at
+    /// any ratio of step to τ.
     pub time_constant: f64,
-    /// x, if the variable is a *linear memory*: τ ẏ = x − y with τ the time constant and nothing else.
+    /// The source x of a *linear memory*, a variable with τ ẏ = x − y; otherwise [`Source::Computed`].
     pub remembers: Source,
-    /// How it changes when the directors turn about d3.
+    /// Transformation under a rotation of the directors about d3.
     pub rotation: Rotation,
 }
 
 impl Variable {
-    /// A variable that the gradient reads as it was `delay` seconds ago.
+    /// Variable that the gradient reads with a delay (s).
     #[must_use]
     #[inline]
     pub fn read_after(delay: f64) -> Self {
         Self { delay: Some(delay), ..Self::unread() }
     }
 
-    /// A variable that the gradient does not read: it acts through others.
+    /// Variable that only the rates of other variables depend on.
     #[must_use]
     #[inline]
     pub fn unread() -> Self {
         Self { delay: None, time_constant: f64::INFINITY, remembers: Source::Computed, rotation: Rotation::Undeclared }
     }
 
-    /// The same, relaxing in `time_constant` seconds.
+    /// The variable with a time constant (s).
     #[must_use]
     #[inline]
     pub fn relaxing_in(self, time_constant: f64) -> Self {
         Self { time_constant, ..self }
     }
 
-    /// The same, with what is known of how it turns.
+    /// The variable with a transformation under rotations about d3.
     #[must_use]
     #[inline]
     pub fn turning(self, rotation: Rotation) -> Self {
@@ -86,56 +86,48 @@ impl Variable {
     }
 }
 
-/// How many numbers laws keep and sense at a material point.
+/// Numbers of variables and stimuli of a law at a material point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Size {
-    /// Variables.
+    /// Number of variables.
     pub variables: usize,
-    /// Stimuli.
+    /// Number of stimuli.
     pub stimuli: usize,
     /// Whether [`gradient`](TropismLaw::gradient) reads the present stimuli.
     pub reads_present: bool,
 }
 
 impl Size {
-    /// Counts what is declared. Where the declaration is known at compile time the counts are constants.
-    #[must_use]
+    /// Counts what a function declares. The counts are constants if the declaration is known at compile time.
     #[inline(always)]
-    pub fn of(declare: impl FnOnce(&mut Declaration)) -> Self {
+    pub(super) fn of(declare: impl FnOnce(&mut Declaration)) -> Self {
         let mut counted = Declaration { counts_only: true, ..Declaration::default() };
         declare(&mut counted);
         counted.size
     }
 
-    /// Whether the slices hold as many numbers as this law and a second one have together.
+    /// Argument `now` of [`gradient`](TropismLaw::gradient) for stimuli `x`: all of them, or none if the law does
+    /// not read them.
     #[inline]
-    pub(super) fn fits(&self, second: Self, variables: &[f64], stimuli: &[f64]) -> bool {
-        variables.len() == self.variables + second.variables && stimuli.len() == self.stimuli + second.stimuli
-    }
-
-    /// What [`gradient`](TropismLaw::gradient) is given of the stimuli `x`: all, or none if it does not read the present.
-    #[must_use]
-    #[inline]
-    pub fn present<'a>(&self, x: &'a [f64]) -> &'a [f64] {
+    pub(crate) fn present<'a>(&self, x: &'a [f64]) -> &'a [f64] {
         if self.reads_present { x } else { &[] }
     }
 }
 
-/// The stimuli that laws sense and the variables that they keep at a material point, in order.
-///
-/// A law writes its own with [`TropismLaw::declare`]; those of a tuple stand one behind the other.
+/// Stimuli and variables of a law at a material point, in order. [`TropismLaw::declare`] writes it; those of the
+/// laws in a tuple or a `Vec` follow one another.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Declaration {
     size: Size,
     reads_position: bool,
-    /// The lists below stay empty.
+    /// Only the counts are computed, and the lists below stay empty.
     counts_only: bool,
     stimuli: Vec<Rotation>,
     variables: Vec<Variable>,
 }
 
 impl Declaration {
-    /// What a law declares.
+    /// Declaration of a law.
     #[must_use]
     pub fn of<T: TropismLaw + ?Sized>(law: &T) -> Self {
         let mut declaration = Self::default();
@@ -143,27 +135,27 @@ impl Declaration {
         declaration
     }
 
-    /// Becomes what a law declares, without new allocations if there is room.
-    pub fn read<T: TropismLaw + ?Sized>(&mut self, law: &T) {
+    /// Overwrites this declaration with that of a law, without allocation if the capacity suffices.
+    pub(crate) fn read<T: TropismLaw + ?Sized>(&mut self, law: &T) {
         self.stimuli.clear();
         self.variables.clear();
         (self.size, self.reads_position) = (Size::default(), false);
         law.declare(self);
     }
 
-    /// Declares `number` stimuli, of which nothing is said but that they are sensed. Returns the first.
+    /// Declares a number of stimuli whose transformation is unknown. Returns the first.
     #[inline(always)]
     pub fn stimuli(&mut self, number: usize) -> Source {
         self.add_stimuli(number, |_| Rotation::Undeclared)
     }
 
-    /// Declares two stimuli that are the components along d1 and d2 of a vector. Returns the first.
+    /// Declares two stimuli, the components along d1 and d2 of a vector. Returns the first.
     #[inline(always)]
     pub fn stimulus_pair(&mut self) -> Source {
         self.add_stimuli(2, |k| if k == 0 { Rotation::First } else { Rotation::Second })
     }
 
-    /// Declares one stimulus that turns in a given way.
+    /// Declares a stimulus with a transformation under rotations about d3.
     #[inline(always)]
     pub fn stimulus(&mut self, rotation: Rotation) -> Source {
         self.add_stimuli(1, |_| rotation)
@@ -175,8 +167,9 @@ impl Declaration {
         self.add_variables(1, |_, _| variable)
     }
 
-    /// Declares `number` linear memories, τ ẏ = x − y: the first of `of`, the next of what stands behind it. A memory turns as
-    /// what it remembers does. `delay` is how long ago the gradient reads them, s, if it does. Returns the first.
+    /// Declares a number of linear memories, τ ẏ = x − y, of consecutive sources that begin with `of`. A memory
+    /// transforms like its source. `time_constant` is τ (s), and `delay` that of [`Variable::delay`]. Returns the
+    /// first.
     #[inline(always)]
     pub fn memories(&mut self, number: usize, of: Source, time_constant: f64, delay: Option<f64>) -> Source {
         self.add_variables(number, |to, k| {
@@ -206,7 +199,8 @@ impl Declaration {
         Source::Variable(first)
     }
 
-    /// Writes to the lists, out of line: where only counts are asked for, a declaration is to vanish in compilation.
+    /// Writes to the lists in a function that is not inlined, so that the compiler removes declarations of which
+    /// only the counts are used.
     #[inline(always)]
     fn list(&mut self, write: impl FnOnce(&mut Self)) {
         #[cold]
@@ -233,7 +227,7 @@ impl Declaration {
         self
     }
 
-    /// How many stimuli and variables there are.
+    /// Numbers of stimuli and variables.
     #[must_use]
     pub fn size(&self) -> Size {
         self.size
@@ -245,13 +239,13 @@ impl Declaration {
         &self.variables
     }
 
-    /// Whether a law looks where its site is.
+    /// Whether [`sense`](TropismLaw::sense) reads the position of the site.
     #[must_use]
     pub fn reads_position(&self) -> bool {
         self.reads_position
     }
 
-    /// How a stimulus or a variable changes when the directors turn about d3.
+    /// Transformation of a stimulus or a variable under a rotation of the directors about d3.
     #[must_use]
     #[inline]
     pub fn rotation(&self, of: Source) -> Rotation {
@@ -262,16 +256,16 @@ impl Declaration {
         }
     }
 
-    /// The delays with which variables are read, s.
+    /// Delays of the variables that the gradient reads, s.
     pub fn delays(&self) -> impl Iterator<Item = f64> {
         self.variables.iter().filter_map(|variable| variable.delay)
     }
 
-    /// Refuses delays and time constants that make no sense, and memories of what is not declared.
+    /// Checks delays, time constants and the sources of memories.
     ///
     /// # Errors
-    /// The first of them.
-    pub fn check(&self) -> Result<(), ParameterError> {
+    /// The first one that is out of range.
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
         for variable in &self.variables {
             ParameterError::not_negative("delay of a tropism law", variable.delay.unwrap_or(0.0))?;
             let time = variable.time_constant;
@@ -287,13 +281,14 @@ impl Declaration {
         Ok(())
     }
 
-    /// The longest delay, s; zero if nothing of the past is read.
+    /// Longest delay, s; zero without delays.
     #[must_use]
     pub fn longest_delay(&self) -> f64 {
         self.delays().fold(0.0, f64::max)
     }
 
-    /// The shortest delay, s: zero if the laws read what is present, infinite if they read neither.
+    /// Shortest delay, s: zero if the gradient reads the present stimuli, and infinite if it reads neither these
+    /// nor variables.
     #[must_use]
     pub fn shortest_delay(&self) -> f64 {
         if self.size.reads_present { 0.0 } else { self.delays().fold(f64::INFINITY, f64::min) }

@@ -1,15 +1,16 @@
-//! Derivatives of a law by differences, for the linear problem.
+//! Derivatives of a law by differences, for linear stability.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{Growing, TropismLaw};
 
-/// Step of the central differences, relative to the argument or to one. Their error is 1e-8 of a third derivative, and
-/// 1e-12 by rounding.
+/// Step of the central differences, relative to the argument or to one. Their error is 1e-8 of a third derivative,
+/// and 1e-12 by rounding.
 const STEP: f64 = 1e-4;
 
-/// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables y and stimuli x. The last
-/// one is zero for a law that does not [read the present](super::Declaration::with_present).
+/// Derivatives ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables y and
+/// stimuli x. The last one is zero for a law that does not [read the present
+/// stimuli](super::Declaration::with_present).
 pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
     let size = law.size();
     let rates = |y: &[f64], x: &[f64]| {
@@ -28,7 +29,7 @@ pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[
     ]
 }
 
-/// The Jacobian of a function with a number of components.
+/// Jacobian of a function with a given number of components, by central differences.
 fn differences(f: impl Fn(&[f64]) -> DVector<f64>, components: usize, at: &[f64]) -> DMatrix<f64> {
     let mut x = at.to_vec();
     let mut out = DMatrix::zeros(components, at.len());

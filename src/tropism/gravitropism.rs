@@ -1,34 +1,36 @@
-//! The response to gravity, and to whatever else has a direction.
+//! Response to gravity or another stimulus with a direction.
 
 use nalgebra::Vector3;
 
 use super::{Growing, Perception, Response, SettledStatoliths};
 use crate::error::ParameterError;
 
-/// Tissue turns towards a direction, or away from it if the sensitivity is negative.
+/// Response to a perceived direction: growth bends the tissue towards it, or away from it if the sensitivity is
+/// negative.
 ///
-/// Equation (7), with h the direction that is perceived and M what is remembered of it:
+/// Equation (7), with h the perceived direction and M its [memory](super::Memory):
 ///
 /// ```text
 /// r u̇1* = −β REGR M[h2],   r u̇2* = +β REGR M[h1].
 /// ```
 ///
-/// In an elliptic section r is the semi-axis across which growth differs: along d2 for u1, along d1 for u2.
-/// β has no unit: it is the curvature times the radius that a shoot laid on its side gains in one growth time. Usual value: 0.8
-/// for *Arabidopsis thaliana* (Agostinelli, DeSimone and Noselli 2021).
+/// u1 and u2 are bending about d1 and d2: positive u2 bends towards d1, and negative u1 towards d2. In an elliptic
+/// section r is the semi-axis along d2 for u1, and that along d1 for u2. [`remembered`](Response::remembered) adds
+/// M.
 ///
-/// u1 and u2 bend about d1 and d2, so positive u2 bends towards d1 and negative u1 towards d2. The law asks for u̇*/REGR;
-/// [`remembered`](Response::remembered) adds M.
+/// β is the product of the radius and the curvature that a horizontal shoot gains in one growth time. A usual value
+/// is 0.8, for *Arabidopsis thaliana* (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DirectionalTropism<P> {
-    /// Sensitivity β.
+    /// Sensitivity β, without unit.
     pub sensitivity: f64,
-    /// What perceives the direction: its signal is (h1, h2), the components along d1 and d2.
+    /// Perception of the direction. Its signal is (h1, h2), the components along d1 and d2.
     pub perception: P,
 }
 
-/// The tip turns upwards, equation (7): statoliths perceive the upward vertical.
+/// Gravitropism, equation (7): the perceived direction is the upward vertical, which [settled](SettledStatoliths)
+/// or [avalanching](super::Statoliths) statoliths indicate.
 ///
 /// ```
 /// use morphorod::tropism::{Gravitropism, Memory, Response, SettledStatoliths};

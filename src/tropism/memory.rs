@@ -1,12 +1,15 @@
-//! The memory with delay through which a stimulus acts.
+//! Exponential memory with delay.
 
 use crate::error::ParameterError;
 
-/// `M[x](t) = (1/τm) ∫ exp(−(t − τr − τ)/τm) x(τ) dτ` up to t − τr: an exponential memory, read with a delay.
+/// Exponential memory with a delay, M in equations (7) and (8):
 ///
-/// Usual values: τm = τr = 12 min, for gravitropism and proprioception alike (Agostinelli, DeSimone and Noselli 2021).
+/// ```text
+/// M[x](t) = (1/τm) ∫ exp(−(t − τr − τ)/τm) x(τ) dτ, integrated up to τ = t − τr.
+/// ```
 ///
-/// The same without the integral: τm ẏ = x − y and `M[x](t) = y(t − τr)`. The filter comes first, the delay after.
+/// It is computed as `M[x](t) = y(t − τr)` with τm ẏ = x − y. The default is τm = τr = 12 min, the value of
+/// Agostinelli, DeSimone and Noselli (2021) for gravitropism and proprioception of *Arabidopsis thaliana*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Memory {
@@ -16,17 +19,23 @@ pub struct Memory {
     pub delay: f64,
 }
 
+impl Default for Memory {
+    fn default() -> Self {
+        Self { time: 720.0, delay: 720.0 }
+    }
+}
+
 impl Memory {
-    /// The rate ẏ = (x − y)/τm.
+    /// Rate ẏ = (x − y)/τm.
     #[must_use]
     pub fn rate(&self, y: f64, x: f64) -> f64 {
         (x - y) / self.time
     }
 
-    /// Refuses times that make no sense.
+    /// Checks both times.
     ///
     /// # Errors
-    /// The first such time.
+    /// The first one that is out of range.
     pub fn check(&self) -> Result<(), ParameterError> {
         ParameterError::positive("memory time", self.time)?;
         ParameterError::not_negative("reaction time", self.delay)

@@ -1,4 +1,4 @@
-//! How the shoot steers: laws of differential growth.
+//! Tropism laws: differential growth, equations (4) to (8).
 
 mod compose;
 mod declaration;
@@ -16,8 +16,8 @@ pub(crate) use derivatives::law_matrices;
 pub use gravitropism::{DirectionalTropism, Gravitropism};
 pub use memory::Memory;
 pub use oscillator::{Handedness, Oscillator};
-pub use perception::{Perception, Signal};
-pub use proprioception::{Proprioception, VisibleBending};
+pub use perception::Perception;
+pub use proprioception::Proprioception;
 pub use response::{Remembered, Response};
 pub use statoliths::{SettledStatoliths, Statoliths};
 
@@ -28,34 +28,34 @@ use crate::rod::Rod;
 use crate::scene::Environment;
 use crate::section::Section;
 
-/// What a law can see from a material point, at a moment when the shoot is in equilibrium.
+/// Material point of a shoot in equilibrium, from which a law computes its stimuli.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Site<'a> {
     /// Time and gravity.
     pub environment: Environment,
-    /// The frame: it turns e1, e2, e3 into the directors d1, d2, d3.
+    /// Frame, the rotation of e1, e2, e3 to the directors d1, d2, d3.
     pub frame: UnitQuaternion<f64>,
-    /// The visible strain u = u* + ue, components along the directors, 1/m.
+    /// Visible strain u = u* + ue, components along the directors, 1/m.
     pub strain: Vector3<f64>,
-    /// The couple, components along the directors, N m.
+    /// Couple, components along the directors, N m.
     pub couple: Vector3<f64>,
     /// Arc length from the base, m.
     pub arc_length: f64,
     /// Distance from the apex along the shoot, m.
     pub apex_distance: f64,
-    /// The cross section.
+    /// Cross section.
     pub section: Section,
-    /// Position in the fixed frame, the base at the origin, m. Computed only for laws that
-    /// [ask for it](Declaration::with_position); otherwise not a number.
+    /// Position in the fixed frame with the base at the origin, m. NaN unless a law
+    /// [declares](Declaration::with_position) that it reads the position.
     pub position: Vector3<f64>,
-    /// The whole shoot, for laws that sense elsewhere than they act, at the apex say.
+    /// The rod, for laws that sense at another place than they act, as at the apex.
     pub rod: &'a Rod,
 }
 
 impl<'a> Site<'a> {
-    /// The site of a frame on a rod, without strain and couple, at the base, at an unknown position: for tests of a law, which set what
-    /// it reads.
+    /// Site at the base of a rod with a given frame, zero strain and couple, and unknown position. Tests of a law
+    /// set the fields that the law reads.
     #[must_use]
     pub fn new(environment: Environment, frame: UnitQuaternion<f64>, rod: &'a Rod) -> Self {
         Self {
@@ -71,7 +71,7 @@ impl<'a> Site<'a> {
         }
     }
 
-    /// The components along the directors of a vector of the fixed frame.
+    /// Components along the directors of a vector in the fixed frame.
     #[must_use]
     pub fn along_directors(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.frame.inverse_transform_vector(v)
@@ -84,14 +84,14 @@ impl<'a> Site<'a> {
 pub struct Growing {
     /// Time, s.
     pub time: f64,
-    /// The cross section.
+    /// Cross section.
     pub section: Section,
     /// Distance from the apex along the shoot, m.
     pub apex_distance: f64,
 }
 
 impl Growing {
-    /// At a time (s), for a section or the radius (m) of a circular one, at a distance (m) from the apex.
+    /// Place at a distance (m) from the apex with a section, or the radius (m) of a circular one, at a time (s).
     #[must_use]
     #[inline]
     pub fn new(time: f64, section: impl Into<Section>, apex_distance: f64) -> Self {
@@ -99,32 +99,33 @@ impl Growing {
     }
 }
 
-/// A law of differential growth. It gives rates and never steps: the integrator owns time, and multiplies by REGR.
+/// Law of differential growth: the growth gradient u̇*/REGR, which the integrator multiplies by REGR and integrates
+/// in time.
 ///
-/// Most laws answer to what is remembered of a perception. For these [`Response`] is less to write, and
-/// [`Remembered`] makes a law of it. This trait is for all others, and is what the rest of the crate knows.
+/// Most laws are a response to the memory of a perceived signal. They are implemented by [`Response`], from which
+/// [`Remembered`] makes a law.
 ///
-/// A law may keep variables y at every material point of the growth zone, driven by stimuli x that it senses there:
+/// A law can have variables y at every material point of the growth zone, and stimuli x on which their rates
+/// depend:
 ///
-/// 1. [`declare`](Self::declare) says how many stimuli and variables there are. `stimuli` and `now` are slices of as many
-///    numbers as there are stimuli (`now` may be empty, see [`gradient`](Self::gradient)); `variables`, `rates` and `past`
-///    of as many as there are variables;
-/// 2. [`sense`](Self::sense) turns what can be seen from a point into the stimuli, once in a step;
-/// 3. the variables obey ẏ = [`rates`](Self::rates)(y, x(t));
-/// 4. [`gradient`](Self::gradient) turns the variables of some time ago into u̇*/REGR.
+/// 1. [`declare`](Self::declare) declares the stimuli and the variables. `stimuli` and `now` are slices of all stimuli
+///    (`now` may be empty, see [`gradient`](Self::gradient)); `variables`, `rates` and `past` are slices of all variables.
+/// 2. [`sense`](Self::sense) computes the stimuli at a point, once in a step.
+/// 3. The variables obey ẏ = [`rates`](Self::rates)(y, x(t)).
+/// 4. [`gradient`](Self::gradient) computes u̇*/REGR from the variables at earlier times.
 ///
-/// Laws compose by being put in a tuple: variables and stimuli stand one behind the other, each law sees its own, and the
-/// gradients add. `()` steers nowhere. A law without variables overrides only [`gradient`](Self::gradient).
+/// A tuple or a `Vec` of laws is a law: each law has its own variables and stimuli, and the gradients add. `()` has
+/// the gradient zero. A law without variables implements only [`gradient`](Self::gradient).
 ///
-/// This law twists tissue that the sun has warmed. Its variable is the temperature of the tissue, in degrees above the shade,
-/// which follows that of the surface.
+/// This example twists tissue on the sunny side. Its variable is the temperature of the tissue relative to the
+/// shade, in K, which follows that of the surface.
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, Growing, Site, TropismLaw, Variable};
 /// use morphorod::nalgebra::Vector3;
 ///
 /// struct Thermotwist {
-///     /// Of the tissue, s.
+///     /// Time constant of the temperature, s.
 ///     time_constant: f64,
 /// }
 ///
@@ -158,65 +159,67 @@ impl Growing {
     note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
     note = "a perception becomes a response in `DirectionalTropism {{ sensitivity, perception }}`",
     note = "a response becomes a law by its memory: `response.remembered(memory)`",
-    note = "tuples of up to six laws are laws, longer ones are nested: `((a, b), c)`"
+    note = "tuples of up to six laws and `Vec`s of laws are laws"
 )]
 pub trait TropismLaw {
-    /// The rate of the intrinsic strain divided by REGR, components along the directors, 1/m.
+    /// Growth gradient u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along the directors,
+    /// 1/m.
     ///
-    /// `past` holds every variable as it was its declared delay ago; what stands there for one that is declared unread has no
-    /// meaning. `now` holds the present stimuli if the law has declared that it
-    /// [reads them](Declaration::with_present), and is empty otherwise.
+    /// `past` contains every variable at the time that is earlier by its declared delay; the values of
+    /// [unread](Variable::unread) variables are undefined. `now` contains the present stimuli if the law declares
+    /// that it [reads them](Declaration::with_present), and is empty otherwise.
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64>;
 
-    /// Declares the stimuli and the variables, in the order in which they stand in the slices. It must say the same at
-    /// every call.
+    /// Declares the stimuli and the variables in the order of the slices. The declaration must be the same at every
+    /// call.
     fn declare(&self, _to: &mut Declaration) {}
 
-    /// The counts of what is declared. Provided; a law behind a pointer answers for what it points at.
+    /// Numbers of stimuli and variables. Laws do not implement it, except pointers, which forward it.
     fn size(&self) -> Size {
         Size::of(|to| self.declare(to))
     }
 
-    /// Writes the stimuli x at a place, as many as are declared.
+    /// Writes the declared stimuli x at a place.
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
-    /// Writes the rates ẏ of the variables y under the stimuli x, in 1/s times the variables' unit: of all of them, those that
-    /// are declared to be memories, too. A law that keeps variables must write them; as provided they are not numbers, and
-    /// an integrator refuses to start.
+    /// Writes the rates ẏ of all variables y under the stimuli x, in their unit per second, including those of
+    /// declared memories. A law with variables must implement it; the default is NaN, for which an integrator
+    /// returns an error.
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the steady state of the variables: those whose [`rates`](Self::rates) vanish under these stimuli. As provided the variables
-    /// are those of [`at_rest`](Self::at_rest), which is a steady state only under stimuli that do not drive them. The module
-    /// [`stability`](crate::stability) and [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) compare it with the rates and return an error
-    /// if it is wrong; [`SteadyHistory`](crate::integrator::SteadyHistory) does not.
+    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant
+    /// stimuli. The default is [`initial`](Self::initial), which is a steady state only if the stimuli do not drive
+    /// the variables. The module [`stability`](crate::stability) and
+    /// [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) return an error if the rates do not vanish;
+    /// [`SteadyHistory`](crate::integrator::SteadyHistory) does not check them.
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.at_rest(stimuli, variables);
+        self.initial(stimuli, variables);
     }
 
-    /// Writes the variables at t = 0 of a shoot without a history: zero unless said otherwise.
-    fn at_rest(&self, _stimuli: &[f64], variables: &mut [f64]) {
+    /// Writes the variables at t = 0 of a shoot without a history; zero by default.
+    fn initial(&self, _stimuli: &[f64], variables: &mut [f64]) {
         variables.fill(0.0);
     }
 
-    /// The first time after `t` (s) at which what the law senses or asks for has a discontinuity, or its slope has one, of
-    /// its own: a lamp that is switched on. Infinite if there is none. An integrator steps onto it, and reads laws a
-    /// few units of rounding before and after it: whether a lamp is on for `t > on` or `t >= on` makes no difference.
+    /// First time after `t` (s) at which the stimuli, the gradient or their time derivatives are discontinuous as
+    /// functions of time, as for a lamp that is switched on; infinite by default. Integrators step onto it and
+    /// evaluate the law a few units of rounding before and after it. The value at this time itself has no effect.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// The name of the law that keeps a variable, for messages of errors: the name of its type. Provided; laws that consist of others
-    /// return the name of the part. `variable` counts the variables that this law declares, from zero.
+    /// Name of the type of the law that declares a variable, for messages of errors. A composition returns the name
+    /// of the part. `variable` is the index among the variables of this law, from zero.
     fn name_of(&self, _variable: usize) -> &'static str {
         std::any::type_name::<Self>()
     }
 
-    /// Refuses parameters that make no sense.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter that is out of range.
     fn check(&self) -> Result<(), ParameterError> {
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The endogenous oscillator.
+//! Endogenous oscillator.
 
 use std::f64::consts::TAU;
 
@@ -7,39 +7,41 @@ use nalgebra::Vector3;
 use super::{Growing, TropismLaw};
 use crate::error::ParameterError;
 
-/// The way in which something turns about d3, an oscillator's gradient or the tip of a shoot, seen from the apex towards the base:
-/// from above, on an upright shoot.
+/// Sense of rotation about d3, seen from the apex towards the base, which is from above for an upright shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Handedness {
-    /// From d1 towards d2, as equation (5) is printed.
+    /// From d1 towards d2, as in equation (5).
     #[default]
     Counterclockwise,
     /// From d1 towards −d2.
     Clockwise,
 }
 
-/// Equation (5): r u̇1* = α REGR cos(2πt/τe + φ), r u̇2* = ±α REGR sin(2πt/τe + φ).
+/// Differential growth with a direction that rotates at a constant rate, equation (5), here with a phase φ:
 ///
-/// Usual values: α = 0 (none) to 0.3, 0.2 for the growing shoot; τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
+/// ```text
+/// r u̇1* = α REGR cos(2πt/τe + φ),   r u̇2* = ±α REGR sin(2πt/τe + φ).
+/// ```
 ///
-/// It depends on time alone: no variables, no memory, no delay. In an elliptic section r is the semi-axis across which growth
-/// differs: along d2 for u1, along d1 for u2.
+/// The sign is + for the counterclockwise sense. The law has no variables. In an elliptic section r is the
+/// semi-axis along d2 for u1, and that along d1 for u2. Usual values are α = 0 to 0.3, 0.2 for the growing shoot,
+/// and τe = 20 to 24 min (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Oscillator {
-    /// Sensitivity α.
+    /// Sensitivity α, without unit.
     pub sensitivity: f64,
     /// Period τe, s.
     pub period: f64,
     /// Phase φ at t = 0, rad.
     pub phase: f64,
-    /// Which way it turns.
+    /// Sense of rotation of the gradient.
     pub handedness: Handedness,
 }
 
 impl Oscillator {
-    /// An oscillator that turns counterclockwise and starts at phase zero.
+    /// Counterclockwise oscillator with phase zero.
     #[must_use]
     pub fn new(sensitivity: f64, period: f64) -> Self {
         Self { sensitivity, period, phase: 0.0, handedness: Handedness::Counterclockwise }

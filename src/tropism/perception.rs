@@ -1,30 +1,26 @@
-//! What tissue perceives at its place.
+//! Perception of stimuli by tissue.
 
 use super::{Declaration, Site, Source};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 
-/// A few numbers that are passed on from perception to response: `[f64; N]`.
-pub trait Signal: AsRef<[f64]> + Copy {
-    /// How many numbers.
-    const LENGTH: usize;
-
-    /// The first numbers of a slice; not numbers where it holds fewer.
-    fn read(from: &[f64]) -> Self;
+/// Number of components of a signal.
+pub(super) fn signal_length<S: AsRef<[f64]> + Default>() -> usize {
+    S::default().as_ref().len()
 }
 
-impl<const N: usize> Signal for [f64; N] {
-    const LENGTH: usize = N;
-
-    fn read(from: &[f64]) -> Self {
-        std::array::from_fn(|k| from.get(k).copied().unwrap_or(f64::NAN))
-    }
+/// Reads a signal from the first numbers of a slice. Components beyond its end are NaN.
+pub(super) fn read_signal<S: AsMut<[f64]> + Default>(from: &[f64]) -> S {
+    let mut signal = S::default();
+    let components = signal.as_mut().iter_mut().enumerate();
+    components.for_each(|(k, x)| *x = from.get(k).copied().unwrap_or(f64::NAN));
+    signal
 }
 
-/// What tissue perceives at its place: a signal, from what is sensed there and from variables of its own if it needs any.
+/// Perception of a signal by tissue, from stimuli at its place and, if needed, from variables.
 ///
-/// A perception without variables says what its signal is, [`declare`](Self::declare)s its stimuli and
-/// [`sense`](Self::sense)s them. This one perceives where the light comes from:
+/// A perception without variables implements [`declare`](Self::declare) and [`sense`](Self::sense). This example
+/// perceives the direction of light:
 ///
 /// ```
 /// use morphorod::tropism::{Declaration, DirectionalTropism, Memory, Perception, Response, Site, Source};
@@ -45,67 +41,66 @@ impl<const N: usize> Signal for [f64; N] {
 ///     }
 /// }
 ///
-/// // A law: tissue turns to where the light came from.
+/// // A law: growth bends the tissue towards the light.
 /// let phototropism = DirectionalTropism { sensitivity: 0.8, perception: Sunlight(Vector3::x()) }
 ///     .remembered(Memory { time: 600.0, delay: 300.0 });
 /// # let _ = phototropism;
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a perception",
-    note = "what tissue perceives implements `morphorod::tropism::Perception`, as `SettledStatoliths` does"
+    note = "perceptions implement `morphorod::tropism::Perception`, as `SettledStatoliths` does"
 )]
 pub trait Perception {
-    /// The numbers that are passed on.
-    type Signal: Signal;
+    /// Signal that the response depends on, `[f64; N]`.
+    type Signal: AsRef<[f64]> + AsMut<[f64]> + Default + Copy;
 
-    /// Declares the stimuli, and the variables if there are any, which the gradient does not read. Returns where the
-    /// signal stands among them. Unless said otherwise the stimuli are the signal, of which nothing more is known.
+    /// Declares the stimuli and the variables, which the gradient does not read. Returns the first component of the
+    /// signal among them. By default the stimuli are the signal.
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
-        to.stimuli(Self::Signal::LENGTH)
+        to.stimuli(signal_length::<Self::Signal>())
     }
 
-    /// Writes the stimuli at a place, as many as are declared.
+    /// Writes the declared stimuli at a place.
     fn sense(&self, site: &Site, stimuli: &mut [f64]);
 
-    /// The signal, from the variables and the stimuli: the first stimuli unless said otherwise.
+    /// Signal for given variables and stimuli; by default the first stimuli.
     fn signal(&self, _variables: &[f64], stimuli: &[f64]) -> Self::Signal {
-        Self::Signal::read(stimuli)
+        read_signal(stimuli)
     }
 
-    /// Writes the rates of the variables, their unit per second. As provided they are not numbers: a perception that keeps
-    /// variables must write them.
+    /// Writes the rates of the variables, in their unit per second. A perception with variables must implement it;
+    /// the default is NaN.
     fn rates(&self, _variables: &[f64], _stimuli: &[f64], rates: &mut [f64]) {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the steady state of the variables: those whose [`rates`](Self::rates) vanish under these stimuli. As provided they are
-    /// zero, which is a steady state only under stimuli that do not drive them; see
-    /// [`TropismLaw::steady`](super::TropismLaw::steady).
+    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant
+    /// stimuli. The default is zero; see [`TropismLaw::steady`](super::TropismLaw::steady).
     fn steady(&self, _stimuli: &[f64], variables: &mut [f64]) {
         variables.fill(0.0);
     }
 
-    /// Writes the variables at t = 0 of a shoot without a history: steady unless said otherwise.
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+    /// Writes the variables at t = 0 of a shoot without a history; by default the steady state.
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.steady(stimuli, variables);
     }
 
-    /// The time by which the signal still lags when it is read, s.
+    /// Delay with which the response reads the signal, s.
     fn delay(&self) -> f64 {
         0.0
     }
 
-    /// The first time after `t` (s) at which the stimuli have a discontinuity of their own, as
+    /// First time after `t` (s) at which the stimuli are discontinuous, as
     /// [`TropismLaw::next_discontinuity`](super::TropismLaw::next_discontinuity).
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Refuses parameters that make no sense.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter that is out of range.
     fn check(&self) -> Result<(), ParameterError> {
         Ok(())
     }
@@ -118,7 +113,7 @@ forward_pointers!(Perception {
     fn signal(variables: &[f64], stimuli: &[f64]) -> T::Signal;
     fn rates(variables: &[f64], stimuli: &[f64], rates: &mut [f64]);
     fn steady(stimuli: &[f64], variables: &mut [f64]);
-    fn at_rest(stimuli: &[f64], variables: &mut [f64]);
+    fn initial(stimuli: &[f64], variables: &mut [f64]);
     fn delay() -> f64;
     fn next_discontinuity(t: f64) -> f64;
     fn check() -> Result<(), ParameterError>;

@@ -1,33 +1,38 @@
-//! The response of a shoot to its own bending.
+//! Response of a shoot to its own bending.
 
 use nalgebra::Vector3;
 
 use super::{Declaration, Growing, Perception, Response, Site, Source};
 use crate::error::ParameterError;
 
-/// The shoot straightens. Equation (8), with u the visible strain, elastic and intrinsic together, and M̄ what is
-/// remembered of it:
+/// Proprioception, equation (8): growth straightens the shoot. With u the visible strain, elastic and intrinsic,
+/// and M̄ its [memory](super::Memory):
 ///
 /// ```text
 /// u̇1* = −η REGR M̄[u1],   u̇2* = −η REGR M̄[u2].
 /// ```
 ///
-/// The law asks for u̇*/REGR; [`remembered`](Response::remembered) adds M̄.
-///
-/// η has no unit: by itself it straightens a shoot in τg/η. Usual value: 20 for *Arabidopsis thaliana* (Agostinelli, DeSimone and
-/// Noselli 2021). With gravitropism of sensitivity β a shoot at rest bends over the length η r/β, 12.5 mm at the usual values.
+/// [`remembered`](Response::remembered) adds M̄. Without other laws the shoot straightens within τg/η. A steady
+/// shoot with gravitropism of sensitivity β bends over the length η r/β, 12.5 mm at the usual values. The default η
+/// is 20, the value for *Arabidopsis thaliana* of Agostinelli, DeSimone and Noselli (2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Proprioception {
-    /// Sensitivity η.
+    /// Sensitivity η, without unit.
     pub sensitivity: f64,
 }
 
-impl Response for Proprioception {
-    type Perception = VisibleBending;
+impl Default for Proprioception {
+    fn default() -> Self {
+        Self { sensitivity: 20.0 }
+    }
+}
 
-    fn perception(&self) -> &VisibleBending {
-        &VisibleBending
+impl Response for Proprioception {
+    type Perception = Self;
+
+    fn perception(&self) -> &Self {
+        self
     }
 
     fn gradient(&self, _at: &Growing, [u1, u2]: [f64; 2]) -> Vector3<f64> {
@@ -39,12 +44,8 @@ impl Response for Proprioception {
     }
 }
 
-/// Tissue perceives how it is bent: the signal is (u1, u2), 1/m.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct VisibleBending;
-
-impl Perception for VisibleBending {
+/// The signal is the visible bending (u1, u2), 1/m.
+impl Perception for Proprioception {
     type Signal = [f64; 2];
 
     #[inline(always)]

@@ -1,33 +1,34 @@
-//! The common case of a law: tissue perceives something, and answers to what it remembers of it.
+//! Laws that consist of a perception, a memory and a response.
 
 use nalgebra::Vector3;
 
-use super::{Declaration, Growing, Memory, Perception, Signal, Site, Source, TropismLaw};
+use super::perception::{read_signal, signal_length};
+use super::{Declaration, Growing, Memory, Perception, Site, Source, TropismLaw};
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 
-/// What tissue perceives, with the growth that it asks for in answer. [`remembered`](Self::remembered) makes a
-/// [`TropismLaw`](super::TropismLaw) of it.
+/// Growth gradient as a function of a perceived signal. [`remembered`](Self::remembered) makes a
+/// [`TropismLaw`](super::TropismLaw) of it, with a memory of the signal.
 pub trait Response {
-    /// What perceives the signal.
+    /// Type of the perception of the signal.
     type Perception: Perception;
 
-    /// What perceives the signal.
+    /// Perception of the signal.
     fn perception(&self) -> &Self::Perception;
 
-    /// The growth gradient that a signal asks for: the rate of the intrinsic strain divided by REGR, components along the
-    /// directors, 1/m.
+    /// Growth gradient for a signal: u̇*/REGR, the rate of the intrinsic strain divided by REGR, components along
+    /// the directors, 1/m.
     fn gradient(&self, at: &Growing, signal: <Self::Perception as Perception>::Signal) -> Vector3<f64>;
 
-    /// Refuses parameters that make no sense.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter that is out of range.
     fn check(&self) -> Result<(), ParameterError> {
         self.perception().check()
     }
 
-    /// The answer to what is remembered of the signal. Memories chain: the memory of a memory filters twice.
+    /// The response to the memory of the signal. A memory of a memory filters twice.
     #[inline]
     fn remembered(self, memory: Memory) -> Remembered<Self>
     where
@@ -44,33 +45,33 @@ forward_pointers!(Response {
     fn check() -> Result<(), ParameterError>;
 });
 
-/// A response to the memory M of what is perceived: a [`TropismLaw`].
+/// Response to the [memory](Memory) of a perceived signal: a [`TropismLaw`].
 ///
-/// It is a response itself, so memories chain. Each filters once; their delays add up, since filters and delays may change
-/// places.
+/// It is also a response, so that memories can be chained. Each memory filters once. Their delays add, since
+/// filters and delays commute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Remembered<R> {
-    /// The response, and what it perceives.
+    /// The response and its perception.
     pub response: R,
-    /// Memory and reaction time.
+    /// Memory time and reaction time.
     pub memory: Memory,
 }
 
-/// The signal of a response's perception.
+/// Signal of the perception of a response.
 type SignalOf<R> = <<R as Response>::Perception as Perception>::Signal;
 
 impl<R: Response> Remembered<R> {
-    /// How many of `variables` the response's perception keeps; the memories stand behind them.
+    /// Number of `variables` that belong to the perception of the response; the memories follow them.
     #[inline]
     fn perceiving(variables: &[f64]) -> usize {
-        variables.len() - SignalOf::<R>::LENGTH
+        variables.len() - signal_length::<SignalOf<R>>()
     }
 
     #[inline(always)]
     fn declare_memories(&self, to: &mut Declaration, delay: Option<f64>) -> Source {
         let signal = self.response.perception().declare(to);
-        to.memories(SignalOf::<R>::LENGTH, signal, self.memory.time, delay)
+        to.memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, delay)
     }
 }
 
@@ -89,7 +90,7 @@ impl<R: Response> Perception for Remembered<R> {
 
     #[inline]
     fn signal(&self, variables: &[f64], _stimuli: &[f64]) -> Self::Signal {
-        Signal::read(&variables[Self::perceiving(variables)..])
+        read_signal(&variables[Self::perceiving(variables)..])
     }
 
     #[inline]
@@ -99,7 +100,7 @@ impl<R: Response> Perception for Remembered<R> {
         let (own_rates, rates) = rates.split_at_mut(Self::perceiving(rates));
         perception.rates(own, stimuli, own_rates);
         let signal = perception.signal(own, stimuli);
-        for k in 0..SignalOf::<R>::LENGTH {
+        for k in 0..signal_length::<SignalOf<R>>() {
             rates[k] = self.memory.rate(memories[k], signal.as_ref()[k]);
         }
     }
@@ -112,10 +113,10 @@ impl<R: Response> Perception for Remembered<R> {
         memories.copy_from_slice(perception.signal(own, stimuli).as_ref());
     }
 
-    /// The perception is at rest, the memory is empty.
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
+    /// The memories are zero, and the perception has its own initial state.
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
         let (own, memories) = variables.split_at_mut(Self::perceiving(variables));
-        self.response.perception().at_rest(stimuli, own);
+        self.response.perception().initial(stimuli, own);
         memories.fill(0.0);
     }
 
@@ -174,8 +175,8 @@ impl<R: Response> TropismLaw for Remembered<R> {
         Perception::steady(self, stimuli, variables);
     }
 
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        Perception::at_rest(self, stimuli, variables);
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
+        Perception::initial(self, stimuli, variables);
     }
 
     fn next_discontinuity(&self, t: f64) -> f64 {

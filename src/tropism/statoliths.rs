@@ -1,12 +1,12 @@
-//! How a cell perceives gravity: by the pile of its statoliths.
+//! Perception of gravity by the pile of statoliths in a cell.
 
 use nalgebra::Vector3;
 
 use super::{Declaration, Perception, Rotation, Site, Source, Variable};
 use crate::error::ParameterError;
 
-/// The fast limit τa → 0: the pile is always settled, h = −ĝ. No variables. The signal is (h1, h2), the components of the
-/// upward vertical along d1 and d2.
+/// Statoliths in the limit τa → 0, in which the pile is always settled, h = −ĝ. There are no variables. The signal
+/// is (h1, h2), the components of the upward vertical along d1 and d2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SettledStatoliths;
@@ -26,16 +26,14 @@ impl Perception for SettledStatoliths {
     }
 }
 
-/// The unit normal h of a pile that avalanches towards the horizontal. Equation (6):
+/// Statoliths whose pile approaches the horizontal by avalanches, equation (6) for its unit normal h:
 ///
 /// ```text
 /// ḣj = (1/τa) [−ĝ + (ĝ·h) h]·dj.
 /// ```
 ///
-/// Usual value: τa = 2 min (Agostinelli, DeSimone and Noselli 2021).
-///
-/// The rate acts on the components along the directors: the pile is carried by the cell. Without gravity nothing moves.
-/// The signal is (h1, h2).
+/// The cell moves the pile with it, so that the rate is that of the components along the directors. Without gravity
+/// it is zero. The signal is (h1, h2). The default is τa = 2 min (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Statoliths {
@@ -43,12 +41,18 @@ pub struct Statoliths {
     pub avalanche_time: f64,
 }
 
+impl Default for Statoliths {
+    fn default() -> Self {
+        Self { avalanche_time: 120.0 }
+    }
+}
+
 impl Perception for Statoliths {
     type Signal = [f64; 2];
 
     #[inline(always)]
     fn declare(&self, to: &mut Declaration) -> Source {
-        // The stimuli are the upward vertical. Near it h relaxes as ḣ = (up − h)/τa.
+        // The stimuli are the components of the upward vertical, near which ḣ = (up − h)/τa.
         to.stimulus_pair();
         to.stimulus(Rotation::Invariant);
         let component = Variable::unread().relaxing_in(self.avalanche_time);
@@ -72,9 +76,9 @@ impl Perception for Statoliths {
     #[inline]
     fn rates(&self, h: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         let (h, up) = (Vector3::from_column_slice(h), Vector3::from_column_slice(stimuli));
-        // On the unit sphere this is equation (6). Off it, where only rounding leads, |h|² returns to 1 in τa whatever way
-        // the pile points, and what is left beside −h/τa is small near the settled state in every direction.
-        // `up` is zero where there is no gravity, and then nothing moves.
+        // For |h| = 1 this is equation (6). Rounding changes |h|²; it returns to 1 with the time constant τa for
+        // every direction of h. The difference between the rate and (up − h)/τa is of second order near the settled
+        // state. Without gravity `up` is zero, and so is the rate.
         let n = h.norm_squared();
         let rate = (up * n - h * (up.dot(&h) - 0.5 * (1.0 - n) * up.norm_squared())) / self.avalanche_time;
         rates.copy_from_slice(rate.as_slice());
@@ -83,7 +87,8 @@ impl Perception for Statoliths {
     #[inline]
     fn steady(&self, stimuli: &[f64], h: &mut [f64]) {
         h.copy_from_slice(stimuli);
-        // Without gravity a pile has nowhere to settle: it lies at the base end of its cell, and asks for nothing.
+        // Without gravity every direction is steady. The pile is placed at the basal end of its cell, where it
+        // causes no bending.
         if stimuli.iter().all(|x| *x == 0.0) {
             h[2] = 1.0;
         }

@@ -13,7 +13,7 @@ use morphorod::cycle::{CycleError, PeriodicSolver};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{HistoryFunction, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::stability::Linearisation;
-use morphorod::tracking::{PlaneTrack, Search};
+use morphorod::tracking::{Search, Track};
 use morphorod::tropism::{
     DirectionalTropism, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Site, Source,
 };
@@ -185,7 +185,7 @@ fn oscillations_of_the_tip_of_a_nonlinear_swing_are_odd_harmonics() {
             // Noise of a ten-thousandth of the largest excursion.
             positions.push(rod.tip().xy() + draw.normal() * 5.7e-6);
         }
-        let found = PlaneTrack::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
+        let found = Track::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
         let mut waves = found.oscillations.clone();
         waves.sort_by(|a, b| b.period.total_cmp(&a.period));
         let orders: Vec<_> = waves.iter().map(|wave| wave.harmonic).collect();

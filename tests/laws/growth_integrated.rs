@@ -8,7 +8,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::constitutive::Lignifying;
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, length, trace};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 
 /// The motion of a point at the initial distance `sigma` from the apex under the linear profile, in
@@ -121,7 +121,7 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
         let mut run = MethodOfSteps::with_solver(0.1 * HOUR, Unloaded);
         for t in [6.0, 24.0, 72.0].map(|h| h * HOUR) {
             let exact = initial + law.zone * law.exponent(t);
-            let traced = length(&law, initial, t);
+            let traced = law.length(initial, t);
             // With 64 intervals of eight Gauss points over three days, only rounding is left.
             assert!(
                 relative_eq!(traced, exact, epsilon = 0.0, max_relative = 1e-12),
@@ -136,7 +136,7 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
                 "swing {swing}, {t}: {found} against {exact}"
             );
             let sigma = law.zone * (-law.exponent(t) - 0.1).exp();
-            let point = trace(&law, initial, initial - sigma, t);
+            let point = law.trace(initial, initial - sigma, t);
             let (place, stretch) = (exact - sigma * law.exponent(t).exp(), law.exponent(t).exp());
             assert!(
                 relative_eq!(point.stretch, stretch, epsilon = 0.0, max_relative = 1e-10),
@@ -174,7 +174,7 @@ fn integrated_motion_matches_the_cosine_profile() {
         let exit = law.exit_time(sigma, 0.0, 40.0 * law.time).unwrap();
         assert_relative_eq!(law.flow(sigma, 0.0, exit).0, law.zone_length, epsilon = 0.0, max_relative = 1e-12);
         // The elongation of the whole zone is the same for all profiles of mean 1/τg.
-        assert_abs_diff_eq!(length(&law, 0.05, t) - 0.05, law.zone_length * t / law.time, epsilon = 1e-14);
+        assert_abs_diff_eq!(law.length(0.05, t) - 0.05, law.zone_length * t / law.time, epsilon = 1e-14);
     }
 }
 

@@ -6,7 +6,7 @@ use crate::fixtures::shoots::{HOUR, YOUNG};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::Shoot;
 use morphorod::equilibrium::Unloaded;
-use morphorod::growth::{UniformGrowth, length, trace};
+use morphorod::growth::{GrowthLaw, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::Rod;
 
@@ -68,9 +68,9 @@ fn traced_uniform_growth_matches_the_closed_form() {
             let now = case.length(t);
             // The rounding of a few operations on numbers of the size of the length is far below
             // 1e-12 of it.
-            assert_relative_eq!(length(&law, case.initial, t), now, epsilon = 0.0, max_relative = 1e-12);
+            assert_relative_eq!(law.length(case.initial, t), now, epsilon = 0.0, max_relative = 1e-12);
             for start in (0..17).map(|i| case.initial * f64::from(i) / 16.0) {
-                let traced = trace(&law, case.initial, start, t);
+                let traced = law.trace(case.initial, start, t);
                 let (place, stretch, exit) = case.point(case.initial - start, t);
                 assert!(
                     abs_diff_eq!(traced.arc_length, place, epsilon = 1e-12 * now),

@@ -12,7 +12,7 @@ use morphorod::tropism::{
     Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
     Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
 };
-use morphorod::{Laws, Model, Shoot, State, Still};
+use morphorod::{DynLaws, Laws, Model, Shoot, State, Still};
 use std::cell::Cell;
 use std::sync::Arc;
 
@@ -375,4 +375,27 @@ fn shoots_of_different_models_share_a_list_of_simulations() {
         }
     }
     assert_eq!(list[0].advance(HOUR).unwrap().splits, 0);
+}
+
+/// A list of laws or loads equals the tuple of them.
+#[test]
+fn lists_of_laws_and_loads_equal_tuples() {
+    use morphorod::load::{Distributed, Load};
+    let gravitropism = || Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
+    let proprioception = || Proprioception { sensitivity: ETA }.remembered(MEMORY);
+    let force = |x: f64| Distributed(Vector3::x() * x);
+    let boxed: Vec<Box<dyn TropismLaw + Send + Sync>> = vec![Box::new(gravitropism()), Box::new(proprioception())];
+    let loads: Vec<Box<dyn Load + Send + Sync>> = vec![Box::new(force(1e-5)), Box::new(force(2e-5))];
+    let run = |mut shoot: Shoot<DynLaws>| {
+        MethodOfSteps::new(90.0).advance(&mut shoot, HOUR).unwrap();
+        shoot.tip()
+    };
+    let tuple =
+        run(righting().tropism((gravitropism(), proprioception())).load(force(3e-5)).into_dyn().build().unwrap());
+    let list = run(righting().tropism(boxed).load(loads).into_dyn().build().unwrap());
+    // Only the order of additions differs.
+    approx::assert_abs_diff_eq!((tuple - list).norm(), 0.0, epsilon = 1e-14);
+    let same = run(righting().tropism(vec![proprioception(); 2]).into_dyn().build().unwrap());
+    let pair = run(righting().tropism((proprioception(), proprioception())).into_dyn().build().unwrap());
+    assert_eq!(same, pair);
 }

@@ -36,8 +36,8 @@ impl<L: TropismLaw> TropismLaw for Silent<L> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         self.law.rates(variables, stimuli, rates);
     }
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        self.law.at_rest(stimuli, variables);
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
+        self.law.initial(stimuli, variables);
     }
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
         self.law.gradient(at, past, now)

@@ -7,7 +7,7 @@ use crate::fixtures::shoots::{DAY, HOUR, MEMORY, RADIUS, WEIGHT, YOUNG, steering
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Constitutive, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, Unloaded};
-use morphorod::growth::{LinearProfile, Ongoing, UniformGrowth, length, trace};
+use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce, Weight};
 use morphorod::rod::Rod;
@@ -155,11 +155,11 @@ fn profile_of_growing_shoot_matches_traced_growth() {
     let _ = MethodOfSteps::new(300.0).advance(&mut shoot, now).unwrap();
     let (rod, profile) = (shoot.rod(), shoot.profile());
     let range = rod.growth_zone();
-    assert_abs_diff_eq!(range.end, length(&law, initial, now), epsilon = 1e-12);
+    assert_abs_diff_eq!(range.end, law.length(initial, now), epsilon = 1e-12);
     assert_abs_diff_eq!(range.end - range.start, zone, epsilon = 1e-12);
     for i in 0..=30 {
         let start = initial * f64::from(i) / 30.0;
-        let exact = trace(&law, initial, start, now);
+        let exact = law.trace(initial, start, now);
         // Initial apex distances between material points are interpolated with order four in
         // elements of 1/13 of the shoot.
         let s = rod.arc_length_of(start).unwrap();
@@ -169,7 +169,7 @@ fn profile_of_growing_shoot_matches_traced_growth() {
         assert_eq!(place.tissue.age > 0.0, s < range.start - 1e-9, "{s}");
         // The expected speed is the derivative of the traced path, by central differences over two
         // minutes.
-        let at = |t: f64| trace(&law, initial, start, t).arc_length;
+        let at = |t: f64| law.trace(initial, start, t).arc_length;
         let speed = (at(now + 60.0) - at(now - 60.0)) / 120.0;
         if (s - range.start).abs() > 1e-4 {
             assert!(
@@ -184,7 +184,7 @@ fn profile_of_growing_shoot_matches_traced_growth() {
     // The age of tissue is the time since it left the growth zone, s.
     let half = 0.5 * range.start.max(initial - zone) + 0.5 * (initial - zone);
     let place = profile.at(half).unwrap();
-    let exit = trace(&law, initial, initial - place.tissue.initial_apex_distance, now).exit_time.unwrap();
+    let exit = law.trace(initial, initial - place.tissue.initial_apex_distance, now).exit_time.unwrap();
     assert_abs_diff_eq!(place.tissue.age, now - exit, epsilon = 1e-5 * DAY);
 }
 

@@ -31,7 +31,7 @@ impl TropismLaw for Upwards {
     }
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         if self.provided {
-            return self.at_rest(stimuli, variables);
+            return self.initial(stimuli, variables);
         }
         (0..2).for_each(|k| variables[k] = self.multiple * stimuli[k]);
     }

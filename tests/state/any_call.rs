@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 use crate::fixtures::shoots::{HOUR, Reduced, YOUNG, growing, reduced};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth, length, trace};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, PointForce, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
@@ -156,7 +156,7 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
             .into_dyn()
             .build()
             .map(|shoot| shoot.time()),
-        3 => builder.growth(NoGrowth).nodes(&[0.0, b, a]).into_dyn().build().map(|shoot| shoot.time()),
+        3 => builder.growth(()).nodes(&[0.0, b, a]).into_dyn().build().map(|shoot| shoot.time()),
         _ => builder
             .tropism((bend, Oscillator::new(c, d)))
             .nodes(&vec![a; i % 4])
@@ -172,7 +172,7 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     ] {
         let _ = (law.regr(a, b), law.apical_speed(a, b), law.check(c));
         if a.abs() < 1.0 && b.abs() < 1e6 && c.abs() < 1e6 {
-            let _ = (law.flow(a, b, c), law.exit_time(a, b, c), length(&law, a, b.abs()), trace(&law, a, d, c.abs()));
+            let _ = (law.flow(a, b, c), law.exit_time(a, b, c), law.length(a, b.abs()), law.trace(a, d, c.abs()));
         }
     }
 }

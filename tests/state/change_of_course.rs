@@ -5,7 +5,7 @@ use crate::fixtures::shoots;
 use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, reduced, righting, steering};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Graded, Tissue};
-use morphorod::growth::{CosineProfile, NoGrowth, UniformGrowth, length};
+use morphorod::growth::{CosineProfile, GrowthLaw, UniformGrowth};
 use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::{ApicalForce, Load, PointForce};
 use morphorod::stability::Linearisation;
@@ -38,8 +38,8 @@ impl TropismLaw for Weakened {
     fn rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
         steering(STATOLITHS).rates(variables, stimuli, rates);
     }
-    fn at_rest(&self, stimuli: &[f64], variables: &mut [f64]) {
-        steering(STATOLITHS).at_rest(stimuli, variables);
+    fn initial(&self, stimuli: &[f64], variables: &mut [f64]) {
+        steering(STATOLITHS).initial(stimuli, variables);
     }
     fn gradient(&self, at: &Growing, past: &[f64], now: &[f64]) -> Vector3<f64> {
         steering(STATOLITHS).gradient(at, past, now) * if at.time >= CHANGE { self.0 } else { 1.0 }
@@ -118,7 +118,7 @@ fn tissue_outside_a_shorter_zone_stops_growing() {
     for (change, new_zone) in [(2.0 * HOUR, 0.017), (8.0 * HOUR, 0.03)] {
         let mut shoot = shoot.clone();
         run(&mut shoot, change);
-        let old = length(&UniformGrowth { zone_length: zone, time }, initial, change);
+        let old = UniformGrowth { zone_length: zone, time }.length(initial, change);
         let growth = UniformGrowth { zone_length: new_zone, time: 30.0 * HOUR };
         let laws = shoot.model().clone().with_growth(growth).into_dyn();
         shoot.set_model(laws).unwrap();
@@ -137,7 +137,7 @@ fn tissue_outside_a_shorter_zone_stops_growing() {
         let wide = shoot.model().clone().with_growth(UniformGrowth { zone_length: zone, time }).into_dyn();
         let error = shoot.with_model(wide).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains("growth zone is 0.06"), "{error}");
-        let mut still = shoot.with_model(shoot.model().clone().with_growth(NoGrowth).into_dyn()).unwrap();
+        let mut still = shoot.with_model(shoot.model().clone().with_growth(()).into_dyn()).unwrap();
         let (length, strains) = (still.rod().length(), still.rod().points().to_vec());
         run(&mut still, change + 6.0 * HOUR);
         assert_eq!(still.rod().length(), length);

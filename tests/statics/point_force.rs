@@ -3,7 +3,7 @@
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, YOUNG, growing};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
-use morphorod::growth::{UniformGrowth, trace};
+use morphorod::growth::{GrowthLaw, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, PointForce, Weight};
 use morphorod::{Order, Shoot, Still};
@@ -65,7 +65,7 @@ fn node_of_a_point_force_is_kept_while_the_shoot_grows() {
         shoot
     };
     let shoot = run(90.0, 8);
-    let place = trace(&UniformGrowth { zone_length, time }, 0.068, 0.068 - apex_distance, 30.0 * HOUR).arc_length;
+    let place = UniformGrowth { zone_length, time }.trace(0.068, 0.068 - apex_distance, 30.0 * HOUR).arc_length;
     let nodes = shoot.rod().centre_line();
     let nearest = nodes.iter().map(|(s, _)| (s - place).abs()).fold(f64::INFINITY, f64::min);
     // Exit times are exact, and the arc length is a sum over a few dozen elements.

@@ -8,7 +8,7 @@ use crate::fixtures::shoots::{RADIUS, YOUNG};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
-use morphorod::growth::{NoGrowth, Ongoing, UniformGrowth};
+use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, GradedWeight, InternalForce, Load, Weight};
 use morphorod::rod::Rod;
@@ -197,7 +197,7 @@ fn errors_of_varying_material_name_the_quantity_and_the_place() {
             law: YOUNG,
             factor: move |tissue: &Tissue| if tissue.initial_apex_distance < 0.02 { factor } else { 1.0 },
         };
-        Shoot::builder(law).length(LENGTH).radius(RADIUS).growth(NoGrowth).into_dyn().build().map(|_| ())
+        Shoot::builder(law).length(LENGTH).radius(RADIUS).growth(()).into_dyn().build().map(|_| ())
     };
     let named = |error: ParameterError, name: &str| {
         let place = error.place.expect("a place");

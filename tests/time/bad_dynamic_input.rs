@@ -4,7 +4,7 @@
 use crate::fixtures::shoots::{MEMORY, RADIUS, WEIGHT, YOUNG, growing, reduced, righting};
 use approx::assert_relative_eq;
 use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, NoGrowth, Ongoing, UniformGrowth};
+use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
@@ -224,6 +224,6 @@ fn steering_without_growth_is_refused_unless_requested() {
     let shoot = || Shoot::builder(YOUNG).length(0.05).radius(RADIUS).tropism(Oscillator::new(0.2, 1440.0));
     let error = shoot().into_dyn().build().map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("growth of a shoot that steers"), "{error}");
-    assert!(shoot().growth(NoGrowth).into_dyn().build().is_ok());
+    assert!(shoot().growth(()).into_dyn().build().is_ok());
     assert!(Shoot::builder(YOUNG).length(0.05).radius(RADIUS).into_dyn().build().is_ok());
 }

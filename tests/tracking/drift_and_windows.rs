@@ -6,7 +6,7 @@ use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::random::{Draw, circle, path};
 use crate::fixtures::shoots::{HOUR, MINUTE};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
-use morphorod::tracking::{PlaneTrack, Search, TrackingError};
+use morphorod::tracking::{Search, Track, TrackingError};
 use nalgebra::Vector2;
 
 #[test]
@@ -33,7 +33,7 @@ fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
     times.sort_unstable_by(f64::total_cmp);
     times.dedup();
     let at = |t: &f64| Vector2::new(1.0 + t / duration, 3.0 - (t / duration).powi(2));
-    let smooth = PlaneTrack::new(times.clone(), times.iter().map(at).collect()).unwrap();
+    let smooth = Track::new(times.clone(), times.iter().map(at).collect()).unwrap();
     let left = smooth.without_drift(12000.0).unwrap();
     assert!(left.positions().iter().all(|p| p.norm() < 1e-10), "{left:?}");
     // On a circle with 50 positions the mean of seven consecutive positions has the radius
@@ -52,16 +52,16 @@ fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
     }
     // One or two positions between gaps do not determine a parabola. They count as drift.
     let pairs: Vec<f64> = (0..40).map(|k| f64::from(k / 2) * 1e6 + f64::from(k % 2) * 0.37).collect();
-    let pairs = PlaneTrack::new(pairs.clone(), pairs.iter().map(|t| circle(*t, 1.1, 1.0)).collect()).unwrap();
+    let pairs = Track::new(pairs.clone(), pairs.iter().map(|t| circle(*t, 1.1, 1.0)).collect()).unwrap();
     assert!(pairs.without_drift(100.0).unwrap().positions().iter().all(|p| p.norm() == 0.0));
-    let lone = PlaneTrack::new(vec![0.0, 1e6, 2e6, 3e6], vec![Vector2::new(1.0, 2.0); 4]).unwrap();
+    let lone = Track::new(vec![0.0, 1e6, 2e6, 3e6], vec![Vector2::new(1.0, 2.0); 4]).unwrap();
     assert!(lone.without_drift(100.0).unwrap().positions().iter().all(|p| p.norm() == 0.0));
     for period in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(lone.without_drift(period), Err(TrackingError::Parameter(_))), "{period}");
     }
     assert_eq!(
         lone.between(0.0, 2e6).without_drift(100.0).unwrap_err(),
-        TrackingError::TooFew { positions: 3, needed: 4 }
+        TrackingError::Insufficient { what: "number of positions", value: 3.0, needed: 4.0 }
     );
 }
 
@@ -72,31 +72,31 @@ fn windows_show_changes_of_the_period_and_gaps() {
     let all = path(3601, 30.0, motion);
     let kept: Vec<usize> = (0..3601).filter(|k| !(20.0 * HOUR..24.0 * HOUR).contains(&all.times()[*k])).collect();
     let times: Vec<f64> = kept.iter().map(|k| all.times()[*k]).collect();
-    let tip = PlaneTrack::new(times, kept.iter().map(|k| all.positions()[*k]).collect()).unwrap();
+    let tip = Track::new(times, kept.iter().map(|k| all.positions()[*k]).collect()).unwrap();
     let windows: Vec<_> = tip.windows(4.0 * HOUR, HOUR).unwrap().collect();
     // Windows begin every hour from 0 to 26 h. The last one ends with the track.
     assert_eq!(windows.len(), 27);
     for (k, (middle, _)) in windows.iter().enumerate() {
         assert_abs_diff_eq!(*middle, (2.0 + k as f64) * HOUR, epsilon = 1e-6);
     }
-    let share = |k: usize| windows[k].1.clone().unwrap().share(24.0 * MINUTE, &Search::default()).unwrap();
+    let share = |k: usize| windows[k].1.share(24.0 * MINUTE, &Search::default()).unwrap();
     assert!(share(0) > 0.999 && share(6) > 0.999 && share(11) < 1e-3, "{} {} {}", share(0), share(6), share(11));
     // The window from 20 to 24 h has one position, at its end.
-    let alone = windows[20].1.clone().unwrap();
+    let alone = &windows[20].1;
     assert_eq!(alone.times(), [24.0 * HOUR]);
     let error = alone.share(24.0 * MINUTE, &Search::default()).unwrap_err();
-    assert!(matches!(error, TrackingError::TooFew { positions: 1, .. }), "{error}");
-    assert_eq!(tip.windows(HOUR, 0.5 * HOUR).unwrap().filter(|(_, window)| window.is_err()).count(), 6);
-    let (_, empty) = tip.windows(HOUR, 0.5 * HOUR).unwrap().find(|(_, window)| window.is_err()).unwrap();
-    // With a frame every 30 s the last one before the gap is at 20 h less 30 s.
-    assert_eq!(empty.unwrap_err().to_string(), "there is no position from 72000 s to 75600 s");
+    assert!(matches!(error, TrackingError::Insufficient { value: 1.0, .. }), "{error}");
+    assert_eq!(tip.windows(HOUR, 0.5 * HOUR).unwrap().filter(|(_, window)| window.times().is_empty()).count(), 6);
+    let (_, empty) = tip.windows(HOUR, 0.5 * HOUR).unwrap().find(|(_, window)| window.times().is_empty()).unwrap();
+    let error = empty.oscillations(&Search::default()).unwrap_err();
+    assert_eq!(error.to_string(), "the number of positions is 0 but must be at least 14");
     assert_eq!(
         tip.windows(31.0 * HOUR, HOUR).err().unwrap(),
-        TrackingError::TooShort { duration: 30.0 * HOUR, needed: 31.0 * HOUR }
+        TrackingError::Insufficient { what: "duration (s)", value: 30.0 * HOUR, needed: 31.0 * HOUR }
     );
     for (length, every) in [(0.0, 1.0), (1.0, 0.0), (f64::NAN, 1.0), (1.0, f64::INFINITY), (-1.0, 1.0)] {
         assert!(matches!(tip.windows(length, every), Err(TrackingError::Parameter(_))), "{length} {every}");
     }
-    let none = PlaneTrack::new(vec![], vec![]).unwrap();
+    let none = Track::new(vec![], vec![]).unwrap();
     assert!(none.windows(1.0, 1.0).is_err());
 }

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::MINUTE;
-use morphorod::tracking::{Band, PlaneTrack, Search};
+use morphorod::tracking::{Search, Track};
 use nalgebra::Vector2;
 
 /// Time between two frames, s.
@@ -24,7 +24,7 @@ const OUTLIERS: (f64, f64) = (0.02, 15e-3);
 
 /// Deviations of a track from uniform frames with white noise.
 #[derive(Default)]
-struct Track {
+struct Scene {
     /// Correlation of the noise in successive frames.
     correlation: f64,
     drifts: bool,
@@ -35,8 +35,8 @@ struct Track {
     still: bool,
 }
 
-impl Track {
-    fn draw(&self, draw: &mut Draw, period: f64) -> PlaneTrack {
+impl Scene {
+    fn draw(&self, draw: &mut Draw, period: f64) -> Track {
         let (phase, drift_phase) = (draw.uniform(0.0, TAU), draw.uniform(0.0, TAU));
         let mut noise = draw.normal();
         let (mut times, mut positions) = (Vec::new(), Vec::new());
@@ -61,7 +61,7 @@ impl Track {
             times.push(t);
             positions.push(if spoiled { position + off } else { position });
         }
-        PlaneTrack::new(times, positions).unwrap()
+        Track::new(times, positions).unwrap()
     }
 
     /// Checks that nominal 90 % intervals of the period and of both axes contain the true values in 85 to 95 % of the tracks, and that
@@ -104,40 +104,40 @@ impl Track {
 
 #[test]
 fn intervals_in_white_noise_contain_the_truth_as_often_as_stated() {
-    Track::default().check();
+    Scene::default().check();
 }
 
 #[test]
 fn intervals_in_autocorrelated_noise_contain_the_truth_as_often_as_stated() {
-    Track { correlation: 0.8, ..Track::default() }.check();
+    Scene { correlation: 0.8, ..Scene::default() }.check();
 }
 
 #[test]
 fn intervals_under_a_slow_sinusoidal_drift_contain_the_truth_as_often_as_stated() {
-    Track { drifts: true, ..Track::default() }.check();
+    Scene { drifts: true, ..Scene::default() }.check();
 }
 
 #[test]
 fn intervals_with_gaps_and_lost_frames_contain_the_truth_as_often_as_stated() {
-    Track { gaps: true, ..Track::default() }.check();
+    Scene { gaps: true, ..Scene::default() }.check();
 }
 
 #[test]
 fn intervals_with_outliers_contain_the_truth_as_often_as_stated() {
-    Track { outliers: true, ..Track::default() }.check();
+    Scene { outliers: true, ..Scene::default() }.check();
 }
 
 #[test]
 fn autocorrelated_noise_is_not_reported_as_oscillation_or_nutation() {
     let (cases, seed) = (number("MORPHOROD_CASES", 30), number("MORPHOROD_SEED", 1));
-    let band = Band { shortest: 20.0 * MINUTE, longest: 240.0 * MINUTE };
+    let band = [20.0 * MINUTE, 240.0 * MINUTE];
     let (mut oscillating, mut nutating) = (0, 0);
     for case in 0..cases {
         let mut draw = Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(case));
-        let noise = Track { correlation: 0.8, still: true, gaps: case % 2 == 1, ..Track::default() };
+        let noise = Scene { correlation: 0.8, still: true, gaps: case % 2 == 1, ..Scene::default() };
         let noise = noise.draw(&mut draw, 90.0 * MINUTE);
         oscillating += usize::from(!noise.oscillations(&Search::default()).unwrap().oscillations.is_empty());
-        nutating += usize::from(noise.nutation(&band).unwrap().nutates);
+        nutating += usize::from(noise.nutation(band).unwrap().nutates);
     }
     println!("of {cases} tracks of noise, {oscillating} oscillate and {nutating} nutate");
     // The thresholds are probabilities of 1e-4 and 2e-4 for noise with a known spectrum. The spectrum is estimated, which increases them.

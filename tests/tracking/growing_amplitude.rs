@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use crate::fixtures::random::long;
-use morphorod::tracking::{PlaneTrack, Search};
+use morphorod::tracking::{Search, Track};
 use nalgebra::{Rotation2, Vector2};
 
 const MINUTE: f64 = 60.0;
@@ -19,7 +19,7 @@ const RADIUS: f64 = 5e-3;
 
 /// Sum of an elliptic oscillation, which grows by a factor e^`swells` over the duration, and of the
 /// second oscillation.
-fn swelling(period: f64, swells: f64, phase: f64) -> PlaneTrack {
+fn swelling(period: f64, swells: f64, phase: f64) -> Track {
     let times: Vec<f64> = (0..=(LONG / STEP) as u32).map(|k| STEP * f64::from(k)).collect();
     let at = |t: &f64| {
         let (sine, cosine) = (TAU * t / period + phase).sin_cos();
@@ -27,7 +27,7 @@ fn swelling(period: f64, swells: f64, phase: f64) -> PlaneTrack {
         let slow = Rotation2::new(0.4) * Vector2::new(cosine, 0.3 * sine) * (swells * (t / LONG - 0.5)).exp();
         slow * 8e-3 + Vector2::new(beside, fast) * RADIUS
     };
-    PlaneTrack::new(times.clone(), times.iter().map(at).collect()).unwrap()
+    Track::new(times.clone(), times.iter().map(at).collect()).unwrap()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use crate::fixtures::random::{Draw, number};
 use crate::fixtures::shoots::MINUTE;
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
-use morphorod::tracking::{Oscillation, Pattern, PlaneTrack, Search, Track, TrackingError};
+use morphorod::tracking::{Oscillation, Pattern, Search, Track, TrackingError};
 use morphorod::tropism::Handedness;
 use nalgebra::{Rotation2, Vector2, Vector3};
 
@@ -45,7 +45,7 @@ impl Part {
 
 /// A track with known components, as trackers record it: with uneven times, a gap, lost frames,
 /// drift, noise and outliers.
-fn tracked(draw: &mut Draw) -> (Vec<Part>, PlaneTrack) {
+fn tracked(draw: &mut Draw) -> (Vec<Part>, Track) {
     let slow = draw.log(600.0, 3e4);
     let fast = draw.chance(0.6).then(|| slow / draw.uniform(1.5, 5.0));
     let parts: Vec<Part> = [Some(slow), fast].into_iter().flatten().map(|period| Part::draw(draw, period)).collect();
@@ -72,7 +72,7 @@ fn tracked(draw: &mut Draw) -> (Vec<Part>, PlaneTrack) {
         times.push(t);
         positions.push(position);
     }
-    (parts, PlaneTrack::new(times, positions).unwrap())
+    (parts, Track::new(times, positions).unwrap())
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn patterns_are_named_and_their_loops_are_counted() {
     let (left, right) = (Handedness::Counterclockwise, Handedness::Clockwise);
     let read = |parts: &[Part]| {
         let at = |t: &f64| parts.iter().map(|part| part.at(*t)).sum();
-        let path = PlaneTrack::new(times.clone(), times.iter().map(at).collect()).unwrap();
+        let path = Track::new(times.clone(), times.iter().map(at).collect()).unwrap();
         path.oscillations(&Search::default()).unwrap()
     };
     let name = |parts: &[Part]| read(parts).pattern();
@@ -144,8 +144,8 @@ fn patterns_are_named_and_their_loops_are_counted() {
     assert_eq!(read(&[part(93.0, 1e-2, 1e-2, right)]).sense(), Some(right));
     // An ellipse is the sum of two circles with opposite senses.
     let ellipse = read(&[part(90.0, 1e-2, 5e-3, right)]).oscillations[0].ellipse;
-    assert_abs_diff_eq!(ellipse.circles[0], 2.5e-3, epsilon = 1e-9);
-    assert_abs_diff_eq!(ellipse.circles[1], 7.5e-3, epsilon = 1e-9);
+    assert_abs_diff_eq!(0.5 * (ellipse.major - ellipse.minor), 2.5e-3, epsilon = 1e-9);
+    assert_abs_diff_eq!(0.5 * (ellipse.major + ellipse.minor), 7.5e-3, epsilon = 1e-9);
     assert_abs_diff_eq!(ellipse.direction, 0.3, epsilon = 1e-9);
 }
 
@@ -157,13 +157,13 @@ fn share_of_a_period_is_its_fraction_of_the_power() {
         Vector2::new(cosine, sine) * size
     };
     let at = |t: &f64| circle(*t, 88.0, 3e-3) + circle(*t, 24.0, 4e-3);
-    let path = PlaneTrack::new(times.clone(), times.iter().map(at).collect()).unwrap();
+    let path = Track::new(times.clone(), times.iter().map(at).collect()).unwrap();
     let share = |minutes: f64| path.share(minutes * MINUTE, &Search::default()).unwrap();
     // The powers of the circles are proportional to 4² and 3².
     assert_abs_diff_eq!(share(24.0), 0.64, epsilon = 1e-6);
     assert_abs_diff_eq!(share(88.0), 0.36, epsilon = 1e-6);
     assert!(share(40.0) < 1e-9, "{}", share(40.0));
-    let still = PlaneTrack::new(times.clone(), vec![Vector2::new(1.0, 2.0); times.len()]).unwrap();
+    let still = Track::new(times.clone(), vec![Vector2::new(1.0, 2.0); times.len()]).unwrap();
     assert_eq!(still.share(1440.0, &Search::default()), Ok(0.0));
 }
 
@@ -174,8 +174,9 @@ fn right_handed_rotation_about_the_viewing_axis_is_counterclockwise() {
         let about = nalgebra::Unit::new_normalize(axis);
         let start = axis.cross(&Vector3::new(0.3, 0.8, 0.1));
         let at = |t: &f64| nalgebra::Rotation3::from_axis_angle(&about, TAU * t / 20.0) * start;
-        let path = Track::new(times.clone(), times.iter().map(at).collect()).unwrap();
-        let found = path.seen_along(&axis).unwrap().oscillations(&Search::default()).unwrap();
+        let positions: Vec<_> = times.iter().map(at).collect();
+        let path = Track::seen_along(&axis, times.clone(), &positions).unwrap();
+        let found = path.oscillations(&Search::default()).unwrap();
         assert_eq!(found.sense(), Some(Handedness::Counterclockwise), "{axis:?}");
         assert_relative_eq!(found.oscillations[0].ellipse.major, start.norm(), epsilon = 0.0, max_relative = 1e-9);
     }
@@ -184,34 +185,36 @@ fn right_handed_rotation_about_the_viewing_axis_is_counterclockwise() {
 #[test]
 fn moving_average_uses_the_given_number_of_positions() {
     let times: Vec<f64> = (0..10).map(f64::from).collect();
-    let path = PlaneTrack::new(times, (0..10).map(|k| Vector2::x() * f64::from(k * k)).collect()).unwrap();
+    let path = Track::new(times, (0..10).map(|k| Vector2::x() * f64::from(k * k)).collect()).unwrap();
     let mean = path.moving_average(3).unwrap();
     assert_eq!((mean.times()[0], mean.positions().len()), (1.0, 8));
     assert_abs_diff_eq!(mean.positions()[0].x, 5.0 / 3.0, epsilon = 1e-14);
-    assert!(matches!(path.moving_average(11), Err(TrackingError::TooFew { positions: 10, needed: 11 })));
+    assert!(matches!(path.moving_average(11), Err(TrackingError::Insufficient { value: 10.0, needed: 11.0, .. })));
     assert!(path.moving_average(0).is_err());
 }
 
 #[test]
 fn invalid_tracks_and_search_settings_are_refused() {
     let times = |n: u32| -> Vec<f64> { (0..n).map(f64::from).collect() };
-    let error = Track::new(times(3), vec![Vector3::zeros(); 2]).unwrap_err();
-    assert_eq!(error, TrackingError::Unequal { times: 3, positions: 2 });
+    let up = Vector3::z();
+    let error = Track::seen_along(&up, times(3), &[Vector3::zeros(); 2]).unwrap_err();
+    assert!(matches!(error, TrackingError::Position { index: 2, .. }), "{error}");
     let mut repeated = times(5);
     repeated[3] = 2.0;
-    let error = Track::new(repeated, vec![Vector3::zeros(); 5]).unwrap_err();
-    assert_eq!(error, TrackingError::NotLater { index: 3, time: 2.0 });
+    let error = Track::seen_along(&up, repeated, &[Vector3::zeros(); 5]).unwrap_err();
+    assert_eq!(error.to_string(), "position number 3 has a time that is not later than the one before it");
     let mut lost = vec![Vector3::zeros(); 5];
     lost[4].y = f64::NAN;
-    assert_eq!(Track::new(times(5), lost).unwrap_err(), TrackingError::NotFinite { what: "position", index: 4 });
+    let error = Track::seen_along(&up, times(5), &lost).unwrap_err();
+    assert_eq!(error.to_string(), "position number 4 is not finite");
     let mut never = times(5);
     never[1] = f64::INFINITY;
-    let error = PlaneTrack::new(never, vec![Vector2::zeros(); 5]).unwrap_err();
-    assert_eq!(error, TrackingError::NotFinite { what: "time", index: 1 });
-    let still = |n: u32| PlaneTrack::new(times(n), vec![Vector2::zeros(); n as usize]).unwrap();
+    let error = Track::new(never, vec![Vector2::zeros(); 5]).unwrap_err();
+    assert_eq!(error.to_string(), "position number 1 has a time that is not finite");
+    let still = |n: u32| Track::new(times(n), vec![Vector2::zeros(); n as usize]).unwrap();
     let search = Search::default();
-    assert!(matches!(still(10).oscillations(&search), Err(TrackingError::TooFew { .. })));
-    assert!(matches!(still(0).oscillations(&search), Err(TrackingError::TooFew { .. })));
+    assert!(matches!(still(10).oscillations(&search), Err(TrackingError::Insufficient { .. })));
+    assert!(matches!(still(0).oscillations(&search), Err(TrackingError::Insufficient { .. })));
     assert!(still(50).between(30.0, 20.0).oscillations(&search).is_err());
     assert_eq!(still(50).between(10.0, 20.0).times().len(), 11);
     // A tip that does not move has no period, which is a valid result.
@@ -224,6 +227,22 @@ fn invalid_tracks_and_search_settings_are_refused() {
     for period in [0.0, -5.0, f64::NAN, 60.0] {
         assert!(still(50).share(period, &search).is_err(), "{period}");
     }
-    let path = Track::new(times(50), vec![Vector3::zeros(); 50]).unwrap();
-    assert!(path.seen_along(&Vector3::zeros()).is_err());
+    assert!(Track::seen_along(&Vector3::zeros(), times(50), &[Vector3::zeros(); 50]).is_err());
+}
+
+#[test]
+fn amplitudes_of_any_size_are_found() {
+    let times: Vec<f64> = (0..200).map(|k| 60.0 * f64::from(k)).collect();
+    for size in [1e-300, 1e-160, 1e170, 1e300] {
+        let at = |t: &f64| {
+            let (sine, cosine) = (TAU * t / 2400.0).sin_cos();
+            Vector2::new(cosine, 0.5 * sine) * size
+        };
+        let path = Track::new(times.clone(), times.iter().map(at).collect()).unwrap();
+        let found = path.oscillations(&Search::default()).unwrap().oscillations;
+        assert_eq!(found.len(), 1, "{size}: {found:?}");
+        assert_relative_eq!(found[0].ellipse.major, size, epsilon = 0.0, max_relative = 1e-9);
+        assert_relative_eq!(found[0].ellipse.minor, 0.5 * size, epsilon = 0.0, max_relative = 1e-9);
+        assert_relative_eq!(found[0].period, 2400.0, epsilon = 0.0, max_relative = 1e-9);
+    }
 }

@@ -4,20 +4,20 @@ use std::f64::consts::TAU;
 
 use crate::fixtures::random::{Draw, circle, path};
 use crate::fixtures::shoots::{HOUR, MINUTE};
-use morphorod::tracking::{Band, PlaneTrack, Search};
+use morphorod::tracking::{Search, Track};
 use nalgebra::Vector2;
 
-const BAND: Band = Band { shortest: 10.0 * MINUTE, longest: 4.0 * HOUR };
+const BAND: [f64; 2] = [10.0 * MINUTE, 4.0 * HOUR];
 
 /// The outliers that both readings report, which must agree.
-fn outliers(path: &PlaneTrack) -> Vec<usize> {
+fn outliers(path: &Track) -> Vec<usize> {
     let found = path.oscillations(&Search::default()).unwrap().outliers;
-    assert_eq!(path.nutation(&BAND).unwrap().outliers, found);
+    assert_eq!(path.nutation(BAND).unwrap().outliers, found);
     found
 }
 
 /// A tip that starts at a distance of 30 mm, approaches a circle of 2 mm within minutes and oscillates on the way.
-fn transient(time: f64, noise: f64) -> PlaneTrack {
+fn transient(time: f64, noise: f64) -> Track {
     let mut draw = Draw::new(2);
     path(720, 120.0, |t| {
         let (sine, cosine) = (TAU * t / (3.0 * time)).sin_cos();
@@ -60,5 +60,5 @@ fn displaced_positions_are_the_only_outliers_of_a_track() {
         // Displacements by 4 mm are forty standard deviations of the noise. Two pairs are neighbours, one of them at the end.
         positions[i] += circle(k as f64, 2.6, 4e-3);
     }
-    assert_eq!(outliers(&PlaneTrack::new(track.times().to_vec(), positions).unwrap()), displaced);
+    assert_eq!(outliers(&Track::new(track.times().to_vec(), positions).unwrap()), displaced);
 }

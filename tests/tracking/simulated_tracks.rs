@@ -27,7 +27,7 @@ fn period_and_radius_of_a_simulated_circular_orbit_are_exact() {
         times.push(t);
         tips.push(shoot.tip());
     }
-    let path = Track::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+    let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
     let found = path.oscillations(&Search::default()).unwrap();
     let first = found.oscillations[0];
     assert_relative_eq!(first.period, 87.6383587116423 * MINUTE, epsilon = 0.0, max_relative = 1e-6);
@@ -48,7 +48,7 @@ fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
         times.push(t);
         tips.push(shoot.tip());
     }
-    let path = Track::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+    let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
     let share = |hours: f64| {
         let window = path.between((hours - 2.0) * HOUR, (hours + 2.0) * HOUR);
         window.share(24.0 * MINUTE, &Search::default()).unwrap()
@@ -83,7 +83,7 @@ fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
         }
         let across = Vector3::new(1.0, -2.0, 0.0).normalize();
         let off = tips.iter().map(|tip| (tip.dot(&across) / tip.norm()).abs()).fold(0.0, f64::max);
-        let path = Track::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+        let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
         (off, path.oscillations(&Search::default()).unwrap())
     };
     let (off, planar) = follow(10.0, 29.9);
@@ -115,7 +115,7 @@ fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
         times.push(t);
         tips.push(shoot.tip());
     }
-    let path = Track::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+    let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
     let found = path.oscillations(&Search::default()).unwrap().oscillations[0];
     assert_relative_eq!(found.period, period, epsilon = 0.0, max_relative = 1e-4);
     let size = Complex::from(alpha / shoots::RADIUS);
@@ -156,7 +156,7 @@ fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
             times.push(t);
             tips.push(shoot.tip());
         }
-        let path = Track::new(times, tips).unwrap().seen_along(&Vector3::z()).unwrap();
+        let path = Track::seen_along(&Vector3::z(), times, &tips).unwrap();
         path.oscillations(&Search::default()).unwrap()
     };
     for sense in [Handedness::Counterclockwise, Handedness::Clockwise] {

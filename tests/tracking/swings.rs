@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use crate::fixtures::random::{Draw, circle, path};
 use crate::fixtures::shoots::{HOUR, MINUTE};
-use morphorod::tracking::{Band, Oscillations, PlaneTrack, Search};
+use morphorod::tracking::{Oscillations, Search, Track};
 use morphorod::tropism::Handedness;
 use nalgebra::{Rotation2, Vector2};
 
-const BAND: Band = Band { shortest: 30.0 * MINUTE, longest: 4.0 * HOUR };
+const BAND: [f64; 2] = [30.0 * MINUTE, 4.0 * HOUR];
 /// Period of the swing, s.
 const PERIOD: f64 = 91.2 * MINUTE;
 /// Semi-major axis of the swing, m.
@@ -17,7 +17,7 @@ const MAJOR: f64 = 54.8e-3;
 const NOISE: f64 = 0.05e-3;
 
 /// A swing on an ellipse, counterclockwise for a positive minor axis, for 24 h with a frame every 2 min.
-fn swing(draw: &mut Draw, minor: f64) -> PlaneTrack {
+fn swing(draw: &mut Draw, minor: f64) -> Track {
     path(720, 120.0, |t| {
         let (sine, cosine) = (TAU * t / PERIOD).sin_cos();
         Rotation2::new(0.4) * Vector2::new(MAJOR * cosine, minor * sine) + draw.normal() * NOISE
@@ -31,7 +31,7 @@ fn sense_of_a_swing_in_a_plane_is_undetermined_in_noise() {
         let found = planar.oscillations(&Search::default()).unwrap();
         // The standard error of an axis is 0.05 mm √(2/720) = 2.6 µm. The minor axis exceeds three of them in one of 370 tracks.
         assert_eq!(found.sense(), None, "{seed}: {found:?}");
-        let found = planar.nutation(&BAND).unwrap();
+        let found = planar.nutation(BAND).unwrap();
         assert!(found.nutates, "{seed}");
         assert_eq!((found.sense, found.turns), (None, None), "{seed}");
     }
@@ -47,7 +47,7 @@ fn sense_of_a_thin_ellipse_is_found_if_its_minor_axis_exceeds_the_noise() {
         }
     }
     // The wavelet uses a part of the track at each time, where the standard error is 10 µm.
-    let found = swing(&mut Draw::new(1), 0.2e-3).nutation(&BAND).unwrap();
+    let found = swing(&mut Draw::new(1), 0.2e-3).nutation(BAND).unwrap();
     assert_eq!(found.sense, Some(Handedness::Counterclockwise));
     assert!(found.turns.unwrap() > 0.0);
     // Without noise any minor axis is significant.
@@ -97,15 +97,15 @@ fn close_periods_that_share_a_ridge_are_reported() {
         path(720, 120.0, |t| circle(t, first, 3e-3) + circle(t, second, 2e-3) + draw.normal() * NOISE)
     };
     // The wavelet separates two periods if their ratio is larger than exp(2/6) = 1.40.
-    let found = both([80.0, 100.0]).nutation(&BAND).unwrap();
+    let found = both([80.0, 100.0]).nutation(BAND).unwrap();
     assert_eq!(found.unresolved.len(), 1, "{:?}", found.unresolved);
     for (found, known) in found.unresolved[0].iter().zip([80.0, 100.0]) {
         // The standard error of a period is below 1e-4 of it.
         approx::assert_relative_eq!(*found, known * MINUTE, epsilon = 0.0, max_relative = 1e-3);
     }
     for periods in [[60.0, 100.0], [45.0, 90.0]] {
-        let found = both(periods).nutation(&BAND).unwrap();
+        let found = both(periods).nutation(BAND).unwrap();
         assert!(found.unresolved.is_empty(), "{:?}", found.unresolved);
     }
-    assert!(swing(&mut Draw::new(1), 0.0).nutation(&BAND).unwrap().unresolved.is_empty());
+    assert!(swing(&mut Draw::new(1), 0.0).nutation(BAND).unwrap().unresolved.is_empty());
 }

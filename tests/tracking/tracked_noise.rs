@@ -2,7 +2,7 @@
 //! absent.
 
 use crate::fixtures::random::{Draw, circle, path};
-use morphorod::tracking::{Band, PlaneTrack, Search};
+use morphorod::tracking::{Search, Track};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -15,18 +15,18 @@ fn outlier_closer_than_the_next_position_is_found_by_local_cubics() {
     // neighbours are further away than 0.6 of that. They are used all the same, since they are
     // within three intervals.
     let every = 20.0 * MINUTE;
-    let band = Band { shortest: 2.25 * every, longest: 8.0 * HOUR };
+    let band = [2.25 * every, 8.0 * HOUR];
     let radius = 3e-3;
     let clean = path(145, every, |t| circle(t, 12.0 * every, radius));
-    assert!(clean.nutation(&band).unwrap().outliers.is_empty());
+    assert!(clean.nutation(band).unwrap().outliers.is_empty());
     for spoiled in [40, 71, 100] {
         let mut positions = clean.positions().to_vec();
         // Neighbours are 2 sin(π/12) = 0.52 radii apart. The median of five positions has an error
         // of a considerable part of that everywhere, so that it cannot detect such a small outlier.
         // A cubic through the neighbours can.
         positions[spoiled] *= 1.3;
-        let spoiled_path = PlaneTrack::new(clean.times().to_vec(), positions).unwrap();
-        assert_eq!(spoiled_path.nutation(&band).unwrap().outliers, [spoiled]);
+        let spoiled_path = Track::new(clean.times().to_vec(), positions).unwrap();
+        assert_eq!(spoiled_path.nutation(band).unwrap().outliers, [spoiled]);
     }
 }
 
@@ -57,7 +57,7 @@ fn periods_of_tracks_with_frames_in_pairs_or_bursts_are_no_aliases() {
         let offsets = |start: f64| (0..frames).map(move |k| start + apart * f64::from(k));
         let times: Vec<f64> = (0..groups).flat_map(|group| offsets(between * f64::from(group))).collect();
         let positions = times.iter().map(|t| circle(*t, PERIOD, 5e-3) + draw.normal() * 1e-4).collect();
-        let found = PlaneTrack::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
+        let found = Track::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
         let [largest] = found.oscillations[..] else { panic!("{groups} groups, {apart} s: {found:?}") };
         // The chance of a larger deviation than four standard errors is 1e-4.
         assert!(
