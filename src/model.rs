@@ -41,36 +41,34 @@ pub trait Model {
     fn load(&self) -> &Self::Load;
     /// Gravity and the base.
     fn scene(&self) -> &Self::Scene;
+}
 
-    /// The first time after `t` (s) at which a law, a load or the scene has a discontinuity; infinite if there is none.
-    ///
-    /// # Errors
-    /// A law that announces a time that has passed, or none.
-    fn next_discontinuity(&self, t: f64) -> Result<f64, ParameterError> {
-        let announced = [
-            ("discontinuity that the growth law announces", self.growth().next_discontinuity(t)),
-            ("discontinuity that the load announces", self.load().next_discontinuity(t)),
-            ("discontinuity that the scene announces", self.scene().next_discontinuity(t)),
-            ("discontinuity that the tropism laws announce", self.tropism().next_discontinuity(t)),
-        ];
-        announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
-            ParameterError::unless(time > t, name, time, "later than the time for which it is asked (s)")?;
-            Ok(first.min(time))
-        })
-    }
+/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite if there is
+/// none.
+///
+/// # Errors
+/// A law that returns a time that is not later than `t`, or NaN.
+pub(crate) fn next_discontinuity(model: &impl Model, t: f64) -> Result<f64, ParameterError> {
+    let announced = [
+        ("next discontinuity of the growth law", model.growth().next_discontinuity(t)),
+        ("next discontinuity of the load", model.load().next_discontinuity(t)),
+        ("next discontinuity of the scene", model.scene().next_discontinuity(t)),
+        ("next discontinuity of the tropism laws", model.tropism().next_discontinuity(t)),
+    ];
+    announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
+        ParameterError::unless(time > t, name, time, "later than the time for which it is requested (s)")?;
+        Ok(first.min(time))
+    })
+}
 
-    /// Refuses parameters that make no sense for a shoot of the given initial length (m).
-    ///
-    /// # Errors
-    /// The first such parameter.
-    fn check(&self, length: f64) -> Result<(), ParameterError> {
-        self.growth().check(length)?;
-        self.tropism().check()?;
-        Declaration::of(self.tropism()).check()?;
-        self.constitutive().check()?;
-        self.load().check()?;
-        self.scene().check()
-    }
+/// Returns an error for the first parameter that is out of range for a shoot of the given initial length (m).
+pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterError> {
+    model.growth().check(length)?;
+    model.tropism().check()?;
+    Declaration::of(model.tropism()).check()?;
+    model.constitutive().check()?;
+    model.load().check()?;
+    model.scene().check()
 }
 
 forward_pointers!(Model {
@@ -84,8 +82,6 @@ forward_pointers!(Model {
     fn constitutive() -> &T::Constitutive;
     fn load() -> &T::Load;
     fn scene() -> &T::Scene;
-    fn next_discontinuity(t: f64) -> Result<f64, ParameterError>;
-    fn check(length: f64) -> Result<(), ParameterError>;
 });
 
 /// Five laws side by side: a [`Model`].

@@ -12,11 +12,8 @@ const MAX: usize = 3 * (MAX_POINTS + 1);
 /// Columns that are treated together: processors add as many numbers at once, or half of them.
 const LANES: usize = 4;
 
-/// Groups of columns.
-const GROUPS: usize = MAX.div_ceil(LANES);
-
 /// A row of the matrix, or a vector, by groups of columns.
-pub(super) type Row = [[f64; LANES]; GROUPS];
+pub(super) type Row = [[f64; LANES]; MAX.div_ceil(LANES)];
 
 /// A symmetric matrix by its upper triangle, then the factors of its interior part.
 ///
@@ -50,7 +47,7 @@ fn add<const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N], col:
 /// The same from the group `FROM` on.
 #[inline]
 fn add_groups<const FROM: usize, const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N]) {
-    for g in FROM..GROUPS {
+    for g in FROM..row.len() {
         let mut sum = row[g];
         for n in 0..N {
             for i in 0..LANES {
@@ -141,7 +138,7 @@ impl Elimination {
         for k in (0..3 * (P - 1)).rev() {
             let mut sums = [0.0; LANES];
             // Unknowns that are not known yet are zero.
-            for g in k / LANES..GROUPS {
+            for g in k / LANES..x.len() {
                 for i in 0..LANES {
                     sums[i] += self.rows[k][g][i] * x[g][i];
                 }

@@ -33,8 +33,7 @@ pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Res
             return Err(EquilibriumError::NotFinite { what: "strain of the centre line" });
         }
         if v.z <= 0.0 {
-            let (stretch, arc_length, force) = (v.z, cut.arc_length, force.largest());
-            return Err(EquilibriumError::Crushed { stretch, arc_length, force });
+            return Err(EquilibriumError::Crushed { stretch: v.z, arc_length: cut.arc_length });
         }
     }
     Ok(())

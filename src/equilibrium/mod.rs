@@ -4,12 +4,13 @@ mod element;
 mod elimination;
 mod line;
 mod newton;
+mod saddle;
 mod search;
 mod system;
 mod tangent;
 mod unloaded;
 
-pub use newton::{Branch, NewtonSolver};
+pub use newton::NewtonSolver;
 pub use unloaded::Unloaded;
 
 use nalgebra::Vector3;
@@ -19,13 +20,6 @@ use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
-
-/// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to
-/// buckle under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel function J₋₁⸝₃.
-///
-/// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast can be
-/// made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).
-pub const GREENHILL: f64 = 7.837_347_438_943_484;
 
 /// Signs of the eigenvalues of the second derivative of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,16 +101,12 @@ pub enum EquilibriumError {
         negative: usize,
     },
     /// The rod is compressed to length zero at some place.
-    #[error(
-        "a stretch of {stretch:.3e} at {arc_length:.4} m from the base leaves nothing of the rod: the force reaches {force:.3e} N"
-    )]
+    #[error("the rod is crushed: its stretch is {stretch:.3e} at {arc_length:.4} m from the base but must be positive")]
     Crushed {
         /// The stretch v3, which should be positive.
         stretch: f64,
         /// Arc length of the place, m.
         arc_length: f64,
-        /// The largest force in the rod, N.
-        force: f64,
     },
     /// An input or a value of an elastic law is not finite.
     #[error("the {what} is not finite")]
@@ -124,21 +114,10 @@ pub enum EquilibriumError {
         /// The quantity that is not finite.
         what: &'static str,
     },
-    /// Memory for the factorisation could not be allocated.
-    #[error("no memory to factorise {unknowns} unknowns")]
-    OutOfMemory {
-        /// Number of unknowns.
-        unknowns: usize,
-    },
-    /// A setting of the solver is out of range.
+    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as unloaded, or a
+    /// number of elements that exceeds the memory.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A solver for rods without load was given a load.
-    #[error("this solver takes no load, but the force in the rod reaches {force:.3e} N")]
-    Loaded {
-        /// The largest force, N.
-        force: f64,
-    },
 }
 
 impl EquilibriumError {

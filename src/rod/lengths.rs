@@ -2,7 +2,8 @@
 //! growth law; the lengths per coordinate at the points follow from them.
 
 use super::Rod;
-use super::shape::{ROUNDING, weighted_jacobian};
+use super::locate::ROUNDING;
+use super::shape::weighted_jacobian;
 use crate::numerics::scalar::newton;
 use crate::reference_element::MAX_POINTS;
 

@@ -6,8 +6,7 @@ mod loss;
 mod pair;
 mod parts;
 mod remesh;
-#[cfg(feature = "serde")]
-mod saved;
+mod locate;
 mod shape;
 pub(crate) mod tissue;
 
@@ -80,7 +79,7 @@ mod infinite_as_none {
 /// Lengths along the rod (arc length, length, distance from the apex) are unstretched, as growth has made them, and
 /// identify places. Positions include shear and stretch if the elastic law has them.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "saved::SavedRod"))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(remote = "Self"))]
 pub struct Rod {
     order: Order,
     /// Frames at the ends of the elements, from base to apex.
@@ -231,12 +230,11 @@ impl Rod {
     }
 
     /// The first element in the growth zone; equal to the number of elements for a mature rod.
-    #[must_use]
-    pub fn first_growing(&self) -> usize {
+    pub(crate) fn first_growing(&self) -> usize {
         self.first_growing
     }
 
-    /// The indices of the material points in the growth zone.
+    /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a whole element.
     #[must_use]
     pub fn zone(&self) -> Range<usize> {
         self.first_growing * self.order.points()..self.points.len()

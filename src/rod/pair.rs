@@ -6,7 +6,6 @@ use super::loss::{Loss, Part};
 use super::{MaterialPoint, Rod};
 use crate::numerics::quadrature::legendre;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
-use crate::section::Section;
 
 /// Two elements that may be merged.
 pub(super) struct Pair<'a> {
@@ -68,26 +67,12 @@ impl<'a> Pair<'a> {
         weights
     }
 
-    /// Weighted sum of a quantity at the points of both elements.
-    fn sum(&self, weights: &[f64], f: impl Fn(&MaterialPoint) -> f64) -> f64 {
-        self.source.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
-    }
-
     /// The points of the merged element.
     pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
         let projection = self.projection();
-        // Either all exit times are finite, or all are equal.
-        let exit = self.source[0].exit_time;
-        std::array::from_fn(|g| MaterialPoint {
-            intrinsic: Vector3::from_fn(|i, _| self.sum(&projection[g], |point| point.intrinsic[i])),
+        projection.map(|weights| MaterialPoint {
             jacobian: self.length(),
-            apex_distance: self.sum(&projection[g], |point| point.apex_distance),
-            exit_time: if exit.is_finite() { self.sum(&projection[g], |point| point.exit_time) } else { exit },
-            section: Section::ellipse(
-                self.sum(&projection[g], |point| point.section.along_d1),
-                self.sum(&projection[g], |point| point.section.along_d2),
-            ),
-            initial_apex_distance: self.sum(&projection[g], |point| point.initial_apex_distance),
+            ..MaterialPoint::weighted(self.source, &weights)
         })
     }
 

@@ -3,14 +3,33 @@
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
+use crate::section::Section;
+
+impl MaterialPoint {
+    /// The material point whose quantities are weighted sums of those at other points, of the same element or of two
+    /// neighbours. Exit times are either all finite or all equal.
+    pub(super) fn weighted(points: &[Self], weights: &[f64]) -> Self {
+        let sum = |f: &dyn Fn(&Self) -> f64| points.iter().zip(weights).map(|(point, w)| w * f(point)).sum::<f64>();
+        let exit = points[0].exit_time;
+        Self {
+            intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
+            jacobian: sum(&|point| point.jacobian),
+            apex_distance: sum(&|point| point.apex_distance),
+            initial_apex_distance: sum(&|point| point.initial_apex_distance),
+            exit_time: if exit.is_finite() { sum(&|point| point.exit_time) } else { exit },
+            section: Section::ellipse(sum(&|point| point.section.along_d1), sum(&|point| point.section.along_d2)),
+        }
+    }
+}
 
 impl Rod {
-    /// Takes the first `elements` growing elements out of the growth zone, with an exit time (s) for each of their
-    /// points.
-    pub(crate) fn mature(&mut self, elements: usize, exit: impl Fn(&MaterialPoint) -> f64) {
-        let leaving = self.zone().start..(self.first_growing + elements) * self.order.points();
-        self.points[leaving].iter_mut().for_each(|point| point.exit_time = exit(point));
+    /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
+    /// times must be finite.
+    pub(crate) fn mature(&mut self, elements: usize) -> &mut [MaterialPoint] {
+        let start = self.zone().start;
         self.first_growing += elements;
+        let end = self.zone().start;
+        &mut self.points[start..end]
     }
 
     /// The material points, to be changed.

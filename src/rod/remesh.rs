@@ -7,7 +7,6 @@ use super::pair::Pair;
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
-use crate::section::Section;
 use crate::so3;
 
 /// Weights of the values at the points of an element for the values at the points of its part [from, to].
@@ -54,32 +53,22 @@ impl Rod {
         };
         let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
-        // Exit times are infinite in the growth zone and in tissue that was mature before the start.
-        let exits = old[0].exit_time.is_finite();
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
             for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
-                let sum = |f: &dyn Fn(&MaterialPoint) -> f64| -> f64 {
-                    old.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
-                };
                 let at = from + (to - from) * reference.points[g];
                 let (apex_distance, jacobian) = place(at);
                 new[side * p + g] = MaterialPoint {
-                    intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
                     jacobian: jacobian * (to - from),
                     apex_distance,
-                    exit_time: if exits { sum(&|point| point.exit_time) } else { old[0].exit_time },
-                    section: Section::ellipse(
-                        sum(&|point| point.section.along_d1),
-                        sum(&|point| point.section.along_d2),
-                    ),
                     initial_apex_distance: self.initial_apex_distance(e, at),
+                    ..MaterialPoint::weighted(&old, weights)
                 };
             }
         }
         if self.yields() {
-            let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|g| self.line_strains[e * p + g.min(p - 1)]);
+            let old = &self.line_strains[e * p..(e + 1) * p];
             let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
-            let new = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(&old[..p], weights));
+            let new: Vec<_> = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(old, weights)).collect();
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
         let middle = self.frame_within(e, x);

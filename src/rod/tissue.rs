@@ -1,4 +1,4 @@
-//! Tissue at a place of a rod.
+//! Material points, and the tissue at a place of a rod.
 
 use super::MaterialPoint;
 use crate::section::Section;

@@ -8,7 +8,7 @@ use crate::equilibrium::check_stiffness;
 use crate::error::ParameterError;
 use crate::growth::{GrowthLaw, NoGrowth, exit_before_start};
 use crate::load::Load;
-use crate::model::{DynLaws, Laws, Model};
+use crate::model::{DynLaws, Laws, Model, check};
 use crate::reference_element::Order;
 use crate::rod::{Rod, Tissue};
 use crate::scene::{Scene, Still};
@@ -203,7 +203,7 @@ impl<M: Model> ShootBuilder<M> {
             let growth = "given by `growth`: steering is differential growth; `growth(NoGrowth)` if there is none";
             return Err(ParameterError::missing("growth of a shoot that steers", growth));
         }
-        model.check(length)?;
+        check(model, length)?;
         let (growth, zone) = (model.growth(), model.growth().zone_length());
         let grows = growth.elongates();
         ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
@@ -231,7 +231,9 @@ impl<M: Model> ShootBuilder<M> {
         let to_keep = nodes.iter().zip(0..).filter(|(node, _)| kept[1..].contains(node));
         to_keep.for_each(|(_, i)| rod.keep_node(i));
         let below = nodes.iter().take_while(|node| **node < kept[0]).count();
-        rod.mature(below, |point| exit_before_start(growth, point.apex_distance));
+        for point in rod.mature(below) {
+            point.exit_time = exit_before_start(growth, point.apex_distance);
+        }
         check_tissue(&rod, model, 0.0)?;
         check_resolved(&rod, |s| along(s))?;
         let volume = rod.volume();

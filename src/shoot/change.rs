@@ -4,7 +4,7 @@ use super::builder::check_tissue;
 use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{Model, check};
 use crate::state::{State, StateError};
 use crate::tropism::{Declaration, TropismLaw};
 
@@ -73,7 +73,7 @@ impl<M: Model> Shoot<M> {
     }
 
     fn adopt<N: Model>(&self, model: N, mut state: State) -> Result<Shoot<N>, StateError> {
-        model.check(state.rod.length())?;
+        check(&model, state.rod.length())?;
         let (growth, old) = (model.growth(), self.model.growth());
         let zone = growth.zone_length();
         ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
@@ -123,7 +123,7 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
             state.split(e - 1, x);
         }
         let now = state.time;
-        state.mature(e - first, |_| now);
+        state.mature(e - first).iter_mut().for_each(|point| point.exit_time = now);
     }
     Ok(())
 }

@@ -177,7 +177,7 @@ mod tests {
         let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
         let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
         lacking.rod.remove_last_point();
-        let expected = RodError::Size { what: "material points", found: 7, expected: 8, elements: 2 };
+        let expected = RodError::Count { what: "material points", found: 7, expected: 8 };
         assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
         assert_eq!(shoot.state, kept);
         let mut long = kept.clone();

@@ -73,7 +73,7 @@ fn sound(rod: &Rod) -> bool {
 
 /// Calls every query of a rod.
 fn read_rod(rod: &Rod, [a, _, _, _]: [f64; 4], [i, j, ..]: [usize; 3]) {
-    let _ = (rod.frame(i, a), rod.strain(i, j), rod.at(a), rod.locate(a), rod.arc_length_of(a));
+    let _ = (rod.strain(i, j), rod.line_strain(i, j), rod.at(a), rod.arc_length_of(a));
     let _ = (rod.centre_line(), rod.centre_line_at(i % 5000), rod.growth_zone(), rod.volume(), rod.apex_frame());
 }
 
