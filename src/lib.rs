@@ -108,7 +108,7 @@ mod model;
 mod numerics;
 
 mod pointers;
-mod profile;
+pub mod profile;
 mod reference_element;
 pub mod rod;
 mod scene;
@@ -124,11 +124,11 @@ pub mod tropism;
 pub use error::ParameterError;
 pub use model::{DynLaws, Laws, Model};
 pub use nalgebra;
-pub use profile::{Place, Profile};
+
 pub use reference_element::Order;
 pub use scene::{Environment, Scene, Still, Turned};
 pub use section::Section;
-pub use shoot::{Mesh, Shoot, ShootBuilder};
+pub use shoot::{Shoot, ShootBuilder};
 pub use state::{State, StateError};
 
 /// The programs of the README, compiled and run as tests.

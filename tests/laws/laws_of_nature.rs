@@ -10,8 +10,9 @@ use crate::fixtures::random::{Draw, number};
 use morphorod::constitutive::{Constitutive, LinearElastic};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
+use morphorod::profile::{Place, Profile};
 use morphorod::rod::Rod;
-use morphorod::{Order, Place, Profile, Scene, Still};
+use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Number of elements. Between nodes, frames and their derivatives are of fourth order in the

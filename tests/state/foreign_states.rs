@@ -3,7 +3,7 @@
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
-use approx::{abs_diff_eq, assert_abs_diff_eq};
+use approx::assert_abs_diff_eq;
 use morphorod::growth::{CosineProfile, GrowthLaw, LinearProfile};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::rod::{Rod, RodError};
