@@ -1,7 +1,8 @@
 //! Checkpoints: a [`State`](crate::State), and other data of a program, as bytes with a checksum.
 //!
-//! Numbers are written exactly, infinities included. Reading returns an error for bytes that are damaged, truncated, of
-//! another version or not a checkpoint. To replace a file safely, write the new one beside it and rename it.
+//! Numbers are written exactly, infinities included. Reading returns an error for bytes that are damaged,
+//! truncated, of another version or not a checkpoint. To replace a file safely, write the new one beside it and
+//! rename it.
 //!
 //! ```
 //! use morphorod::{Shoot, State, checkpoint, constitutive::LinearElastic};
@@ -21,8 +22,8 @@ use crate::state::{FORMAT, StateError, check_format};
 
 /// First bytes of a checkpoint.
 const NAME: &[u8; 9] = b"morphorod";
-/// Length of the header: the name, the format (4 bytes), the length of the content (8 bytes), and a checksum of these two and
-/// the content (4 bytes). Numbers are little-endian.
+/// Length of the header: the name, the format (4 bytes), the length of the content (8 bytes), and a checksum of
+/// these two and the content (4 bytes). Numbers are little-endian.
 const HEAD: usize = NAME.len() + 4 + 8 + 4;
 
 /// Error of reading or writing a checkpoint.

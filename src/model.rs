@@ -13,8 +13,9 @@ use crate::tropism::{Declaration, TropismLaw};
 
 /// The five laws of a shoot: growth, tropism, elasticity, load and scene.
 ///
-/// [`Laws`] is the usual model. A type of your own can be a model as well, for example to store further data beside the
-/// laws. A function that accepts any shoot has the signature `fn follow(shoot: &mut Shoot<impl Model>)`.
+/// [`Laws`] is the usual model. A type of your own can be a model as well, for example to store further data
+/// beside the laws. A function that accepts any shoot has the signature `fn follow(shoot: &mut Shoot<impl
+/// Model>)`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "five laws together are a model: `morphorod::Laws {{ constitutive, growth, tropism, load, scene }}`"
@@ -43,8 +44,8 @@ pub trait Model {
     fn scene(&self) -> &Self::Scene;
 }
 
-/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite if there is
-/// none.
+/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite if
+/// there is none.
 ///
 /// # Errors
 /// A law that returns a time that is not later than `t`, or NaN.

@@ -1,7 +1,7 @@
 //! Implementation of the law traits for boxed, shared and borrowed laws.
 
-/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the associated types and then
-/// the methods of the trait.
+/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the associated
+/// types and then the methods of the trait.
 macro_rules! forward_pointers {
     (@ $Trait:ident, $Pointer:ty, {
         $(type $Type:ident;)*

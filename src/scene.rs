@@ -53,9 +53,9 @@ pub trait Scene {
     /// The frame of the clamped base at time `t` (s), which rotates e1, e2, e3 into the directors d1, d2, d3.
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
-    /// The first time after `t` (s) at which gravity, the base or a first derivative of them is discontinuous; infinite if
-    /// there is none. Integrators end a step there and evaluate the scene a few units of rounding before and after, so the
-    /// value at the discontinuity itself does not matter.
+    /// The first time after `t` (s) at which gravity, the base or a first derivative of them is discontinuous;
+    /// infinite if there is none. Integrators end a step there and evaluate the scene a few units of rounding
+    /// before and after, so the value at the discontinuity itself does not matter.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
@@ -87,23 +87,19 @@ pub(crate) fn earlier(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
-/// Distance from a discontinuity at which laws are evaluated before and after it, in units of rounding of the time. It makes
-/// laws written with `<` and `<=` equivalent, and exceeds the rounding of expressions such as `t − from < duration`.
+/// Distance from a discontinuity at which laws are evaluated before and after it, in units of rounding of the
+/// time. It makes laws written with `<` and `<=` equivalent, and exceeds the rounding of expressions such as `t
+/// − from < duration`.
 const MARGIN: f64 = 4.0;
 
 /// A time just before a discontinuity.
 pub(crate) fn before(time: f64) -> f64 {
-    time - MARGIN * rounding(time)
+    time - MARGIN * (time.abs().next_up() - time.abs())
 }
 
 /// A time just after a discontinuity.
 pub(crate) fn after(time: f64) -> f64 {
-    time + MARGIN * rounding(time)
-}
-
-/// The distance to the next floating-point number.
-fn rounding(time: f64) -> f64 {
-    time.abs().next_up() - time.abs()
+    -before(-time)
 }
 
 /// Constant gravity and a fixed base.

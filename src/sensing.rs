@@ -8,11 +8,12 @@ use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
 use crate::tropism::Site;
 
-/// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from the apex towards
-/// the base. Positions are NaN unless `with_position`.
+/// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
+/// the apex towards the base. Positions are NaN unless `with_position`.
 ///
-/// The couple is integrated from the free apex, m(s) = ∫ p′ × n beyond s, equation (11), and the strain follows from it. The
-/// strain is of order p + 2, while differentiation of the rotations gives p + 1 and rounding errors in short elements.
+/// The couple is integrated from the free apex, m(s) = ∫ p′ × n beyond s, equation (11), and the strain follows
+/// from it. The strain is of order p + 2, while differentiation of the rotations gives p + 1 and rounding
+/// errors in short elements.
 pub(crate) fn visit_sites(
     rod: &Rod,
     material: &impl Constitutive,

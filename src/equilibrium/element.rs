@@ -1,7 +1,8 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
-//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the whole
-//! element, θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One element".
+//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the
+//! whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`,
+//! "One element".
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -26,8 +27,8 @@ pub(super) struct ElementData<'a> {
 
 /// Derivatives of the energy of an element, later the factors of its interior.
 ///
-/// The unknowns are the rotation vectors of the nodes 1 … p and the rotation φ of the whole element, in this order. The
-/// first 3 (p − 1) are interior; [`condense`](Self::condense) eliminates them.
+/// The unknowns are the rotation vectors of the nodes 1 … p and the rotation φ of the whole element, in this
+/// order. The first 3 (p − 1) are interior; [`condense`](Self::condense) eliminates them.
 #[derive(Debug, Clone)]
 pub(super) struct ElementSystem {
     gradient: [Vector3<f64>; MAX_POINTS + 1],
@@ -37,14 +38,15 @@ pub(super) struct ElementSystem {
     /// Jr(θ)⁻¹ at the last node: the change of its rotation vector by a rotation of the last frame.
     inverse: Form,
     chain: Matrix3<f64>,
-    /// Smallest bending or twist of the element by a couple, ∫ ds/K with the largest K, rad/(N m), at the last Hessian.
+    /// Smallest bending or twist of the element by a couple, ∫ ds/K with the largest K, rad/(N m), at the last
+    /// Hessian.
     pub compliance: f64,
     /// Largest strain of the centre line by the force, |C| |n|, at the last Hessian.
     pub yielding: f64,
 }
 
-/// Contribution of the element to the condensed system: blocks for the rotations of its last frame (1) and of its first
-/// (0).
+/// Contribution of the element to the condensed system: blocks for the rotations of its last frame (1) and of
+/// its first (0).
 pub(super) struct Condensed {
     pub h11: Matrix3<f64>,
     /// Rows of the first frame, columns of the last.
@@ -142,7 +144,7 @@ impl ElementSystem {
             }
         }
         self.gradient = gradient;
-        // The balance of couples on the current frames needs it without a Hessian, too.
+        // The gradient by the current frames requires this factor even without a Hessian.
         let theta = data.rotations[P - 1];
         self.inverse = Form::inverse_right_jacobian(&s_functions(theta.norm_squared()));
         self.chain = self.inverse.matrix(&theta);
@@ -171,8 +173,8 @@ impl ElementSystem {
         }
     }
 
-    /// Eliminates the interior from the gradient with the factors of [`condense`](Self::condense). Returns the gradient
-    /// by the rotations of the last and of the first frame.
+    /// Eliminates the interior from the gradient with the factors of [`condense`](Self::condense). Returns the
+    /// gradient by the rotations of the last and of the first frame.
     pub fn condense_gradient<const P: usize>(&mut self) -> (Vector3<f64>, Vector3<f64>) {
         let m = 3 * (P - 1);
         for k in 0..=P {

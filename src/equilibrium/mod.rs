@@ -63,12 +63,12 @@ pub struct Equilibrium {
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
     /// the continuation of the initial guess then. `None` if all configurations were stable.
     pub jump: Option<f64>,
-    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of stability that does
-    /// not depend on the mesh. Zero for a solver that needs no tangent.
+    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
+    /// stability that does not depend on the mesh. Zero for a solver without tangent.
     pub(crate) resistance: f64,
 }
 
-/// Why no equilibrium was found. The rod has not changed.
+/// Error of a search for an equilibrium. The rod has not changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
@@ -87,9 +87,8 @@ pub enum EquilibriumError {
         /// The largest force in the rod, N.
         force: f64,
     },
-    /// In the search an element would rotate by π, where its rotation vector is discontinuous. Shorter elements are
-    /// needed.
-    #[error("element {element} would turn by π; it needs to be shorter: take more elements, or a smaller load")]
+    /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
+    #[error("element {element} would rotate by π: use more elements or a smaller load")]
     Folded {
         /// The element, counted from the base.
         element: usize,
@@ -114,8 +113,8 @@ pub enum EquilibriumError {
         /// The quantity that is not finite.
         what: &'static str,
     },
-    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as unloaded, or a
-    /// number of elements that exceeds the memory.
+    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
+    /// unloaded, or a number of elements that exceeds the memory.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
@@ -128,8 +127,8 @@ impl EquilibriumError {
     }
 }
 
-/// Returns an error for an elastic law without stiffness, or without a finite response to a force, at some place of a
-/// rod at a time (s).
+/// Returns an error for an elastic law without positive stiffness, or without a finite response to a force, at
+/// some place of a rod at a time (s).
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
     for point in rod.points() {
         let (tissue, zero) = (Tissue::of(point, time), Vector3::zeros());
@@ -150,7 +149,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let strained = (line.strain - centre_line_tangent()).norm();
         let name = "shear or stretch without force";
-        // As frames: of norm 1 to 1e-9.
+        // The same bound as for the norm of the base frame.
         ParameterError::unless(strained < 1e-9, name, strained, "zero").map_err(at)?;
     }
     Ok(())
@@ -158,8 +157,9 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
 
 /// A solver for the equilibrium of a rod.
 pub trait EquilibriumSolver {
-    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial guess is
-    /// the current configuration. The frame of the base does not change. The force must be that in this rod.
+    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
+    /// guess is the current configuration. The frame of the base does not change. The force must be that in
+    /// this rod.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.

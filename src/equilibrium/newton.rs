@@ -27,8 +27,8 @@ macro_rules! with_points {
 
 /// Newton's method for equations (9) to (12), with faer's sparse LDLᵀ factorisation.
 ///
-/// The solver has settings and workspace, but no state: calls with equal rods give equal results. Settings are written
-/// as a struct literal:
+/// The solver has settings and workspace, but no state: calls with equal rods give equal results. Settings are
+/// written as a struct literal:
 ///
 /// ```
 /// use morphorod::equilibrium::NewtonSolver;
@@ -81,8 +81,8 @@ impl NewtonSolver {
     /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not.
     ///
     /// # Errors
-    /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for a rod of
-    /// more elements than fit in memory.
+    /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for
+    /// a rod of more elements than fit in memory.
     pub fn inertia(
         &mut self,
         rod: &Rod,

@@ -1,5 +1,5 @@
-//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line search.
-//! Saddles are left in [`super::saddle`].
+//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line
+//! search. Saddles are left in [`super::saddle`].
 
 use nalgebra::Vector3;
 
@@ -17,8 +17,8 @@ const SMALL_TURN: f64 = 1e-4;
 /// Negligible rotation in a step, rad. After a Newton step of this size only rounding remains, since Newton's method
 /// squares the error. A line search fails and a saddle is reached at steps of this size.
 pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
-/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes estimate
-/// the error.
+/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes
+/// estimate the error.
 const CHORD_TURN: f64 = 0.05;
 /// Largest number of successive chord steps: a gradient and its solution cost a quarter of a new tangent.
 const CHORDS: i32 = 4;
@@ -54,8 +54,8 @@ pub(super) struct Search<'a, C, const P: usize> {
     pub(super) stagnates: bool,
     /// Number of saddles that were left.
     pub(super) saddles: usize,
-    /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of negative
-    /// pivots.
+    /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of
+    /// negative pivots.
     lost: Option<(Vector3<f64>, usize)>,
     /// Largest rotation in a step since then, rad.
     pub(super) longest_turn: f64,
@@ -131,9 +131,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         Equilibrium { jump, resistance: self.system.resistance, ..self.found }
     }
 
-    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to it. The
-    /// energy of a buckled shoot on an upright base does not depend on rotations about the vertical. Before couples are
-    /// balanced it changes a little in that direction, without a loss of stability.
+    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to
+    /// it. The energy of a buckled shoot on an upright base does not depend on rotations about the vertical.
+    /// Before couples are balanced it changes a little in that direction, without a loss of stability.
     fn is_neutral(&self, negative: usize) -> bool {
         negative <= self.found.inertia.neutral && self.longest_turn < LARGEST_TURN
     }
@@ -180,7 +180,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         Ok(())
     }
 
-    /// Solves for the Newton step.
+    /// Solves for the Newton step, and records its size.
     fn find_step(&mut self) -> Result<(), EquilibriumError> {
         self.system.solve::<P>();
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
@@ -281,9 +281,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// Whether the inertia at the start of the last step is that at its end: the smallest pivot exceeds its change.
-    /// Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)² of that in the
-    /// work of the force along the rod, and by 2/π in its couples.
+    /// Whether the inertia at the start of the last step is that at its end: the smallest pivot exceeds its
+    /// change. Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)²
+    /// of that in the work of the force along the rod, and by 2/π in its couples.
     fn is_safe(&self) -> bool {
         // The third derivative of ½ n · C n by rotations is at most 4 |C| |n|², that of n · d3 is at most |n|.
         let force = self.largest_force * (1.0 + 4.0 * self.system.yielding());
@@ -294,7 +294,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad) and
     /// whether chord steps still became shorter.
     fn accepts(&mut self, rod: &Rod, error: f64, shrinks: bool) -> Result<bool, EquilibriumError> {
-        // Where the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
+        // If the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
         let safe = self.is_safe();
         if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEGLIGIBLE_TURN)) {
             return Ok(false);

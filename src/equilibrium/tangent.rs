@@ -14,16 +14,17 @@ use nalgebra::{Matrix3, Vector3};
 use super::{EquilibriumError, Inertia};
 use crate::error::ParameterError;
 
-/// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units of 1e-16
-/// times the growth of the elimination, and the error of the equilibrium adds to it: just above the critical length a
-/// neutral pivot is accurate to 3e-11. A length that differs by 1e-8 from the critical one has a pivot of about 1e-9.
+/// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units
+/// of 1e-16 times the growth of the elimination, and the error of the equilibrium adds to it: just above the
+/// critical length a neutral pivot is accurate to 3e-11. A length that differs by 1e-8 from the critical one
+/// has a pivot of about 1e-9.
 pub(super) const NEUTRAL: f64 = 1e-10;
 
-/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex has no
-/// fill-in.
+/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
+/// has no fill-in.
 ///
-/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional element does
-/// not require a new analysis.
+/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional
+/// element does not require a new analysis.
 #[derive(Default)]
 pub(super) struct Tangent {
     blocks: usize,
@@ -82,7 +83,8 @@ impl Tangent {
         let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
         let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
             .map_err(|_| {
-                let (name, requirement) = ("number of elements", "small enough for the memory to factorise the tangent");
+                let (name, requirement) =
+                    ("number of elements", "small enough for the memory to factorise the tangent");
                 ParameterError { name, value: capacity as f64, requirement, place: None, missing: false }
             })?;
         self.factors = vec![0.0; symbolic.len_val()];
@@ -144,12 +146,12 @@ impl Tangent {
         if factorised.is_err() {
             return Err(EquilibriumError::NotFinite { what: "tangent" });
         }
-        // Short elements have huge diagonal entries. Relative to them the stiffness of the rest of the rod must not
-        // count as neutral.
+        // Short elements have large diagonal entries, relative to which the stiffness of the rest of the rod
+        // may be tiny. It must not count as neutral.
         let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
         let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
-        // Without load the rod up to a frame and the element beyond it are springs in parallel.
+        // In a rod without load the part up to a frame and the element beyond it are springs in parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
             *sum += c;
@@ -163,8 +165,8 @@ impl Tangent {
             least = least.min(self.factors[at] / unloaded.min(scale));
             let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
             if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
-                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a quotient
-                // of two rounding errors.
+                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a
+                // quotient of two rounding errors.
                 self.factors[at] = f64::INFINITY;
             }
         }

@@ -33,13 +33,7 @@ pub enum RodError {
 }
 
 /// Returns an error for number `index` of a quantity unless `ok`.
-fn unless(
-    ok: bool,
-    what: &'static str,
-    index: usize,
-    value: f64,
-    requirement: &'static str,
-) -> Result<(), RodError> {
+fn unless(ok: bool, what: &'static str, index: usize, value: f64, requirement: &'static str) -> Result<(), RodError> {
     if ok { Ok(()) } else { Err(RodError::Value { what, index, value, requirement }) }
 }
 
@@ -115,8 +109,8 @@ impl Rod {
         Ok(())
     }
 
-    /// Returns an error for an element in which the arc length does not increase, and for one in the growth zone whose
-    /// distances from the apex do not decrease.
+    /// Returns an error for an element in which the arc length does not increase, and for one in the growth
+    /// zone whose distances from the apex do not decrease.
     fn check_lengths(&self, e: usize) -> Result<(), RodError> {
         let least = self.least_jacobian(e);
         let what = "least length per coordinate of element";

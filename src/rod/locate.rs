@@ -6,7 +6,6 @@ use std::ops::Range;
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod};
 use crate::numerics::scalar::{bracketed_root, newton};
-use crate::section::Section;
 
 /// Rounding of a coordinate in an element.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -14,11 +13,9 @@ pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 impl Rod {
     /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
     pub(crate) fn locate(&self, s: f64) -> Option<(usize, f64)> {
-        (!s.is_nan()).then(|| self.locate_number(s))
-    }
-
-    /// The element and the coordinate in it at an arc length `s` (m) that is not NaN.
-    pub(super) fn locate_number(&self, s: f64) -> (usize, f64) {
+        if s.is_nan() {
+            return None;
+        }
         let mut rest = s.max(0.0);
         let mut element = 0;
         let mut length = self.element_length(element);
@@ -27,11 +24,11 @@ impl Rod {
             element += 1;
             length = self.element_length(element);
         }
-        (element, self.coordinate_at_length(element, rest, length))
+        Some((element, self.coordinate_at_length(element, rest, length)))
     }
 
     /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
-    pub(super) fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
+    fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
         let (reference, points) = (self.reference(), self.element_points(element));
         let excess = |x: f64| {
             let before = weighted_jacobian(points, &reference.integral_upto(x));
@@ -77,20 +74,14 @@ impl Rod {
         Some((e, x))
     }
 
-    /// The value at coordinate `x` of the polynomial through a quantity at the points of element `e`.
-    pub(crate) fn interpolate(&self, e: usize, x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
-        let weights = self.reference().at_points(x);
-        self.element_points(e).iter().zip(weights).map(|(point, w)| w * f(point)).sum()
+    /// The material at coordinate `x` of element `e`: polynomials through the points of the element.
+    pub(crate) fn point_within(&self, e: usize, x: f64) -> MaterialPoint {
+        let point = MaterialPoint::weighted(self.element_points(e), &self.reference().at_points(x));
+        MaterialPoint { initial_apex_distance: self.initial_apex_distance(e, x), ..point }
     }
 
-    /// The section at coordinate `x` of element `e`.
-    pub(crate) fn section_within(&self, e: usize, x: f64) -> Section {
-        let axis = |f: fn(&MaterialPoint) -> f64| self.interpolate(e, x, f);
-        Section::ellipse(axis(|point| point.section.along_d1), axis(|point| point.section.along_d2))
-    }
-
-    /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial through the
-    /// points. In an element with one point it is linear between the points of the neighbours.
+    /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial
+    /// through the points. In an element with one point it is linear between the points of the neighbours.
     pub(crate) fn initial_apex_distance(&self, e: usize, x: f64) -> f64 {
         let points = self.element_points(e);
         if let [point] = points {
@@ -108,12 +99,12 @@ impl Rod {
         if e + 1 == self.elements() && e >= self.first_growing {
             return self.initial_distance_at_apex(x);
         }
-        self.interpolate(e, x, |point| point.initial_apex_distance)
+        points.iter().zip(self.reference().at_points(x)).map(|(point, w)| w * point.initial_apex_distance).sum()
     }
 
-    /// The distance from the apex at t = 0 in the last element. Its ratio to the coordinate's distance from the apex is
-    /// interpolated: repeated division makes the distances arbitrarily small, and interpolation of the distances would
-    /// leave an absolute rounding error.
+    /// The distance from the apex at t = 0 in the last element. Its ratio to the coordinate's distance from the
+    /// apex is interpolated: repeated division makes the distances arbitrarily small, and interpolation of the
+    /// distances would leave an absolute rounding error.
     fn initial_distance_at_apex(&self, x: f64) -> f64 {
         let reference = self.reference();
         let ratio = self.element_points(self.elements() - 1).iter().zip(&reference.points);

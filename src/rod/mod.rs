@@ -2,11 +2,11 @@
 
 mod check;
 mod lengths;
+mod locate;
 mod loss;
 mod pair;
 mod parts;
 mod remesh;
-mod locate;
 mod shape;
 pub(crate) mod tissue;
 
@@ -37,8 +37,8 @@ pub struct MaterialPoint {
     pub intrinsic: Vector3<f64>,
     /// Current unloaded length per unit of the element coordinate in [0, 1], m. Growth multiplies it by the stretch.
     pub jacobian: f64,
-    /// Distance from the apex along the shoot, m, up to date in the growth zone. In contrast to an arc length from the
-    /// base it does not suffer from cancellation near the apex.
+    /// Distance from the apex along the shoot, m, up to date in the growth zone. In contrast to an arc length
+    /// from the base it does not suffer from cancellation near the apex.
     pub apex_distance: f64,
     /// Distance from the apex at t = 0, m, which identifies the material point.
     pub initial_apex_distance: f64,
@@ -71,12 +71,12 @@ mod infinite_as_none {
 
 /// A rod, clamped at its base and free at its apex, divided into elements.
 ///
-/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of freedom, the
-/// rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is R₀
-/// exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and independent of the path of
-/// deformation.
+/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of
+/// freedom, the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at
+/// coordinate ξ is R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and
+/// independent of the path of deformation.
 ///
-/// Lengths along the rod (arc length, length, distance from the apex) are unstretched, as growth has made them, and
+/// Lengths along the rod (arc length, length, distance from the apex) are unstretched lengths of the tissue, which
 /// identify places. Positions include shear and stretch if the elastic law has them.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(remote = "Self"))]
@@ -234,7 +234,8 @@ impl Rod {
         self.first_growing
     }
 
-    /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a whole element.
+    /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a
+    /// whole element.
     #[must_use]
     pub fn zone(&self) -> Range<usize> {
         self.first_growing * self.order.points()..self.points.len()

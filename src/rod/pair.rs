@@ -70,10 +70,8 @@ impl<'a> Pair<'a> {
     /// The points of the merged element.
     pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
         let projection = self.projection();
-        projection.map(|weights| MaterialPoint {
-            jacobian: self.length(),
-            ..MaterialPoint::weighted(self.source, &weights)
-        })
+        projection
+            .map(|weights| MaterialPoint { jacobian: self.length(), ..MaterialPoint::weighted(self.source, &weights) })
     }
 
     /// The strains of the centre line at the points of the merged element.
@@ -87,8 +85,8 @@ impl<'a> Pair<'a> {
         new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()
     }
 
-    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting decrease of the
-    /// rotation along the merged element (rad).
+    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting
+    /// decrease of the rotation along the merged element (rad).
     pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {

@@ -60,8 +60,8 @@ impl Rod {
         self.line_strains.clone_from(&source.line_strains);
     }
 
-    /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod keeps its own
-    /// shape.
+    /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod
+    /// keeps its own shape.
     pub(crate) fn guess_shape(&mut self, source: &Self) {
         let sizes = |rod: &Self| [rod.frames.len(), rod.rotations.len(), rod.line_strains.len()];
         if sizes(self) == sizes(source) {

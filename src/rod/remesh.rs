@@ -19,24 +19,25 @@ pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> 
 }
 
 /// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast to the
-/// loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element.
+/// loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element. A ten times larger
+/// value displaced the tip of a growing shoot by 1e-6 m (`docs/decisions.md`).
 const COMPLIANCE: f64 = 1e-2;
 
-/// Largest angle lost inside an element, over the tolerance: its mean vanishes, and its rotation to second order is
-/// compensated.
+/// Largest angle lost inside an element, over the tolerance. It may be large because its mean vanishes and its rotation
+/// to second order is compensated. The value halves the number of mature elements of a growing shoot at the same error
+/// of the tip (`docs/decisions.md`).
 const INSIDE: f64 = 20.0;
-/// Upper bound of that angle unless the tolerance is larger, rad.
+/// Upper bound of that angle unless the tolerance is larger, rad: the value for the default tolerance.
 const LARGEST_INSIDE: f64 = 2e-3;
 
-/// The smallest tolerance (rad) that permits the loss of an angle inside an element. The angle is a root mean square,
-/// rad.
+/// The smallest tolerance (rad) that permits the loss of an angle inside an element, given its root mean square (rad).
 fn permitting(loss: f64) -> f64 {
     if loss > LARGEST_INSIDE { loss } else { loss / INSIDE }
 }
 
 impl Rod {
-    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and do
-    /// not change.
+    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the
+    /// element and do not change.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
         let reference = self.reference();
         let p = reference.p;
@@ -97,13 +98,14 @@ impl Rod {
         }
     }
 
-    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the loss of
-    /// intrinsic strain or the change of the section or of the `compliance` exceeds a `tolerance` (rad), or if the node
-    /// between them is to be kept. Returns the smallest tolerance that permits the merging that was done.
+    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the
+    /// loss of intrinsic strain or the change of the section or of the `compliance` exceeds a `tolerance`
+    /// (rad), or if the node between them is to be kept. Returns the smallest tolerance that permits the
+    /// merging that was done.
     ///
-    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto larger
-    /// elements equal one projection onto the largest, so that errors do not accumulate; the loss is computed exactly.
-    /// A constant strain compensates its rotation to second order.
+    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto
+    /// larger elements equal one projection onto the largest, so that errors do not accumulate; the loss is
+    /// computed exactly. A constant strain compensates its rotation to second order.
     pub(crate) fn merge(
         &mut self,
         e: usize,

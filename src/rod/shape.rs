@@ -51,11 +51,12 @@ impl Rod {
         let slopes = lagrange_derivatives(&reference.nodes, x);
         let mut slope = [0.0; MAX_POINTS];
         slope[..reference.p].copy_from_slice(&slopes[1..]);
-        let jacobian = self.interpolate(element, x, |point| point.jacobian);
+        let jacobian = weighted_jacobian(self.element_points(element), &reference.at_points(x));
         self.differentiated(element, &reference.at_nodes(x), &slope, jacobian)
     }
 
-    /// The strain at the place where the polynomials of the nodes have the values `shape` and the derivatives `slope`.
+    /// The strain at the place where the polynomials of the nodes have the values `shape` and the derivatives
+    /// `slope`.
     fn differentiated(
         &self,
         element: usize,
@@ -68,8 +69,9 @@ impl Rod {
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
-    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium: ∂p/∂s = v1 d1 + v2 d2
-    /// + v3 d3, with shear v1 and v2 and stretch v3 (1 without stretch). `None` for an element or a point out of range.
+    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium: ∂p/∂s = v1 d1
+    /// + v2 d2 + v3 d3, with shear v1 and v2 and stretch v3 (1 without stretch). `None` for an element or a
+    /// point out of range.
     #[must_use]
     pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
@@ -163,15 +165,12 @@ impl Rod {
         let line = self.centre_line();
         let length = self.length();
         let last = count.saturating_sub(1).max(1);
-        let place = |i: usize| {
-            let (element, x) = self.locate_number(length * i as f64 / last as f64);
-            line[element].1 + self.chord(element, x)
-        };
-        (0..count).map(place).collect()
+        let places = (0..count).filter_map(|i| self.locate(length * i as f64 / last as f64));
+        places.map(|(element, x)| line[element].1 + self.chord(element, x)).collect()
     }
 
-    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to [0, ℓ];
-    /// `None` for NaN.
+    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to
+    /// [0, ℓ]; `None` for NaN.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = self.locate(s)?;

@@ -18,8 +18,8 @@ use crate::state::State;
 use crate::tropism::TropismLaw;
 
 impl<C: Constitutive> Shoot<Laws<C>> {
-    /// A builder of a shoot with the given elastic law. By default it has no growth, tropism or load, and an upright base
-    /// under gravity.
+    /// A builder of a shoot with the given elastic law. By default it has no growth, tropism or load, and an
+    /// upright base under gravity.
     pub fn builder(constitutive: C) -> ShootBuilder<Laws<C>> {
         let laws = Laws { constitutive, growth: NoGrowth, tropism: (), load: (), scene: Still::upright() };
         ShootBuilder { grows: false, ..Shoot::of(laws) }
@@ -79,8 +79,9 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
         self.with(|laws| laws.with_growth(growth))
     }
 
-    /// Sets the tropism law, or a tuple of laws. Steering is differential growth, so [`build`](Self::build) returns an
-    /// error for a tropism without [`growth`](Self::growth). An explicit `growth(NoGrowth)` is accepted.
+    /// Sets the tropism law, or a tuple of laws. Steering is differential growth, so [`build`](Self::build)
+    /// returns an error for a tropism without [`growth`](Self::growth). An explicit `growth(NoGrowth)` is
+    /// accepted.
     pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
         self.steers = true;
         self.with(|laws| laws.with_tropism(tropism))
@@ -124,18 +125,19 @@ impl<M> ShootBuilder<M> {
         self
     }
 
-    /// Sets the number of elements in the growth zone, or in the whole shoot if it does not elongate; 8 by default. As
-    /// the shoot grows, the zone has at least this number of elements.
+    /// Sets the number of elements in the growth zone, or in the whole shoot if it does not elongate; 8 by
+    /// default. As the shoot grows, the zone has at least this number of elements.
     pub fn elements(mut self, elements: usize) -> Self {
         self.elements = elements;
         self
     }
 
-    /// Sets the ends of the elements instead of equal elements: increasing arc lengths from the base at t = 0 (m), from 0
-    /// to the length. Heavy rods need shorter elements near the base.
+    /// Sets the ends of the elements instead of equal elements: increasing arc lengths from the base at t = 0
+    /// (m), from 0 to the length. Heavy rods need shorter elements near the base.
     ///
-    /// Nodes are added where loads jump and where the growth zone begins. The longest element in the zone at t = 0 is the
-    /// longest that growth and merging permit later. Merging keeps the given nodes, where the section may have kinks.
+    /// Nodes are added where loads jump and where the growth zone begins. The longest element in the zone at t
+    /// = 0 is the longest that growth and merging permit later. Merging keeps the given nodes, where the
+    /// section may have kinks.
     pub fn nodes(mut self, nodes: &[f64]) -> Self {
         self.nodes = Some(nodes.to_vec());
         self
@@ -147,12 +149,12 @@ impl<M> ShootBuilder<M> {
         self
     }
 
-    /// Sets the largest rotation (rad) of the part beyond by which merging of mature elements may change the shape; 1e-4 by
-    /// default. Zero disables merging.
+    /// Sets the largest rotation (rad) of the part beyond by which merging of mature elements may change the
+    /// shape; 1e-4 by default. Zero disables merging.
     ///
-    /// Inside a merged element the root mean square of the lost angle is at most twenty times the tolerance, up to 2e-3
-    /// rad, or the tolerance if that is larger. The lost angle has no moments, so that the tip moves by far less. The
-    /// relative change of an element's compliance is at most a hundredth of the tolerance.
+    /// Inside a merged element the root mean square of the lost angle is at most twenty times the tolerance, up
+    /// to 2e-3 rad, or the tolerance if that is larger. The lost angle has no moments, so that the tip moves by
+    /// far less. The relative change of an element's compliance is at most a hundredth of the tolerance.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.merge_tolerance = tolerance;
         self
@@ -163,10 +165,11 @@ impl<M> ShootBuilder<M> {
         self.section(move |_| radius)
     }
 
-    /// Sets the section, or the radius (m) of a circular one, as a function of the arc length from the base at t = 0 (m).
-    /// The section stays with the material.
+    /// Sets the section, or the radius (m) of a circular one, as a function of the arc length from the base at
+    /// t = 0 (m). The section stays with the material.
     ///
-    /// The shape has its full order for a function that is smooth within the elements; kinks need [`nodes`](Self::nodes).
+    /// The shape has its full order for a function that is smooth within the elements; kinks need
+    /// [`nodes`](Self::nodes).
     ///
     /// ```
     /// use morphorod::constitutive::LinearElastic;
@@ -187,8 +190,8 @@ impl<M> ShootBuilder<M> {
 }
 
 impl<M: Model> ShootBuilder<M> {
-    /// Checks all parameters and builds a straight shoot without intrinsic strain, at t = 0. An integrator computes its
-    /// first equilibrium when it starts.
+    /// Checks all parameters and builds a straight shoot without intrinsic strain, at t = 0. An integrator
+    /// computes its first equilibrium when it starts.
     ///
     /// # Errors
     /// The first parameter that is missing or out of range.
@@ -269,12 +272,12 @@ fn check_resolved(rod: &Rod, section: impl Fn(f64) -> Section) -> Result<(), Par
     for e in 0..rod.elements() {
         let h = rod.element_length(e);
         for x in [0.02, 0.25, 0.5, 0.75, 0.98] {
-            let (s, found) = (start + h * x, rod.section_within(e, x));
+            let (s, found) = (start + h * x, rod.point_within(e, x).section);
             let given = section(s);
             for (found, given) in [(found.along_d1, given.along_d1), (found.along_d2, given.along_d2)] {
                 let (what, ratio) = ("interpolated semi-axis of the section over the given one", found / given);
                 let ok = ratio > 0.5 && ratio < 2.0;
-                ParameterError::unless(ok, what, ratio, "between a half and two; a section that jumps needs a node there")
+                ParameterError::unless(ok, what, ratio, "between a half and two; put a node where it jumps")
                     .map_err(|error| error.at(s.min(length)))?;
             }
         }

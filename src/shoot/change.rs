@@ -9,15 +9,16 @@ use crate::state::{State, StateError};
 use crate::tropism::{Declaration, TropismLaw};
 
 impl<M: Model> Shoot<M> {
-    /// The same shoot under other laws from the present time on: another parameter, an additional load, a tilted pot. The
-    /// new shoot keeps state and history; `self` does not change.
+    /// The same shoot under other laws from the present time on: another parameter, an additional load, a
+    /// tilted pot. The new shoot keeps state and history; `self` does not change.
     ///
-    /// The new tropism laws continue with the variables and stimuli at the material points, in their order. Laws with the
-    /// same numbers of them but another meaning are not detected. Tissue outside a new, shorter growth zone becomes mature at
-    /// the present time. If growth ends altogether, the tissue stays in the zone and does not age.
+    /// The new tropism laws continue with the variables and stimuli at the material points, in their order.
+    /// Laws with the same numbers of them but another meaning are not detected. Tissue outside a new, shorter
+    /// growth zone becomes mature at the present time. If growth ends altogether, the tissue stays in the zone
+    /// and does not age.
     ///
-    /// The change is a discontinuity. The next call of an integrator, for example `advance` to the present time, computes the
-    /// shape under the new laws and restarts with short steps.
+    /// The change is a discontinuity. The next call of an integrator, for example `advance` to the present
+    /// time, computes the shape under the new laws and restarts with short steps.
     ///
     /// ```
     /// # use morphorod::constitutive::LinearElastic;
@@ -108,7 +109,12 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
     let ok = first == 0 || zone <= growing + margin;
     let what = "length of the new growth zone";
-    ParameterError::unless(ok, what, zone, "at most that of the present one, since mature tissue does not grow again (m)")?;
+    ParameterError::unless(
+        ok,
+        what,
+        zone,
+        "at most that of the present one, since mature tissue does not grow again (m)",
+    )?;
     if zone < growing - margin {
         let e = state.rod.node_distances()[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.

@@ -21,8 +21,8 @@ use crate::tropism::TropismLaw;
 /// Largest distance of two places that are treated as one, relative to the length.
 const SAME_PLACE: f64 = 1e-9;
 
-/// Upper bound of the length of a shoot over that of its longest element. A mistaken length or state is an error before
-/// memory is allocated for it.
+/// Upper bound of the length of a shoot over that of its longest element. A mistaken length or state is an
+/// error before memory is allocated for it.
 const MOST_ELEMENTS: f64 = 1e6;
 
 /// Criteria for dividing and merging the elements of a shoot.
@@ -83,8 +83,8 @@ impl<M: Model> Shoot<M> {
         self.model.scene().environment(if time == smooth_since { after(time) } else { time })
     }
 
-    /// The profile of the shoot: strain, intrinsic strain, couple, force and growth rate at any place. The shoot must be in
-    /// equilibrium, as after any call of an integrator.
+    /// The profile of the shoot: strain, intrinsic strain, couple, force and growth rate at any place. The
+    /// shoot must be in equilibrium, as after any call of an integrator.
     ///
     /// ```
     /// # use morphorod::Shoot;
@@ -113,13 +113,13 @@ impl<M: Model> Shoot<M> {
 
     /// Replaces the state by an earlier one of this shoot, or by one of a shoot with the same laws, on any mesh.
     ///
-    /// A state contains the number of variables and stimuli of its laws, but not the laws or their parameters. To continue
-    /// under other laws, restore the state under its own laws and exchange them by [`with_model`](Self::with_model), which
-    /// adds nodes where loads jump and has the shape recomputed.
+    /// A state contains the number of variables and stimuli of its laws, but not the laws or their parameters.
+    /// To continue under other laws, restore the state under its own laws and exchange them by
+    /// [`with_model`](Self::with_model), which adds nodes where loads jump and has the shape recomputed.
     ///
     /// # Errors
-    /// A state that is inconsistent, whose history has other numbers of variables or stimuli, or whose length exceeds a
-    /// million times the longest element of this shoot. The shoot does not change then.
+    /// A state that is inconsistent, whose history has other numbers of variables or stimuli, or whose length
+    /// exceeds a million times the longest element of this shoot. The shoot does not change then.
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
         state.check()?;
         let size = self.model.tropism().size();
@@ -129,10 +129,11 @@ impl<M: Model> Shoot<M> {
         Ok(())
     }
 
-    /// Sets the intrinsic strain of every material point (along the directors, 1/m), as [`Rod::set_intrinsic`] does. It may
-    /// be called between two steps, to disturb a shoot.
+    /// Sets the intrinsic strain of every material point (along the directors, 1/m), as [`Rod::set_intrinsic`]
+    /// does. It may be called between two steps, to disturb a shoot.
     ///
-    /// The change is a discontinuity: the next call of an integrator computes the new shape and restarts with short steps.
+    /// The change is a discontinuity: the next call of an integrator computes the new shape and restarts with
+    /// short steps.
     pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
         self.state.rod.set_intrinsic(strain);
         (self.state.changed, self.state.plan) = (self.state.history.levels() > 0, None);
@@ -145,7 +146,8 @@ impl<M: Model> Shoot<M> {
     }
 }
 
-/// Places at which a load jumps, by their distance from the apex at t = 0 (m), on a shoot of the given length at t = 0 (m).
+/// Places at which a load jumps, by their distance from the apex at t = 0 (m), on a shoot of the given length
+/// at t = 0 (m).
 fn jumps(load: &impl Load, length: f64) -> Result<Vec<f64>, ParameterError> {
     let jumps = load.jumps();
     for &distance in &jumps {

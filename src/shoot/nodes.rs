@@ -3,8 +3,8 @@
 use super::{MOST_ELEMENTS, SAME_PLACE};
 use crate::error::ParameterError;
 
-/// Equally spaced nodes behind the growth zone, and equally spaced nodes in it, at distances of at most `longest` (m).
-/// `mature` is the length of the part behind the zone (m).
+/// Equally spaced nodes behind the growth zone, and equally spaced nodes in it, at distances of at most
+/// `longest` (m). `mature` is the length of the part behind the zone (m).
 pub(super) fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<f64>, ParameterError> {
     check_number(length, longest)?;
     // An excess of rounding over a whole number of elements does not add an element.
@@ -15,8 +15,8 @@ pub(super) fn equal_nodes(length: f64, mature: f64, longest: f64) -> Result<Vec<
     Ok(nodes)
 }
 
-/// Checks the `nodes` of the user and adds one at the end of the mature part. Returns them with the length of the longest
-/// element in the growth zone (m).
+/// Checks the `nodes` of the user and adds one at the end of the mature part. Returns them with the length of
+/// the longest element in the growth zone (m).
 pub(super) fn user_nodes(nodes: &[f64], length: f64, mature: f64) -> Result<(Vec<f64>, f64), ParameterError> {
     let [first, last] = [nodes.first(), nodes.last()].map(|node| node.copied().unwrap_or(f64::NAN));
     ParameterError::unless(first == 0.0, "arc length of the first node", first, "0")?;

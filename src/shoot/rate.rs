@@ -6,9 +6,9 @@ use crate::model::Model;
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
 impl<M: Model> Shoot<M> {
-    /// The present rate of differential growth, ∫ |∂u*/∂t| ds over the growth zone, rad/s. In a shoot of constant length without
-    /// load it bounds the angular velocity of the frames relative to the base. Zero before an integrator has started the
-    /// shoot.
+    /// The present rate of differential growth, ∫ |∂u*/∂t| ds over the growth zone, rad/s. In a shoot of
+    /// constant length without load it bounds the angular velocity of the frames relative to the base. Zero
+    /// before an integrator has started the shoot.
     #[must_use]
     pub fn steering_rate(&self) -> f64 {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);

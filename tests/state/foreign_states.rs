@@ -147,13 +147,13 @@ mod written {
         let message = refusal(|state| _ = state.as_object_mut().unwrap().remove("format"));
         assert!(message.contains("missing field `format`"), "{message}");
         let message = refusal(|state| _ = state["rod"]["points"].as_array_mut().unwrap().pop());
-        assert!(message.contains("material points were given for"), "{message}");
+        assert!(message.contains("number of material points is 35 but the elements require 36"), "{message}");
         let message = refusal(|state| state["rod"]["points"][2]["section"]["along_d2"] = (-1.0).into());
         assert!(message.contains("semi-axis along d2 of point number 2 is -1 but must be positive"), "{message}");
         let message = refusal(|state| state["rod"]["frames"][0][0] = 2.0.into());
         assert!(message.contains("unit quaternion"), "{message}");
         let message = refusal(|state| state["rod"]["first_growing"] = 99.into());
-        assert!(message.contains("begins at element 99"), "{message}");
+        assert!(message.contains("first element of the growth zone number 0 is 99"), "{message}");
         let message = refusal(|state| state["history"]["levels"][1]["time"] = 0.0.into());
         assert!(message.contains("later than the one before"), "{message}");
         let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());

@@ -254,7 +254,7 @@ fn section_that_jumps_at_a_node_is_kept_through_growth_and_merging() {
 fn section_that_jumps_within_an_element_is_refused() {
     let jump = |s: f64| if s < 0.042 { 1e-3 } else { 1e-4 };
     let error = Shoot::builder(YOUNG).length(0.05).section(jump).into_dyn().build().unwrap_err();
-    assert!(error.to_string().contains("put nodes where it jumps") && error.place.is_some(), "{error}");
+    assert!(error.to_string().contains("put a node where it jumps") && error.place.is_some(), "{error}");
     let nodes = [0.0, 0.01, 0.02, 0.03, 0.042, 0.05];
     assert!(Shoot::builder(YOUNG).length(0.05).section(jump).nodes(&nodes).into_dyn().build().is_ok());
 }

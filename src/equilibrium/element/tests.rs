@@ -16,7 +16,7 @@ struct Sample {
 const LAWS: [&(dyn Constitutive + Sync); 2] = [&BENDING, &Yielding];
 
 fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample {
-    // Irrational multiples of an integer: no special direction, no special size.
+    // Irrational multiples of an integer have no special direction or magnitude.
     let mut state = 0.0_f64;
     let mut next = move || {
         state += 1.0;
@@ -58,7 +58,7 @@ impl Sample {
         }
     }
 
-    /// Turns the last frame (about its own axes) and the first, the interior rotation vectors staying.
+    /// Rotates the last frame and the first about their own axes, at fixed interior rotation vectors.
     fn turned(&self, last: &Vector3<f64>, first: &Vector3<f64>) -> Self {
         let frames = [self.frames[0] * so3::exp(first), self.frames[1] * so3::exp(last)];
         let mut rotations = self.rotations.clone();
@@ -69,8 +69,8 @@ impl Sample {
     }
 }
 
-/// The gradient by the turns of both frames, interior rotation vectors held.
-fn held_gradient<const P: usize>(order: Order, s: &Sample) -> [f64; 6] {
+/// The gradient with respect to rotations of both frames, at fixed interior rotation vectors.
+fn frame_gradient<const P: usize>(order: Order, s: &Sample) -> [f64; 6] {
     let (_, system) = evaluate::<P>(order, s);
     let (end, whole) = (system.gradient[P - 1], system.gradient[P]);
     let (g1, g0) = (system.chain.tr_mul(&end), whole - system.chain * end);
@@ -84,11 +84,11 @@ fn unit(i: usize, h: f64) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 #[test]
-fn gradient_is_the_difference_of_the_energy() {
+fn gradient_matches_differences_of_the_energy() {
     let order = Order::Six;
     for material in LAWS {
         let s = sample(order, material);
-        let gradient = held_gradient::<3>(order, &s);
+        let gradient = frame_gradient::<3>(order, &s);
         for (i, value) in gradient.iter().enumerate() {
             let h = 1e-5;
             let energy = |h: f64| {
@@ -102,7 +102,7 @@ fn gradient_is_the_difference_of_the_energy() {
 }
 
 #[test]
-fn condensed_hessian_without_interior_is_the_difference_of_the_gradient() {
+fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
     // With one Gauss point there is no interior, so the condensed blocks are the whole Hessian. It is symmetric in
     // the chart exp(φ̂), the difference of the gradient is one in moving frames: they differ by the antisymmetric
     // part, half the couple.
@@ -117,8 +117,8 @@ fn condensed_hessian_without_interior_is_the_difference_of_the_gradient() {
             for j in 0..6 {
                 let difference = |i: usize, j: usize| {
                     let (plus, minus) = (unit(j, h), unit(j, -h));
-                    (held_gradient::<1>(order, &s.turned(&plus.0, &plus.1))[i]
-                        - held_gradient::<1>(order, &s.turned(&minus.0, &minus.1))[i])
+                    (frame_gradient::<1>(order, &s.turned(&plus.0, &plus.1))[i]
+                        - frame_gradient::<1>(order, &s.turned(&minus.0, &minus.1))[i])
                         / (2.0 * h)
                 };
                 let expected = 0.5 * (difference(i, j) + difference(j, i));
@@ -135,7 +135,7 @@ fn condensed_hessian_without_interior_is_the_difference_of_the_gradient() {
 }
 
 #[test]
-fn hessian_by_rotation_vectors_is_the_difference_of_the_gradient() {
+fn hessian_matches_differences_of_the_gradient() {
     let order = Order::Eight;
     for material in LAWS {
         let s = sample(order, material);
@@ -143,12 +143,8 @@ fn hessian_by_rotation_vectors_is_the_difference_of_the_gradient() {
         let h = 1e-5;
         for j in 0..12 {
             let gradient = |h: f64| {
-                let mut moved = Sample {
-                    rotations: s.rotations.clone(),
-                    points: s.points.clone(),
-                    forces: s.forces.clone(),
-                    ..s
-                };
+                let mut moved =
+                    Sample { rotations: s.rotations.clone(), points: s.points.clone(), forces: s.forces.clone(), ..s };
                 moved.rotations[j / 3][j % 3] += h;
                 evaluate::<4>(order, &moved).1.gradient
             };
