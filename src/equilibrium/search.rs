@@ -42,7 +42,9 @@ pub(super) struct Search<'a, C, const P: usize> {
     pub(super) stable: bool,
     /// The largest acceptable error of a frame, rad.
     tolerance: f64,
+    /// Length of the rod, m.
     length: f64,
+    /// Largest force in the rod, N.
     largest_force: f64,
     /// Shift of the current tangent, N; zero for a tangent that is positive definite without it.
     pub(super) shift: f64,
@@ -91,7 +93,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// Moves the rod to an equilibrium in at most `bound` iterations.
+    /// Moves the rod to an equilibrium in at most `bound` Newton iterations: tangent, step, line search, chord steps.
     pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Equilibrium, EquilibriumError> {
         for iteration in 1..=bound {
             self.found.iterations = iteration;
@@ -119,12 +121,14 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         Err(self.not_found(bound))
     }
 
+    /// The error of a search without convergence.
     fn not_found(&mut self, iterations: usize) -> EquilibriumError {
         self.system.balance::<P>();
         let (step, residual, force) = (self.turn, self.system.unbalanced, self.largest_force);
         EquilibriumError::NoConvergence { iterations, step, residual, force }
     }
 
+    /// The result of the search, with the displacement of the tip since stability was lost.
     fn finish(&self, rod: &Rod) -> Equilibrium {
         let lost = self.lost.filter(|(_, negative)| !self.is_neutral(*negative));
         let jump = lost.map(|(tip, _)| (rod.tip() - tip).norm());

@@ -40,7 +40,7 @@ impl<'a> Pair<'a> {
         self.lengths[0] + self.lengths[1]
     }
 
-    /// Share of the first element in the length.
+    /// Length of the first element over that of the merged one.
     pub fn share(&self) -> f64 {
         self.lengths[0] / self.length()
     }
@@ -50,7 +50,8 @@ impl<'a> Pair<'a> {
         self.source.iter().zip(&self.places).map(|(point, (x, w))| (point, *x, *w))
     }
 
-    /// Weights of the points of both elements at those of the merged one: the L² projection onto its polynomials.
+    /// Weights of the points of both elements for the values at the points of the merged element: the L² projection
+    /// onto its polynomials.
     fn projection(&self) -> [[f64; 2 * MAX_POINTS]; MAX_POINTS] {
         let polynomial = |k: usize, x: f64| legendre(k, 2.0 * x - 1.0).0;
         let mut weights = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
@@ -100,7 +101,7 @@ impl<'a> Pair<'a> {
         Loss::merged(self.reference, parts)
     }
 
-    /// The largest relative change of a semi-axis.
+    /// The largest relative change of a semi-axis at the points of both elements.
     pub fn change_of_section(&self, new: &[MaterialPoint]) -> f64 {
         let axes: [fn(&MaterialPoint) -> f64; 2] = [|point| point.section.along_d1, |point| point.section.along_d2];
         let changes = self

@@ -1,30 +1,12 @@
-//! Access to the parts of a rod for the modules that move, bend and mature it.
+//! Access to the parts of a rod for solvers and integrators.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
-use crate::section::Section;
-
-impl MaterialPoint {
-    /// The material point whose quantities are weighted sums of those at other points, of the same element or of two
-    /// neighbours. Exit times are either all finite or all equal.
-    pub(super) fn weighted(points: &[Self], weights: &[f64]) -> Self {
-        let sum = |f: &dyn Fn(&Self) -> f64| points.iter().zip(weights).map(|(point, w)| w * f(point)).sum::<f64>();
-        let exit = points[0].exit_time;
-        Self {
-            intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
-            jacobian: sum(&|point| point.jacobian),
-            apex_distance: sum(&|point| point.apex_distance),
-            initial_apex_distance: sum(&|point| point.initial_apex_distance),
-            exit_time: if exit.is_finite() { sum(&|point| point.exit_time) } else { exit },
-            section: Section::ellipse(sum(&|point| point.section.along_d1), sum(&|point| point.section.along_d2)),
-        }
-    }
-}
 
 impl Rod {
     /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
-    /// times must be finite.
+    /// times must be set to less than infinity.
     pub(crate) fn mature(&mut self, elements: usize) -> &mut [MaterialPoint] {
         let start = self.zone().start;
         self.first_growing += elements;
@@ -74,7 +56,7 @@ impl Rod {
         &self.node_distance
     }
 
-    /// The same, to be changed.
+    /// Distances of the ends of the elements from the apex, to be changed.
     pub(crate) fn node_distances_mut(&mut self) -> &mut [f64] {
         &mut self.node_distance
     }

@@ -55,8 +55,7 @@ impl Rod {
         self.differentiated(element, &reference.at_nodes(x), &slope, jacobian)
     }
 
-    /// The strain at the place where the polynomials of the nodes have the values `shape` and the derivatives
-    /// `slope`.
+    /// The strain at a place, given the values `shape` and derivatives `slope` of the nodal polynomials there.
     fn differentiated(
         &self,
         element: usize,
@@ -69,9 +68,9 @@ impl Rod {
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
-    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium: ∂p/∂s = v1 d1
-    /// + v2 d2 + v3 d3, with shear v1 and v2 and stretch v3 (1 without stretch). `None` for an element or a
-    /// point out of range.
+    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium, with shear v1 and v2
+    /// and stretch v3: ∂p/∂s = v1 d1 + v2 d2 + v3 d3. It is (0, 0, 1) without shear and stretch. `None` for an element
+    /// or a point out of range.
     #[must_use]
     pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
@@ -138,7 +137,7 @@ impl Rod {
         self.frames[element] * sum
     }
 
-    /// The position of the apex, the base being the origin, in the fixed frame, m.
+    /// The position of the apex in the fixed frame with the base as origin, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
         (0..self.elements()).map(|e| self.whole_chord(e)).sum()
@@ -158,8 +157,8 @@ impl Rod {
         line
     }
 
-    /// The positions of `count` points equally spaced from base to apex, both included (m, fixed frame, base at the
-    /// origin). One point is the base; none is an empty list.
+    /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame, base at
+    /// the origin). A single point is the base.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let line = self.centre_line();

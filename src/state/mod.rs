@@ -186,7 +186,7 @@ impl State {
     }
 
     /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
-    /// times must be finite.
+    /// times must be set to less than infinity.
     pub(crate) fn mature(&mut self, elements: usize) -> &mut [MaterialPoint] {
         self.history.drain(elements * self.rod.order().points());
         self.rod.mature(elements)
