@@ -7,7 +7,8 @@
 //! ```
 //! use morphorod::{Shoot, State, checkpoint, constitutive::LinearElastic};
 //!
-//! let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }).length(0.05).radius(5e-4).build()?;
+//! let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+//! let shoot = Shoot::builder(law).length(0.05).radius(5e-4).build()?;
 //! let record = vec![(0.0, 0.05)];
 //! let bytes = checkpoint::to_bytes(&(shoot.state(), &record))?;
 //! let (state, read): (State, Vec<(f64, f64)>) = checkpoint::from_bytes(&bytes)?;

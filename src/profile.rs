@@ -173,8 +173,8 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         sum
     }
 
-    /// The integrals of length, volume and distributed force beyond the coordinate `x` of element `e`. Couple and position
-    /// are those at the last end of the element.
+    /// The integrals of length, volume and distributed force beyond the coordinate `x` of element `e`. Couple
+    /// and position are those at the last end of the element.
     fn lengths_beyond(&self, e: usize, x: f64) -> End {
         let reference = self.rod.reference();
         let mut sum = self.ends[e + 1];

@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 /// use morphorod::Shoot;
 /// use morphorod::constitutive::{Graded, LinearElastic, Tissue};
 ///
-/// // A shoot of 10 cm that is three times as stiff at its base as at its tip. The stiffness stays with the growing tissue.
+/// // A shoot of 10 cm that is three times as stiff at its base as at its tip.
 /// let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 /// let graded = Graded { law, factor: |tissue: &Tissue| 1.0 + 20.0 * tissue.initial_apex_distance };
 /// let shoot = Shoot::builder(graded).length(0.1).radius(5e-4).build()?;

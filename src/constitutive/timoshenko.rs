@@ -10,7 +10,8 @@ use crate::error::ParameterError;
 /// Timoshenko's beam for small deflections.
 ///
 /// The area of the section is constant. The buckling load P of a column satisfies
-/// P (1 + P/(κ G A) − P/(E A)) = P_E, with P_E that of Euler; this is Haringx's formula for a column without stretch. A compression of at
+/// P (1 + P/(κ G A) − P/(E A)) = P_E, with P_E that of
+/// Euler; this is Haringx's formula for a column without stretch. A compression of at
 /// least E A is an error of the solver:
 /// [`EquilibriumError::Crushed`](crate::equilibrium::EquilibriumError::Crushed).
 ///

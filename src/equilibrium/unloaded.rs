@@ -38,7 +38,8 @@ impl EquilibriumSolver for Unloaded {
     }
 }
 
-/// Gives the rod the shape u = u*, without allocation. After an error its rotations have changed, but its frames have not.
+/// Gives the rod the shape u = u*, without allocation. After an error its rotations have changed, but its
+/// frames have not.
 pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<Equilibrium, EquilibriumError> {
     let (p, mut found) = (rod.order().points(), Equilibrium::default());
     for e in 0..rod.elements() {

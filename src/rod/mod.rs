@@ -75,8 +75,8 @@ impl Rod {
     /// section at an arc length (m), or the radius (m) of a circular one. `base` rotates e1, e2, e3 into d1, d2, d3.
     ///
     /// # Errors
-    /// Fewer than two nodes, nodes that do not start at 0 or do not increase, a section that is not positive, or a base
-    /// whose quaternion is not of norm 1.
+    /// Fewer than two nodes, nodes that do not start at 0 or do not increase, a section that is not positive,
+    /// or a base whose quaternion is not of norm 1.
     pub fn straight<S: Into<Section>>(
         nodes: &[f64],
         section: impl Fn(f64) -> S,
@@ -121,8 +121,8 @@ impl Rod {
         })
     }
 
-    /// A straight uniform rod of `elements` equal elements, with the given length (m) and radius (m), along the tangent
-    /// d3 of `base`.
+    /// A straight uniform rod of `elements` equal elements, with the given length (m) and radius (m), along the
+    /// tangent d3 of `base`.
     ///
     /// # Errors
     /// A length or radius that is not positive, no elements, or a base whose quaternion is not of norm 1.

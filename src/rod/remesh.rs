@@ -18,19 +18,20 @@ pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> 
     weights
 }
 
-/// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast to the
-/// loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element. A ten times larger
-/// value displaced the tip of a growing shoot by 1e-6 m (`docs/decisions.md`).
+/// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast
+/// to the loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element. A
+/// ten times larger value displaced the tip of a growing shoot by 1e-6 m (`docs/decisions.md`).
 const COMPLIANCE: f64 = 1e-2;
 
-/// Largest angle lost inside an element, over the tolerance. It may be large because its mean vanishes and its rotation
-/// to second order is compensated. The value halves the number of mature elements of a growing shoot at the same error
-/// of the tip (`docs/decisions.md`).
+/// Largest angle lost inside an element, over the tolerance. It may be large because its mean vanishes and its
+/// rotation to second order is compensated. The value halves the number of mature elements of a growing shoot
+/// at the same error of the tip (`docs/decisions.md`).
 const INSIDE: f64 = 20.0;
 /// Upper bound of that angle unless the tolerance is larger, rad: the value for the default tolerance.
 const LARGEST_INSIDE: f64 = 2e-3;
 
-/// The smallest tolerance (rad) that permits the loss of an angle inside an element, given its root mean square (rad).
+/// The smallest tolerance (rad) that permits the loss of an angle inside an element, given its root mean square
+/// (rad).
 fn permitting(loss: f64) -> f64 {
     if loss > LARGEST_INSIDE { loss } else { loss / INSIDE }
 }

@@ -68,9 +68,9 @@ impl Rod {
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
-    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium, with shear v1 and v2
-    /// and stretch v3: ∂p/∂s = v1 d1 + v2 d2 + v3 d3. It is (0, 0, 1) without shear and stretch. `None` for an element
-    /// or a point out of range.
+    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium, with shear v1
+    /// and v2 and stretch v3: ∂p/∂s = v1 d1 + v2 d2 + v3 d3. It is (0, 0, 1) without shear and stretch. `None`
+    /// for an element or a point out of range.
     #[must_use]
     pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();

@@ -59,7 +59,7 @@ impl<M: Model> Shoot<M> {
     /// [`Integrator::start`](crate::integrator::Integrator::start) sets a new history, which is empty otherwise.
     ///
     /// # Errors
-    /// Those of [`with_model`](Self::with_model), except for those of the history.
+    /// See [`with_model`](Self::with_model); those of the history do not occur.
     pub fn with_model_restarted<N: Model>(&self, model: N) -> Result<Shoot<N>, StateError> {
         let mut state = self.state.clone();
         state.forget();
