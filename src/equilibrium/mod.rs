@@ -88,7 +88,7 @@ pub enum EquilibriumError {
         force: f64,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
-    #[error("element {element} would rotate by π: use more elements or a smaller load")]
+    #[error("element {element} would turn by π: take more elements or a smaller load")]
     Folded {
         /// The element, counted from the base.
         element: usize,
