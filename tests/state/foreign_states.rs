@@ -167,7 +167,7 @@ mod written {
         let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
             "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();
-        assert!(message.contains("0 frames"), "{message}");
+        assert!(message.contains("number of frames is 0 but the elements require 2"), "{message}");
     }
 
     #[derive(Debug, Clone, Copy)]
