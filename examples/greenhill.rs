@@ -19,7 +19,7 @@ use std::process::ExitCode;
 
 use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
 use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::{EquilibriumSolver, GREENHILL, NewtonSolver};
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::load::Weight;
 use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
@@ -45,7 +45,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut solver = NewtonSolver::default();
 
     let per_length = weight.density * still.gravity.norm() * std::f64::consts::PI * radius * radius;
-    let exact = (GREENHILL * tissue.stiffness(radius).x / per_length).cbrt();
+    let exact = (Weight::GREENHILL * tissue.stiffness(radius).x / per_length).cbrt();
     let (mut stable, mut buckled) = (0.5 * exact, 2.0 * exact);
     while buckled - stable > 1e-13 * exact {
         let middle = 0.5 * (stable + buckled);

@@ -1,16 +1,18 @@
-//! Checkpoints: a [`State`](crate::State), with whatever else a program needs to go on, as bytes that can be trusted.
+//! Checkpoints: a [`State`](crate::State), and other data of a program, as bytes with a checksum.
 //!
-//! Every bit of a number is kept, infinities included. Bytes that are damaged, cut short, foreign or of another version are refused
-//! with an error that says which. A file is best replaced whole: written beside the old one, and renamed.
+//! Numbers are written exactly, infinities included. Reading returns an error for bytes that are damaged,
+//! truncated, of another version or not a checkpoint. To replace a file safely, write the new one beside it and
+//! rename it.
 //!
 //! ```
 //! use morphorod::{Shoot, State, checkpoint, constitutive::LinearElastic};
 //!
-//! let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }).length(0.05).radius(5e-4).build()?;
-//! let notes = vec![(0.0, 0.05)];
-//! let bytes = checkpoint::to_bytes(&(shoot.state(), &notes))?;
+//! let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+//! let shoot = Shoot::builder(law).length(0.05).radius(5e-4).build()?;
+//! let record = vec![(0.0, 0.05)];
+//! let bytes = checkpoint::to_bytes(&(shoot.state(), &record))?;
 //! let (state, read): (State, Vec<(f64, f64)>) = checkpoint::from_bytes(&bytes)?;
-//! assert!(state == *shoot.state() && read == notes);
+//! assert!(state == *shoot.state() && read == record);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -19,47 +21,47 @@ use serde::de::DeserializeOwned;
 
 use crate::state::{FORMAT, StateError, check_format};
 
-/// What the bytes begin with.
+/// First bytes of a checkpoint.
 const NAME: &[u8; 9] = b"morphorod";
-/// Behind the name: the format (4 bytes), the length of the content (8), a checksum of these two and the content (4), all with the
-/// lowest byte first.
+/// Length of the header: the name, the format (4 bytes), the length of the content (8 bytes), and a checksum of
+/// these two and the content (4 bytes). Numbers are little-endian.
 const HEAD: usize = NAME.len() + 4 + 8 + 4;
 
-/// Bytes that are no checkpoint that this version can read, or something that cannot be made one.
+/// Error of reading or writing a checkpoint.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// Something else.
-    #[error("this is no checkpoint of morphorod")]
+    /// The bytes are not a checkpoint.
+    #[error("these bytes are not a checkpoint of morphorod")]
     Foreign,
     /// The checkpoint has another format.
     #[error(transparent)]
     State(#[from] StateError),
-    /// Cut short, or with something behind its end.
+    /// The checkpoint is truncated, or followed by other bytes.
     #[error("the checkpoint has {found} bytes but was written with {written}")]
     Length {
-        /// How many there are.
+        /// Number of bytes.
         found: u64,
-        /// How many there were, or must be at least where the end of the length itself is missing.
+        /// Number of bytes when it was written, or the least number if the header is truncated.
         written: u64,
     },
-    /// A bit is not as it was.
+    /// The bytes have changed since they were written.
     #[error("the checkpoint is damaged: its checksum is {found:08x} but was {written:08x}")]
     Damaged {
-        /// The checksum of what is there.
+        /// Checksum of the bytes.
         found: u32,
-        /// The checksum of what was written.
+        /// Checksum when they were written.
         written: u32,
     },
-    /// Sound bytes of something else than what was asked for, or something that has no such form.
-    #[error("the checkpoint holds something else: {0}")]
+    /// The content is not of the requested type, or cannot be written.
+    #[error("the content of the checkpoint does not have the requested type: {0}")]
     Content(String),
 }
 
-/// Writes anything: a state, or a tuple of a state and other things.
+/// Returns the checkpoint of a value, such as a state or a tuple of a state and other data.
 ///
 /// # Errors
-/// [`CheckpointError::Content`] if it says itself that it cannot be written.
+/// [`CheckpointError::Content`] for a value whose `Serialize` fails.
 pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
     let content = postcard::to_allocvec(value).map_err(|error| CheckpointError::Content(error.to_string()))?;
     let (format, length) = (FORMAT.to_le_bytes(), (content.len() as u64).to_le_bytes());
@@ -67,10 +69,10 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
     Ok([NAME.as_slice(), &format, &length, &checksum, &content].concat())
 }
 
-/// Reads what [`to_bytes`] has written, as the same type.
+/// Reads a value of the type that [`to_bytes`] has written.
 ///
 /// # Errors
-/// What is wrong with the bytes.
+/// See [`CheckpointError`].
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointError> {
     let rest = bytes.strip_prefix(NAME).ok_or(CheckpointError::Foreign)?;
     let found = bytes.len() as u64;
@@ -89,7 +91,7 @@ pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointErro
     }
     match postcard::take_from_bytes(content) {
         Ok((value, [])) => Ok(value),
-        Ok((_, rest)) => Err(CheckpointError::Content(format!("{} bytes are left over", rest.len()))),
+        Ok((_, rest)) => Err(CheckpointError::Content(format!("{} bytes follow the content", rest.len()))),
         Err(error) => Err(CheckpointError::Content(error.to_string())),
     }
 }

@@ -1,20 +1,20 @@
-//! A parameter that makes no sense, named.
+//! Error of a parameter that is missing or out of range.
 
 use std::fmt;
 
-/// A parameter was given a value that it cannot have, or was not given.
+/// A parameter that is missing or out of range.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ParameterError {
-    /// What the parameter is called, with the law that it belongs to.
+    /// Name of the parameter, with the law to which it belongs.
     pub name: &'static str,
-    /// The value that was given; not a number if none was.
+    /// The given value; NaN for a missing one.
     pub value: f64,
-    /// What the value must be, with its unit.
+    /// Requirement that the value does not meet, with its unit.
     pub requirement: &'static str,
-    /// Where along the shoot, for what varies: the arc length from the base at t = 0, m.
+    /// Arc length from the base at t = 0 (m), for a quantity that varies along the shoot.
     pub place: Option<f64>,
-    /// Whether the parameter was not given at all.
+    /// Whether the parameter was not given.
     pub missing: bool,
 }
 
@@ -24,7 +24,7 @@ impl fmt::Display for ParameterError {
         if self.missing {
             return write!(f, "{name} is missing: it must be {requirement}");
         }
-        // Zeros are hard to count.
+        // Very small and very large values are written with an exponent.
         let size = value.abs();
         let short = *value == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size);
         let value = if short { format!("{value}") } else { format!("{value:e}") };
@@ -38,46 +38,44 @@ impl fmt::Display for ParameterError {
 impl std::error::Error for ParameterError {}
 
 impl ParameterError {
-    /// Refuses `value` unless `ok`.
+    /// Returns an error unless `ok`.
     ///
     /// # Errors
-    /// The parameter's name and value with the requirement.
+    /// Name, value and requirement of the parameter.
     pub fn unless(ok: bool, name: &'static str, value: f64, requirement: &'static str) -> Result<(), Self> {
         if ok { Ok(()) } else { Err(Self { name, value, requirement, place: None, missing: false }) }
     }
 
     /// The error of a parameter that was not given.
-    #[must_use]
-    pub fn missing(name: &'static str, requirement: &'static str) -> Self {
+    pub(crate) fn missing(name: &'static str, requirement: &'static str) -> Self {
         Self { name, value: f64::NAN, requirement, place: None, missing: true }
     }
 
-    /// The same error, of something that varies along the shoot, at an arc length (m) from the base at t = 0.
-    #[must_use]
-    pub fn at(self, place: f64) -> Self {
+    /// The same error at an arc length (m) from the base at t = 0, for a quantity that varies along the shoot.
+    pub(crate) fn at(self, place: f64) -> Self {
         Self { place: Some(place), ..self }
     }
 
-    /// Refuses a value that is not a positive finite number.
+    /// Returns an error unless the value is positive and finite.
     ///
     /// # Errors
-    /// The parameter's name and value with the requirement.
+    /// Name, value and requirement of the parameter.
     pub fn positive(name: &'static str, value: f64) -> Result<(), Self> {
         Self::unless(value > 0.0 && value.is_finite(), name, value, "positive and finite (SI units)")
     }
 
-    /// Refuses a value that is not a finite number.
+    /// Returns an error for NaN and infinite values.
     ///
     /// # Errors
-    /// The parameter's name and value with the requirement.
+    /// Name, value and requirement of the parameter.
     pub fn finite(name: &'static str, value: f64) -> Result<(), Self> {
         Self::unless(value.is_finite(), name, value, "a finite number (SI units)")
     }
 
-    /// Refuses a value that is negative, infinite or not a number.
+    /// Returns an error unless the value is zero or positive, and finite.
     ///
     /// # Errors
-    /// The parameter's name and value with the requirement.
+    /// Name, value and requirement of the parameter.
     pub fn not_negative(name: &'static str, value: f64) -> Result<(), Self> {
         Self::unless(value >= 0.0 && value.is_finite(), name, value, "zero or positive, and finite (SI units)")
     }

@@ -1,14 +1,16 @@
-//! Growing (morphoelastic) rods in three dimensions: plant shoots that elongate, steer by delayed responses to gravity
-//! and to their own bending, stiffen, sag under their weight and nutate.
+//! Growing (morphoelastic) rods in three dimensions: plant shoots that elongate, bend by delayed responses to
+//! gravity and to their own curvature, stiffen with age, sag under their weight and nutate.
 //!
-//! The model is that of Agostinelli, DeSimone and Noselli, *Nutations in Plant Shoots: Endogenous and Exogenous Factors
-//! in the Presence of Mechanical Deformations*, Front. Plant Sci. 12:608005 (2021), doi 10.3389/fpls.2021.608005;
-//! equation numbers in these pages are that paper's. Every part of it is a law behind a small trait, and a shoot is put
-//! together from laws that come from here or that you write yourself: nothing here knows which laws exist.
+//! The model is that of Agostinelli, DeSimone and Noselli, *Nutations in Plant Shoots: Endogenous and Exogenous
+//! Factors in the Presence of Mechanical Deformations*, Front. Plant Sci. 12:608005 (2021), doi
+//! 10.3389/fpls.2021.608005. Equation numbers refer to this paper. Each part of the model is a law behind a
+//! small trait. A shoot combines five laws, provided by the crate or written by you: growth, tropism,
+//! elasticity, load and scene.
 //!
-//! # A shoot on its side
+//! # A shoot that rights itself
 //!
-//! A shoot of constant length whose base is horizontal turns its tip upwards, by gravitropism against proprioception.
+//! A shoot of constant length with a horizontal base bends upwards by gravitropism. Proprioception limits its
+//! curvature.
 //!
 //! ```
 //! use morphorod::constitutive::LinearElastic;
@@ -32,15 +34,15 @@
 //!     .build()?;
 //!
 //! let statistics = MethodOfSteps::new(180.0).advance(&mut shoot, 24.0 * 3600.0)?;
-//! // The stationary end is known in closed form: 19.177114 mm along the base, 41.339853 mm up.
+//! // The steady state is known in closed form: the tip is 19.177114 mm from the base and 41.339853 mm above it.
 //! assert!((shoot.tip().z - 0.041339853).abs() < 2e-8);
 //! assert_eq!(statistics.steps, 486);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # A shape at rest
+//! # An equilibrium without growth
 //!
-//! Equilibria are of use without growth, too: a rod, an elastic law, a load and a solver.
+//! A rod, an elastic law, a load and a solver suffice. Here a horizontal rod sags under its weight.
 //!
 //! ```
 //! use morphorod::constitutive::LinearElastic;
@@ -60,36 +62,38 @@
 //!
 //! # What is inside
 //!
-//! | module | what it is about |
+//! | module | content |
 //! |---|---|
 //! | [`rod`] | the discretised rod: material points, frames, shape |
-//! | [`growth`] | how tissue elongates: [`GrowthLaw`](growth::GrowthLaw) |
-//! | [`tropism`] | how the shoot steers: [`TropismLaw`](tropism::TropismLaw) |
-//! | [`constitutive`] | how tissue resists: [`Constitutive`](constitutive::Constitutive) |
-//! | [`load`] | what acts on the shoot: [`Load`](load::Load) |
-//! | [`equilibrium`] | the shape at rest: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
-//! | [`integrator`] | the shoot in time: [`Integrator`](integrator::Integrator) |
-//! | [`stability`] | when a shoot begins to oscillate: steady states, characteristic roots, onset |
+//! | [`growth`] | elongation of the tissue: [`GrowthLaw`](growth::GrowthLaw) |
+//! | [`tropism`] | differential growth in response to stimuli: [`TropismLaw`](tropism::TropismLaw) |
+//! | [`constitutive`] | elasticity: [`Constitutive`](constitutive::Constitutive) |
+//! | [`load`] | weight and other forces: [`Load`](load::Load) |
+//! | [`equilibrium`] | equilibria of a rod: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
+//! | [`profile`] | strain, force, couple and growth rate at any place along a rod |
+//! | [`integrator`] | integration in time: [`Integrator`](integrator::Integrator) |
+//! | [`stability`] | steady states, characteristic roots, onset of oscillations |
 //! | [`cycle`] | periodic orbits and rotating waves, their stability and bifurcations |
-//! | [`tracking`] | analysis of tip tracks, measured or simulated: periods, ellipses, senses, the pattern's name |
-//! | [`guide`] | chapters: [laws of your own](guide::own_laws), the [method](guide::method), [stability](guide::stability) |
+//! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
+//! | [`guide`] | chapters: [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method) and more |
 //!
-//! A [`Shoot`] obeys a [`Model`]: five laws as one type. [`Laws`] is a model of any five.
+//! A [`Shoot`] has a state and a [`Model`], its five laws as one type; [`Laws`] is the usual one. A [`Scene`]
+//! is gravity and the base as functions of time.
 //!
 //! # Features
 //!
-//! | feature | default | what it adds |
-//! |---|---|---|
-//! | `serde` | off | `Serialize` and `Deserialize` for [`State`], [`Rod`](rod::Rod), the shipped laws, loads and scenes; module `checkpoint` |
+//! With the feature `serde`, which is off by default, [`State`], [`Rod`](rod::Rod) and the laws, loads and
+//! scenes of the crate implement `Serialize` and `Deserialize`, and there is a module `checkpoint`.
 //!
-//! A [`State`] that is saved and read again is the same bit by bit if the format keeps every bit of a number, as binary
-//! formats do. `serde_json` does with its feature `float_roundtrip`; without it the last digit of some numbers changes.
+//! A [`State`] that is written and read is equal bit for bit if the format keeps every bit of a number, as binary
+//! formats do. `serde_json` requires its feature `float_roundtrip` for this.
 //!
 //! # Units and axes
 //!
-//! All quantities are in SI units. Vectors live in a fixed frame {e1, e2, e3} unless a page says "along the directors";
-//! e3 points up and an upright base has d1 = e1, d2 = e2, d3 = e3. d3 is the tangent, from base to apex. Strains are
-//! right-handed: positive u2 bends the rod towards d1, negative u1 towards d2, and positive u3 twists d1 towards d2.
+//! All quantities are in SI units, and angles in radians. Vectors are in a fixed frame {e1, e2, e3} unless
+//! stated as "along the directors". e3 points up, and an upright base has d1 = e1, d2 = e2, d3 = e3. The
+//! director d3 is the tangent, from base to apex. Strains are right-handed: positive u2 bends the rod towards
+//! d1, negative u1 towards d2, and positive u3 twists d1 towards d2.
 
 #![forbid(unsafe_code)]
 
@@ -106,9 +110,8 @@ mod linear;
 pub mod load;
 mod model;
 mod numerics;
-
 mod pointers;
-mod profile;
+pub mod profile;
 mod reference_element;
 pub mod rod;
 mod scene;
@@ -124,11 +127,10 @@ pub mod tropism;
 pub use error::ParameterError;
 pub use model::{DynLaws, Laws, Model};
 pub use nalgebra;
-pub use profile::{Place, Profile};
 pub use reference_element::Order;
 pub use scene::{Environment, Scene, Still, Turned};
 pub use section::Section;
-pub use shoot::{Mesh, Shoot, ShootBuilder};
+pub use shoot::{Shoot, ShootBuilder};
 pub use state::{State, StateError};
 
 /// The programs of the README, compiled and run as tests.

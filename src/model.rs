@@ -11,66 +11,65 @@ use crate::pointers::forward_pointers;
 use crate::scene::{Scene, Still};
 use crate::tropism::{Declaration, TropismLaw};
 
-/// Everything that a shoot obeys: how it grows, steers, resists, what loads it and where it stands.
+/// The five laws of a shoot: growth, tropism, elasticity, load and scene.
 ///
-/// [`Laws`] is a model, and enough for nearly everybody. A type of your own may be one, too, if it is to carry more than
-/// its laws. Functions that take any shoot read `fn follow(shoot: &mut Shoot<impl Model>)`.
+/// [`Laws`] is the usual model. A type of your own can be a model as well, for example to store further data
+/// beside the laws. A function that accepts any shoot has the signature `fn follow(shoot: &mut Shoot<impl
+/// Model>)`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
-    note = "five laws together are one: `morphorod::Laws {{ constitutive, growth, tropism, load, scene }}`"
+    note = "five laws together are a model: `morphorod::Laws {{ constitutive, growth, tropism, load, scene }}`"
 )]
 pub trait Model {
-    /// How tissue elongates.
+    /// Type of the growth law.
     type Growth: GrowthLaw;
-    /// How the shoot steers.
+    /// Type of the tropism law.
     type Tropism: TropismLaw;
-    /// How tissue resists.
+    /// Type of the elastic law.
     type Constitutive: Constitutive;
-    /// What loads the shoot.
+    /// Type of the load.
     type Load: Load;
-    /// Gravity and the base.
+    /// Type of the scene.
     type Scene: Scene;
 
-    /// How tissue elongates.
+    /// The growth law.
     fn growth(&self) -> &Self::Growth;
-    /// How the shoot steers.
+    /// The tropism law, which may be a tuple of laws.
     fn tropism(&self) -> &Self::Tropism;
-    /// How tissue resists.
+    /// The elastic law.
     fn constitutive(&self) -> &Self::Constitutive;
-    /// What loads the shoot.
+    /// The load, which may be a tuple of loads.
     fn load(&self) -> &Self::Load;
-    /// Gravity and the base.
+    /// The scene: gravity and the base.
     fn scene(&self) -> &Self::Scene;
+}
 
-    /// The first time after `t` (s) at which a law, a load or the scene has a discontinuity; infinite if there is none.
-    ///
-    /// # Errors
-    /// A law that announces a time that has passed, or none.
-    fn next_discontinuity(&self, t: f64) -> Result<f64, ParameterError> {
-        let announced = [
-            ("discontinuity that the growth law announces", self.growth().next_discontinuity(t)),
-            ("discontinuity that the load announces", self.load().next_discontinuity(t)),
-            ("discontinuity that the scene announces", self.scene().next_discontinuity(t)),
-            ("discontinuity that the tropism laws announce", self.tropism().next_discontinuity(t)),
-        ];
-        announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
-            ParameterError::unless(time > t, name, time, "later than the time for which it is asked (s)")?;
-            Ok(first.min(time))
-        })
-    }
+/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite if
+/// there is none.
+///
+/// # Errors
+/// A law that returns a time that is not later than `t`, or NaN.
+pub(crate) fn next_discontinuity(model: &impl Model, t: f64) -> Result<f64, ParameterError> {
+    let announced = [
+        ("next discontinuity of the growth law", model.growth().next_discontinuity(t)),
+        ("next discontinuity of the load", model.load().next_discontinuity(t)),
+        ("next discontinuity of the scene", model.scene().next_discontinuity(t)),
+        ("next discontinuity of the tropism laws", model.tropism().next_discontinuity(t)),
+    ];
+    announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
+        ParameterError::unless(time > t, name, time, "later than the time for which it is requested (s)")?;
+        Ok(first.min(time))
+    })
+}
 
-    /// Refuses parameters that make no sense for a shoot of the given initial length (m).
-    ///
-    /// # Errors
-    /// The first such parameter.
-    fn check(&self, length: f64) -> Result<(), ParameterError> {
-        self.growth().check(length)?;
-        self.tropism().check()?;
-        Declaration::of(self.tropism()).check()?;
-        self.constitutive().check()?;
-        self.load().check()?;
-        self.scene().check()
-    }
+/// Returns an error for the first parameter that is out of range for a shoot of the given initial length (m).
+pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterError> {
+    model.growth().check(length)?;
+    model.tropism().check()?;
+    Declaration::of(model.tropism()).check()?;
+    model.constitutive().check()?;
+    model.load().check()?;
+    model.scene().check()
 }
 
 forward_pointers!(Model {
@@ -84,56 +83,54 @@ forward_pointers!(Model {
     fn constitutive() -> &T::Constitutive;
     fn load() -> &T::Load;
     fn scene() -> &T::Scene;
-    fn next_discontinuity(t: f64) -> Result<f64, ParameterError>;
-    fn check(length: f64) -> Result<(), ParameterError>;
 });
 
-/// Five laws side by side: a [`Model`].
+/// The usual [`Model`]: a struct of five laws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Laws<C, G = (), T = (), L = (), S = Still> {
-    /// How tissue resists.
+    /// The elastic law.
     pub constitutive: C,
-    /// How tissue elongates.
+    /// The growth law.
     pub growth: G,
-    /// How the shoot steers: a law, or a tuple of laws.
+    /// The tropism law, or a tuple of laws.
     pub tropism: T,
-    /// What loads the shoot: a load, or a tuple of loads.
+    /// The load, or a tuple of loads.
     pub load: L,
-    /// Gravity and the base.
+    /// The scene: gravity and the base.
     pub scene: S,
 }
 
 impl<C, G, T, L, S> Laws<C, G, T, L, S> {
-    /// The same with another elastic law.
+    /// Replaces the elastic law.
     #[must_use]
     pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S> {
         let Self { growth, tropism, load, scene, .. } = self;
         Laws { constitutive, growth, tropism, load, scene }
     }
 
-    /// The same with another growth law.
+    /// Replaces the growth law.
     #[must_use]
     pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S> {
         let Self { constitutive, tropism, load, scene, .. } = self;
         Laws { constitutive, growth, tropism, load, scene }
     }
 
-    /// The same with another tropism law, or a tuple of laws.
+    /// Replaces the tropism law by a law or a tuple of laws.
     #[must_use]
     pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S> {
         let Self { constitutive, growth, load, scene, .. } = self;
         Laws { constitutive, growth, tropism, load, scene }
     }
 
-    /// The same with another load, or a tuple of loads.
+    /// Replaces the load by a load or a tuple of loads.
     #[must_use]
     pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S> {
         let Self { constitutive, growth, tropism, scene, .. } = self;
         Laws { constitutive, growth, tropism, load, scene }
     }
 
-    /// The same with another scene.
+    /// Replaces the scene.
     #[must_use]
     pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N> {
         let Self { constitutive, growth, tropism, load, .. } = self;
@@ -143,7 +140,7 @@ impl<C, G, T, L, S> Laws<C, G, T, L, S> {
 
 /// Laws that are chosen at run time. A clone shares its laws with the original.
 ///
-/// A step of such a shoot calls its laws through pointers; its numbers are the same to the bit.
+/// Dynamic dispatch does not change the results, which are equal bit for bit.
 ///
 /// ```
 /// use morphorod::constitutive::LinearElastic;
@@ -174,7 +171,7 @@ where
     L: Load + Send + Sync + 'static,
     S: Scene + Send + Sync + 'static,
 {
-    /// Converts the laws into laws of one common type, for collections of shoots with different laws.
+    /// Converts the laws to the common type [`DynLaws`], for collections of shoots with different laws.
     #[must_use]
     pub fn into_dyn(self) -> DynLaws {
         let Self { constitutive, growth, tropism, load, scene } = self;
@@ -188,7 +185,7 @@ where
     }
 }
 
-/// Prints the name of the trait: laws need not be `Debug`.
+/// Implements `Debug` by the name of the trait, since laws need not be `Debug`.
 macro_rules! debug_by_name {
     ($($Trait:ident),*) => {$(
         impl fmt::Debug for dyn $Trait + Send + Sync {

@@ -1,6 +1,7 @@
-//! A law behind a pointer is a law.
+//! Implementation of the law traits for boxed, shared and borrowed laws.
 
-/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by way of `T`: its types, then its methods.
+/// Implements a trait for `Box<T>`, `Arc<T>` and `&T` by forwarding to `T`. The arguments are the associated
+/// types and then the methods of the trait.
 macro_rules! forward_pointers {
     (@ $Trait:ident, $Pointer:ty, {
         $(type $Type:ident;)*

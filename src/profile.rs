@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::growth::GrowthLaw;
 use crate::load::{Cut, Load};
-use crate::rod::{Rod, Tissue};
+use crate::rod::{MaterialPoint, Rod, Tissue};
 use crate::scene::Environment;
 
 /// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
@@ -16,7 +16,7 @@ pub struct Place {
     pub arc_length: f64,
     /// Distance from the apex along the rod, ℓ − s, m.
     pub apex_distance: f64,
-    /// The tissue: section, age and initial distance from the apex.
+    /// The tissue there: section, age and initial distance from the apex.
     pub tissue: Tissue,
     /// Position in the fixed frame, the base at the origin, m.
     pub position: Vector3<f64>,
@@ -34,8 +34,8 @@ pub struct Place {
     pub couple: Vector3<f64>,
     /// The force n that the part beyond exerts on the part below, in the fixed frame, N.
     pub force: Vector3<f64>,
-    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant length it is
-    /// the rate of the ongoing differential growth.
+    /// The relative elemental growth rate REGR, 1/s; zero outside the growth zone. In a shoot of constant
+    /// length it is the rate of the ongoing differential growth.
     pub regr: f64,
     /// The speed ds/dt at which growth moves the tissue away from the base, along the shoot, m/s.
     pub speed: f64,
@@ -65,7 +65,8 @@ impl Place {
 /// use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 /// use morphorod::load::Weight;
 /// use morphorod::rod::Rod;
-/// use morphorod::{Order, Profile, Scene, Still};
+/// use morphorod::profile::Profile;
+/// use morphorod::{Order, Scene, Still};
 ///
 /// let scene = Still::tilted(1.0);
 /// let (tissue, load) = (LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }, Weight { density: 1000.0 });
@@ -77,19 +78,20 @@ impl Place {
 /// for place in profile.sample(5) {
 ///     println!("{:.3} m: {:.2} /m, {:.2e} N m", place.arc_length, place.curvature(), place.couple.norm());
 /// }
-/// // The whole weight at the base, nothing at the apex.
+/// // The force is the whole weight at the base; the couple vanishes at the apex.
 /// let [base, apex] = [0.0, rod.length()].map(|s| profile.at(s).expect("a number"));
 /// assert!((base.force.z + 1000.0 * 9.81 * rod.volume()).abs() < 1e-15);
 /// assert!(apex.couple.norm() < 1e-20 * base.couple.norm());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Between the material points position, frame, force and couple are at least as accurate as at them (order p + 2 in
-/// the element's length, with [p points](crate::Order::points) in an element; order 2 with one). The intrinsic strain
-/// is the polynomial through its values at them, of order p, and so are the age and the visible strain where there is
-/// an intrinsic one; in mature tissue merging has smoothed it ([`guide::method`](crate::guide::method)). In a rod that
-/// is not at rest the couple is the one that its load would need; a shoot whose laws were
-/// [exchanged](crate::Shoot::with_model) comes to rest when an integrator advances it to the present time.
+/// Between the material points, position, frame, force and couple are at least as accurate as at them: of order
+/// p + 2 in the length of the element, with [p points](crate::Order::points) in an element, and of order 2 with
+/// one point. The intrinsic strain is the polynomial through its values at the points, of order p. Age and
+/// visible strain then have this order as well. Merging smooths the intrinsic strain of mature tissue
+/// ([`guide::method`](crate::guide::method)). In a rod that is not in equilibrium, the couple is that required
+/// by the load. A shoot whose laws were [exchanged](crate::Shoot::with_model) reaches equilibrium when an
+/// integrator advances it to the present time.
 #[derive(Debug)]
 pub struct Profile<'a, C, L, G = ()> {
     rod: &'a Rod,
@@ -106,12 +108,15 @@ pub struct Profile<'a, C, L, G = ()> {
 /// Integrals over the part of the rod beyond a place, and the position of the place.
 #[derive(Debug, Clone, Copy)]
 struct End {
+    /// Unstretched length, m.
     length: f64,
+    /// Volume, m³.
     volume: f64,
-    /// The distributed force, N.
+    /// Integral of the distributed force, in the fixed frame, N.
     distributed: Vector3<f64>,
-    /// In the fixed frame, N m.
+    /// Couple at the place, in the fixed frame, N m.
     couple: Vector3<f64>,
+    /// Position of the place in the fixed frame, the base at the origin, m.
     position: Vector3<f64>,
 }
 
@@ -136,8 +141,8 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         profile
     }
 
-    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force the value
-    /// is that of either side.
+    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force
+    /// the value is that of one side.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate(s)?;
@@ -151,30 +156,31 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         (0..count).filter_map(|i| self.at(self.length * i as f64 / last as f64)).collect()
     }
 
-    /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The part in the element
-    /// is integrated by its Gauss rule on [x, 1].
+    /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The part in the
+    /// element is integrated by its Gauss rule on [x, 1].
     fn beyond(&self, e: usize, x: f64) -> End {
         let reference = self.rod.reference();
         let mut sum = self.lengths_beyond(e, x);
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let y = x + (1.0 - x) * y;
-            let (frame, force) = (self.rod.frame_within(e, y), self.force(e, y, &self.lengths_beyond(e, y)));
-            let tangent = frame * line_strain_under(self.material, &self.tissue(e, y), &frame, &force);
-            let part = w * (1.0 - x) * self.rod.interpolate(e, y, |point| point.jacobian);
+            let (point, frame) = (self.rod.point_within(e, y), self.rod.frame_within(e, y));
+            let (tissue, force) = (self.tissue(&point), self.force(&point, &self.lengths_beyond(e, y)));
+            let tangent = frame * line_strain_under(self.material, &tissue, &frame, &force);
+            let part = w * (1.0 - x) * point.jacobian;
             sum.couple += tangent.cross(&force) * part;
             sum.position -= tangent * part;
         }
         sum
     }
 
-    /// These integrals without those that need frames: couple and position are those of the last end of the element.
+    /// The integrals of length, volume and distributed force beyond the coordinate `x` of element `e`. Couple
+    /// and position are those at the last end of the element.
     fn lengths_beyond(&self, e: usize, x: f64) -> End {
         let reference = self.rod.reference();
         let mut sum = self.ends[e + 1];
         for (y, w) in reference.points.iter().zip(&reference.weights) {
-            let y = x + (1.0 - x) * y;
-            let part = w * (1.0 - x) * self.rod.interpolate(e, y, |point| point.jacobian);
-            let tissue = self.tissue(e, y);
+            let point = self.rod.point_within(e, x + (1.0 - x) * y);
+            let (part, tissue) = (w * (1.0 - x) * point.jacobian, self.tissue(&point));
             sum.length += part;
             sum.volume += part * tissue.section.area();
             sum.distributed += self.load.per_length(&tissue, &self.environment) * part;
@@ -183,38 +189,30 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     }
 
     /// The force at a place, in the fixed frame, N.
-    fn force(&self, e: usize, x: f64, beyond: &End) -> Vector3<f64> {
+    fn force(&self, point: &MaterialPoint, beyond: &End) -> Vector3<f64> {
         let mut cut = Cut::new(self.length - beyond.length, beyond.length, 0.0);
         cut.volume_beyond = beyond.volume;
-        cut.initial_apex_distance = self.rod.initial_apex_distance(e, x);
+        cut.initial_apex_distance = point.initial_apex_distance;
         beyond.distributed + self.load.force(&cut, &self.environment)
     }
 
-    fn tissue(&self, e: usize, x: f64) -> Tissue {
-        let mut tissue = Tissue::young(self.rod.section_within(e, x));
-        tissue.initial_apex_distance = self.rod.initial_apex_distance(e, x);
-        let first = self.rod.element_points(e)[0].exit_time;
-        if e < self.rod.first_growing() {
-            // Infinite exit times cannot be interpolated.
-            let exit = if first.is_finite() { self.rod.interpolate(e, x, |point| point.exit_time) } else { first };
-            tissue.age = (self.environment.time - exit).max(0.0);
-        }
-        tissue
+    fn tissue(&self, point: &MaterialPoint) -> Tissue {
+        Tissue::of(point, self.environment.time)
     }
 
+    /// The place at coordinate `x` of element `e`.
     fn within(&self, e: usize, x: f64) -> Place {
         let (rod, time) = (self.rod, self.environment.time);
-        let (beyond, tissue, frame) = (self.beyond(e, x), self.tissue(e, x), rod.frame_within(e, x));
-        let intrinsic = Vector3::from_fn(|i, _| self.rod.interpolate(e, x, |point| point.intrinsic[i]));
+        let (beyond, point, frame) = (self.beyond(e, x), rod.point_within(e, x), rod.frame_within(e, x));
+        let (tissue, intrinsic) = (self.tissue(&point), point.intrinsic);
         let couple = frame.inverse_transform_vector(&beyond.couple);
-        let force = self.force(e, x, &beyond);
-        // The strain follows from the couple, with the differentiated strain as initial guess, as for the stimuli.
+        let force = self.force(&point, &beyond);
+        // The strain follows from the couple, with the differentiated strain as initial guess.
         let near = rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);
         let zone = self.growth.zone_length();
-        let in_zone = e >= rod.first_growing();
-        let speed =
-            |sigma: f64| if self.growth.elongates() { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
+        let (in_zone, elongates) = (e >= rod.first_growing(), self.growth.elongates());
+        let speed = |sigma: f64| if elongates { self.growth.apical_speed(sigma.min(zone), time) } else { 0.0 };
         Place {
             arc_length: length - sigma,
             apex_distance: sigma,

@@ -8,7 +8,7 @@ use crate::numerics::quadrature::{gauss, lobatto};
 /// The largest number of Gauss points in an element.
 pub(crate) const MAX_POINTS: usize = 4;
 
-/// The order of accuracy of the shape: with `p` Gauss points in an element of length h the error of the tip is O(h²ᵖ).
+/// Order of accuracy of the shape: with p Gauss points in an element of length h, the error of the tip is O(h²ᵖ).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Order {
@@ -18,7 +18,8 @@ pub enum Order {
     Four,
     /// Three Gauss points in an element.
     Six,
-    /// Four Gauss points in an element: within a factor of two of the best choice over a wide range of accuracies.
+    /// Four Gauss points in an element. The run time is within a factor of two of the best order for a wide range of
+    /// accuracies.
     #[default]
     Eight,
 }
@@ -27,13 +28,13 @@ impl Order {
     /// All orders, lowest first.
     pub const ALL: [Self; 4] = [Self::Two, Self::Four, Self::Six, Self::Eight];
 
-    /// The number of Gauss points in an element.
+    /// The number p of Gauss points in an element.
     #[must_use]
     pub fn points(self) -> usize {
         self as usize + 1
     }
 
-    /// The exponent of the element length in the error of the tip.
+    /// The exponent 2p of the element length in the error of the tip.
     #[must_use]
     pub fn exponent(self) -> usize {
         2 * self.points()
@@ -47,13 +48,13 @@ pub(crate) struct ReferenceElement {
     pub p: usize,
     /// Gauss points.
     pub points: Vec<f64>,
-    /// Their weights.
+    /// Weights of the Gauss points.
     pub weights: Vec<f64>,
     /// Lobatto nodes, p + 1 of them.
     pub nodes: Vec<f64>,
     /// `shape[g][k]`: the polynomial of node k + 1 at Gauss point g.
     pub shape: [[f64; MAX_POINTS]; MAX_POINTS],
-    /// Its derivative.
+    /// `slope[g][k]`: the derivative of that polynomial.
     pub slope: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
@@ -108,7 +109,7 @@ impl ReferenceElement {
 
     /// Weights that integrate a polynomial through the Gauss points from 0 to `x`.
     pub fn integral_upto(&self, x: f64) -> [f64; MAX_POINTS] {
-        // The rule itself is exact for the polynomials of degree p − 1 that are integrated.
+        // The Gauss rule is exact for the integrated polynomials, which have degree p − 1.
         let mut out = [0.0; MAX_POINTS];
         for (y, w) in self.points.iter().zip(&self.weights) {
             let values = self.at_points(x * y);

@@ -1,21 +1,21 @@
-//! Where the shoot stands: the vector of gravity and the clamped base, both of which may move in time.
+//! Gravity and the clamped base, both of which may change in time.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 
-/// What surrounds the whole shoot at one time, as loads and laws see it.
+/// Time and gravity, the arguments of loads and laws that are the same along the whole shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Environment {
     /// Time, s.
     pub time: f64,
-    /// The acceleration of gravity in the fixed frame, m/s²; it points down. Weight and statoliths read the same vector.
+    /// Acceleration of gravity in the fixed frame, m/s²; it points down. It acts on weight and statoliths.
     pub gravity: Vector3<f64>,
 }
 
 impl Environment {
-    /// The unit vector that points up, −ĝ, or zero where there is no gravity.
+    /// The unit vector −g/|g| that points up, in the fixed frame; zero without gravity.
     #[must_use]
     pub fn up(&self) -> Vector3<f64> {
         let g = self.gravity.norm();
@@ -23,13 +23,13 @@ impl Environment {
     }
 }
 
-/// Gravity and the base as functions of time. A clinostat or a pot that is tilted is a scene:
+/// Gravity and the base as functions of time, for example a clinostat:
 ///
 /// ```
 /// use morphorod::Scene;
 /// use morphorod::nalgebra::{UnitQuaternion, Vector3};
 ///
-/// /// A horizontal axis, e1, about which the base turns at a rate in rad/s.
+/// /// Rotation of the base about the horizontal axis e1, by its rate in rad/s.
 /// struct Clinostat(f64);
 ///
 /// impl Scene for Clinostat {
@@ -50,25 +50,25 @@ pub trait Scene {
     /// The acceleration of gravity at time `t` (s) in the fixed frame, m/s².
     fn gravity(&self, t: f64) -> Vector3<f64>;
 
-    /// The frame of the clamped base at time `t` (s): it turns e1, e2, e3 into the directors d1, d2, d3.
+    /// The frame of the clamped base at time `t` (s), which rotates e1, e2, e3 into the directors d1, d2, d3.
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
-    /// The first time after `t` (s) at which gravity or base, or their slopes, have a discontinuity; infinite if there is
-    /// none. Integrators step onto it, and read the scene a few units of rounding before and after it: whether it turns for
-    /// `t > from` or `t >= from` makes no difference.
+    /// The first time after `t` (s) at which gravity, the base or a first derivative of them is discontinuous;
+    /// infinite if there is none. Integrators end a step there and evaluate the scene a few units of rounding
+    /// before and after, so the value at the discontinuity itself does not matter.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Refuses parameters that make no sense.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter out of range.
     fn check(&self) -> Result<(), ParameterError> {
         Ok(())
     }
 
-    /// The instant at time `t`.
+    /// Time and gravity at time `t` (s).
     fn environment(&self, t: f64) -> Environment {
         Environment { time: t, gravity: self.gravity(t) }
     }
@@ -82,48 +82,44 @@ forward_pointers!(Scene {
     fn check() -> Result<(), ParameterError>;
 });
 
-/// The earlier of two times at which discontinuities are announced; not a number if one of them is not.
+/// The earlier of two times of discontinuities; NaN if one of them is NaN.
 pub(crate) fn earlier(a: f64, b: f64) -> f64 {
     if b < a || b.is_nan() { b } else { a }
 }
 
-/// Laws are read so many units of rounding of the time before and after a discontinuity, never at it: whether they are
-/// written with `<` or `<=` makes no difference then, nor the rounding of `t − from < duration`.
+/// Distance from a discontinuity at which laws are evaluated before and after it, in units of rounding of the
+/// time. It makes laws written with `<` and `<=` equivalent, and exceeds the rounding of expressions such as `t
+/// − from < duration`.
 const MARGIN: f64 = 4.0;
 
 /// A time just before a discontinuity.
 pub(crate) fn before(time: f64) -> f64 {
-    time - MARGIN * rounding(time)
+    time - MARGIN * (time.abs().next_up() - time.abs())
 }
 
 /// A time just after a discontinuity.
 pub(crate) fn after(time: f64) -> f64 {
-    time + MARGIN * rounding(time)
+    -before(-time)
 }
 
-/// The distance to the next number.
-fn rounding(time: f64) -> f64 {
-    time.abs().next_up() - time.abs()
-}
-
-/// Gravity and base that do not change.
+/// Constant gravity and a fixed base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Still {
-    /// The acceleration of gravity in the fixed frame, m/s².
+    /// Acceleration of gravity in the fixed frame, m/s².
     pub gravity: Vector3<f64>,
-    /// The frame of the base: it turns e1, e2, e3 into d1, d2, d3.
+    /// Frame of the base, which rotates e1, e2, e3 into d1, d2, d3.
     pub base: UnitQuaternion<f64>,
 }
 
 impl Still {
-    /// Standard gravity of the model's source, 9.81 m/s² along −e3, and an upright base: dj = ej.
+    /// Gravity of 9.81 m/s² along −e3, as in the paper of the model, and an upright base: dj = ej.
     #[must_use]
     pub fn upright() -> Self {
         Self { gravity: Vector3::new(0.0, 0.0, -9.81), base: UnitQuaternion::identity() }
     }
 
-    /// The base turned by `angle` (rad) from upright about e2, so that its tangent d3 leans towards +e1.
+    /// An upright base rotated by `angle` (rad) about e2, so that its tangent d3 leans towards +e1.
     /// At π/2 the base is horizontal: d1 = −e3, d2 = e2, d3 = e1.
     #[must_use]
     pub fn tilted(angle: f64) -> Self {
@@ -154,11 +150,12 @@ impl Scene for Still {
     }
 }
 
-/// A scene whose base is turned for a while: a pot that is laid on its side and put up again.
+/// A scene whose base is rotated during an interval of time: a pot that is laid on its side and put up again.
 ///
 /// ```
 /// use morphorod::{Scene, Turned};
-/// let pot = Turned::tilted(0.5, 3600.0, 5400.0); // by half a radian, from one hour to one and a half
+/// // A tilt of half a radian, from one hour to one and a half.
+/// let pot = Turned::tilted(0.5, 3600.0, 5400.0);
 /// assert_eq!(pot.base(3000.0).angle(), 0.0);
 /// assert!((pot.base(4000.0).angle() - 0.5).abs() < 1e-15);
 /// assert_eq!((pot.next_discontinuity(0.0), pot.next_discontinuity(3600.0)), (3600.0, 5400.0));
@@ -166,18 +163,18 @@ impl Scene for Still {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Turned<S = Still> {
-    /// The scene, as it is at other times.
+    /// The scene outside the interval.
     pub scene: S,
-    /// The turn of the base, in the fixed frame.
+    /// Rotation of the base, in the fixed frame.
     pub turn: UnitQuaternion<f64>,
-    /// When it is turned, s.
+    /// Start of the interval, s.
     pub from: f64,
-    /// When it is turned back, s; infinite if never.
+    /// End of the interval, s; may be infinite.
     pub until: f64,
 }
 
 impl Turned {
-    /// An upright base that leans towards +e1 by `angle` (rad), as [`Still::tilted`], from one time (s) until another.
+    /// An upright base that leans towards +e1 by `angle` (rad), as in [`Still::tilted`], between two times (s).
     #[must_use]
     pub fn tilted(angle: f64, from: f64, until: f64) -> Self {
         Self { scene: Still::upright(), turn: Still::tilted(angle).base, from, until }

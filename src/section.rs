@@ -35,10 +35,10 @@ impl Section {
         Self { along_d1, along_d2 }
     }
 
-    /// The radius, m: of an ellipse, that of the circle of equal area, √(a1 a2).
+    /// The radius of the circle of equal area, √(a1 a2), m.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        // Exact for a circle.
+        // The square root would round the radius of a circle.
         if self.along_d1 == self.along_d2 { self.along_d1 } else { (self.along_d1 * self.along_d2).sqrt() }
     }
 
@@ -67,10 +67,7 @@ impl Section {
         4.0 * first / (first + second) * second
     }
 
-    /// Returns an error for a semi-axis that is not positive and below `most`, m.
-    ///
-    /// # Errors
-    /// The radius of a circle, or the first such semi-axis.
+    /// Returns an error for a semi-axis that is not between 0 and `most` (m), both excluded.
     pub(crate) fn check(&self, most: f64, requirement: &'static str) -> Result<(), ParameterError> {
         let circle = self.along_d1.to_bits() == self.along_d2.to_bits();
         let name = if circle { "radius" } else { "semi-axis of the section" };
@@ -80,7 +77,7 @@ impl Section {
     }
 }
 
-/// A circle of this radius, m.
+/// A circle of the given radius, m.
 impl From<f64> for Section {
     fn from(radius: f64) -> Self {
         Self::circle(radius)

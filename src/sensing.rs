@@ -1,4 +1,4 @@
-//! What the material points of the growth zone see, in equilibrium.
+//! Stimuli at the material points of the growth zone: couple, strain and position in equilibrium.
 
 use nalgebra::Vector3;
 
@@ -8,11 +8,12 @@ use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
 use crate::tropism::Site;
 
-/// Calls `visit` with the number of each material point of the growth zone, counted from the zone's first, and what can
-/// be seen there; from the apex towards the base.
+/// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
+/// the apex towards the base. Positions are NaN unless `with_position`.
 ///
-/// The couple is summed from the free apex, m(s) = ∫ p′ × n beyond s, equation (11), and the strain recovered from it: of
-/// order p + 2 where differentiation of the rotations gives p + 1, and free of their rounding in short elements.
+/// The couple is integrated from the free apex, m(s) = ∫ p′ × n beyond s, equation (11), and the strain follows
+/// from it. The strain is of order p + 2, while differentiation of the rotations gives p + 1 and rounding
+/// errors in short elements.
 pub(crate) fn visit_sites(
     rod: &Rod,
     material: &impl Constitutive,
@@ -49,7 +50,7 @@ pub(crate) fn visit_sites(
             }
             let couple = frames[g].inverse_transform_vector(&couple);
             let cut = &force.cuts()[e * p + g];
-            // The strain from the couple, by way of the differentiated strain.
+            // The strain from the couple, with the differentiated strain as initial guess.
             let point = &points[g];
             let (tissue, near) = (Tissue::of(point, time), rod.strain_at_point(e, g) - point.intrinsic);
             let site = Site {

@@ -1,7 +1,7 @@
 //! Rotations: the exponential map of SO(3), its inverse, and the derivatives that an energy of rotations needs.
 //!
-//! A rotation vector θ stands for the rotation exp(θ̂) about θ by |θ| radians. Every function of θ that occurs here is
-//! *one* expression with two coefficients that depend on x = |θ|² alone,
+//! A rotation vector θ stands for the rotation exp(θ̂) about θ by |θ| radians. Every function of θ that occurs
+//! here is *one* expression with two coefficients that depend on x = |θ|² alone,
 //!
 //! ```text
 //! F(θ) y = y + c1(x) θ × y + c2(x) θ × (θ × y),
@@ -13,16 +13,11 @@
 //! | Jr(θ), which turns θ' into the Darboux vector in the moving frame | −S2 | S3 |
 //! | Jr(θ)⁻¹ | ½ | (1 − S1/(2 S2))/x |
 //!
-//! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and so on. They need no
-//! trigonometry near zero and no special case at zero, and their derivatives are dSn/dx = −½ (Sn+1 − n Sn+2).
-//! [`Form`] differentiates the expression once and twice for any coefficients.
+//! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and so on. They
+//! need no trigonometry near zero and no special case at zero, and their derivatives are dSn/dx = −½ (Sn+1 − n
+//! Sn+2). [`Form`] differentiates the expression once and twice for any coefficients.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-
-/// The skew matrix of `a`: `hat(a) * b == a.cross(&b)`.
-pub(crate) fn hat(a: &Vector3<f64>) -> Matrix3<f64> {
-    a.cross_matrix()
-}
 
 /// 1/n! for n = 0 … 33.
 const INVERSE_FACTORIAL: [f64; 34] = {
@@ -102,7 +97,7 @@ impl Form {
     #[inline]
     pub(crate) fn matrix(&self, theta: &Vector3<f64>) -> Matrix3<f64> {
         let x = theta.norm_squared();
-        let mut m = theta * theta.transpose() * self.c2[0] + hat(theta) * self.c1[0];
+        let mut m = theta * theta.transpose() * self.c2[0] + theta.cross_matrix() * self.c1[0];
         let d = 1.0 - self.c2[0] * x;
         for i in 0..3 {
             m[(i, i)] += d;
@@ -123,7 +118,7 @@ impl Form {
         let x = theta.norm_squared();
         let ty = theta.dot(y);
         let along = (theta.cross(y) * self.c1[1] + (theta * ty - y * x) * self.c2[1]) * 2.0 - y * (2.0 * self.c2[0]);
-        let mut m = along * theta.transpose() + theta * (y * self.c2[0]).transpose() - hat(y) * self.c1[0];
+        let mut m = along * theta.transpose() + theta * (y * self.c2[0]).transpose() - y.cross_matrix() * self.c1[0];
         for i in 0..3 {
             m[(i, i)] += self.c2[0] * ty;
         }

@@ -4,7 +4,6 @@ use std::error::Error;
 use std::f64::consts::PI;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
-use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
 use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
 use morphorod::load::{Cut, Load, Pulse, Weight, Whirl};
@@ -187,7 +186,7 @@ impl Live {
     pub fn buckling_length(&self) -> f64 {
         let modulus = 1e6 * self.values[P::Stiffness as usize];
         let weight = DENSITY * self.values[P::Gravity as usize] * PI * RADIUS * RADIUS;
-        (GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
+        (Weight::GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
     }
 
     /// The length (m) from which on such a shoot, if all of it steers, swings by itself; none if it never does, or is never at rest.

@@ -4,7 +4,6 @@ use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings};
@@ -179,7 +178,7 @@ pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
 pub fn greenhill() -> f64 {
     let gravity = Still::upright().environment(0.0).gravity.norm();
     let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
-    (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
+    (Weight::GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
 }
 
 #[derive(Default)]

@@ -3,7 +3,6 @@
 use std::error::Error;
 
 use morphorod::constitutive::LinearElastic;
-use morphorod::equilibrium::GREENHILL;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
@@ -127,5 +126,5 @@ pub fn critical_length(grid: &Grid, eta: f64) -> Option<f64> {
 pub fn buckling_length() -> f64 {
     let gravity = Still::upright().environment(0.0).gravity.norm();
     let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
-    (GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
+    (Weight::GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
 }

@@ -1,4 +1,4 @@
-//! Stiffness that varies from place to place.
+//! Stiffness that varies along the shoot.
 
 use std::fmt;
 
@@ -6,14 +6,14 @@ use super::{Constitutive, ElasticResponse, LineResponse, Tissue};
 use crate::error::ParameterError;
 use nalgebra::Vector3;
 
-/// An elastic law whose energy, couple and tangent are multiplied by a function of the tissue; so is its resistance to shear and
-/// stretch.
+/// An elastic law multiplied by a function of the tissue: energy, couple, tangent, and the stiffness against
+/// shear and stretch.
 ///
 /// ```
 /// use morphorod::Shoot;
 /// use morphorod::constitutive::{Graded, LinearElastic, Tissue};
 ///
-/// // Three times as stiff at the base of a shoot of 10 cm as at its tip. The stiffness stays with the tissue as it grows.
+/// // A shoot of 10 cm that is three times as stiff at its base as at its tip.
 /// let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 /// let graded = Graded { law, factor: |tissue: &Tissue| 1.0 + 20.0 * tissue.initial_apex_distance };
 /// let shoot = Shoot::builder(graded).length(0.1).radius(5e-4).build()?;
@@ -22,9 +22,9 @@ use nalgebra::Vector3;
 /// ```
 #[derive(Clone, Copy)]
 pub struct Graded<C, F> {
-    /// The law.
+    /// The elastic law.
     pub law: C,
-    /// What its answer is multiplied by; positive.
+    /// Factor of the stiffness as a function of the tissue; positive and finite.
     pub factor: F,
 }
 
@@ -42,7 +42,7 @@ impl<C: Constitutive, F: Fn(&Tissue) -> f64> Constitutive for Graded<C, F> {
 
     #[inline]
     fn line_response(&self, tissue: &Tissue, force: &Vector3<f64>) -> Option<LineResponse> {
-        // A force on tissue that is so many times as stiff strains it as one that is so many times smaller.
+        // The strain depends on force over stiffness.
         let factor = (self.factor)(tissue);
         let law = self.law.line_response(tissue, &(force / factor))?;
         Some(LineResponse { energy: law.energy * factor, compliance: law.compliance / factor, ..law })

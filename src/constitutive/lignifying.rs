@@ -1,35 +1,35 @@
-//! Tissue that stiffens after it has left the growth zone.
+//! Tissue that stiffens with age after it has left the growth zone.
 
 use nalgebra::Vector3;
 
 use super::{Constitutive, ElasticResponse, LinearElastic, Tissue};
 use crate::error::ParameterError;
 
-/// Equation (13): E = E0 in the growth zone, afterwards E1 − (E1 − E0) exp(−age/τℓ); the torsional stiffness in
-/// the same ratio.
+/// Lignifying tissue, equation (13): E = E0 in the growth zone, and E = E1 − (E1 − E0) exp(−age/τℓ) outside.
+/// The torsional stiffness is proportional to E.
 ///
 /// Usual values: E0 = 10 MPa, E1 = 200 E0, τℓ = 6 d (Agostinelli, DeSimone and Noselli 2021).
 ///
-/// Stiffening happens at fixed intrinsic strain, so a loaded shoot springs back a little as it lignifies.
+/// The intrinsic strain does not change with E, so the elastic strain of a loaded shoot decreases as it lignifies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Lignifying {
-    /// The young tissue, E0.
+    /// Elastic law of young tissue, with E0.
     pub young: LinearElastic,
-    /// Young's modulus of mature tissue E1, Pa.
+    /// Young's modulus E1 of mature tissue, Pa.
     pub mature_modulus: f64,
     /// Lignification time τℓ, s.
     pub time: f64,
 }
 
 impl Lignifying {
-    /// E(age)/E0; `age` in s.
+    /// The ratio E(age)/E0; `age` in s.
     #[must_use]
     pub fn ratio(&self, age: f64) -> f64 {
         if age <= 0.0 {
             return 1.0;
         }
-        // 1 + (E1/E0 − 1)(1 − exp(−age/τℓ)), with exp_m1 so that young tissue loses no digits.
+        // 1 + (E1/E0 − 1)(1 − exp(−age/τℓ)), with exp_m1 to avoid cancellation in young tissue.
         1.0 - (self.mature_modulus / self.young.youngs_modulus - 1.0) * (-age / self.time).exp_m1()
     }
 }

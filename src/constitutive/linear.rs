@@ -6,11 +6,11 @@ use super::{Constitutive, ElasticResponse, Tissue};
 use crate::error::ParameterError;
 use crate::section::Section;
 
-/// Equation (10): mj = Kj (uj − uj*) with K1 = E I1, K2 = E I2, K3 = μ J, μ = E / (2 (1 + ν)); for a circle I1 = I2 = π r⁴/4
-/// and J = 2 I1, for an ellipse they are those of [`Section`].
+/// Linear elasticity, equation (10): mj = Kj (uj − uj*) with K1 = E I1, K2 = E I2, K3 = μ J and μ = E/(2 (1 +
+/// ν)). For a circle, I1 = I2 = π r⁴/4 and J = 2 I1; for an ellipse, see [`Section`].
 ///
-/// Usual values: E = 10 MPa and ν = 0.5 for young tissue of *Arabidopsis thaliana*, 2 GPa where it is mature, with a radius of
-/// 0.5 mm (Agostinelli, DeSimone and Noselli 2021).
+/// Usual values: E = 10 MPa and ν = 0.5 for young tissue of *Arabidopsis thaliana*, 2 GPa for mature tissue,
+/// with a radius of 0.5 mm (Agostinelli, DeSimone and Noselli 2021).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearElastic {
@@ -21,7 +21,7 @@ pub struct LinearElastic {
 }
 
 impl LinearElastic {
-    /// The stiffnesses (K1, K2, K3) of a section, or of a circular one of the given radius (m), in N m².
+    /// The stiffnesses (K1, K2, K3) of a section, or of a circle of the given radius (m), in N m².
     #[must_use]
     pub fn stiffness(&self, section: impl Into<Section>) -> Vector3<f64> {
         let section = section.into();

@@ -1,4 +1,4 @@
-//! How tissue resists bending, twist, shear and stretch: elastic laws with an energy.
+//! Elastic laws with an energy: bending, twist, shear and stretch.
 
 mod graded;
 mod lignifying;
@@ -17,25 +17,26 @@ use crate::pointers::forward_pointers;
 use crate::rod::centre_line_tangent;
 pub use crate::rod::tissue::Tissue;
 
-/// The answer of an elastic law to a strain.
+/// Response of an elastic law to a strain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElasticResponse {
     /// Elastic energy per unit length, J/m.
     pub energy: f64,
-    /// Its gradient: the couple (bending about d1 and d2, twisting about d3), components along the directors, N m.
+    /// Gradient of the energy: the couple m (bending about d1 and d2, twist about d3), components along the
+    /// directors, N m.
     pub couple: Vector3<f64>,
-    /// Its second derivative, symmetric, N m².
+    /// Second derivative of the energy, symmetric, N m².
     pub tangent: Matrix3<f64>,
 }
 
-/// The answer of the centre line to the force in the rod: shear and stretch.
+/// Response of the centre line to the force in the rod: shear and stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineResponse {
-    /// The strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) without force.
+    /// Strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) without force.
     pub strain: Vector3<f64>,
     /// Elastic energy Φ(v) per unit of unstretched length, J/m; zero without force.
     pub energy: f64,
-    /// ∂v/∂(force along the directors), symmetric and without negative eigenvalue, 1/N.
+    /// Derivative of v with respect to the force along the directors, symmetric and positive semidefinite, 1/N.
     pub compliance: Matrix3<f64>,
 }
 
@@ -48,31 +49,31 @@ pub struct LineResponse {
 pub trait Constitutive {
     /// The response to the elastic strain u − u* (1/m, components along the directors), equations (9) and (10).
     ///
-    /// The energy must be zero at zero strain and the tangent must be the exact derivative of the couple, or Newton's
-    /// method loses its quadratic convergence.
+    /// The energy must be zero at zero strain. The tangent must be the exact derivative of the couple, since
+    /// Newton's method does not converge quadratically otherwise.
     fn respond(&self, tissue: &Tissue, strain: &Vector3<f64>) -> ElasticResponse;
 
-    /// The response of the centre line to a force (N, components along the directors). A rod whose law answers `None`, as it does
-    /// unless said otherwise, neither shears nor stretches.
+    /// The response of the centre line to a force (N, components along the directors), which is the gradient of
+    /// the energy, ∂Φ/∂v. `None`, the default, for a law without shear and stretch.
     ///
-    /// The force is the gradient of the energy, ∂Φ/∂v. A law answers at every place and under every force, or never. Docs:
+    /// A law returns `None` at all places and forces, or at none of them. The derivation is in
     /// [`guide::method`](crate::guide::method), "Shear and stretch".
     #[inline]
     fn line_response(&self, _tissue: &Tissue, _force: &Vector3<f64>) -> Option<LineResponse> {
         None
     }
 
-    /// Refuses parameters that make no sense.
+    /// Checks the parameters.
     ///
     /// # Errors
-    /// The first such parameter.
+    /// The first parameter out of range.
     fn check(&self) -> Result<(), ParameterError> {
         Ok(())
     }
 }
 
-/// The elastic strain under which a law answers with the given couple: one Newton step from a strain near it, exact for a linear law
-/// and of twice its order for others.
+/// The elastic strain at which a law returns the given couple, by one Newton step from the strain `near`. It is
+/// exact for a linear law; for others the step doubles the order of accuracy.
 pub(crate) fn strain_under(
     law: &impl Constitutive,
     tissue: &Tissue,
@@ -84,8 +85,8 @@ pub(crate) fn strain_under(
     near + inverse * (couple - response.couple)
 }
 
-/// The derivative ∂p/∂s of the centre line where the rod has such a frame and such a force (both in the fixed frame), along the
-/// directors.
+/// The derivative ∂p/∂s of the centre line at a place with the given frame and force (N, fixed frame),
+/// components along the directors.
 #[inline]
 pub(crate) fn line_strain_under(
     law: &impl Constitutive,

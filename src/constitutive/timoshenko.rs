@@ -1,20 +1,22 @@
-//! Shear and stretch beside bending and twist.
+//! Linear shear and stretch in addition to bending and twist.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::{Constitutive, ElasticResponse, LineResponse, LinearElastic, Tissue};
 use crate::error::ParameterError;
 
-/// A law of bending and twist to which shear and stretch are added, linear in the force along the directors: n1 = κ G A v1,
-/// n2 = κ G A v2, n3 = E A (v3 − 1). What it makes of a rod is Cosserat's, in a plane that of Reissner; for small deflections it is
-/// Timoshenko's beam.
+/// A law of bending and twist with shear and stretch added, linear in the force along the directors:
+/// n1 = κ G A v1, n2 = κ G A v2, n3 = E A (v3 − 1). A rod with it is Cosserat's; a planar one is Reissner's, and
+/// Timoshenko's beam for small deflections.
 ///
-/// The section keeps its area. A column in it buckles at P (1 + P/(κ G A) − P/(E A)) = P of Euler, which is Haringx's formula
-/// if nothing stretches. A compression of E A and more is an error of the solver:
+/// The area of the section is constant. The buckling load P of a column satisfies
+/// P (1 + P/(κ G A) − P/(E A)) = P_E, with P_E that of
+/// Euler; this is Haringx's formula for a column without stretch. A compression of at
+/// least E A is an error of the solver:
 /// [`EquilibriumError::Crushed`](crate::equilibrium::EquilibriumError::Crushed).
 ///
-/// The moduli do not follow those of the law for bending. Tissue that stiffens in every way is this law in
-/// [`Graded`](super::Graded):
+/// The moduli are independent of those of the law for bending. For tissue that stiffens in all strains, wrap
+/// this law in [`Graded`](super::Graded):
 ///
 /// ```
 /// use morphorod::constitutive::{Graded, Lignifying, LinearElastic, Tissue, Timoshenko};
@@ -28,24 +30,25 @@ use crate::error::ParameterError;
 /// # Ok::<(), morphorod::ParameterError>(())
 /// ```
 ///
-/// S. P. Timoshenko, *On the correction for shear of the differential equation for transverse vibrations of prismatic bars*,
-/// Phil. Mag. 41, 744–746 (1921); E. Reissner, *On one-dimensional finite-strain beam theory: the plane problem*, Z. angew.
-/// Math. Phys. 23, 795–804 (1972).
+/// S. P. Timoshenko, *On the correction for shear of the differential equation for transverse vibrations of
+/// prismatic bars*, Phil. Mag. 41, 744–746 (1921); E. Reissner, *On one-dimensional finite-strain beam theory:
+/// the plane problem*, Z. angew. Math. Phys. 23, 795–804 (1972).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Timoshenko<C> {
-    /// The law of bending and twist.
+    /// Law of bending and twist.
     pub law: C,
-    /// Young's modulus E that resists stretch, Pa; infinite if there is none.
+    /// Young's modulus E for stretch, Pa; infinite without stretch.
     pub youngs_modulus: f64,
-    /// Shear modulus G, Pa; infinite if there is no shear.
+    /// Shear modulus G, Pa; infinite without shear.
     pub shear_modulus: f64,
-    /// Shear factor κ of the section, in (0, 1] for a solid one of one material.
+    /// Shear factor κ of the section; in (0, 1] for a solid homogeneous section.
     pub shear_factor: f64,
 }
 
 impl Timoshenko<LinearElastic> {
-    /// The moduli of linear tissue, G = E/(2 (1 + ν)), with the shear factor of a circular section, κ = 6 (1 + ν)/(7 + 6 ν).
+    /// The law with the moduli of linear tissue, G = E/(2 (1 + ν)), and the shear factor of a circular section,
+    /// κ = 6 (1 + ν)/(7 + 6 ν).
     ///
     /// G. R. Cowper, *The shear coefficient in Timoshenko's beam theory*, J. Appl. Mech. 33, 335–340 (1966).
     #[must_use]

@@ -9,18 +9,15 @@ use crate::reference_element::MAX_POINTS;
 /// Largest number of unknowns of an element: p rotation vectors and the turn of the whole.
 const MAX: usize = 3 * (MAX_POINTS + 1);
 
-/// Columns that are treated together: processors add as many numbers at once, or half of them.
+/// Number of columns that are processed together: the width of the vector registers, or twice that.
 const LANES: usize = 4;
 
-/// Groups of columns.
-const GROUPS: usize = MAX.div_ceil(LANES);
-
 /// A row of the matrix, or a vector, by groups of columns.
-pub(super) type Row = [[f64; LANES]; GROUPS];
+pub(super) type Row = [[f64; LANES]; MAX.div_ceil(LANES)];
 
 /// A symmetric matrix by its upper triangle, then the factors of its interior part.
 ///
-/// Rows are read and written in whole groups of columns, so a few numbers left of the diagonal are kept up, too.
+/// Rows are processed in whole groups of columns, so some entries left of the diagonal are computed as well.
 #[derive(Debug, Clone)]
 pub(super) struct Elimination {
     /// After the elimination the interior rows hold D Lᵀ.
@@ -47,10 +44,10 @@ fn add<const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N], col:
     }
 }
 
-/// The same from the group `FROM` on.
+/// Adds multiples of other rows to `row`, from the group `FROM` on.
 #[inline]
 fn add_groups<const FROM: usize, const N: usize>(row: &mut Row, factors: [f64; N], others: [&Row; N]) {
-    for g in FROM..GROUPS {
+    for g in FROM..row.len() {
         let mut sum = row[g];
         for n in 0..N {
             for i in 0..LANES {
@@ -99,7 +96,7 @@ impl Elimination {
             *entry += shift;
             diagonal[k] = entry.abs();
         }
-        // Three rows at a time: what is below is read and written once for all of them.
+        // Three pivot rows are eliminated together, so that the rows below are read and written once for all of them.
         for k in (0..m).step_by(3) {
             let (above, below) = self.rows.split_at_mut(k + 3);
             let block = &mut above[k..];
@@ -125,23 +122,24 @@ impl Elimination {
         }
     }
 
-    /// Eliminates from a vector what [`eliminate`](Self::eliminate) did from the matrix.
+    /// Applies the row operations of [`eliminate`](Self::eliminate) to a vector.
     pub fn reduce<const P: usize>(&self, vector: &mut Row) {
         for k in 0..3 * (P - 1) {
             let factor = -vector.as_flattened()[k] * self.inverse[k];
-            // The pivot's own column and those before it are left as they are.
+            // Entries up to the pivot do not change.
             for col in k + 1..3 * (P + 1) {
                 vector.as_flattened_mut()[col] += factor * self.rows[k].as_flattened()[col];
             }
         }
     }
 
-    /// Solves for the interior unknowns, given the outer ones, which stand behind them in `x`, and the reduced vector.
+    /// Solves for the interior unknowns, given the reduced vector and the outer unknowns, which follow the
+    /// interior ones in `x`.
     pub fn recover<const P: usize>(&self, vector: &Row, x: &mut Row) {
         for k in (0..3 * (P - 1)).rev() {
             let mut sums = [0.0; LANES];
-            // Unknowns that are not known yet are zero.
-            for g in k / LANES..GROUPS {
+            // Entries of `x` before `k` are still zero.
+            for g in k / LANES..x.len() {
                 for i in 0..LANES {
                     sums[i] += self.rows[k][g][i] * x[g][i];
                 }

@@ -6,7 +6,7 @@ use super::EquilibriumError;
 use crate::constitutive::{Constitutive, LineResponse, line_strain_under};
 use crate::load::InternalForce;
 use crate::rod::{Rod, Tissue};
-use crate::so3::{Form, hat};
+use crate::so3::Form;
 
 /// Writes the strains of the centre line at the frames of a rod; none for a law without shear and stretch.
 pub(super) fn strain_line(
@@ -33,15 +33,14 @@ pub(super) fn check_line(strains: &[Vector3<f64>], force: &InternalForce) -> Res
             return Err(EquilibriumError::NotFinite { what: "strain of the centre line" });
         }
         if v.z <= 0.0 {
-            let (stretch, arc_length, force) = (v.z, cut.arc_length, force.largest());
-            return Err(EquilibriumError::Crushed { stretch, arc_length, force });
+            return Err(EquilibriumError::Crushed { stretch: v.z, arc_length: cut.arc_length });
         }
     }
     Ok(())
 }
 
-/// Decrease of the second derivatives of the energy at a point by shear and stretch: ∂Fᵀ C ∂F, with the force along the
-/// directors F = exp(θ̂)ᵀ N and the compliance C.
+/// Decrease of the second derivatives of the energy at a point by shear and stretch: ∂Fᵀ C ∂F, with the force
+/// along the directors F = exp(θ̂)ᵀ N and the compliance C.
 pub(super) struct LineYields {
     pub theta_theta: Matrix3<f64>,
     pub theta_turn: Matrix3<f64>,
@@ -53,8 +52,8 @@ impl LineYields {
     #[inline]
     pub fn of(line: &LineResponse, exp: &Form, theta: &Vector3<f64>, force: &Vector3<f64>, weight: f64) -> Self {
         let by_theta = exp.transpose().jacobian(theta, force);
-        // A turn φ of the first frame takes N to N + N × φ.
-        let by_turn = exp.matrix(theta).tr_mul(&hat(force));
+        // A rotation φ of the first frame changes N to N + N × φ.
+        let by_turn = exp.matrix(theta).tr_mul(&force.cross_matrix());
         let compliance = line.compliance / weight;
         let (theta_line, turn_line) = (compliance * by_theta, compliance * by_turn);
         Self {
@@ -73,7 +72,7 @@ pub(super) mod samples {
 
     pub const BENDING: LinearElastic = LinearElastic { youngs_modulus: 4.0, poissons_ratio: 0.3 };
 
-    /// Shears and stretches, too, by v = e3 + C F + c |F|² F with a full C.
+    /// Law with shear and stretch, v = e3 + C F + c |F|² F with a full matrix C.
     pub struct Yielding;
 
     impl Constitutive for Yielding {

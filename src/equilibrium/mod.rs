@@ -4,12 +4,13 @@ mod element;
 mod elimination;
 mod line;
 mod newton;
+mod saddle;
 mod search;
 mod system;
 mod tangent;
 mod unloaded;
 
-pub use newton::{Branch, NewtonSolver};
+pub use newton::NewtonSolver;
 pub use unloaded::Unloaded;
 
 use nalgebra::Vector3;
@@ -19,13 +20,6 @@ use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
-
-/// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to
-/// buckle under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel function J₋₁⸝₃.
-///
-/// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast can be
-/// made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).
-pub const GREENHILL: f64 = 7.837_347_438_943_484;
 
 /// Signs of the eigenvalues of the second derivative of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,12 +63,12 @@ pub struct Equilibrium {
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
     /// the continuation of the initial guess then. `None` if all configurations were stable.
     pub jump: Option<f64>,
-    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of stability that does
-    /// not depend on the mesh. Zero for a solver that needs no tangent.
+    /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
+    /// stability that does not depend on the mesh. Zero for a solver without tangent.
     pub(crate) resistance: f64,
 }
 
-/// Why no equilibrium was found. The rod has not changed.
+/// Error of a search for an equilibrium. The rod has not changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
@@ -93,9 +87,8 @@ pub enum EquilibriumError {
         /// The largest force in the rod, N.
         force: f64,
     },
-    /// In the search an element would rotate by π, where its rotation vector is discontinuous. Shorter elements are
-    /// needed.
-    #[error("element {element} would turn by π; it needs to be shorter: take more elements, or a smaller load")]
+    /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
+    #[error("element {element} would turn by π: take more elements or a smaller load")]
     Folded {
         /// The element, counted from the base.
         element: usize,
@@ -107,16 +100,12 @@ pub enum EquilibriumError {
         negative: usize,
     },
     /// The rod is compressed to length zero at some place.
-    #[error(
-        "a stretch of {stretch:.3e} at {arc_length:.4} m from the base leaves nothing of the rod: the force reaches {force:.3e} N"
-    )]
+    #[error("the rod is crushed: its stretch is {stretch:.3e} at {arc_length:.4} m from the base but must be positive")]
     Crushed {
         /// The stretch v3, which should be positive.
         stretch: f64,
         /// Arc length of the place, m.
         arc_length: f64,
-        /// The largest force in the rod, N.
-        force: f64,
     },
     /// An input or a value of an elastic law is not finite.
     #[error("the {what} is not finite")]
@@ -124,21 +113,10 @@ pub enum EquilibriumError {
         /// The quantity that is not finite.
         what: &'static str,
     },
-    /// Memory for the factorisation could not be allocated.
-    #[error("no memory to factorise {unknowns} unknowns")]
-    OutOfMemory {
-        /// Number of unknowns.
-        unknowns: usize,
-    },
-    /// A setting of the solver is out of range.
+    /// A setting or an input is out of range: a tolerance, a stiffness, a load on a rod that is solved as
+    /// unloaded, or a number of elements that exceeds the memory.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// A solver for rods without load was given a load.
-    #[error("this solver takes no load, but the force in the rod reaches {force:.3e} N")]
-    Loaded {
-        /// The largest force, N.
-        force: f64,
-    },
 }
 
 impl EquilibriumError {
@@ -149,8 +127,8 @@ impl EquilibriumError {
     }
 }
 
-/// Returns an error for an elastic law without stiffness, or without a finite response to a force, at some place of a
-/// rod at a time (s).
+/// Returns an error for an elastic law without positive stiffness, or without a finite response to a force, at
+/// some place of a rod at a time (s).
 pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64) -> Result<(), ParameterError> {
     for point in rod.points() {
         let (tissue, zero) = (Tissue::of(point, time), Vector3::zeros());
@@ -171,7 +149,7 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
         }
         let strained = (line.strain - centre_line_tangent()).norm();
         let name = "shear or stretch without force";
-        // As frames: of norm 1 to 1e-9.
+        // The same bound as for the norm of the base frame.
         ParameterError::unless(strained < 1e-9, name, strained, "zero").map_err(at)?;
     }
     Ok(())
@@ -179,8 +157,9 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
 
 /// A solver for the equilibrium of a rod.
 pub trait EquilibriumSolver {
-    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial guess is
-    /// the current configuration. The frame of the base does not change. The force must be that in this rod.
+    /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial
+    /// guess is the current configuration. The frame of the base does not change. The force must be that in
+    /// this rod.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.

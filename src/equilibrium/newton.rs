@@ -25,37 +25,49 @@ macro_rules! with_points {
     };
 }
 
-/// Kind of equilibria that are accepted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Branch {
-    /// Stable equilibria: the energy is minimised, and the search leaves saddles.
-    #[default]
-    Stable,
-    /// The equilibrium close to the initial guess, stable or not, by Newton's method with a bounded step.
-    Nearest,
+/// Newton's method for equations (9) to (12), with faer's sparse LDLᵀ factorisation.
+///
+/// The solver has settings and workspace, but no state: calls with equal rods give equal results. Settings are
+/// written as a struct literal:
+///
+/// ```
+/// use morphorod::equilibrium::NewtonSolver;
+///
+/// let solver = NewtonSolver { stable_only: false, max_iterations: 50, ..NewtonSolver::default() };
+/// # let _ = solver;
+/// ```
+#[derive(Debug, Clone)]
+pub struct NewtonSolver {
+    /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; positive.
+    pub tolerance: f64,
+    /// Largest number of Newton iterations.
+    pub max_iterations: usize,
+    /// Whether only stable equilibria are accepted: the energy is minimised, and the search leaves saddles. Otherwise
+    /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
+    /// step.
+    pub stable_only: bool,
+    /// Memory that successive calls reuse, allocated by the first of them.
+    pub workspace: Workspace,
 }
 
-/// Newton's method over faer's sparse LDLᵀ factorisation, equations (9) to (12).
-///
-/// The solver has settings and workspace, but no state: calls with equal rods give equal results.
-#[derive(Debug)]
-pub struct NewtonSolver {
-    /// Largest acceptable error of a frame against the exact minimum of the discrete energy, rad.
-    pub tolerance: f64,
-    /// Largest number of iterations.
-    pub max_iterations: usize,
-    /// Kind of equilibria that are accepted.
-    pub branch: Branch,
+/// Memory that successive calls of a [`NewtonSolver`] reuse. A clone is empty.
+#[derive(Debug, Default)]
+pub struct Workspace {
     system: System,
     /// Strain of the centre line of an equilibrium before it is accepted.
     line_strains: Vec<Vector3<f64>>,
 }
 
+impl Clone for Workspace {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 impl Default for NewtonSolver {
-    /// Error 1e-11 rad, at most 1000 iterations, stable equilibria.
+    /// Error 1e-11 rad, at most 1000 iterations, stable equilibria only.
     fn default() -> Self {
-        let (system, line_strains) = (System::default(), Vec::new());
-        Self { tolerance: 1e-11, max_iterations: 1000, branch: Branch::Stable, system, line_strains }
+        Self { tolerance: 1e-11, max_iterations: 1000, stable_only: true, workspace: Workspace::default() }
     }
 }
 
@@ -65,13 +77,54 @@ impl NewtonSolver {
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self { tolerance, ..Self::default() }
     }
-}
 
-impl Clone for NewtonSolver {
-    /// Clones the settings. The workspace is allocated when it is needed.
-    fn clone(&self) -> Self {
-        let Self { tolerance, max_iterations, branch, .. } = *self;
-        Self { tolerance, max_iterations, branch, ..Self::default() }
+    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not.
+    ///
+    /// # Errors
+    /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for
+    /// a rod of more elements than fit in memory.
+    pub fn inertia(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        load: &impl Load,
+        environment: &Environment,
+    ) -> Result<Inertia, EquilibriumError> {
+        self.factorise(rod, material, &InternalForce::of(rod, load, environment))
+    }
+
+    /// Factorises the tangent at an equilibrium.
+    ///
+    /// # Errors
+    /// See [`inertia`](Self::inertia).
+    pub(crate) fn linearise<'a, C: Constitutive>(
+        &'a mut self,
+        rod: &Rod,
+        material: &'a C,
+        force: &'a InternalForce,
+    ) -> Result<FactorisedTangent<'a, C>, EquilibriumError> {
+        self.factorise(rod, material, force)?;
+        Ok(FactorisedTangent { system: &mut self.workspace.system, material, force })
+    }
+
+    fn factorise(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        force: &InternalForce,
+    ) -> Result<Inertia, EquilibriumError> {
+        with_points!(rod, self.workspace.system, assemble(rod, material, force, 0.0)).map(|(_, inertia)| inertia)
+    }
+
+    fn search<const P: usize>(
+        &mut self,
+        rod: &mut Rod,
+        material: &impl Constitutive,
+        force: &InternalForce,
+    ) -> Result<Equilibrium, EquilibriumError> {
+        let system = &mut self.workspace.system;
+        Search::<_, P>::new(system, rod, material, force, self.stable_only, self.tolerance)
+            .run(rod, self.max_iterations)
     }
 }
 
@@ -87,72 +140,23 @@ impl EquilibriumSolver for NewtonSolver {
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }
-        self.system.initial.keep(rod);
+        self.workspace.system.initial.keep(rod);
         let answer = with_points!(rod, self, search(rod, material, force)).and_then(|found| {
-            strain_line(&mut self.line_strains, rod, material, force);
-            check_line(&self.line_strains, force)?;
-            std::mem::swap(rod.line_strains_mut(), &mut self.line_strains);
+            let strains = &mut self.workspace.line_strains;
+            strain_line(strains, rod, material, force);
+            check_line(strains, force)?;
+            std::mem::swap(rod.line_strains_mut(), strains);
             Ok(found)
         });
         if answer.is_err() {
-            self.system.initial.restore(rod);
+            self.workspace.system.initial.restore(rod);
         }
         if let Err(EquilibriumError::NoConvergence { .. } | EquilibriumError::Folded { .. }) = answer {
-            // These are the most likely reasons.
+            // The most likely reasons are a law without stiffness and elements that are too long.
             check_stiffness(rod, material, force.environment().time)?;
             check_turns(rod)?;
         }
         answer
-    }
-}
-
-impl NewtonSolver {
-    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not.
-    ///
-    /// # Errors
-    /// An input that is not finite.
-    pub fn inertia(
-        &mut self,
-        rod: &Rod,
-        material: &impl Constitutive,
-        load: &impl Load,
-        environment: &Environment,
-    ) -> Result<Inertia, EquilibriumError> {
-        self.factorise(rod, material, &InternalForce::of(rod, load, environment))
-    }
-
-    /// Factorises the tangent at an equilibrium.
-    ///
-    /// # Errors
-    /// An input that is not finite.
-    pub(crate) fn linearise<'a, C: Constitutive>(
-        &'a mut self,
-        rod: &Rod,
-        material: &'a C,
-        force: &'a InternalForce,
-    ) -> Result<FactorisedTangent<'a, C>, EquilibriumError> {
-        self.factorise(rod, material, force)?;
-        Ok(FactorisedTangent { system: &mut self.system, material, force })
-    }
-
-    fn factorise(
-        &mut self,
-        rod: &Rod,
-        material: &impl Constitutive,
-        force: &InternalForce,
-    ) -> Result<Inertia, EquilibriumError> {
-        with_points!(rod, self.system, assemble(rod, material, force, 0.0)).map(|(_, inertia)| inertia)
-    }
-
-    fn search<const P: usize>(
-        &mut self,
-        rod: &mut Rod,
-        material: &impl Constitutive,
-        force: &InternalForce,
-    ) -> Result<Equilibrium, EquilibriumError> {
-        let stable = self.branch == Branch::Stable;
-        Search::<_, P>::new(&mut self.system, rod, material, force, stable, self.tolerance)
-            .run(rod, self.max_iterations)
     }
 }
 

@@ -1,4 +1,5 @@
-//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line search.
+//! Newton's method for a minimum of the energy, globalised by a diagonal shift, a bound on the step and a line
+//! search. Saddles are left in [`super::saddle`].
 
 use nalgebra::Vector3;
 
@@ -13,61 +14,53 @@ use crate::rod::Rod;
 const LARGEST_TURN: f64 = 1.0;
 /// Largest rotation in a step without line search, rad. The change of the energy in it is close to rounding.
 const SMALL_TURN: f64 = 1e-4;
-/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes estimate
-/// the error.
+/// Negligible rotation in a step, rad. After a Newton step of this size only rounding remains, since Newton's method
+/// squares the error. A line search fails and a saddle is reached at steps of this size.
+pub(super) const NEGLIGIBLE_TURN: f64 = 1e-7;
+/// Largest rotation, rad, in a step that is followed by chord steps, with the same factorisation. Their sizes
+/// estimate the error.
 const CHORD_TURN: f64 = 0.05;
 /// Largest number of successive chord steps: a gradient and its solution cost a quarter of a new tangent.
 const CHORDS: i32 = 4;
 /// Smallest ratio of the smallest pivot, relative to that without load, to its largest change by the load in a step.
 const SAFE_LOAD: f64 = 2.0;
-/// Smallest ratio of that relative pivot to the step.
+/// Smallest ratio of that relative pivot to the step, 1/rad: the change of the couples is not bounded by the load.
 const SAFE: f64 = 10.0;
-/// Rotation in a step after which only rounding remains, rad: Newton's method squares it.
-const NEAR_TURN: f64 = 1e-8;
-/// Largest rotation in a shifted step at a saddle, rad, where steps do not become shorter because the gradient
-/// vanishes.
-const SADDLE_TURN: f64 = 1e-3 * SMALL_TURN;
-/// Largest number of saddles that are left: three each by bending about d2, by bending about d1 and by twist.
-const SADDLES: usize = 9;
-/// Number of inverse iterations for the direction of steepest decrease of the energy.
-const PASSES: usize = 8;
-/// Largest rotation of a frame by which a saddle is left, rad.
-const PUSH: f64 = 0.1;
 /// Longest rotation vector within an element, rad. The logarithm is discontinuous at π.
 const LARGEST_ROTATION: f64 = 3.1;
-/// Rotation in a step at which a line search fails, rad.
-const SHORTEST_TURN: f64 = 1e-10;
-/// Fraction of the predicted decrease that a step must achieve (Armijo).
+/// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
 /// Unbalanced couple over force times length at which couples are balanced to rounding.
 const BALANCED: f64 = 1e-14;
 
 /// A search for an equilibrium, with the quantities that an iteration passes to the next one.
 pub(super) struct Search<'a, C, const P: usize> {
-    system: &'a mut System,
+    pub(super) system: &'a mut System,
     material: &'a C,
     force: &'a InternalForce,
     /// Whether the equilibrium has to be stable.
-    stable: bool,
+    pub(super) stable: bool,
     /// The largest acceptable error of a frame, rad.
     tolerance: f64,
+    /// Length of the rod, m.
     length: f64,
+    /// Largest force in the rod, N.
     largest_force: f64,
     /// Shift of the current tangent, N; zero for a tangent that is positive definite without it.
-    shift: f64,
+    pub(super) shift: f64,
     /// Last shift other than zero, N; zero without one.
     last_shift: f64,
     /// Largest rotation in the current step, rad.
-    turn: f64,
+    pub(super) turn: f64,
     /// Whether the current step is longer than half of the previous one.
-    stagnates: bool,
+    pub(super) stagnates: bool,
     /// Number of saddles that were left.
-    saddles: usize,
-    /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of negative
-    /// pivots.
+    pub(super) saddles: usize,
+    /// Position of the tip at the first tangent that was not positive definite (m), and the largest number of
+    /// negative pivots.
     lost: Option<(Vector3<f64>, usize)>,
     /// Largest rotation in a step since then, rad.
-    longest_turn: f64,
+    pub(super) longest_turn: f64,
     /// Counts, and energy and inertia of the last assembly.
     found: Equilibrium,
 }
@@ -100,7 +93,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// Moves the rod to an equilibrium in at most `bound` iterations.
+    /// Moves the rod to an equilibrium in at most `bound` Newton iterations: tangent, step, line search, chord steps.
     pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Equilibrium, EquilibriumError> {
         for iteration in 1..=bound {
             self.found.iterations = iteration;
@@ -128,26 +121,28 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         Err(self.not_found(bound))
     }
 
+    /// The error of a search without convergence.
     fn not_found(&mut self, iterations: usize) -> EquilibriumError {
         self.system.balance::<P>();
         let (step, residual, force) = (self.turn, self.system.unbalanced, self.largest_force);
         EquilibriumError::NoConvergence { iterations, step, residual, force }
     }
 
+    /// The result of the search, with the displacement of the tip since stability was lost.
     fn finish(&self, rod: &Rod) -> Equilibrium {
         let lost = self.lost.filter(|(_, negative)| !self.is_neutral(*negative));
         let jump = lost.map(|(tip, _)| (rod.tip() - tip).norm());
         Equilibrium { jump, resistance: self.system.resistance, ..self.found }
     }
 
-    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to it. The
-    /// energy of a buckled shoot on an upright base does not depend on rotations about the vertical. Before couples are
-    /// balanced it changes a little in that direction, without a loss of stability.
+    /// Whether the equilibrium has a neutral direction for each of the `negative` pivots that occurred close to
+    /// it. The energy of a buckled shoot on an upright base does not depend on rotations about the vertical.
+    /// Before couples are balanced it changes a little in that direction, without a loss of stability.
     fn is_neutral(&self, negative: usize) -> bool {
         negative <= self.found.inertia.neutral && self.longest_turn < LARGEST_TURN
     }
 
-    fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {
+    pub(super) fn assemble(&mut self, rod: &Rod) -> Result<(f64, Inertia), EquilibriumError> {
         self.system.assemble::<P>(rod, self.material, self.force, self.shift)
     }
 
@@ -189,7 +184,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         Ok(())
     }
 
-    /// Solves for the Newton step.
+    /// Solves for the Newton step, and records its size.
     fn find_step(&mut self) -> Result<(), EquilibriumError> {
         self.system.solve::<P>();
         let last = std::mem::replace(&mut self.turn, self.system.largest_turn());
@@ -220,28 +215,6 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
         self.system.start.restore(rod);
         false
-    }
-
-    /// Whether the gradient vanishes at a saddle. While steps become much shorter, the remaining gradient may give a
-    /// neutral direction a negative pivot.
-    fn is_at_saddle(&self) -> bool {
-        self.stable && self.shift > 0.0 && self.turn < SADDLE_TURN && self.stagnates
-    }
-
-    /// Bends the rod in the direction of steepest decrease of the energy among rotations about one axis. The axis
-    /// changes with each saddle.
-    fn leave_saddle(&mut self, rod: &mut Rod) -> Result<(), EquilibriumError> {
-        if self.saddles == SADDLES {
-            self.shift = 0.0;
-            return Err(EquilibriumError::Unstable { negative: self.assemble(rod)?.1.negative });
-        }
-        let axis = [Vector3::y(), Vector3::x(), Vector3::z()][self.saddles % 3];
-        self.saddles += 1;
-        self.system.start.keep(rod);
-        self.system.soften::<P>(rod, &axis, PASSES);
-        self.longest_turn = self.longest_turn.max(PUSH);
-        self.system.advance::<P>(rod, PUSH / self.system.largest_turn());
-        Ok(())
     }
 
     /// Whether couples balance to rounding of the largest. In an almost neutral direction rounding still rotates the
@@ -275,7 +248,7 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
                 return Ok(fraction);
             }
             self.system.start.restore(rod);
-            if fraction * self.turn < SHORTEST_TURN {
+            if fraction * self.turn < NEGLIGIBLE_TURN {
                 return Err(match folds {
                     true => EquilibriumError::Folded { element: node / P },
                     false => self.not_found(self.found.iterations),
@@ -312,9 +285,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
         }
     }
 
-    /// Whether the inertia at the start of the last step is that at its end: the smallest pivot exceeds its change.
-    /// Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)² of that in the
-    /// work of the force along the rod, and by 2/π in its couples.
+    /// Whether the inertia at the start of the last step is that at its end: the smallest pivot exceeds its
+    /// change. Relative to the elastic tangent, rotations φ change the tangent by |n| ℓ² φ/K at most: by (2/π)²
+    /// of that in the work of the force along the rod, and by 2/π in its couples.
     fn is_safe(&self) -> bool {
         // The third derivative of ½ n · C n by rotations is at most 4 |C| |n|², that of n · d3 is at most |n|.
         let force = self.largest_force * (1.0 + 4.0 * self.system.yielding());
@@ -325,9 +298,9 @@ impl<'a, C: Constitutive, const P: usize> Search<'a, C, P> {
     /// Whether the frames are an equilibrium of the requested kind within the tolerance, given their error (rad) and
     /// whether chord steps still became shorter.
     fn accepts(&mut self, rod: &Rod, error: f64, shrinks: bool) -> Result<bool, EquilibriumError> {
-        // Where the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
+        // If the inertia may have changed, the iteration continues to rounding, and the tangent is assembled there.
         let safe = self.is_safe();
-        if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEAR_TURN)) {
+        if !(error <= self.tolerance && (safe || !shrinks || self.turn < NEGLIGIBLE_TURN)) {
             return Ok(false);
         }
         self.found.error = error;

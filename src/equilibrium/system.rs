@@ -17,8 +17,8 @@ pub(super) struct System {
     tangent: Tangent,
     /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), N m.
     pub unbalanced: f64,
-    /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the distance from
-    /// instability.
+    /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the
+    /// distance from instability.
     pub resistance: f64,
     /// Couples on the frames, then their rotations in the current step, from base (zero) to apex.
     turns: Vec<Vector3<f64>>,
@@ -143,8 +143,8 @@ impl System {
         }
     }
 
-    /// Sets the current step to the softest direction of the rod among rotations about an axis of the base, by inverse
-    /// iteration with the existing factorisation from uniform bending.
+    /// Sets the current step to the softest direction of the rod among rotations about an axis of the base, by
+    /// inverse iteration with the existing factorisation from uniform bending.
     pub fn soften<const P: usize>(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
         let mut s = 0.0;
         for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {

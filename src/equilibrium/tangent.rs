@@ -11,21 +11,20 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par};
 use nalgebra::{Matrix3, Vector3};
 
-use super::Inertia;
+use super::{EquilibriumError, Inertia};
+use crate::error::ParameterError;
 
-/// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units of 1e-16
-/// times the growth of the elimination, and the error of the equilibrium adds to it: just above the critical length a
-/// neutral pivot is accurate to 3e-11. A length that differs by 1e-8 from the critical one has a pivot of about 1e-9.
+/// Largest neutral pivot, relative to the diagonal entry before elimination. Rounding contributes a few units
+/// of 1e-16 times the growth of the elimination, and the error of the equilibrium adds to it: just above the
+/// critical length a neutral pivot is accurate to 3e-11. A length that differs by 1e-8 from the critical one
+/// has a pivot of about 1e-9.
 pub(super) const NEUTRAL: f64 = 1e-10;
 
-/// Entries of a block column of the upper triangle: a full block above the diagonal and half of the diagonal one.
-const ENTRIES: usize = 15;
-
-/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex has no
-/// fill-in.
+/// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
+/// has no fill-in.
 ///
-/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional element does
-/// not require a new analysis.
+/// The pattern is analysed for a capacity of blocks. Unused blocks are the identity, so that an additional
+/// element does not require a new analysis.
 #[derive(Default)]
 pub(super) struct Tangent {
     blocks: usize,
@@ -47,7 +46,7 @@ impl std::fmt::Debug for Tangent {
 
 impl Tangent {
     /// Makes room for `blocks` unknown frames and sets every entry to zero. Allocates only beyond the capacity.
-    pub fn reset(&mut self, blocks: usize) -> Result<(), super::EquilibriumError> {
+    pub fn reset(&mut self, blocks: usize) -> Result<(), EquilibriumError> {
         if blocks > self.capacity || 2 * blocks < self.capacity {
             // An eighth more than needed, so that a growing shoot allocates rarely.
             self.analyse(blocks + blocks / 8)?;
@@ -55,14 +54,12 @@ impl Tangent {
         self.blocks = blocks;
         self.values.fill(0.0);
         for unused in blocks..self.capacity {
-            for b in 0..3 {
-                *self.diagonal(unused, b, b) = 1.0;
-            }
+            self.add_diagonal(unused, &Matrix3::identity());
         }
         Ok(())
     }
 
-    fn analyse(&mut self, capacity: usize) -> Result<(), super::EquilibriumError> {
+    fn analyse(&mut self, capacity: usize) -> Result<(), EquilibriumError> {
         let n = 3 * capacity;
         self.capacity = capacity;
         self.col_ptr.clear();
@@ -85,40 +82,38 @@ impl Tangent {
         );
         let tree = prefactorize_symbolic_cholesky(&mut tree, &mut counts, pattern, MemStack::new(&mut memory));
         let symbolic = factorize_simplicial_symbolic_cholesky(pattern, tree, &counts, MemStack::new(&mut memory))
-            .map_err(|_| super::EquilibriumError::OutOfMemory { unknowns: n })?;
+            .map_err(|_| {
+                let (name, requirement) =
+                    ("number of elements", "small enough for the memory to factorise the tangent");
+                ParameterError { name, value: capacity as f64, requirement, place: None, missing: false }
+            })?;
         self.factors = vec![0.0; symbolic.len_val()];
         self.stack = Some(MemBuffer::new(factorize_simplicial_numeric_ldlt_scratch::<usize, f64>(n)));
         self.symbolic = Some(symbolic);
         Ok(())
     }
 
-    /// Index of the first value of block column `block`.
-    fn start(block: usize) -> usize {
-        // The first column has no block above the diagonal.
-        if block == 0 { 0 } else { 6 + (block - 1) * ENTRIES }
-    }
-
-    fn diagonal(&mut self, block: usize, row: usize, col: usize) -> &mut f64 {
-        let above = if block == 0 { 0 } else { 3 * (col + 1) };
-        &mut self.values[Self::start(block) + above + col * (col + 1) / 2 + row]
+    /// The value at `row` and `col` of the upper triangle, in the block of unknown frame `block` or in that above it.
+    /// Rows are counted from the first of the block column, which includes the block above the diagonal.
+    fn value(&mut self, block: usize, row: usize, col: usize) -> &mut f64 {
+        &mut self.values[self.col_ptr[3 * block + col] + row]
     }
 
     /// Adds to the diagonal block of an unknown frame; the upper triangle of `m` is read.
     pub fn add_diagonal(&mut self, block: usize, m: &Matrix3<f64>) {
+        let above = if block == 0 { 0 } else { 3 };
         for col in 0..3 {
             for row in 0..=col {
-                *self.diagonal(block, row, col) += m[(row, col)];
+                *self.value(block, above + row, col) += m[(row, col)];
             }
         }
     }
 
     /// Sets the block that couples frame `block` (columns) to the one before it (rows).
     pub fn set_coupling(&mut self, block: usize, m: &Matrix3<f64>) {
-        let start = Self::start(block);
         for col in 0..3 {
-            let at = start + 3 * col + col * (col + 1) / 2;
             for row in 0..3 {
-                self.values[at + row] = m[(row, col)];
+                *self.value(block, row, col) = m[(row, col)];
             }
         }
     }
@@ -129,7 +124,7 @@ impl Tangent {
         &mut self,
         inertia: &mut Inertia,
         compliance: impl Iterator<Item = f64> + Clone,
-    ) -> Result<f64, super::EquilibriumError> {
+    ) -> Result<f64, EquilibriumError> {
         let n = 3 * self.capacity;
         let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
             return Ok(f64::INFINITY);
@@ -149,14 +144,14 @@ impl Tangent {
             MemStack::new(stack),
         );
         if factorised.is_err() {
-            return Err(super::EquilibriumError::NotFinite { what: "tangent" });
+            return Err(EquilibriumError::NotFinite { what: "tangent" });
         }
-        // Short elements have huge diagonal entries. Relative to them the stiffness of the rest of the rod must not
-        // count as neutral.
+        // Short elements have large diagonal entries, relative to which the stiffness of the rest of the rod
+        // may be tiny. It must not count as neutral.
         let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();
         let largest = |block: usize| (0..3).map(|b| size(3 * block + b)).fold(0.0, f64::max);
         let floor = (0..self.blocks).map(largest).fold(f64::INFINITY, f64::min);
-        // Without load the rod up to a frame and the element beyond it are springs in parallel.
+        // In a rod without load the part up to a frame and the element beyond it are springs in parallel.
         let behind = compliance.clone().skip(1).chain([f64::INFINITY]);
         let unloaded = compliance.scan(0.0, |sum, c| {
             *sum += c;
@@ -170,8 +165,8 @@ impl Tangent {
             least = least.min(self.factors[at] / unloaded.min(scale));
             let neutral = (NEUTRAL * floor.min(scale)).max(32.0 * f64::EPSILON * scale);
             if inertia.count(self.factors[at], scale, neutral) == Sign::Neutral {
-                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a quotient
-                // of two rounding errors.
+                // A direction without stiffness and couple: an infinite pivot keeps it unchanged, instead of a
+                // quotient of two rounding errors.
                 self.factors[at] = f64::INFINITY;
             }
         }

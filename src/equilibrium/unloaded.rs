@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Equilibrium, EquilibriumError, EquilibriumSolver};
 use crate::constitutive::Constitutive;
+use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, weighted};
@@ -28,56 +29,48 @@ impl EquilibriumSolver for Unloaded {
     ) -> Result<Equilibrium, EquilibriumError> {
         force.check(rod)?;
         let force = force.largest().max(force.at_base().norm());
-        if force != 0.0 {
-            return Err(EquilibriumError::Loaded { force });
-        }
-        let mut outcome = Equilibrium::default();
-        // All elements are computed before the rod is changed, so that it does not change if one fails.
-        let mut rotations = Vec::with_capacity(rod.rotations().len());
-        for e in 0..rod.elements() {
-            let (of_element, iterations, error) = integrate(rod, e)?;
-            rotations.extend_from_slice(&of_element[..rod.order().points()]);
-            outcome.iterations = outcome.iterations.max(iterations);
-            outcome.error += error;
-        }
-        rod.shape_mut().1.copy_from_slice(&rotations);
+        ParameterError::unless(force == 0.0, "force in a rod that is solved as unloaded", force, "zero (N)")?;
+        let rotations = rod.rotations().to_vec();
+        let found = take_intrinsic_shape(rod).inspect_err(|_| rod.shape_mut().1.copy_from_slice(&rotations))?;
         // A rod without force has neither shear nor stretch.
         rod.line_strains_mut().clear();
-        rod.chain_frames();
-        Ok(outcome)
+        Ok(found)
     }
 }
 
-/// Gives the rod the shape u = u*, without allocation. After an error a part of the rod has this shape.
-pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<(), EquilibriumError> {
-    let p = rod.order().points();
+/// Gives the rod the shape u = u*, without allocation. After an error its rotations have changed, but its
+/// frames have not.
+pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<Equilibrium, EquilibriumError> {
+    let (p, mut found) = (rod.order().points(), Equilibrium::default());
     for e in 0..rod.elements() {
-        let (of_element, ..) = integrate(rod, e)?;
-        rod.shape_mut().1[e * p..(e + 1) * p].copy_from_slice(&of_element[..p]);
+        let (rotations, iterations, error) = integrate(rod, e)?;
+        rod.shape_mut().1[e * p..(e + 1) * p].copy_from_slice(&rotations[..p]);
+        found.iterations = found.iterations.max(iterations);
+        found.error += error;
     }
     rod.chain_frames();
-    Ok(())
+    Ok(found)
 }
 
 /// Returns an error for an intrinsic strain that rotates an element by π or more.
 pub(super) fn check_turns(rod: &Rod) -> Result<(), EquilibriumError> {
-    (0..rod.elements()).try_for_each(|e| match integrate(rod, e) {
+    match take_intrinsic_shape(&mut rod.clone()) {
         Err(error @ EquilibriumError::Folded { .. }) => Err(error),
         _ => Ok(()),
-    })
+    }
 }
 
 /// Picard iteration for the rotation vectors of the nodes of an element. Returns the number of sweeps and the last
 /// change as well.
 fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, f64), EquilibriumError> {
-    /// Largest number of sweeps. Each reduces the error by about |u*| h/2: sixty reach rounding in an element that
-    /// resolves its bending.
-    const SWEEPS: usize = 60;
+    // Each sweep multiplies the error by about |u*| h/2, less than one half in an element that resolves its
+    // bending: it gains a binary digit.
+    let sweeps = f64::MANTISSA_DIGITS as usize;
     let reference = rod.reference();
     let points = rod.element_points(e);
     let mut theta = [Vector3::zeros(); MAX_POINTS];
     let mut change = f64::INFINITY;
-    for sweep in 1..=SWEEPS {
+    for sweep in 1..=sweeps {
         let mut rates = [Vector3::zeros(); MAX_POINTS];
         for (g, point) in points.iter().enumerate() {
             let at = weighted(&theta[..reference.p], &reference.shape[g]);
@@ -104,5 +97,5 @@ fn integrate(rod: &Rod, e: usize) -> Result<([Vector3<f64>; MAX_POINTS], usize, 
             return Ok((theta, sweep, change));
         }
     }
-    Err(EquilibriumError::NoConvergence { iterations: SWEEPS, step: change, residual: 0.0, force: 0.0 })
+    Err(EquilibriumError::NoConvergence { iterations: sweeps, step: change, residual: 0.0, force: 0.0 })
 }

@@ -1,6 +1,6 @@
 //! Equilibria next to a given one: rods with a small change of the intrinsic strain at one material point.
 
-use crate::equilibrium::{Branch, EquilibriumError, NewtonSolver};
+use crate::equilibrium::{EquilibriumError, NewtonSolver};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
@@ -12,9 +12,7 @@ const ANGLE: f64 = 3e-5;
 
 /// A solver for the equilibrium next to the present one, accurate to rounding.
 pub(crate) fn precise_solver() -> NewtonSolver {
-    let mut solver = NewtonSolver::with_tolerance(1e-13);
-    solver.branch = Branch::Nearest;
-    solver
+    NewtonSolver { tolerance: 1e-13, stable_only: false, ..NewtonSolver::default() }
 }
 
 /// Visits the bent rods for central differences with respect to components of the intrinsic strain. For each

@@ -2,21 +2,22 @@
 //! growth law; the lengths per coordinate at the points follow from them.
 
 use super::Rod;
-use super::shape::{ROUNDING, weighted_jacobian};
+use super::locate::ROUNDING;
+use super::shape::weighted_jacobian;
 use crate::numerics::scalar::newton;
 use crate::reference_element::MAX_POINTS;
 
-/// Largest ratio of the lengths per coordinate in a growing element; above it the element is divided. Up to this ratio
-/// the polynomial through the values at the points is positive: for values between 1 and 2 it is at least 1.5 − Λ/2,
-/// and the Lebesgue constant Λ of four Gauss points is below 2.9.
+/// Largest ratio of the lengths per coordinate in a growing element; above it the element is divided. Up to
+/// this ratio the polynomial through the values at the points is positive: for values between 1 and 2 it is at
+/// least 1.5 − Λ/2, and the Lebesgue constant Λ of four Gauss points is below 2.9.
 pub(crate) const UNEVEN: f64 = 2.0;
 
 /// Largest number of interpolation conditions: both ends, and the points with their slopes.
 const MAX_TERMS: usize = 2 * MAX_POINTS + 2;
 
-/// Places of the tissue of a growing element: the Hermite polynomial of degree 2p + 1 through the distances of its ends
-/// and points from the apex, with the lengths per coordinate as slopes. It has the order 2p in the parts of a divided
-/// element.
+/// Places of the tissue of a growing element: the Hermite polynomial of degree 2p + 1 through the distances of
+/// its ends and points from the apex, with the lengths per coordinate as slopes. It has the order 2p in the
+/// parts of a divided element.
 pub(super) struct Places {
     /// Distance of the first end from the apex, and length of the element, m.
     first: f64,
@@ -91,8 +92,8 @@ impl Rod {
         ratio(self.element_points(e).iter().map(|point| point.jacobian))
     }
 
-    /// Ratio of the largest to the smallest length per coordinate of a growing element, at its points and between them
-    /// and its ends.
+    /// Ratio of the largest to the smallest length per coordinate of a growing element, at its points and
+    /// between them and its ends.
     pub(crate) fn unevenness(&self, e: usize) -> f64 {
         let (points, nodes) = (self.element_points(e), &self.reference().points);
         let ends = (0.0, self.node_distance[e]);

@@ -1,10 +1,10 @@
 //! The intrinsic strain that merging loses, as the angle error of a frame inside the element.
 //!
-//! An element keeps the projection Pf of the strain f onto polynomials of degree p − 1. The lost angle at a place is
-//! F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree 0 … p − 2,
-//! however often elements have been merged. The ripple that an oscillator leaves therefore loses no more in many waves
-//! than in one. The rotation of second order, ½ ∫ F × dF, accumulates: for a ripple that rotates it is a twist.
-//! Derivation: `docs/method.md`, "Merging".
+//! An element keeps the projection Pf of the strain f onto polynomials of degree p − 1. The lost angle at a
+//! place is F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of
+//! degree 0 … p − 2, however often elements have been merged. The ripple that an oscillator leaves therefore
+//! loses no more in many waves than in one. The rotation of second order, ½ ∫ F × dF, accumulates: for a ripple
+//! that rotates it is a twist. Derivation: `docs/method.md`, "Merging".
 
 use nalgebra::Vector3;
 
@@ -27,13 +27,13 @@ pub(crate) struct Part<'a> {
     pub loss: &'a Loss,
     /// Length, m.
     pub length: f64,
-    /// What the element keeps minus what the merged one keeps, at the element's Gauss points, 1/m.
+    /// Intrinsic strain of the element minus that of the merged one, at the element's Gauss points, 1/m.
     pub difference: [Vector3<f64>; MAX_POINTS],
 }
 
 impl Loss {
-    /// What is lost when two elements are made one, and the angle (rad) by which the merged one turns less, to second
-    /// order.
+    /// The loss in the element that is merged from two, and the decrease of its rotation to second order, a
+    /// rotation vector (rad).
     pub fn merged(reference: &ReferenceElement, parts: [Part; 2]) -> (Self, Vector3<f64>) {
         let p = reference.p;
         let total = parts[0].length + parts[1].length;
@@ -52,12 +52,12 @@ impl Loss {
             for (x, w) in points.iter().zip(weights) {
                 let (g, w) = (upto(*x), w * share);
                 merged.mean_square += w * g.norm_squared();
-                // ½ ∫ F × dF grows by ∫ F₁ × dG + ½ ∫ G × dG. Of F₁ the moment of degree p − 1 is all that is seen of
-                // it.
+                // ½ ∫ F × dF grows by ∫ F₁ × dG + ½ ∫ G × dG. Only the moment of degree p − 1
+                // of F₁ contributes.
                 let rate =
                     difference.iter().zip(reference.at_points(*x)).fold(Vector3::zeros(), |sum, (d, w)| sum + d * w);
-                let seen = loss.moments[0] * ((2 * p - 1) as f64 * polynomial(p - 1, *x));
-                turn += (seen + g * 0.5).cross(&rate) * (w * total);
+                let moment = loss.moments[0] * ((2 * p - 1) as f64 * polynomial(p - 1, *x));
+                turn += (moment + g * 0.5).cross(&rate) * (w * total);
                 for (n, k) in [p - 1, p].into_iter().enumerate() {
                     // F has this moment and no lower one: ∫ F · G dx is that of their coefficients.
                     let coefficient = (2 * k + 1) as f64 * polynomial(k, *x);
@@ -97,28 +97,28 @@ mod tests {
     use crate::rod::Rod;
     use nalgebra::UnitQuaternion;
 
-    /// A strain without pattern, 1/m.
+    /// An aperiodic strain, 1/m.
     fn strain(s: f64) -> Vector3<f64> {
         Vector3::new((70.0 * s).sin(), (31.0 * s + 1.0).cos() + 3.0 * s, 2.0 * s * s)
     }
 
-    /// Strain for which the rotation of second order is negligible.
+    /// Magnitude of the strain for which the rotation of second order is negligible.
     const SMALL: f64 = 1e-6;
 
     #[test]
-    fn the_loss_of_many_merges_is_that_of_the_angle_itself() {
+    fn loss_after_many_merges_is_that_of_the_integrated_angle() {
         for order in Order::ALL {
             let nodes = [0.0, 0.1, 0.13, 0.2, 0.31, 0.37, 0.5, 0.6];
             let mut rod = Rod::straight(&nodes, |_| 1e-3, UnitQuaternion::identity(), order).unwrap();
             rod.set_mature(0.0);
             rod.set_intrinsic(|point| strain(0.6 - point.apex_distance) * SMALL);
             let fine = rod.clone();
-            // In an order of its own: from the middle, then to both sides.
+            // The merging order is irregular: from the middle, then to both sides.
             for e in [3, 2, 3, 0, 1, 0] {
                 assert!(rod.merge(e, f64::INFINITY, |_| 1.0).is_some());
             }
             assert_eq!(rod.elements(), 1);
-            // F = ∫ (f − Pf) ds by brute force, f being what the elements held at first.
+            // F = ∫ (f − Pf) ds by brute force, with f the strain before merging.
             let at = |rod: &Rod, s: f64| {
                 let (e, x) = rod.locate(s).unwrap();
                 let each = rod.element_points(e).iter().zip(rod.reference().at_points(x));
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// The turn of a rod's last frame against its first, without load, by the midpoint rule.
+    /// The rotation of the last frame of a rod without load relative to the first, by the midpoint rule.
     fn turn(rod: &Rod) -> UnitQuaternion<f64> {
         let (steps, length) = (60_000, rod.length());
         let h = length / f64::from(steps);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ripple_that_goes_round_keeps_the_twist_that_it_makes() {
+    fn merging_a_rotating_ripple_preserves_its_twist() {
         // Eight turns of curvature a k about the axis, d1 to d2: an angle a is lost everywhere, ½ ∫ F × dF = ½ a² k ℓ
         // of twist with it.
         let (length, waves) = (0.1, 8.0);
@@ -165,7 +165,7 @@ mod tests {
                 Vector3::new(phase.cos(), phase.sin(), 0.0) * (a * k)
             });
             let before = turn(&rod);
-            // From the base on, as tissue matures.
+            // Merging proceeds from the base, as when tissue matures.
             while rod.elements() > 1 {
                 assert!(rod.merge(0, f64::INFINITY, |_| 1.0).is_some());
             }
@@ -173,8 +173,8 @@ mod tests {
             (before.inverse() * turn(&rod)).angle()
         };
         let [coarse, fine] = [0.02, 0.01].map(|a| (off(a), 0.5 * a * a * waves * std::f64::consts::TAU));
-        // Without the correction the error of the rotation would be that twist. The remaining error is due to the part of
-        // the ripple that the element keeps, which is a thirtieth here.
+        // The error of the rotation would be that twist without the correction. The remaining error is due to
+        // the part of the ripple that the element keeps, which is a thirtieth here.
         assert!(coarse.0 < 0.05 * coarse.1 && fine.0 < 0.05 * fine.1, "{coarse:?} {fine:?}");
     }
 }

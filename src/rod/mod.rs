@@ -2,12 +2,11 @@
 
 mod check;
 mod lengths;
+mod locate;
 mod loss;
 mod pair;
 mod parts;
 mod remesh;
-#[cfg(feature = "serde")]
-mod saved;
 mod shape;
 pub(crate) mod tissue;
 
@@ -15,72 +14,32 @@ pub use check::RodError;
 pub(crate) use lengths::UNEVEN;
 pub(crate) use remesh::{merge_rotations, part_weights, split_rotations};
 pub(crate) use shape::{centre_line_tangent, weighted};
+pub use tissue::MaterialPoint;
 pub(crate) use tissue::Tissue;
 
-use loss::Loss;
-use shape::weighted_jacobian;
 use std::ops::Range;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use loss::Loss;
+use shape::weighted_jacobian;
+
 use crate::error::ParameterError;
-use crate::reference_element::Order;
-use crate::reference_element::ReferenceElement;
+use crate::reference_element::{Order, ReferenceElement};
 use crate::section::Section;
 use crate::so3;
 
-/// A material point: one Gauss point of an element.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct MaterialPoint {
-    /// Intrinsic strain u*, components along the directors, 1/m.
-    pub intrinsic: Vector3<f64>,
-    /// Current unloaded length per unit of the element coordinate in [0, 1], m. Growth multiplies it by the stretch.
-    pub jacobian: f64,
-    /// Distance from the apex along the shoot, m, up to date in the growth zone. In contrast to an arc length from the
-    /// base it does not suffer from cancellation near the apex.
-    pub apex_distance: f64,
-    /// Distance from the apex at t = 0, m, which identifies the material point.
-    pub initial_apex_distance: f64,
-    /// Time t* at which the point left the growth zone, s; infinite while it is inside.
-    #[cfg_attr(feature = "serde", serde(with = "infinite_as_none"))]
-    pub exit_time: f64,
-    /// The cross section.
-    pub section: Section,
-}
-
-/// Infinite times as `None`, for formats without infinity such as JSON.
-#[cfg(feature = "serde")]
-mod infinite_as_none {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    /// Represents −∞, the exit time of tissue behind a zone that has not begun to grow, s. A power of ten is read
-    /// exactly from text.
-    const LONG_AGO: f64 = -1e300;
-
-    pub fn serialize<S: Serializer>(time: &f64, to: S) -> Result<S::Ok, S::Error> {
-        (*time < f64::INFINITY).then_some(time.max(LONG_AGO)).serialize(to)
-    }
-
-    pub fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<f64, D::Error> {
-        let time = Option::deserialize(from)?.unwrap_or(f64::INFINITY);
-        // NaN is kept; validation rejects it later.
-        Ok(if time <= LONG_AGO { f64::NEG_INFINITY } else { time })
-    }
-}
-
 /// A rod, clamped at its base and free at its apex, divided into elements.
 ///
-/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of freedom, the
-/// rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is R₀
-/// exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and independent of the path of
-/// deformation.
+/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of
+/// freedom, the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at
+/// coordinate ξ is R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and
+/// independent of the path of deformation.
 ///
-/// Lengths along the rod (arc length, length, distance from the apex) are unstretched, as growth has made them, and
+/// Lengths along the rod (arc length, length, distance from the apex) are unstretched lengths of the tissue, which
 /// identify places. Positions include shear and stretch if the elastic law has them.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(try_from = "saved::SavedRod"))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(remote = "Self"))]
 pub struct Rod {
     order: Order,
     /// Frames at the ends of the elements, from base to apex.
@@ -112,11 +71,12 @@ fn check_base(base: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
 impl Rod {
     /// A straight rod without intrinsic strain.
     ///
-    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length; `section` gives the cross
-    /// section at an arc length, or the radius (m) of a circular one; `base` turns e1, e2, e3 into d1, d2, d3.
+    /// `nodes` are the arc lengths (m) of the ends of the elements, from 0 to the length. `section` returns the cross
+    /// section at an arc length (m), or the radius (m) of a circular one. `base` rotates e1, e2, e3 into d1, d2, d3.
     ///
     /// # Errors
-    /// Nodes that do not start at 0 or do not increase, or a section that is not positive.
+    /// Fewer than two nodes, nodes that do not start at 0 or do not increase, a section that is not positive,
+    /// or a base whose quaternion is not of norm 1.
     pub fn straight<S: Into<Section>>(
         nodes: &[f64],
         section: impl Fn(f64) -> S,
@@ -161,10 +121,11 @@ impl Rod {
         })
     }
 
-    /// A straight uniform rod along the tangent d3 of `base`, of `elements` equal elements.
+    /// A straight uniform rod of `elements` equal elements, with the given length (m) and radius (m), along the
+    /// tangent d3 of `base`.
     ///
     /// # Errors
-    /// A length or radius that is not positive, or no elements.
+    /// A length or radius that is not positive, no elements, or a base whose quaternion is not of norm 1.
     pub fn uniform(
         length: f64,
         radius: f64,
@@ -176,7 +137,7 @@ impl Rod {
         Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
     }
 
-    /// Ends of `elements` equal elements of a rod.
+    /// Arc lengths (m) of the ends of `elements` equal elements of a rod of the given length (m).
     #[must_use]
     pub fn equal_nodes(length: f64, elements: usize) -> Vec<f64> {
         (0..=elements).map(|i| length * i as f64 / elements.max(1) as f64).collect()
@@ -231,12 +192,12 @@ impl Rod {
     }
 
     /// The first element in the growth zone; equal to the number of elements for a mature rod.
-    #[must_use]
-    pub fn first_growing(&self) -> usize {
+    pub(crate) fn first_growing(&self) -> usize {
         self.first_growing
     }
 
-    /// The indices of the material points in the growth zone.
+    /// The indices of the material points in the growth zone; empty for a mature rod. The zone begins with a
+    /// whole element.
     #[must_use]
     pub fn zone(&self) -> Range<usize> {
         self.first_growing * self.order.points()..self.points.len()

@@ -6,7 +6,6 @@ use super::loss::{Loss, Part};
 use super::{MaterialPoint, Rod};
 use crate::numerics::quadrature::legendre;
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
-use crate::section::Section;
 
 /// Two elements that may be merged.
 pub(super) struct Pair<'a> {
@@ -41,7 +40,7 @@ impl<'a> Pair<'a> {
         self.lengths[0] + self.lengths[1]
     }
 
-    /// Share of the first element in the length.
+    /// Length of the first element over that of the merged one.
     pub fn share(&self) -> f64 {
         self.lengths[0] / self.length()
     }
@@ -51,7 +50,8 @@ impl<'a> Pair<'a> {
         self.source.iter().zip(&self.places).map(|(point, (x, w))| (point, *x, *w))
     }
 
-    /// Weights of the points of both elements at those of the merged one: the L² projection onto its polynomials.
+    /// Weights of the points of both elements for the values at the points of the merged element: the L² projection
+    /// onto its polynomials.
     fn projection(&self) -> [[f64; 2 * MAX_POINTS]; MAX_POINTS] {
         let polynomial = |k: usize, x: f64| legendre(k, 2.0 * x - 1.0).0;
         let mut weights = [[0.0; 2 * MAX_POINTS]; MAX_POINTS];
@@ -68,27 +68,11 @@ impl<'a> Pair<'a> {
         weights
     }
 
-    /// Weighted sum of a quantity at the points of both elements.
-    fn sum(&self, weights: &[f64], f: impl Fn(&MaterialPoint) -> f64) -> f64 {
-        self.source.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
-    }
-
     /// The points of the merged element.
     pub fn projected(&self) -> [MaterialPoint; MAX_POINTS] {
         let projection = self.projection();
-        // Either all exit times are finite, or all are equal.
-        let exit = self.source[0].exit_time;
-        std::array::from_fn(|g| MaterialPoint {
-            intrinsic: Vector3::from_fn(|i, _| self.sum(&projection[g], |point| point.intrinsic[i])),
-            jacobian: self.length(),
-            apex_distance: self.sum(&projection[g], |point| point.apex_distance),
-            exit_time: if exit.is_finite() { self.sum(&projection[g], |point| point.exit_time) } else { exit },
-            section: Section::ellipse(
-                self.sum(&projection[g], |point| point.section.along_d1),
-                self.sum(&projection[g], |point| point.section.along_d2),
-            ),
-            initial_apex_distance: self.sum(&projection[g], |point| point.initial_apex_distance),
-        })
+        projection
+            .map(|weights| MaterialPoint { jacobian: self.length(), ..MaterialPoint::weighted(self.source, &weights) })
     }
 
     /// The strains of the centre line at the points of the merged element.
@@ -102,8 +86,8 @@ impl<'a> Pair<'a> {
         new.iter().zip(self.reference.at_points(x)).map(|(point, w)| w * f(point)).sum()
     }
 
-    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting decrease of the
-    /// rotation along the merged element (rad).
+    /// The loss of intrinsic strain, including the earlier `losses` of both elements, and the resulting
+    /// decrease of the rotation along the merged element (rad).
     pub fn loss(&self, losses: [Loss; 2], new: &[MaterialPoint]) -> (Loss, Vector3<f64>) {
         let p = self.reference.p;
         let parts = [0, 1].map(|side| {
@@ -117,7 +101,7 @@ impl<'a> Pair<'a> {
         Loss::merged(self.reference, parts)
     }
 
-    /// The largest relative change of a semi-axis.
+    /// The largest relative change of a semi-axis at the points of both elements.
     pub fn change_of_section(&self, new: &[MaterialPoint]) -> f64 {
         let axes: [fn(&MaterialPoint) -> f64; 2] = [|point| point.section.along_d1, |point| point.section.along_d2];
         let changes = self

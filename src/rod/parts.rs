@@ -1,16 +1,17 @@
-//! Access to the parts of a rod for the modules that move, bend and mature it.
+//! Access to the parts of a rod for solvers and integrators.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
 
 impl Rod {
-    /// Takes the first `elements` growing elements out of the growth zone, with an exit time (s) for each of their
-    /// points.
-    pub(crate) fn mature(&mut self, elements: usize, exit: impl Fn(&MaterialPoint) -> f64) {
-        let leaving = self.zone().start..(self.first_growing + elements) * self.order.points();
-        self.points[leaving].iter_mut().for_each(|point| point.exit_time = exit(point));
+    /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
+    /// times must be set to less than infinity.
+    pub(crate) fn mature(&mut self, elements: usize) -> &mut [MaterialPoint] {
+        let start = self.zone().start;
         self.first_growing += elements;
+        let end = self.zone().start;
+        &mut self.points[start..end]
     }
 
     /// The material points, to be changed.
@@ -41,8 +42,8 @@ impl Rod {
         self.line_strains.clone_from(&source.line_strains);
     }
 
-    /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod keeps its own
-    /// shape.
+    /// Takes the shape of another rod as an initial guess. Lengths may differ; with other elements the rod
+    /// keeps its own shape.
     pub(crate) fn guess_shape(&mut self, source: &Self) {
         let sizes = |rod: &Self| [rod.frames.len(), rod.rotations.len(), rod.line_strains.len()];
         if sizes(self) == sizes(source) {
@@ -55,7 +56,7 @@ impl Rod {
         &self.node_distance
     }
 
-    /// The same, to be changed.
+    /// Distances of the ends of the elements from the apex, to be changed.
     pub(crate) fn node_distances_mut(&mut self) -> &mut [f64] {
         &mut self.node_distance
     }

@@ -7,7 +7,6 @@ use super::pair::Pair;
 use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod, weighted};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
-use crate::section::Section;
 use crate::so3;
 
 /// Weights of the values at the points of an element for the values at the points of its part [from, to].
@@ -19,25 +18,27 @@ pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> 
     weights
 }
 
-/// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast to the
-/// loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element.
+/// Largest relative change of the bending of an element under a couple, over the tolerance (rad). In contrast
+/// to the loss of intrinsic strain its mean does not vanish, and it displaces all tissue beyond the element. A
+/// ten times larger value displaced the tip of a growing shoot by 1e-6 m (`docs/decisions.md`).
 const COMPLIANCE: f64 = 1e-2;
 
-/// Largest angle lost inside an element, over the tolerance: its mean vanishes, and its rotation to second order is
-/// compensated.
+/// Largest angle lost inside an element, over the tolerance. It may be large because its mean vanishes and its
+/// rotation to second order is compensated. The value halves the number of mature elements of a growing shoot
+/// at the same error of the tip (`docs/decisions.md`).
 const INSIDE: f64 = 20.0;
-/// Upper bound of that angle unless the tolerance is larger, rad.
+/// Upper bound of that angle unless the tolerance is larger, rad: the value for the default tolerance.
 const LARGEST_INSIDE: f64 = 2e-3;
 
-/// The smallest tolerance (rad) that permits the loss of an angle inside an element. The angle is a root mean square,
-/// rad.
+/// The smallest tolerance (rad) that permits the loss of an angle inside an element, given its root mean square
+/// (rad).
 fn permitting(loss: f64) -> f64 {
     if loss > LARGEST_INSIDE { loss } else { loss / INSIDE }
 }
 
 impl Rod {
-    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the element and do
-    /// not change.
+    /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the
+    /// element and do not change.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
         let reference = self.reference();
         let p = reference.p;
@@ -54,32 +55,22 @@ impl Rod {
         };
         let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
-        // Exit times are infinite in the growth zone and in tissue that was mature before the start.
-        let exits = old[0].exit_time.is_finite();
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
             for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
-                let sum = |f: &dyn Fn(&MaterialPoint) -> f64| -> f64 {
-                    old.iter().zip(weights).map(|(point, w)| w * f(point)).sum()
-                };
                 let at = from + (to - from) * reference.points[g];
                 let (apex_distance, jacobian) = place(at);
                 new[side * p + g] = MaterialPoint {
-                    intrinsic: Vector3::from_fn(|i, _| sum(&|point| point.intrinsic[i])),
                     jacobian: jacobian * (to - from),
                     apex_distance,
-                    exit_time: if exits { sum(&|point| point.exit_time) } else { old[0].exit_time },
-                    section: Section::ellipse(
-                        sum(&|point| point.section.along_d1),
-                        sum(&|point| point.section.along_d2),
-                    ),
                     initial_apex_distance: self.initial_apex_distance(e, at),
+                    ..MaterialPoint::weighted(&old, weights)
                 };
             }
         }
         if self.yields() {
-            let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|g| self.line_strains[e * p + g.min(p - 1)]);
+            let old = &self.line_strains[e * p..(e + 1) * p];
             let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
-            let new = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(&old[..p], weights));
+            let new: Vec<_> = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(old, weights)).collect();
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
         let middle = self.frame_within(e, x);
@@ -108,13 +99,14 @@ impl Rod {
         }
     }
 
-    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the loss of
-    /// intrinsic strain or the change of the section or of the `compliance` exceeds a `tolerance` (rad), or if the node
-    /// between them is to be kept. Returns the smallest tolerance that permits the merging that was done.
+    /// Merges the mature elements `e` and `e` + 1 by L² projection of the fields. They are not merged if the
+    /// loss of intrinsic strain or the change of the section or of the `compliance` exceeds a `tolerance`
+    /// (rad), or if the node between them is to be kept. Returns the smallest tolerance that permits the
+    /// merging that was done.
     ///
-    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto larger
-    /// elements equal one projection onto the largest, so that errors do not accumulate; the loss is computed exactly.
-    /// A constant strain compensates its rotation to second order.
+    /// The projection preserves the moments 0 … p − 1 of the intrinsic strain. Successive projections onto
+    /// larger elements equal one projection onto the largest, so that errors do not accumulate; the loss is
+    /// computed exactly. A constant strain compensates its rotation to second order.
     pub(crate) fn merge(
         &mut self,
         e: usize,

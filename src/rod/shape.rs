@@ -1,19 +1,11 @@
-//! Frames, strains and positions at any place, computed from the rotations and the strain of the centre line.
-
-use std::convert::Infallible;
-use std::ops::Range;
+//! Frames, strains and positions of the centre line, computed from the rotations and the strain of the centre line.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{MaterialPoint, Rod};
 use crate::numerics::interpolation::lagrange_derivatives;
-use crate::numerics::scalar::{bracketed_root, newton};
 use crate::reference_element::MAX_POINTS;
-use crate::section::Section;
 use crate::so3::{self, Form};
-
-/// Rounding of a coordinate in an element.
-pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 impl Rod {
     /// The rotation vector at coordinate `x` in [0, 1] of an element, relative to the frame at its first end.
@@ -22,13 +14,7 @@ impl Rod {
         weighted(self.element_rotations(element), &weights)
     }
 
-    /// The frame at coordinate `x` in [0, 1] of an element; `None` for an element or a coordinate out of range.
-    #[must_use]
-    pub fn frame(&self, element: usize, x: f64) -> Option<UnitQuaternion<f64>> {
-        (element < self.elements() && (0.0..=1.0).contains(&x)).then(|| self.frame_within(element, x))
-    }
-
-    /// The frame at coordinate `x` of an existing element.
+    /// The frame at coordinate `x` in [0, 1] of an element.
     pub(crate) fn frame_within(&self, element: usize, x: f64) -> UnitQuaternion<f64> {
         self.frames[element] * so3::exp(&self.rotation_at(element, x))
     }
@@ -65,11 +51,11 @@ impl Rod {
         let slopes = lagrange_derivatives(&reference.nodes, x);
         let mut slope = [0.0; MAX_POINTS];
         slope[..reference.p].copy_from_slice(&slopes[1..]);
-        let jacobian = self.interpolate(element, x, |point| point.jacobian);
+        let jacobian = weighted_jacobian(self.element_points(element), &reference.at_points(x));
         self.differentiated(element, &reference.at_nodes(x), &slope, jacobian)
     }
 
-    /// The strain at the place where the polynomials of the nodes have the values `shape` and the derivatives `slope`.
+    /// The strain at a place, given the values `shape` and derivatives `slope` of the nodal polynomials there.
     fn differentiated(
         &self,
         element: usize,
@@ -82,8 +68,9 @@ impl Rod {
         Form::right_jacobian(&so3::s_functions(theta.norm_squared())).apply(&theta, &slope)
     }
 
-    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium: ∂p/∂s = v1 d1 + v2 d2
-    /// + v3 d3, with shear v1 and v2 and stretch v3 (1 without stretch). `None` for an element or a point out of range.
+    /// The strain v of the centre line at Gauss point `g` of an element in the last equilibrium, with shear v1
+    /// and v2 and stretch v3: ∂p/∂s = v1 d1 + v2 d2 + v3 d3. It is (0, 0, 1) without shear and stretch. `None`
+    /// for an element or a point out of range.
     #[must_use]
     pub fn line_strain(&self, element: usize, g: usize) -> Option<Vector3<f64>> {
         let exists = element < self.elements() && g < self.order().points();
@@ -150,7 +137,7 @@ impl Rod {
         self.frames[element] * sum
     }
 
-    /// The position of the apex, the base being the origin, in the fixed frame, m.
+    /// The position of the apex in the fixed frame with the base as origin, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
         (0..self.elements()).map(|e| self.whole_chord(e)).sum()
@@ -170,132 +157,19 @@ impl Rod {
         line
     }
 
-    /// The positions of `count` points equally spaced from base to apex, both included (m, fixed frame, base at the
-    /// origin). One point is the base; none is an empty list.
+    /// The positions of `count` points at equal arc lengths from base to apex, both included (m, fixed frame, base at
+    /// the origin). A single point is the base.
     #[must_use]
     pub fn centre_line_at(&self, count: usize) -> Vec<Vector3<f64>> {
         let line = self.centre_line();
         let length = self.length();
         let last = count.saturating_sub(1).max(1);
-        let place = |i: usize| {
-            let (element, x) = self.locate_number(length * i as f64 / last as f64);
-            line[element].1 + self.chord(element, x)
-        };
-        (0..count).map(place).collect()
+        let places = (0..count).filter_map(|i| self.locate(length * i as f64 / last as f64));
+        places.map(|(element, x)| line[element].1 + self.chord(element, x)).collect()
     }
 
-    /// The element at arc length `s` (m), and the coordinate in it. `s` is clamped to [0, ℓ]; `None` for NaN.
-    #[must_use]
-    pub fn locate(&self, s: f64) -> Option<(usize, f64)> {
-        (!s.is_nan()).then(|| self.locate_number(s))
-    }
-
-    /// The element and the coordinate in it at an arc length `s` (m) that is not NaN.
-    fn locate_number(&self, s: f64) -> (usize, f64) {
-        let mut rest = s.max(0.0);
-        let mut element = 0;
-        let mut length = self.element_length(element);
-        while rest > length && element + 1 < self.elements() {
-            rest -= length;
-            element += 1;
-            length = self.element_length(element);
-        }
-        (element, self.coordinate_at_length(element, rest, length))
-    }
-
-    /// The coordinate in [0, 1] of an element of the given `length` (m) at the arc length `s` (m) from its first end.
-    pub(super) fn coordinate_at_length(&self, element: usize, s: f64, length: f64) -> f64 {
-        let (reference, points) = (self.reference(), self.element_points(element));
-        let excess = |x: f64| {
-            let before = weighted_jacobian(points, &reference.integral_upto(x));
-            ((before - s) / length, weighted_jacobian(points, &reference.at_points(x)) / length)
-        };
-        newton([0.0, 1.0], s / length, ROUNDING, excess)
-    }
-
-    /// The arc lengths (m) of the growth zone, from its beginning to the apex. A rod that has not been made mature is
-    /// its own growth zone.
-    #[must_use]
-    pub fn growth_zone(&self) -> Range<f64> {
-        let length = self.length();
-        let zone: f64 = (self.first_growing..self.elements()).rev().map(|e| self.element_length(e)).sum();
-        if self.first_growing == 0 { 0.0..length } else { length - zone..length }
-    }
-
-    /// The present arc length (m) of the material that was at the arc length `start` (m) at t = 0. `start` is clamped
-    /// to the rod; `None` for NaN.
-    ///
-    /// Between material points the initial distances from the apex are interpolated.
-    #[must_use]
-    pub fn arc_length_of(&self, start: f64) -> Option<f64> {
-        let (e, x) = self.locate_initial(self.initial_length - start)?;
-        let below: f64 = (0..e).map(|e| self.element_length(e)).sum();
-        Some(below + weighted_jacobian(self.element_points(e), &self.reference().integral_upto(x)))
-    }
-
-    /// The element and the coordinate in it of the material that was at a distance `d` (m) from the apex at t = 0.
-    pub(crate) fn locate_initial(&self, d: f64) -> Option<(usize, f64)> {
-        if d.is_nan() {
-            return None;
-        }
-        let name = |e: usize, x: f64| self.initial_apex_distance(e, x);
-        let e = (0..self.elements()).rev().find(|&e| name(e, 0.0) >= d).unwrap_or(0);
-        // The initial distance decreases from base to apex.
-        let excess = |x: f64| name(e, x) - d;
-        if excess(1.0) >= 0.0 {
-            return Some((e, 1.0));
-        }
-        let bracket = [0.0, 1.0].map(|x| (x, excess(x)));
-        let Ok([_, x]) = bracketed_root(bracket, f64::EPSILON, |x| Ok::<_, Infallible>(excess(x)));
-        Some((e, x))
-    }
-
-    /// The value at coordinate `x` of the polynomial through a quantity at the points of element `e`.
-    pub(crate) fn interpolate(&self, e: usize, x: f64, f: impl Fn(&MaterialPoint) -> f64) -> f64 {
-        let weights = self.reference().at_points(x);
-        self.element_points(e).iter().zip(weights).map(|(point, w)| w * f(point)).sum()
-    }
-
-    /// The section at coordinate `x` of element `e`.
-    pub(crate) fn section_within(&self, e: usize, x: f64) -> Section {
-        let axis = |f: fn(&MaterialPoint) -> f64| self.interpolate(e, x, f);
-        Section::ellipse(axis(|point| point.section.along_d1), axis(|point| point.section.along_d2))
-    }
-
-    /// The distance from the apex at t = 0 of the material at coordinate `x` of element `e`: the polynomial through the
-    /// points. In an element with one point it is linear between the points of the neighbours.
-    pub(crate) fn initial_apex_distance(&self, e: usize, x: f64) -> f64 {
-        let points = self.element_points(e);
-        if let [point] = points {
-            let end = |beyond: Option<usize>, at_end: f64| match beyond.and_then(|i| self.points.get(i)) {
-                Some(next) => {
-                    let share = point.jacobian / (point.jacobian + next.jacobian);
-                    point.initial_apex_distance * (1.0 - share) + next.initial_apex_distance * share
-                }
-                None => at_end,
-            };
-            let (first, last) = (end(e.checked_sub(1), self.initial_length), end(Some(e + 1), 0.0));
-            let (from, to) = if x < 0.5 { (first, 1.0 - 2.0 * x) } else { (last, 2.0 * x - 1.0) };
-            return point.initial_apex_distance + (from - point.initial_apex_distance) * to;
-        }
-        if e + 1 == self.elements() && e >= self.first_growing {
-            return self.initial_distance_at_apex(x);
-        }
-        self.interpolate(e, x, |point| point.initial_apex_distance)
-    }
-
-    /// The distance from the apex at t = 0 in the last element. Its ratio to the coordinate's distance from the apex is
-    /// interpolated: repeated division makes the distances arbitrarily small, and interpolation of the distances would
-    /// leave an absolute rounding error.
-    fn initial_distance_at_apex(&self, x: f64) -> f64 {
-        let reference = self.reference();
-        let ratio = self.element_points(self.elements() - 1).iter().zip(&reference.points);
-        let each = ratio.map(|(point, y)| point.initial_apex_distance / (1.0 - y)).zip(reference.at_points(x));
-        (1.0 - x) * each.map(|(ratio, w)| w * ratio).sum::<f64>()
-    }
-
-    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to [0, ℓ];
-    /// `None` for NaN.
+    /// The position (m, fixed frame, base at the origin) and the frame at arc length `s` (m). `s` is clamped to
+    /// [0, ℓ]; `None` for NaN.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
         let (element, x) = self.locate(s)?;

@@ -1,23 +1,24 @@
-//! A change of course: the same shoot under other laws.
+//! Exchange of the laws of a shoot.
 
 use super::builder::check_tissue;
 use super::{MOST_ELEMENTS, Mesh, SAME_PLACE, Shoot, jumps};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{Model, check};
 use crate::state::{State, StateError};
 use crate::tropism::{Declaration, TropismLaw};
 
 impl<M: Model> Shoot<M> {
-    /// The same shoot under other laws from the present time on: a parameter moved by hand, a weight hung on, a pot tilted. What it
-    /// has grown to stays, and so does its history; this shoot stays as it is.
+    /// The same shoot under other laws from the present time on: another parameter, an additional load, a
+    /// tilted pot. The new shoot keeps state and history; `self` does not change.
     ///
-    /// Tropism laws go on with the numbers that the present ones keep at the material points, in their order: laws of another meaning
-    /// that keep as many are not told apart. Tissue that stops growing because the zone is shorter leaves it now; tissue that stops
-    /// because growth ends altogether stays in the zone, and does not age.
+    /// The new tropism laws continue with the variables and stimuli at the material points, in their order.
+    /// Laws with the same numbers of them but another meaning are not detected. Tissue outside a new, shorter
+    /// growth zone becomes mature at the present time. If growth ends altogether, the tissue stays in the zone
+    /// and does not age.
     ///
-    /// The change is a discontinuity. The next call of an integrator, be it `advance` to the present time, finds the shape
-    /// under the new laws and begins afresh from there.
+    /// The change is a discontinuity. The next call of an integrator, for example `advance` to the present
+    /// time, computes the shape under the new laws and restarts with short steps.
     ///
     /// ```
     /// # use morphorod::constitutive::LinearElastic;
@@ -32,16 +33,18 @@ impl<M: Model> Shoot<M> {
     /// #     .scene(Still::tilted(0.5)).build()?;
     /// let mut integrator = MethodOfSteps::new(120.0);
     /// integrator.advance(&mut shoot, 3600.0)?;
-    /// // From now on it feels its weight.
+    /// // Weight acts from now on.
     /// let mut shoot = shoot.with_model(shoot.model().with_load(Weight { density: 1000.0 }))?;
     /// integrator.advance(&mut shoot, 7200.0)?;
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
     /// # Errors
-    /// Parameters that make no sense, at some place at least; tropism laws that keep other numbers than the present ones, or look
-    /// back further than the history reaches, see [`with_model_restarted`](Self::with_model_restarted); a growth zone that would make mature tissue
-    /// grow again; a load that jumps off the shoot.
+    /// - a parameter out of range, at some place at least
+    /// - tropism laws with other numbers of variables or stimuli, or with delays that the history does not cover: see
+    ///   [`with_model_restarted`](Self::with_model_restarted)
+    /// - a growth zone in which mature tissue would grow again
+    /// - a load that jumps outside the shoot
     pub fn with_model<N: Model>(&self, model: N) -> Result<Shoot<N>, StateError> {
         let mut state = self.state.clone();
         let started = state.history.levels() > 0;
@@ -52,32 +55,24 @@ impl<M: Model> Shoot<M> {
         self.adopt(model, state)
     }
 
-    /// The same shoot under other laws, with its history forgotten: the way to laws that keep other numbers. Give them a past
-    /// with [`Integrator::start`](crate::integrator::Integrator::start), or they begin with an empty one.
+    /// The same shoot under other laws, without history: for tropism laws with other variables.
+    /// [`Integrator::start`](crate::integrator::Integrator::start) sets a new history, which is empty otherwise.
     ///
     /// # Errors
-    /// Those of [`with_model`](Self::with_model) that are not about the history.
+    /// See [`with_model`](Self::with_model); those of the history do not occur.
     pub fn with_model_restarted<N: Model>(&self, model: N) -> Result<Shoot<N>, StateError> {
         let mut state = self.state.clone();
         state.forget();
         self.adopt(model, state)
     }
 
-    /// Exchanges the laws for others of the same types, as [`with_model`](Self::with_model) does.
-    ///
-    /// # Errors
-    /// See there; the shoot is then as it was.
-    pub fn set_model(&mut self, model: M) -> Result<(), StateError> {
-        *self = self.with_model(model)?;
-        Ok(())
-    }
-
+    /// Checks a model against a state and adapts mesh and growth zone.
     fn adopt<N: Model>(&self, model: N, mut state: State) -> Result<Shoot<N>, StateError> {
-        model.check(state.rod.length())?;
+        check(&model, state.rod.length())?;
         let (growth, old) = (model.growth(), self.model.growth());
         let zone = growth.zone_length();
         ParameterError::unless(zone > 0.0, "length of the growth zone", zone, "positive (m)")?;
-        // As many elements in the zone as before.
+        // The number of elements in the zone does not change.
         let divided = growth.elongates() && zone.is_finite();
         let longest_element = if divided { zone / self.resolution } else { self.mesh.longest_element };
         state.check_length(MOST_ELEMENTS * longest_element)?;
@@ -91,7 +86,7 @@ impl<M: Model> Shoot<M> {
     }
 }
 
-/// Refuses tropism laws that cannot live on the history of a state.
+/// Returns an error for tropism laws that cannot continue from the history of a state.
 fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateError> {
     let (size, laws) = (tropism.size(), Declaration::of(tropism));
     state.check_laws((size.variables, size.stimuli))?;
@@ -102,19 +97,24 @@ fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateEr
         ok,
         what,
         longest,
-        "not longer than the history of the shoot reaches back (s); `with_model_restarted` forgets it",
+        "at most the length of the shoot's history (s); `with_model_restarted` discards the history",
     )?)
 }
 
-/// Takes tissue out of the growth zone that is not in a new one of so many metres.
+/// Makes tissue mature that is outside a new growth zone of the given length (m).
 fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     let rod = &state.rod;
     let first = rod.first_growing();
-    // Ends of elements move by the exact flow.
+    // Ends of elements move by the exact flow, so their distances are accurate to rounding.
     let (growing, margin) = (rod.node_distances()[first.min(rod.elements())], SAME_PLACE * rod.length());
     let ok = first == 0 || zone <= growing + margin;
     let what = "length of the new growth zone";
-    ParameterError::unless(ok, what, zone, "not longer than the present one: mature tissue does not grow again (m)")?;
+    ParameterError::unless(
+        ok,
+        what,
+        zone,
+        "at most that of the present one, since mature tissue does not grow again (m)",
+    )?;
     if zone < growing - margin {
         let e = state.rod.node_distances()[first..].partition_point(|node| *node > zone + margin) + first;
         // The boundary lies in the element below node `e`, or on it.
@@ -123,12 +123,12 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
             state.split(e - 1, x);
         }
         let now = state.time;
-        state.mature(e - first, |_| now);
+        state.mature(e - first).iter_mut().for_each(|point| point.exit_time = now);
     }
     Ok(())
 }
 
-/// Puts nodes to keep where the load jumps.
+/// Adds nodes where the load jumps, and protects them from merging.
 fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
     for distance in jumps(model.load(), state.rod.initial_length())? {
         let Some((e, x)) = state.rod.locate_initial(distance) else { continue };

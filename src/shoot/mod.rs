@@ -1,7 +1,8 @@
-//! A shoot: a state together with the laws that it obeys, built and checked in one place.
+//! A shoot: a state together with the laws that it obeys.
 
 mod builder;
 mod change;
+mod nodes;
 mod rate;
 
 pub use builder::ShootBuilder;
@@ -17,37 +18,35 @@ use crate::scene::{Environment, Scene, after};
 use crate::state::{State, StateError};
 use crate::tropism::TropismLaw;
 
-/// Places that are nearer to each other than this fraction of the length are one.
+/// Largest distance of two places that are treated as one, relative to the length.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The number of elements of the longest kind that a shoot must stay below, so that a mistaken length or state is refused
-/// before memory is asked for it.
+/// Upper bound of the length of a shoot over that of its longest element. A mistaken length or state is an
+/// error before memory is allocated for it.
 const MOST_ELEMENTS: f64 = 1e6;
 
-/// How fine the elements of a growing shoot are kept.
+/// Criteria for dividing and merging the elements of a shoot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Mesh {
-    /// Longest element, m: a longer one in the growth zone is cut in two, and merging outside it makes none that is longer.
+pub(crate) struct Mesh {
+    /// Largest length of an element, m. A longer one in the growth zone is divided, and merging creates none.
     pub longest_element: f64,
-    /// Mature elements are merged while that turns what lies beyond by no more than this, rad:
-    /// [`ShootBuilder::merge_tolerance`].
+    /// Largest rotation by the merging of mature elements, rad: see [`ShootBuilder::merge_tolerance`].
     pub merge_tolerance: f64,
 }
 
-/// A shoot with its laws. Build one with [`Shoot::builder`], move it in time with an
-/// [`Integrator`](crate::integrator::Integrator).
+/// A state together with the laws that it obeys. [`Shoot::builder`] builds a shoot, and an
+/// [`Integrator`](crate::integrator::Integrator) advances it in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shoot<M> {
     pub(crate) model: M,
     pub(crate) mesh: Mesh,
-    /// How many of the longest elements the growth zone, or a shoot of constant length, is divided into.
+    /// Length of the growth zone, or of a shoot of constant length, over that of the longest element.
     pub(crate) resolution: f64,
     pub(crate) state: State,
 }
 
 impl<M: Model> Shoot<M> {
-    /// The laws.
+    /// The laws of the shoot.
     #[must_use]
     pub fn model(&self) -> &M {
         &self.model
@@ -59,7 +58,7 @@ impl<M: Model> Shoot<M> {
         &self.state
     }
 
-    /// The rod at the present time.
+    /// The rod at the present time, in its current shape.
     #[must_use]
     pub fn rod(&self) -> &Rod {
         &self.state.rod
@@ -71,21 +70,21 @@ impl<M: Model> Shoot<M> {
         self.state.time
     }
 
-    /// The position of the apex, the base at the origin, in the fixed frame, m.
+    /// The position of the apex in the fixed frame with the base as origin, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
         self.state.rod.tip()
     }
 
-    /// Time and gravity as they are now; at a discontinuity, as they are after it.
+    /// Present time and gravity. At a discontinuity they are the limits after it.
     #[must_use]
     pub fn environment(&self) -> Environment {
         let State { time, smooth_since, .. } = self.state;
         self.model.scene().environment(if time == smooth_since { after(time) } else { time })
     }
 
-    /// What the shoot is like at any place along it: strain and intrinsic strain, couple and force, growth rate. An integrator
-    /// must have started it, so that it is at rest.
+    /// The profile of the shoot: strain, intrinsic strain, couple, force and growth rate at any place. The
+    /// shoot must be in equilibrium, as after any call of an integrator.
     ///
     /// ```
     /// # use morphorod::Shoot;
@@ -112,16 +111,15 @@ impl<M: Model> Shoot<M> {
         Profile::growing(&state.rod, model.constitutive(), model.load(), model.growth(), self.environment())
     }
 
-    /// Goes back, or forth, to a state of this shoot that was kept before, or to one of a shoot with the same laws, on
-    /// whatever mesh.
+    /// Replaces the state by an earlier one of this shoot, or by one of a shoot with the same laws, on any mesh.
     ///
-    /// A state knows how many numbers its laws kept, but not the laws or their parameters. To go on under other laws restore the state
-    /// under those that it had, and exchange them with [`set_model`](Self::set_model) or [`with_model`](Self::with_model), so
-    /// that the shape is found anew and nodes are put where loads jump.
+    /// A state contains the number of variables and stimuli of its laws, but not the laws or their parameters.
+    /// To continue under other laws, restore the state under its own laws and exchange them by
+    /// [`with_model`](Self::with_model), which adds nodes where loads jump and has the shape recomputed.
     ///
     /// # Errors
-    /// A state that is not consistent in itself, whose history is of other laws, or that is so long that this shoot's mesh
-    /// would have a million elements. The shoot is then as it was.
+    /// A state that is inconsistent, whose history has other numbers of variables or stimuli, or whose length
+    /// exceeds a million times the longest element of this shoot. The shoot does not change then.
     pub fn restore(&mut self, state: &State) -> Result<(), StateError> {
         state.check()?;
         let size = self.model.tropism().size();
@@ -131,23 +129,25 @@ impl<M: Model> Shoot<M> {
         Ok(())
     }
 
-    /// Gives every material point an intrinsic strain (1/m), as [`Rod::set_intrinsic`] does. It may disturb a shoot in the middle of a
-    /// run.
+    /// Sets the intrinsic strain of every material point (along the directors, 1/m), as [`Rod::set_intrinsic`]
+    /// does. It may be called between two steps, to disturb a shoot.
     ///
-    /// The change is a discontinuity. The next call of an integrator finds the new shape and begins afresh from there.
+    /// The change is a discontinuity: the next call of an integrator computes the new shape and restarts with
+    /// short steps.
     pub fn set_intrinsic(&mut self, strain: impl FnMut(&MaterialPoint) -> Vector3<f64>) {
         self.state.rod.set_intrinsic(strain);
         (self.state.changed, self.state.plan) = (self.state.history.levels() > 0, None);
     }
 
-    /// How fine the elements are kept.
+    /// The largest length of an element, m. A longer one in the growth zone is divided, and merging creates none.
     #[must_use]
-    pub fn mesh(&self) -> Mesh {
-        self.mesh
+    pub fn longest_element(&self) -> f64 {
+        self.mesh.longest_element
     }
 }
 
-/// The places at which a load jumps on a shoot of a length at t = 0 (m), by their distance from the apex then, m.
+/// Places at which a load jumps, by their distance from the apex at t = 0 (m), on a shoot of the given length
+/// at t = 0 (m).
 fn jumps(load: &impl Load, length: f64) -> Result<Vec<f64>, ParameterError> {
     let jumps = load.jumps();
     for &distance in &jumps {
@@ -158,7 +158,7 @@ fn jumps(load: &impl Load, length: f64) -> Result<Vec<f64>, ParameterError> {
     Ok(jumps)
 }
 
-/// A shoot whose laws can cross threads can do so itself.
+/// A shoot is `Send` and `Sync` if its laws are.
 const _: () = {
     const fn crosses_threads<T: Send + Sync>() {}
     crosses_threads::<Shoot<DynLaws>>();
@@ -172,12 +172,12 @@ mod tests {
     use crate::state::StateError;
 
     #[test]
-    fn a_state_that_lacks_a_point_is_refused() {
+    fn inconsistent_states_are_refused() {
         let tissue = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
         let mut shoot = Shoot::builder(tissue).length(0.05).radius(5e-4).elements(2).build().unwrap();
         let (kept, mut lacking) = (shoot.state.clone(), shoot.state.clone());
         lacking.rod.remove_last_point();
-        let expected = RodError::Size { what: "material points", found: 7, expected: 8, elements: 2 };
+        let expected = RodError::Count { what: "material points", found: 7, expected: 8 };
         assert_eq!(shoot.restore(&lacking), Err(StateError::Rod(expected)));
         assert_eq!(shoot.state, kept);
         let mut long = kept.clone();

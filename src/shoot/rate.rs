@@ -1,4 +1,4 @@
-//! How fast a shoot steers at present.
+//! Rate of differential growth of a shoot.
 
 use super::Shoot;
 use crate::growth::GrowthLaw;
@@ -6,8 +6,9 @@ use crate::model::Model;
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
 impl<M: Model> Shoot<M> {
-    /// How fast differential growth turns the shoot at present: ∫ |u̇*| ds over the growth zone, rad/s. Without load no frame turns
-    /// faster against the base where nothing else moves; a shoot that sags turns faster. Zero before an integrator has started it.
+    /// The present rate of differential growth, ∫ |∂u*/∂t| ds over the growth zone, rad/s. In a shoot of
+    /// constant length without load it bounds the angular velocity of the frames relative to the base. Zero
+    /// before an integrator has started the shoot.
     #[must_use]
     pub fn steering_rate(&self) -> f64 {
         let (growth, tropism, history) = (self.model.growth(), self.model.tropism(), &self.state.history);
@@ -16,7 +17,7 @@ impl<M: Model> Shoot<M> {
         if history.levels() < 2 || history.size() != (size.variables, size.stimuli) {
             return 0.0;
         }
-        // A variable that no law reads has no reading.
+        // Variables without a delay are not read.
         let read = |delay: f64| history.reading(time - delay, time - delay);
         let readings: Vec<_> = laws.variables().iter().map(|variable| variable.delay.map(read)).collect();
         let mut past = vec![0.0; readings.len()];

@@ -185,9 +185,10 @@ impl State {
         Some(needed)
     }
 
-    /// Takes the first `elements` growing elements out of the growth zone, with an exit time (s) for each of their points.
-    pub(crate) fn mature(&mut self, elements: usize, exit: impl Fn(&MaterialPoint) -> f64) {
-        self.rod.mature(elements, exit);
+    /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
+    /// times must be set to less than infinity.
+    pub(crate) fn mature(&mut self, elements: usize) -> &mut [MaterialPoint] {
         self.history.drain(elements * self.rod.order().points());
+        self.rod.mature(elements)
     }
 }

@@ -119,7 +119,7 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
         let initial = case.initial;
         let mut shoot = Shoot::builder(YOUNG)
             .length(initial)
-            .taper(move |s| 0.01 * (initial - s))
+            .section(move |s| 0.01 * (initial - s))
             .elements(4)
             .merge_tolerance(0.0)
             .growth(case.law())

@@ -10,8 +10,9 @@ use morphorod::equilibrium::{EquilibriumSolver, Unloaded};
 use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, GradedWeight, Load, PointForce, Weight};
+use morphorod::profile::{Place, Profile};
 use morphorod::rod::Rod;
-use morphorod::{Order, Place, Profile, Scene, Shoot, Still};
+use morphorod::{Order, Scene, Shoot, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const LENGTH: f64 = 0.06;

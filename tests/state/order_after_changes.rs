@@ -16,7 +16,7 @@ fn disturb(shoot: &mut Shoot<DynLaws>) {
 
 fn weigh_down(shoot: &mut Shoot<DynLaws>) {
     let model = shoot.model().clone().with_load(Weight { density: 1.2 * WEIGHT.density });
-    shoot.set_model(model.into_dyn()).unwrap();
+    *shoot = shoot.with_model(model.into_dyn()).unwrap();
 }
 
 /// Advances the shoot and restores its former state.

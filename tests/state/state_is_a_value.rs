@@ -213,7 +213,7 @@ fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     run.advance(&mut shoot, 1200.0).unwrap();
     let kept = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Loaded { .. }, .. }), "{error}");
+    assert!(matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Parameter(_), .. }), "{error}");
     assert!(&kept == shoot.state());
 }
 

@@ -6,7 +6,7 @@ use crate::fixtures::rods;
 use crate::fixtures::rods::{DENSITY, LENGTH, RADIUS, density_for, weightless, young_tissue};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Constitutive, Lignifying, LinearElastic};
-use morphorod::equilibrium::{Branch, EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
+use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::load::{ApicalForce, Distributed, Load, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::{Environment, Order, ParameterError, Scene, Still};
@@ -118,9 +118,8 @@ fn exceeded_iteration_limit_reports_the_residual_and_leaves_the_rod() {
     let weight = Weight { density: density_for(100.0, LENGTH) };
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 16, Order::default()).expect("a rod");
     for bound in [1, 2, 5] {
-        for branch in [Branch::Stable, Branch::Nearest] {
-            let mut solver = NewtonSolver::default();
-            (solver.max_iterations, solver.branch) = (bound, branch);
+        for stable_only in [true, false] {
+            let mut solver = NewtonSolver { max_iterations: bound, stable_only, ..NewtonSolver::default() };
             let error = fails(&mut solver, &mut rod, &young_tissue(), &weight, &scene.environment(0.0));
             assert!(error.is_recoverable());
             let EquilibriumError::NoConvergence { iterations, step, residual, force } = error else {
@@ -149,8 +148,7 @@ fn invalid_solver_settings_are_refused() {
         let EquilibriumError::Parameter(parameter) = error else { panic!("{error}") };
         refused::<()>(Err(parameter), "tolerance of the equilibrium", bad);
     }
-    let mut idle = NewtonSolver::default();
-    idle.max_iterations = 0;
+    let mut idle = NewtonSolver { max_iterations: 0, ..NewtonSolver::default() };
     let error = fails(&mut idle, &mut upright(4), &young_tissue(), &(), &weightless());
     assert!(matches!(error, EquilibriumError::NoConvergence { iterations: 0, .. }), "{error}");
 }
@@ -184,12 +182,12 @@ fn unloaded_solver_refuses_every_load() {
     let environment = Still::upright().environment(0.0);
     let weight = DENSITY * rods::GRAVITY * std::f64::consts::PI * RADIUS * RADIUS * LENGTH;
     let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &environment);
-    let EquilibriumError::Loaded { force } = error else { panic!("{error}") };
+    let EquilibriumError::Parameter(ParameterError { value: force, .. }) = error else { panic!("{error}") };
     // The force is the whole weight at the base, up to four roundings.
     assert_relative_eq!(force, weight, epsilon = 0.0, max_relative = 8.0 * f64::EPSILON);
     let pull = ApicalForce(|_: f64| Vector3::new(0.0, 0.0, 1e-150));
     let error = fails(&mut Unloaded, &mut upright(4), &young_tissue(), &pull, &environment);
-    assert!(matches!(error, EquilibriumError::Loaded { .. }), "{error}");
+    assert!(matches!(error, EquilibriumError::Parameter(_)), "{error}");
     // A weight without gravity is not a load.
     assert!(Unloaded.solve(&mut upright(4), &young_tissue(), &Weight { density: DENSITY }, &weightless()).is_ok());
 }
@@ -209,8 +207,7 @@ fn solvers_do_not_panic_at_extreme_magnitudes() {
                         let before = rod.clone();
                         let tissue = LinearElastic { youngs_modulus: modulus, poissons_ratio: 0.3 };
                         let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -gravity) };
-                        let mut solver = NewtonSolver::default();
-                        solver.max_iterations = 20;
+                        let mut solver = NewtonSolver { max_iterations: 20, ..NewtonSolver::default() };
                         let answer = solver.solve(&mut rod, &tissue, &Weight { density: 1.0 }, &environment);
                         // A solution is finite, and an error leaves the rod unchanged.
                         assert!(normalised(&rod), "{answer:?}");

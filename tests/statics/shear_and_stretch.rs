@@ -9,8 +9,9 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::constitutive::{Constitutive, Graded, LinearElastic, Timoshenko, Tissue};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver, Unloaded};
 use morphorod::load::{ApicalForce, Distributed, Load, Weight};
+use morphorod::profile::Profile;
 use morphorod::rod::Rod;
-use morphorod::{Environment, Order, Profile, Scene, Section, Still};
+use morphorod::{Environment, Order, Scene, Section, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 

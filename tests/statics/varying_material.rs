@@ -226,7 +226,7 @@ fn section_that_jumps_at_a_node_is_kept_through_growth_and_merging() {
         let nodes: Vec<f64> = (0..=10).map(|i| 0.005 * f64::from(i)).collect();
         let mut shoot = Shoot::builder(YOUNG)
             .length(0.05)
-            .taper(move |s| if s < 0.04 { 1e-3 } else { thin })
+            .section(move |s| if s < 0.04 { 1e-3 } else { thin })
             .nodes(&nodes)
             .merge_tolerance(merge_tolerance)
             .growth(UniformGrowth { zone_length: 0.03, time: 20.0 * 3600.0 })
@@ -253,10 +253,10 @@ fn section_that_jumps_at_a_node_is_kept_through_growth_and_merging() {
 #[test]
 fn section_that_jumps_within_an_element_is_refused() {
     let jump = |s: f64| if s < 0.042 { 1e-3 } else { 1e-4 };
-    let error = Shoot::builder(YOUNG).length(0.05).taper(jump).into_dyn().build().unwrap_err();
-    assert!(error.to_string().contains("put nodes where it jumps") && error.place.is_some(), "{error}");
+    let error = Shoot::builder(YOUNG).length(0.05).section(jump).into_dyn().build().unwrap_err();
+    assert!(error.to_string().contains("put a node where it jumps") && error.place.is_some(), "{error}");
     let nodes = [0.0, 0.01, 0.02, 0.03, 0.042, 0.05];
-    assert!(Shoot::builder(YOUNG).length(0.05).taper(jump).nodes(&nodes).into_dyn().build().is_ok());
+    assert!(Shoot::builder(YOUNG).length(0.05).section(jump).nodes(&nodes).into_dyn().build().is_ok());
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn invalid_geometry_and_material_are_refused_by_name() {
     refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).into_dyn().build());
     // A radius that is invalid in one place only.
     refused("radius", &NOT_POSITIVE, |x| {
-        Shoot::builder(YOUNG).length(0.05).taper(move |s| if s > 0.04 { x } else { RADIUS }).into_dyn().build()
+        Shoot::builder(YOUNG).length(0.05).section(move |s| if s > 0.04 { x } else { RADIUS }).into_dyn().build()
     });
     // The message for a missing value contains no number.
     for (error, setter) in [

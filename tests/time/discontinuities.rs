@@ -180,7 +180,7 @@ fn invalid_announcements_of_discontinuities_are_errors() {
         let before = shoot.state().clone();
         let error = MethodOfSteps::new(90.0).advance(&mut shoot, 900.0).unwrap_err().to_string();
         assert!(shoot.state() == &before);
-        assert!(error.contains("that the load announces") || error.contains("that a law announces"), "{error}");
+        assert!(error.contains("next discontinuity of the load") || error.contains("that a law announces"), "{error}");
         error
     }
     // Endlessly many, not a number, always the same time, a time in the past.

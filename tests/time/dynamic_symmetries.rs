@@ -44,7 +44,7 @@ impl Case {
         let mut shoot =
             Shoot::builder(Lignifying { young, mature_modulus: 200.0 * young.youngs_modulus, time: 6.0 * DAY * s })
                 .length(0.066 * m)
-                .taper(move |at| 5e-4 * m * (1.0 - 3.0 * at / m))
+                .section(move |at| 5e-4 * m * (1.0 - 3.0 * at / m))
                 .elements(4)
                 .growth(UniformGrowth { zone_length: 0.065 * m, time: 20.0 * HOUR * s })
                 .tropism((

@@ -98,7 +98,7 @@ fn boundary_of_the_growth_zone_is_always_between_two_elements() {
     for t in [0.5, 1.0, 1.2, 1.5, 3.0, 6.1].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 100.0, &[t]);
         let rod = shoot.rod();
-        let first = rod.first_growing();
+        let first = rod.zone().start / rod.order().points();
         let (mature, growing) = rod.points().split_at(first * rod.order().points());
         assert!(mature.iter().all(|point| point.exit_time <= t) && growing.iter().all(|p| p.exit_time.is_infinite()));
         if first > 0 {
@@ -142,14 +142,14 @@ fn number_of_mature_elements_follows_the_slow_swings_not_the_ripples() {
     for t in [10.0, 20.0, 40.0].map(|h| h * HOUR) {
         let _ = tips(&mut shoot, 90.0, &[t]);
         let rod = shoot.rod();
-        let growing = rod.elements() - rod.first_growing();
+        let growing = rod.elements() - rod.zone().start / rod.order().points();
         // Elements are halved at an eighth of the zone, so lengths are between a sixteenth and an
         // eighth; the boundary cuts one more.
         assert!((8..=17).contains(&growing), "{growing} elements in the zone at {t} s");
         // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm. Its loss does not
         // depend on the length of the element. The slow swing, of 90 min and 2.6 mm, must be
         // resolved to 2e-3 rad: an element of eighth order covers nearly two swings.
-        let mature = rod.first_growing();
+        let mature = rod.zone().start / rod.order().points();
         let swings = (rod.length() - 0.07) / 2.6e-3;
         assert!((mature as f64) < 0.6 * swings + 8.0, "{mature} elements for {swings} swings");
     }

@@ -227,7 +227,7 @@ impl Stepper {
 
     /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no longer read.
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
-        shoot.state.mature(step.leaving, |point| point.exit_time);
+        shoot.state.mature(step.leaving);
         // Levels are kept somewhat longer than they are read: the choice of the steps after a breaking point depends on them.
         let kept = EQUAL_STEPS * (step.to - step.from);
         shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, ORDER, &mut self.spare);

@@ -3,7 +3,7 @@
 use super::{FIRST_STEP, IntegrationError, MAX_PARTS, ORDER, ROUNDING, RunOptions};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::model::Model;
+use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
 use crate::shoot::Shoot;
 use crate::state::CLOSE;
@@ -37,7 +37,7 @@ impl StepEnd {
 /// Returns whether something has a discontinuity at the start of a run.
 pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool, ParameterError> {
     let start = shoot.state.time;
-    Ok(shoot.model.next_discontinuity(before(start))? <= after(start))
+    Ok(next_discontinuity(&shoot.model, before(start))? <= after(start))
 }
 
 /// Returns the last breaking point up to the present, and the next one, s. At a breaking point a delayed variable passes a discontinuity of
@@ -142,7 +142,7 @@ pub(super) fn next_step_end(
     let (t, until, size) = (shoot.state.time, options.until, options.step);
     // Discontinuities within rounding of each other are one.
     let passed = t == shoot.state.smooth_since;
-    let discontinuity = shoot.model.next_discontinuity(if passed { after(t) } else { t })?;
+    let discontinuity = next_discontinuity(&shoot.model, if passed { after(t) } else { t })?;
     ParameterError::unless(
         !passed || discontinuity > after(after(t)),
         "discontinuity that a law announces",

@@ -1,0 +1,159 @@
+use super::*;
+use crate::equilibrium::line::samples::{BENDING, Yielding};
+use crate::reference_element::Order;
+use crate::section::Section;
+use crate::so3;
+
+/// An element with arbitrary data, in units in which everything is of order one.
+struct Sample {
+    frames: [UnitQuaternion<f64>; 2],
+    rotations: Vec<Vector3<f64>>,
+    points: Vec<MaterialPoint>,
+    forces: Vec<Vector3<f64>>,
+    material: &'static (dyn Constitutive + Sync),
+}
+
+const LAWS: [&(dyn Constitutive + Sync); 2] = [&BENDING, &Yielding];
+
+fn sample(order: Order, material: &'static (dyn Constitutive + Sync)) -> Sample {
+    // Irrational multiples of an integer have no special direction or magnitude.
+    let mut state = 0.0_f64;
+    let mut next = move || {
+        state += 1.0;
+        (state * 2.399_963).sin() * 0.8
+    };
+    let mut vector = move || Vector3::new(next(), next(), next());
+    let p = order.points();
+    let start = so3::exp(&vector());
+    let rotations: Vec<_> = (0..p).map(|_| vector()).collect();
+    let end = start * so3::exp(&rotations[p - 1]);
+    let points = (0..p)
+        .map(|_| MaterialPoint {
+            intrinsic: vector(),
+            jacobian: 1.3,
+            apex_distance: 0.0,
+            initial_apex_distance: 0.0,
+            exit_time: f64::INFINITY,
+            section: Section::circle(1.0),
+        })
+        .collect();
+    Sample { frames: [start, end], rotations, points, forces: (0..p).map(|_| vector()).collect(), material }
+}
+
+fn evaluate<const P: usize>(order: Order, s: &Sample) -> (f64, ElementSystem) {
+    let mut system = ElementSystem::default();
+    let data = s.data();
+    let energy = system.evaluate::<P, true>(ReferenceElement::of(order), &s.material, &data);
+    (energy, system)
+}
+
+impl Sample {
+    fn data(&self) -> ElementData<'_> {
+        ElementData {
+            frame: &self.frames[0],
+            rotations: &self.rotations,
+            points: &self.points,
+            forces: &self.forces,
+            time: 0.0,
+        }
+    }
+
+    /// Rotates the last frame and the first about their own axes, at fixed interior rotation vectors.
+    fn turned(&self, last: &Vector3<f64>, first: &Vector3<f64>) -> Self {
+        let frames = [self.frames[0] * so3::exp(first), self.frames[1] * so3::exp(last)];
+        let mut rotations = self.rotations.clone();
+        if let Some(end) = rotations.last_mut() {
+            *end = so3::log(&(frames[0].inverse() * frames[1]));
+        }
+        Self { frames, rotations, points: self.points.clone(), forces: self.forces.clone(), ..*self }
+    }
+}
+
+/// The gradient with respect to rotations of both frames, at fixed interior rotation vectors.
+fn frame_gradient<const P: usize>(order: Order, s: &Sample) -> [f64; 6] {
+    let (_, system) = evaluate::<P>(order, s);
+    let (end, whole) = (system.gradient[P - 1], system.gradient[P]);
+    let (g1, g0) = (system.chain.tr_mul(&end), whole - system.chain * end);
+    [g1.x, g1.y, g1.z, g0.x, g0.y, g0.z]
+}
+
+fn unit(i: usize, h: f64) -> (Vector3<f64>, Vector3<f64>) {
+    let mut v = [Vector3::zeros(); 2];
+    v[i / 3][i % 3] = h;
+    (v[0], v[1])
+}
+
+#[test]
+fn gradient_matches_differences_of_the_energy() {
+    let order = Order::Six;
+    for material in LAWS {
+        let s = sample(order, material);
+        let gradient = frame_gradient::<3>(order, &s);
+        for (i, value) in gradient.iter().enumerate() {
+            let h = 1e-5;
+            let energy = |h: f64| {
+                let (last, first) = unit(i, h);
+                evaluate::<3>(order, &s.turned(&last, &first)).0
+            };
+            // Central difference: h² times a third derivative of order ten, and rounding 1e-16/h.
+            assert!(((energy(h) - energy(-h)) / (2.0 * h) - value).abs() < 1e-8);
+        }
+    }
+}
+
+#[test]
+fn condensed_hessian_without_interior_matches_differences_of_the_gradient() {
+    // With one Gauss point there is no interior, so the condensed blocks are the whole Hessian. It is symmetric in
+    // the chart exp(φ̂), the difference of the gradient is one in moving frames: they differ by the antisymmetric
+    // part, half the couple.
+    let order = Order::Two;
+    for material in LAWS {
+        let s = sample(order, material);
+        let (_, mut system) = evaluate::<1>(order, &s);
+        let mut inertia = Inertia::default();
+        let blocks = system.condense::<1>(&s.data(), 0.0, &mut inertia);
+        let h = 1e-5;
+        for i in 0..6 {
+            for j in 0..6 {
+                let difference = |i: usize, j: usize| {
+                    let (plus, minus) = (unit(j, h), unit(j, -h));
+                    (frame_gradient::<1>(order, &s.turned(&plus.0, &plus.1))[i]
+                        - frame_gradient::<1>(order, &s.turned(&minus.0, &minus.1))[i])
+                        / (2.0 * h)
+                };
+                let expected = 0.5 * (difference(i, j) + difference(j, i));
+                let value = match (i / 3, j / 3) {
+                    (0, 0) => blocks.h11[(i, j)],
+                    (1, 1) => blocks.h00[(i - 3, j - 3)],
+                    (1, 0) => blocks.h01[(i - 3, j)],
+                    _ => blocks.h01[(j - 3, i)],
+                };
+                assert!((value - expected).abs() < 1e-7, "({i}, {j}): {value} against {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn hessian_matches_differences_of_the_gradient() {
+    let order = Order::Eight;
+    for material in LAWS {
+        let s = sample(order, material);
+        let (_, system) = evaluate::<4>(order, &s);
+        let h = 1e-5;
+        for j in 0..12 {
+            let gradient = |h: f64| {
+                let mut moved =
+                    Sample { rotations: s.rotations.clone(), points: s.points.clone(), forces: s.forces.clone(), ..s };
+                moved.rotations[j / 3][j % 3] += h;
+                evaluate::<4>(order, &moved).1.gradient
+            };
+            let (plus, minus) = (gradient(h), gradient(-h));
+            for i in j..15 {
+                let expected = (plus[i / 3][i % 3] - minus[i / 3][i % 3]) / (2.0 * h);
+                let value = system.hessian.at(j, i);
+                assert!((value - expected).abs() < 1e-6, "({i}, {j}): {value} against {expected}");
+            }
+        }
+    }
+}
