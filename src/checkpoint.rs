@@ -1,7 +1,7 @@
-//! Checkpoints: a [`State`](crate::State), with whatever else a program needs to go on, as bytes that can be trusted.
+//! Checkpoints: a [`State`](crate::State), and other data that a program needs to resume, as bytes with a checksum.
 //!
-//! Every bit of a number is kept, infinities included. Bytes that are damaged, cut short, foreign or of another version are refused
-//! with an error that says which. A file is best replaced whole: written beside the old one, and renamed.
+//! All bits of the numbers are kept, also those of infinities. Bytes that are damaged, truncated, foreign or of another version are
+//! refused with an error that tells these apart. To replace a file safely, write a new file beside it and rename that.
 //!
 //! ```
 //! use morphorod::{Shoot, State, checkpoint, constitutive::LinearElastic};
@@ -17,49 +17,47 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::error::debug_by_display;
 use crate::state::{FORMAT, StateError, check_format};
 
-/// What the bytes begin with.
+/// First bytes of a checkpoint.
 const NAME: &[u8; 9] = b"morphorod";
-/// Behind the name: the format (4 bytes), the length of the content (8), a checksum of these two and the content (4), all with the
-/// lowest byte first.
+/// Length of the header: the name, the format (4 bytes), the length of the content (8), and a checksum of the format, the length and the
+/// content (4), all little-endian.
 const HEAD: usize = NAME.len() + 4 + 8 + 4;
 
-/// Bytes that are no checkpoint that this version can read, or something that cannot be made one.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Reason why bytes are not a valid checkpoint, or why data cannot be written as one.
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
-    /// Something else.
-    #[error("this is no checkpoint of morphorod")]
+    /// The bytes do not begin with the name of this format.
+    #[error("this is not a checkpoint of morphorod")]
     Foreign,
     /// The checkpoint has another format.
     #[error(transparent)]
     State(#[from] StateError),
-    /// Cut short, or with something behind its end.
-    #[error("the checkpoint has {found} bytes but was written with {written}")]
+    /// The checkpoint is truncated, or followed by other bytes.
+    #[error("the checkpoint has {found} bytes but must have {expected}: it is truncated, or followed by other bytes")]
     Length {
-        /// How many there are.
+        /// Number of bytes.
         found: u64,
-        /// How many there were, or must be at least where the end of the length itself is missing.
-        written: u64,
+        /// Number of bytes that were written; if the header is truncated, the length of the header.
+        expected: u64,
     },
-    /// A bit is not as it was.
-    #[error("the checkpoint is damaged: its checksum is {found:08x} but was {written:08x}")]
-    Damaged {
-        /// The checksum of what is there.
-        found: u32,
-        /// The checksum of what was written.
-        written: u32,
-    },
-    /// Sound bytes of something else than what was asked for, or something that has no such form.
-    #[error("the checkpoint holds something else: {0}")]
+    /// The content does not match its checksum.
+    #[error("the checkpoint is damaged: its content was changed after it was written, and does not match its checksum")]
+    Damaged,
+    /// The content is valid, but of another type than the requested one, or the data cannot be serialised.
+    #[error("the data of the checkpoint are not of the requested type: {0}")]
     Content(String),
 }
 
-/// Writes anything: a state, or a tuple of a state and other things.
+debug_by_display!(CheckpointError);
+
+/// Serialises a value, such as a state, or a tuple of a state and other data.
 ///
 /// # Errors
-/// [`CheckpointError::Content`] if it says itself that it cannot be written.
+/// [`CheckpointError::Content`] if the value cannot be serialised.
 pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
     let content = postcard::to_allocvec(value).map_err(|error| CheckpointError::Content(error.to_string()))?;
     let (format, length) = (FORMAT.to_le_bytes(), (content.len() as u64).to_le_bytes());
@@ -67,29 +65,28 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
     Ok([NAME.as_slice(), &format, &length, &checksum, &content].concat())
 }
 
-/// Reads what [`to_bytes`] has written, as the same type.
+/// Deserialises a value of the same type from the bytes that [`to_bytes`] has returned.
 ///
 /// # Errors
-/// What is wrong with the bytes.
+/// Any [`CheckpointError`]. The variant tells what is wrong with the bytes.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointError> {
     let rest = bytes.strip_prefix(NAME).ok_or(CheckpointError::Foreign)?;
     let found = bytes.len() as u64;
-    let cut_short = CheckpointError::Length { found, written: HEAD as u64 };
+    let cut_short = CheckpointError::Length { found, expected: HEAD as u64 };
     let (format, rest) = rest.split_first_chunk::<4>().ok_or(cut_short.clone())?;
     check_format(u32::from_le_bytes(*format))?;
     let (length, rest) = rest.split_first_chunk::<8>().ok_or(cut_short.clone())?;
     let (written, content) = rest.split_first_chunk::<4>().ok_or(cut_short)?;
-    let whole = u64::from_le_bytes(*length).saturating_add(HEAD as u64);
-    if whole != found {
-        return Err(CheckpointError::Length { found, written: whole });
+    let expected = u64::from_le_bytes(*length).saturating_add(HEAD as u64);
+    if found != expected {
+        return Err(CheckpointError::Length { found, expected });
     }
-    let (found, written) = (checksum(format, length, content), u32::from_le_bytes(*written));
-    if found != written {
-        return Err(CheckpointError::Damaged { found, written });
+    if checksum(format, length, content) != u32::from_le_bytes(*written) {
+        return Err(CheckpointError::Damaged);
     }
     match postcard::take_from_bytes(content) {
         Ok((value, [])) => Ok(value),
-        Ok((_, rest)) => Err(CheckpointError::Content(format!("{} bytes are left over", rest.len()))),
+        Ok((_, rest)) => Err(CheckpointError::Content(format!("{} more bytes follow", rest.len()))),
         Err(error) => Err(CheckpointError::Content(error.to_string())),
     }
 }

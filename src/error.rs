@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// A parameter was given a value that it cannot have, or was not given.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ParameterError {
     /// What the parameter is called, with the law that it belongs to.
@@ -36,6 +36,20 @@ impl fmt::Display for ParameterError {
 }
 
 impl std::error::Error for ParameterError {}
+
+/// Implements `Debug` of an error by its `Display`: `main() -> Result<(), Box<dyn Error>>` and `unwrap` print the former.
+macro_rules! debug_by_display {
+    ($error:ty) => {
+        impl std::fmt::Debug for $error {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                std::fmt::Display::fmt(self, f)
+            }
+        }
+    };
+}
+pub(crate) use debug_by_display;
+
+debug_by_display!(ParameterError);
 
 impl ParameterError {
     /// Refuses `value` unless `ok`.

@@ -27,7 +27,7 @@ const COMPLIANCE: f64 = 1e-2;
 /// compensated.
 const INSIDE: f64 = 20.0;
 /// Upper bound of that angle unless the tolerance is larger, rad.
-const LARGEST_INSIDE: f64 = 2e-3;
+pub(crate) const LARGEST_INSIDE: f64 = 2e-3;
 
 /// The smallest tolerance (rad) that permits the loss of an angle inside an element. The angle is a root mean square,
 /// rad.

@@ -190,7 +190,7 @@ pub trait TropismLaw {
     /// Writes the steady state of the variables: those whose [`rates`](Self::rates) vanish under these stimuli. As provided the variables
     /// are those of [`at_rest`](Self::at_rest), which is a steady state only under stimuli that do not drive them. The module
     /// [`stability`](crate::stability) and [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) compare it with the rates and return an error
-    /// if it is wrong; [`SteadyHistory`](crate::integrator::SteadyHistory) does not.
+    /// if it is wrong; [`ConstantHistory::Steady`](crate::integrator::ConstantHistory::Steady) does not.
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.at_rest(stimuli, variables);
     }

@@ -47,7 +47,7 @@ impl Default for SteadyStateSolver {
 
 impl SteadyStateSolver {
     /// Brings the shoot into a steady state at its present time. Start an integrator with
-    /// [`SteadyHistory`](crate::integrator::SteadyHistory) to keep it there.
+    /// [`ConstantHistory::Steady`](crate::integrator::ConstantHistory::Steady) to keep it there.
     ///
     /// # Errors
     /// Laws that are not autonomous or have no steady state, or no equilibrium. The shoot is then unchanged.
