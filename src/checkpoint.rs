@@ -1,12 +1,14 @@
 //! Checkpoints: a [`State`](crate::State), and other data that a program needs to resume, as bytes with a checksum.
 //!
-//! All bits of the numbers are kept, also those of infinities. Bytes that are damaged, truncated, foreign or of another version are
-//! refused with an error that tells these apart. To replace a file safely, write a new file beside it and rename that.
+//! All bits of the numbers are kept, also those of infinities. Bytes that are damaged, truncated, foreign or of
+//! another version are refused with an error that tells these apart. To replace a file safely, write a new file
+//! beside it and rename that.
 //!
 //! ```
 //! use morphorod::{Shoot, State, checkpoint, constitutive::LinearElastic};
 //!
-//! let shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }).length(0.05).radius(5e-4).build()?;
+//! let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
+//! let shoot = Shoot::builder(law).length(0.05).radius(5e-4).build()?;
 //! let notes = vec![(0.0, 0.05)];
 //! let bytes = checkpoint::to_bytes(&(shoot.state(), &notes))?;
 //! let (state, read): (State, Vec<(f64, f64)>) = checkpoint::from_bytes(&bytes)?;
@@ -22,9 +24,9 @@ use crate::state::{FORMAT, StateError, check_format};
 
 /// First bytes of a checkpoint.
 const NAME: &[u8; 9] = b"morphorod";
-/// Length of the header: the name, the format (4 bytes), the length of the content (8), and a checksum of the format, the length and the
-/// content (4), all little-endian.
-const HEAD: usize = NAME.len() + 4 + 8 + 4;
+/// Length of the header in bytes: the name, the format (4), the length of the content (8), and a checksum of
+/// the format, the length and the content (4), all little-endian.
+const HEADER: u64 = NAME.len() as u64 + 4 + 8 + 4;
 
 /// Reason why bytes are not a valid checkpoint, or why data cannot be written as one.
 #[derive(Clone, PartialEq, thiserror::Error)]
@@ -72,12 +74,12 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointError> {
     let rest = bytes.strip_prefix(NAME).ok_or(CheckpointError::Foreign)?;
     let found = bytes.len() as u64;
-    let cut_short = CheckpointError::Length { found, expected: HEAD as u64 };
+    let cut_short = CheckpointError::Length { found, expected: HEADER };
     let (format, rest) = rest.split_first_chunk::<4>().ok_or(cut_short.clone())?;
     check_format(u32::from_le_bytes(*format))?;
     let (length, rest) = rest.split_first_chunk::<8>().ok_or(cut_short.clone())?;
     let (written, content) = rest.split_first_chunk::<4>().ok_or(cut_short)?;
-    let expected = u64::from_le_bytes(*length).saturating_add(HEAD as u64);
+    let expected = u64::from_le_bytes(*length).saturating_add(HEADER);
     if found != expected {
         return Err(CheckpointError::Length { found, expected });
     }

@@ -25,9 +25,7 @@ pub enum IntegrationError {
         source: EquilibriumError,
     },
     /// The corrections of an implicit step did not converge.
-    #[error(
-        "the corrections of the step to {time} s did not converge: the last one changed an angle by {change:.3e} rad; take a shorter step"
-    )]
+    #[error("the step to {time} s did not converge: its last correction changed an angle by {change:.3e} rad")]
     NotConverged {
         /// End of the step, s.
         time: f64,
@@ -54,8 +52,8 @@ pub enum IntegrationError {
     },
     /// Growth stretches an element so unevenly that its Gauss points do not resolve it.
     #[error(
-        "growth up to {time} s stretches one end of element {element} {ratio:.1} times as much as the other, which its material \
-         points do not resolve: take more elements, or a shorter step"
+        "growth up to {time} s stretches one end of element {element} {ratio:.1} times as much as the other, which \
+         its material points do not resolve: take more elements, or a shorter step"
     )]
     Uneven {
         /// End of the step, s.

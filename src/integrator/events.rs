@@ -50,8 +50,8 @@ pub(super) fn advance_until<M: Model>(
     })
 }
 
-/// Advances the shoot to the time in a step at which the condition begins to hold, by steps from the state `before`. The last of these
-/// steps counts as a step, and the others as trial steps.
+/// Advances the shoot to the time in a step at which the condition begins to hold, by steps from the state
+/// `before`. The last of these steps counts as a step, and the others as trial steps.
 fn locate<M: Model>(
     integrator: &mut impl Integrator,
     shoot: &mut Shoot<M>,
@@ -68,7 +68,8 @@ fn locate<M: Model>(
         shoot.state.copy_from(before);
         let step = integrator.advance(shoot, time)?;
         let value = holds(evaluate(shoot)?);
-        trials += if value > 0.0 { std::mem::replace(&mut last_step, step) } else { step }.as_trial();
+        let discarded = if value > 0.0 { std::mem::replace(&mut last_step, step) } else { step };
+        trials += discarded.as_trial();
         Ok::<_, IntegrationError>(value)
     })?;
     if shoot.time() != event {

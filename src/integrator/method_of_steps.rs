@@ -11,14 +11,15 @@ use crate::state::State;
 
 /// Integrator of fourth order in time with a fixed longest step, for laws with any delay.
 ///
-/// A step that is not longer than the shortest delay depends only on the past. It is explicit: the intrinsic strain at its end is a
-/// quadrature, one equilibrium determines the shape, and the laws' variables are integrated with the stimuli of the last four equilibria,
-/// interpolated in time.
+/// A step that is not longer than the shortest delay depends only on the past. It is explicit: the intrinsic
+/// strain at its end is a quadrature, one equilibrium determines the shape, and the laws' variables are
+/// integrated with the stimuli of the last four equilibria, interpolated in time.
 ///
-/// A longer step, or a step of laws without delay, is implicit. It is solved by fixed-point iteration: the step is repeated with the
-/// variables at its end until an angle changes by less than [`tolerance`](Self::tolerance). The iteration contracts by about the step
-/// times the fastest rate of response. Each correction costs one equilibrium.
-/// [`guide::method`](crate::guide::method) describes the method and its order of accuracy.
+/// A longer step, or a step of laws without delay, is implicit. It is solved by fixed-point iteration: the step
+/// is repeated with the variables at its end until an angle changes by less than
+/// [`tolerance`](Self::tolerance). The iteration contracts by about the step times the fastest rate of
+/// response. Each correction costs one equilibrium. [`guide::method`](crate::guide::method) describes the
+/// method and its order of accuracy.
 #[derive(Debug, Clone)]
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
@@ -27,8 +28,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     pub tolerance: f64,
     /// Largest number of corrections of an implicit step.
     pub max_corrections: usize,
-    /// Largest number of times in a call that a step is repeated with half its length after a recoverable error; zero by default.
-    /// [`Statistics::retries`] counts these repetitions.
+    /// Largest number of times in a call that a step is repeated with half its length after a recoverable
+    /// error; zero by default. [`Statistics::retries`] counts these repetitions.
     pub retries: usize,
     /// Solver of the equilibria.
     pub solver: E,
@@ -37,8 +38,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
 }
 
 impl MethodOfSteps<NewtonSolver> {
-    /// An integrator with steps of `step` seconds, and Newton's method with a tolerance of 1e-8 rad for the equilibria. This tolerance is
-    /// well below the error in time of usual steps.
+    /// An integrator with steps of `step` seconds, and Newton's method with a tolerance of 1e-8 rad for the
+    /// equilibria. This tolerance is well below the error in time of usual steps.
     #[must_use]
     pub fn new(step: f64) -> Self {
         Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
@@ -46,8 +47,8 @@ impl MethodOfSteps<NewtonSolver> {
 }
 
 impl<E> MethodOfSteps<E> {
-    /// An integrator with steps of `step` seconds and a given solver of the equilibria. At most 30 corrections of a step reduce their
-    /// change of angles to 1e-8 rad.
+    /// An integrator with steps of `step` seconds and a given solver of the equilibria. At most 30 corrections
+    /// of a step reduce their change of angles to 1e-8 rad.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
         let (stepper, backup) = (Stepper::default(), None);

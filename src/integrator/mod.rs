@@ -23,32 +23,35 @@ use crate::shoot::Shoot;
 use crate::state::ORDER;
 use error::Outcome;
 
-/// Ratio of the first step after a discontinuity to a full step. The following steps double the time since the discontinuity. The
-/// stimuli of the first step are interpolated through two levels only. This is an error of third order in a step that is 64 times
-/// shorter.
+/// Ratio of the first step after a discontinuity to a full step. The following steps double the time since the
+/// discontinuity. The stimuli of the first step are interpolated through two levels only. This is an error of
+/// third order in a step that is 64 times shorter.
 const FIRST_STEP: f64 = 1.0 / 64.0;
 
 /// Largest number of halvings of an interval: 2⁻⁴⁰ = 1e-12 of it is near the rounding of times.
 const MAX_HALVINGS: usize = 40;
 
-/// Relative difference of times, lengths and norms that is attributed to rounding: about the square root of the machine precision.
+/// Relative difference of times, lengths and norms that is attributed to rounding: about the square root of the
+/// machine precision.
 const ROUNDING: f64 = 1e-9;
 
 /// A method that integrates a shoot in time. After an error the state of the shoot is the one before the call.
 pub trait Integrator {
-    /// Solves the equilibrium of a shoot at its present time, and sets the history of its laws. The other methods do this with
-    /// [`ConstantHistory::Empty`] for a shoot that was never started. A second call begins a new history.
+    /// Solves the equilibrium of a shoot at its present time, and sets the history of its laws. The other
+    /// methods do this with [`ConstantHistory::Empty`] for a shoot that was never started. A second call begins
+    /// a new history.
     ///
     /// # Errors
-    /// - [`Parameter`](IntegrationError::Parameter): a setting is out of range, or the rates of a declared memory are not those of a
-    ///   memory.
+    /// - [`Parameter`](IntegrationError::Parameter): a setting is out of range, or the rates of a declared
+    ///   memory are not those of a memory.
     /// - [`Equilibrium`](IntegrationError::Equilibrium): the equilibrium was not found.
     /// - [`NotFinite`](IntegrationError::NotFinite): a law, the scene or the history returned NaN or infinity.
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many elements.
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics>;
 
-    /// Advances the shoot to time `until` (s). Steps end at every discontinuity that the laws announce. Laws are evaluated a few units
-    /// of rounding before and after a discontinuity, never at it. At the time of a discontinuity the shoot has the shape after it.
+    /// Advances the shoot to time `until` (s). Steps end at every discontinuity that the laws announce. Laws
+    /// are evaluated a few units of rounding before and after a discontinuity, never at it. At the time of a
+    /// discontinuity the shoot has the shape after it.
     ///
     /// # Errors
     /// Those of [`start`](Self::start), and:
@@ -66,8 +69,8 @@ pub trait Integrator {
     /// Those of [`advance`](Self::advance).
     fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics>;
 
-    /// Makes one of the steps by which [`advance`](Self::advance) reaches time `until` (s), so that the shoot can be observed after every
-    /// step. No step is made if the shoot is at that time already.
+    /// Makes one of the steps by which [`advance`](Self::advance) reaches time `until` (s), so that the shoot
+    /// can be observed after every step. No step is made if the shoot is at that time already.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -90,11 +93,12 @@ pub trait Integrator {
 
     /// Advances the shoot until a condition first holds (event location), at the latest until the time `latest` (s).
     ///
-    /// The condition is a function of the shoot that is negative before the event, and zero or positive from then on. It is evaluated
-    /// after every step. If its sign has changed in a step, shorter steps locate the time of the change. The function should be
-    /// continuous there. **An event that begins and ends within one step is not detected:** use a condition whose sign stays, such as a
-    /// component that passes through zero, or steps that are short compared with the event. [`Adaptive`] chooses its steps for the whole
-    /// time until `latest` beforehand: a `latest` soon after the event costs least.
+    /// The condition is a function of the shoot that is negative before the event, and zero or positive from
+    /// then on. It is evaluated after every step. If its sign has changed in a step, shorter steps locate the
+    /// time of the change. The function should be continuous there. **An event that begins and ends within one
+    /// step is not detected:** use a condition whose sign stays, such as a component that passes through zero,
+    /// or steps that are short compared with the event. [`Adaptive`] chooses its steps for the whole time until
+    /// `latest` beforehand: a `latest` soon after the event costs least.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -110,9 +114,9 @@ pub trait Integrator {
     /// The condition for a shoot that no longer moves is `|shoot| 1e-9 - shoot.steering_rate()`, in rad/s.
     ///
     /// # Errors
-    /// Those of [`advance`](Self::advance), [`NotFinite`](IntegrationError::NotFinite) for a condition that is NaN, and
-    /// [`NotReached`](IntegrationError::NotReached) if the condition does not hold by the time `latest`. To keep the shape at that time,
-    /// write a loop over [`step`](Self::step) instead.
+    /// Those of [`advance`](Self::advance), [`NotFinite`](IntegrationError::NotFinite) for a condition that is
+    /// NaN, and [`NotReached`](IntegrationError::NotReached) if the condition does not hold by the time
+    /// `latest`. To keep the shape at that time, write a loop over [`step`](Self::step) instead.
     fn advance_until<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
@@ -125,9 +129,9 @@ pub trait Integrator {
         events::advance_until(self, shoot, latest, condition)
     }
 
-    /// Advances the shoot to time `until` (s), and passes it to `show` at given output times on the way, in increasing order. The output
-    /// times do not change the steps of [`MethodOfSteps`]. An output time between two steps costs one further equilibrium, and does not
-    /// count as a step.
+    /// Advances the shoot to time `until` (s), and passes it to `show` at given output times on the way, in
+    /// increasing order. The output times do not change the steps of [`MethodOfSteps`]. An output time between
+    /// two steps costs one further equilibrium, and does not count as a step.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -142,8 +146,8 @@ pub trait Integrator {
     /// ```
     ///
     /// # Errors
-    /// Those of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time that is before the present
-    /// or an earlier output time, or after `until`.
+    /// Those of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time
+    /// that is before the present or an earlier output time, or after `until`.
     fn advance_showing<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,

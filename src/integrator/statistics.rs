@@ -24,8 +24,8 @@ pub struct Statistics {
     pub halvings: usize,
     /// Number of steps that were repeated with half their length after a recoverable error.
     pub retries: usize,
-    /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The quasi-static model does
-    /// not resolve the motion in between.
+    /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
+    /// quasi-static model does not resolve the motion in between.
     pub snaps: usize,
     /// End of the step with the last snap, s.
     pub last_snap: Option<f64>,
@@ -33,8 +33,8 @@ pub struct Statistics {
     pub largest_jump: f64,
     /// Number of steps of trial runs. The other costs of trial runs are included in the other counts.
     pub trial_steps: usize,
-    /// Estimate of the largest distance between the centre line and the exact one, relative to the length, if the integrator estimates
-    /// it.
+    /// Estimate of the largest distance between the centre line and the exact one, relative to the length, if
+    /// the integrator estimates it.
     pub error: Option<f64>,
     /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,

@@ -14,7 +14,8 @@ pub enum StateError {
         /// Number of the format of the data.
         found: u32,
     },
-    /// A number of the state or a parameter of the laws is out of range, or two parts of the state do not have the same size.
+    /// A number of the state or a parameter of the laws is out of range, or two parts of the state do not have
+    /// the same size.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The rod is damaged.
@@ -22,8 +23,8 @@ pub enum StateError {
     Rod(#[from] RodError),
     /// The state belongs to other laws.
     #[error(
-        "the state has {} variables and {} stimuli at a point, but the laws of the shoot have {} and {}; `with_model_restarted` gives \
-         a shoot such laws without a history",
+        "the state has {} variables and {} stimuli at a point, but the laws of the shoot have {} and {}; \
+         `with_model_restarted` gives a shoot such laws without a history",
         found.0, found.1, expected.0, expected.1
     )]
     Laws {

@@ -6,15 +6,16 @@ use std::ops::Range;
 use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
 
-/// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables are collocated at this
-/// number of points. Between two levels the variables are cubic. Three levels would give third order; five levels would still give the
-/// fourth order of the cubic.
+/// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
+/// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
+/// third order; five levels would still give the fourth order of the cubic.
 pub(crate) const ORDER: usize = 4;
 
 /// Weights that map the values at the points of an element to the values at the points of a part of it.
 type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
-/// History of the growth zone at several times, the levels, oldest first. Two levels of the same time mark a discontinuity of the rates.
+/// History of the growth zone at several times, the levels, oldest first. Two levels of the same time mark a
+/// discontinuity of the rates.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct History {
@@ -69,7 +70,8 @@ impl std::ops::Deref for Nodes {
 pub(crate) type Spare = Vec<Vec<f64>>;
 
 impl History {
-    /// A history of zeros at the given times, with the given numbers of variables and stimuli at each of `points` points.
+    /// A history of zeros at the given times, with the given numbers of variables and stimuli at each of
+    /// `points` points.
     pub fn zeros((variables, stimuli): (usize, usize), points: usize, times: impl Iterator<Item = f64>) -> Self {
         let level = |time| Level { time, rows: vec![0.0; points * (2 * variables + stimuli)] };
         Self { variables, stimuli, levels: times.map(level).collect() }
@@ -167,8 +169,9 @@ impl History {
         (column(variable), column(self.variables + variable))
     }
 
-    /// Calls `visit` with the data of a step at every point: the variables at the last level but one, the stimuli at `levels`, which end
-    /// with the last level, and the variables and rates at the last level, to be written.
+    /// Calls `visit` with the data of a step at every point: the variables at the last level but one, the
+    /// stimuli at `levels`, which end with the last level, and the variables and rates at the last level, to be
+    /// written.
     ///
     /// # Errors
     /// The first point for which `visit` returns false.
@@ -198,8 +201,8 @@ impl History {
         failed.map_or(Ok(()), Err)
     }
 
-    /// Appends a level at `time` (s). Its variables are extrapolated linearly at their rates, and its stimuli are those of the level
-    /// before. This is an initial guess, on which an explicit step does not depend.
+    /// Appends a level at `time` (s). Its variables are extrapolated linearly at their rates, and its stimuli
+    /// are those of the level before. This is an initial guess, on which an explicit step does not depend.
     pub fn push(&mut self, time: f64, spare: &mut Spare) {
         let Some(last) = self.levels.back() else { return };
         let mut rows = spare.pop().unwrap_or_default();
@@ -228,8 +231,9 @@ impl History {
         }
     }
 
-    /// Returns the levels for interpolation: the last ones, at most [`ORDER`], none from before the time `since` (s). Of two levels that
-    /// are closer to each other than `gap` (s) only the later one is returned, since their difference would magnify rounding.
+    /// Returns the levels for interpolation: the last ones, at most [`ORDER`], none from before the time
+    /// `since` (s). Of two levels that are closer to each other than `gap` (s) only the later one is returned,
+    /// since their difference would magnify rounding.
     pub fn smooth(&self, since: f64, gap: f64) -> Nodes {
         let first = self.levels.partition_point(|level| level.time <= since).saturating_sub(1);
         let (mut nodes, mut after) = (Nodes::default(), f64::INFINITY);
@@ -254,8 +258,8 @@ impl History {
         (level, self.time(level), self.time(level + 1) - self.time(level))
     }
 
-    /// Returns the interpolation of the variables at `time` (s) by the cubic of the piece that contains `inside` (s). Before the first
-    /// level the variables are constant.
+    /// Returns the interpolation of the variables at `time` (s) by the cubic of the piece that contains
+    /// `inside` (s). Before the first level the variables are constant.
     pub fn reading(&self, inside: f64, time: f64) -> Reading {
         let (level, start, h) = self.piece(inside);
         if time <= start && inside < self.time(0) || h <= 0.0 {
@@ -267,7 +271,8 @@ impl History {
         Reading { level, weights }
     }
 
-    /// Returns the interpolation of the rates at `time` (s): the derivative of the cubic of [`reading`](Self::reading).
+    /// Returns the interpolation of the rates at `time` (s): the derivative of the cubic of
+    /// [`reading`](Self::reading).
     pub fn slope(&self, time: f64) -> Reading {
         let (level, start, h) = self.piece(time);
         if h <= 0.0 {
@@ -288,7 +293,8 @@ impl History {
         old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
     }
 
-    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at every level.
+    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at
+    /// every level.
     pub fn split(&mut self, first: usize, p: usize, parts: [&PartWeights; 2]) {
         let width = self.width();
         let (at, size) = (first * width, p * width);
@@ -318,7 +324,8 @@ impl History {
         }
     }
 
-    /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since `since` (s).
+    /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since
+    /// `since` (s).
     pub fn check(&self, points: usize, time: f64, since: f64) -> Result<(), ParameterError> {
         let Some(last) = self.levels.back() else { return Ok(()) };
         let count = self.levels();

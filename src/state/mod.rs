@@ -21,17 +21,19 @@ pub(crate) use saved::{FORMAT, check_format};
 use crate::error::ParameterError;
 use crate::rod::{MaterialPoint, Rod, part_weights};
 
-/// Distance in time, relative to a step, below which only one of two levels or equilibria is used for interpolation. Stimuli are accurate
-/// to 1e-11 or better. Extrapolation of their difference over a step magnifies this error by the inverse of the distance.
+/// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
+/// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
+/// magnifies this error by the inverse of the distance.
 pub(crate) const CLOSE: f64 = 1e-3;
 
-/// State of a shoot: time, material points with their intrinsic strains, frames, and the history of the laws' variables.
+/// State of a shoot: time, material points with their intrinsic strains, frames, and the history of the laws'
+/// variables.
 ///
-/// It is a plain value, which can be cloned, compared, stored, and restored with [`Shoot::restore`](crate::Shoot::restore). A run from a
-/// restored state repeats the original run bit by bit.
+/// It is a plain value, which can be cloned, compared, stored, and restored with
+/// [`Shoot::restore`](crate::Shoot::restore). A run from a restored state repeats the original run bit by bit.
 ///
-/// With the feature `serde` a state is serialised with the number of its format. Deserialisation returns an error for damaged data and
-/// for data of another format.
+/// With the feature `serde` a state is serialised with the number of its format. Deserialisation returns an
+/// error for damaged data and for data of another format.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(into = "saved::Saved", try_from = "saved::Saved"))]
@@ -40,7 +42,8 @@ pub struct State {
     pub(crate) rod: Rod,
     pub(crate) predictor: Predictor,
     pub(crate) history: History,
-    /// Time of the start of the run or of the last discontinuity, s. Interpolation in time uses no level from before it.
+    /// Time of the start of the run or of the last discontinuity, s. Interpolation in time uses no level from
+    /// before it.
     pub(crate) smooth_since: f64,
     /// Whether the laws were exchanged at the present time. The next call of an integrator passes this discontinuity.
     pub(crate) changed: bool,
@@ -149,8 +152,8 @@ impl State {
         &self.rod
     }
 
-    /// Variables of the tropism laws at a material point of the growth zone. `point` is the index among all points of the rod. `None` for
-    /// a mature point, or before an integrator has started.
+    /// Variables of the tropism laws at a material point of the growth zone. `point` is the index among all
+    /// points of the rod. `None` for a mature point, or before an integrator has started.
     #[must_use]
     pub fn variables(&self, point: usize) -> Option<&[f64]> {
         self.history.present(point.checked_sub(self.rod.zone().start)?)
@@ -167,8 +170,8 @@ impl State {
         self.rod.split(e, x);
     }
 
-    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `tolerance` (rad), and returns the smallest tolerance that
-    /// permits it.
+    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `tolerance` (rad), and returns the
+    /// smallest tolerance that permits it.
     pub(crate) fn merge(
         &mut self,
         e: usize,
@@ -182,7 +185,8 @@ impl State {
         Some(needed)
     }
 
-    /// Removes the first `elements` elements from the growth zone, and sets the exit time (s) of each of their points.
+    /// Removes the first `elements` elements from the growth zone, and sets the exit time (s) of each of their
+    /// points.
     pub(crate) fn mature(&mut self, elements: usize, exit: impl Fn(&MaterialPoint) -> f64) {
         self.rod.mature(elements, exit);
         self.history.drain(elements * self.rod.order().points());

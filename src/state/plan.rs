@@ -2,7 +2,8 @@
 
 use crate::error::ParameterError;
 
-/// Resolution for a tolerance until a time. It is part of the state, so that a run that is resumed makes the same steps.
+/// Resolution for a tolerance until a time. It is part of the state, so that a run that is resumed makes the
+/// same steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Plan {

@@ -1,24 +1,26 @@
-//! Initial guess of an equilibrium: earlier equilibria are extrapolated in time, and the weights of the extrapolation are corrected by
-//! the intrinsic strain, which is known before the equilibrium is solved.
+//! Initial guess of an equilibrium: earlier equilibria are extrapolated in time, and the weights of the
+//! extrapolation are corrected by the intrinsic strain, which is known before the equilibrium is solved.
+//!
+//! [`ORDER`] equilibria before the last one are kept; one more or less has no effect. A polynomial in time
+//! through them does not predict an oscillation that is resolved by a few steps only; the correction by the
+//! intrinsic strain does. With it, steps of up to a quarter of the period of an oscillator need one Newton
+//! iteration.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::CLOSE;
+use super::{CLOSE, ORDER};
 use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
-/// Number of equilibria that are kept before the last one. A polynomial in time through them does not predict an oscillation that is
-/// resolved by a few steps only; the correction by the intrinsic strain does. With it, steps of up to a quarter of the period of an
-/// oscillator need one Newton iteration.
-const EARLIER: usize = 4;
-
-/// Tikhonov regularisation of the correction, relative to the trace of the normal matrix. Combinations of intrinsic strains whose
-/// relative square is smaller have little weight, since the correction would magnify their errors.
+/// Tikhonov regularisation of the correction, relative to the trace of the normal matrix. Combinations of
+/// intrinsic strains whose relative square is smaller have little weight, since the correction would magnify
+/// their errors.
 const RIDGE: f64 = 1e-5;
 
-/// Largest sum of the absolute changes of the weights. An oscillation in four steps needs up to eight. Where a load starts from zero, the
-/// intrinsic strains grow by orders of magnitude in a step, and the shapes are not proportional to them.
+/// Largest sum of the absolute changes of the weights. An oscillation in four steps needs up to eight. Where a
+/// load starts from zero, the intrinsic strains grow by orders of magnitude in a step, and the shapes are not
+/// proportional to them.
 const LARGEST_CHANGE: f64 = 10.0;
 
 /// Moments of the intrinsic strain of degree 0, 1 and 2 in the distance from the apex over the length, rad.
@@ -40,7 +42,7 @@ pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
 }
 
 /// Weights of the present equilibrium and of the earlier ones.
-type Weights = [f64; EARLIER + 1];
+type Weights = [f64; ORDER + 1];
 
 /// Rotation vectors of earlier equilibria, latest first.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -71,11 +73,11 @@ impl Predictor {
         }
     }
 
-    /// Returns an error unless every earlier equilibrium has the given number of `rotations` and is usable for an extrapolation from
-    /// `time` (s).
+    /// Returns an error unless every earlier equilibrium has the given number of `rotations` and is usable for
+    /// an extrapolation from `time` (s).
     pub fn check(&self, rotations: usize, time: f64, started: bool) -> Result<(), ParameterError> {
         let (name, size) = ("number of earlier equilibria", self.earlier.len());
-        let ok = size == EARLIER || size == 0 && !started;
+        let ok = size == ORDER || size == 0 && !started;
         ParameterError::unless(ok, name, size as f64, "four in a run that has started, and zero or four before")?;
         let (name, known) = ("number of earlier equilibria in use", self.known);
         ParameterError::unless(known <= size, name, known as f64, "at most the number of earlier equilibria")?;
@@ -98,7 +100,7 @@ impl Predictor {
         self.known = 0;
         self.earlier.clear();
         let unused = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations().to_vec() };
-        self.earlier.extend((0..EARLIER).map(|_| unused()));
+        self.earlier.extend((0..ORDER).map(|_| unused()));
     }
 
     /// Drops the earlier equilibria, after a discontinuity of the shape.
@@ -115,8 +117,8 @@ impl Predictor {
         }
     }
 
-    /// Extrapolates the rotations of `rod` from time `from` (s) to time `to`, and keeps the present ones. The rod has the intrinsic strain
-    /// at `to` already; `before` are the moments of that at `from`.
+    /// Extrapolates the rotations of `rod` from time `from` (s) to time `to`, and keeps the present ones. The
+    /// rod has the intrinsic strain at `to` already; `before` are the moments of that at `from`.
     pub fn extrapolate(&mut self, rod: &mut Rod, before: &Moments, from: f64, to: f64) {
         // The difference to an equilibrium that is very close in time would magnify the errors of both.
         while self.known > 0 && from - self.earlier[0].time < CLOSE * (to - from) {
@@ -143,18 +145,19 @@ impl Predictor {
         rod.chain_frames();
     }
 
-    /// Returns the weights of an extrapolation in time. Its degree is increased as long as the next term, evaluated at the ends of the
-    /// elements, is smaller than the one before. Higher terms diverge if the steps do not resolve the motion, or if the shoot collapses.
+    /// Returns the weights of an extrapolation in time. Its degree is increased as long as the next term,
+    /// evaluated at the ends of the elements, is smaller than the one before. Higher terms diverge if the steps
+    /// do not resolve the motion, or if the shoot collapses.
     fn weights(&self, rod: &Rod, from: f64, to: f64) -> Weights {
-        let mut times = [from; EARLIER + 1];
+        let mut times = [from; ORDER + 1];
         for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
             *time = earlier.time;
         }
         let p = rod.order().points();
-        let (mut weights, mut last) = ([0.0; EARLIER + 1], f64::INFINITY);
+        let (mut weights, mut last) = ([0.0; ORDER + 1], f64::INFINITY);
         weights[0] = 1.0;
         for degree in 0..self.known {
-            let mut next = [0.0; EARLIER + 1];
+            let mut next = [0.0; ORDER + 1];
             lagrange(&times[..degree + 2], to, &mut next[..degree + 2]);
             let mut size = 0.0_f64;
             for i in (p - 1..rod.rotations().len()).step_by(p) {
@@ -172,19 +175,19 @@ impl Predictor {
         weights
     }
 
-    /// Changes the weights so that the same combination of earlier intrinsic strains approximates the intrinsic strain of `rod`, in its
-    /// moments (regularised least squares). Within a step the shape depends nearly linearly on the intrinsic strain. The effect of
-    /// other causes is extrapolated by the given weights.
+    /// Changes the weights so that the same combination of earlier intrinsic strains approximates the intrinsic
+    /// strain of `rod`, in its moments (regularised least squares). Within a step the shape depends nearly
+    /// linearly on the intrinsic strain. The effect of other causes is extrapolated by the given weights.
     fn corrected(&self, mut weights: Weights, rod: &Rod, before: &Moments) -> Weights {
         let mut missing = intrinsic_moments(rod) - before * weights[0];
-        let mut differences = SMatrix::<f64, 9, EARLIER>::zeros();
+        let mut differences = SMatrix::<f64, 9, ORDER>::zeros();
         for (k, earlier) in self.earlier[..self.known].iter().enumerate() {
             missing -= earlier.moments * weights[k + 1];
             differences.set_column(k, &(earlier.moments - before));
         }
         let mut normal = differences.tr_mul(&differences);
         let ridge = RIDGE * normal.trace() + f64::MIN_POSITIVE;
-        (0..EARLIER).for_each(|k| normal[(k, k)] += ridge);
+        (0..ORDER).for_each(|k| normal[(k, k)] += ridge);
         if let Some(factors) = normal.cholesky() {
             let change = factors.solve(&differences.tr_mul(&missing));
             // Large weights show that other causes than the intrinsic strain change the shape.
@@ -203,7 +206,8 @@ impl Predictor {
         }
     }
 
-    /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of their length that element `e` has.
+    /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of their length
+    /// that element `e` has.
     pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
         for earlier in &mut self.earlier {
             merge_rotations(rod.reference(), &mut earlier.rotations, e, share);

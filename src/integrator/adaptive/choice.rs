@@ -1,5 +1,5 @@
-//! Choice of elements, merge tolerance and steps by trial runs, in the order of [`guide::accuracy`](crate::guide::accuracy). The main
-//! loop is in `Trials::choose`.
+//! Choice of elements, merge tolerance and steps by trial runs, in the order of
+//! [`guide::accuracy`](crate::guide::accuracy). The main loop is in `Trials::choose`.
 
 use super::elements::{FIRST_LENGTH, LOSSLESS, cut_first, longest_element};
 use super::richardson::{AIM, ASYMPTOTIC, ErrorEstimate, Richardson, SAFETY};
@@ -14,24 +14,26 @@ use crate::shoot::Shoot;
 use crate::state::Plan;
 use crate::tropism::Declaration;
 
-/// Ratio of the longest element to that of the trial run before, after a failure. It is slightly below [`FIRST_LENGTH`], so that every
-/// element of a run that has started already is divided.
+/// Ratio of the longest element to that of the trial run before, after a failure. It is slightly below
+/// [`FIRST_LENGTH`], so that every element of a run that has started already is divided.
 const SHORTER: f64 = 0.7;
 /// Smallest ratio of the element lengths of two runs for which their difference shows the error of the elements.
 const MIN_RATIO: f64 = 1.15;
-/// Largest number of refinements of the elements, of the merge tolerance, and after failures. The elements are then shorter by a factor
-/// of 0.7¹⁰ = 1/35 or less.
+/// Largest number of refinements of the elements, of the merge tolerance, and after failures. The elements are
+/// then shorter by a factor of 0.7¹⁰ = 1/35 or less.
 const MAX_REFINEMENTS: usize = 10;
-/// Largest number of refinements after failures at the start of a run, where the mesh of the equilibrium was refined before.
+/// Largest number of refinements after failures at the start of a run, where the mesh of the equilibrium was
+/// refined before.
 const MAX_REFINEMENTS_AT_START: usize = 2;
-/// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the mergers of the run before.
+/// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
+/// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
 /// Smallest and largest number of steps of the first trial run, not counting short steps after discontinuities.
 const FIRST_STEPS: [f64; 2] = [16.0, 1000.0];
 
 impl<M: Model> Trials<'_, M> {
-    /// Chooses a resolution for the time to `until` and integrates with it, by at most `max_steps` steps. Returns the resolution and the
-    /// statistics of the call.
+    /// Chooses a resolution for the time to `until` and integrates with it, by at most `max_steps` steps.
+    /// Returns the resolution and the statistics of the call.
     pub(super) fn choose(&mut self, until: f64, max_steps: usize) -> Outcome<(Plan, Statistics)> {
         // The result of a call that stops before `until` cannot be compared with another run.
         let extrapolated = max_steps < usize::MAX;
@@ -59,8 +61,9 @@ impl<M: Model> Trials<'_, M> {
         }
     }
 
-    /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Refines steps and elements until these
-    /// runs succeed and show an order of convergence. Returns the last resolution and its error estimate.
+    /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Refines
+    /// steps and elements until these runs succeed and show an order of convergence. Returns the last
+    /// resolution and its error estimate.
     fn first_runs(&mut self, until: f64) -> Outcome<(Plan, ErrorEstimate)> {
         let mut coarse = self.first_plan(until);
         let (mut failure, mut refinements) = (None, 0);
@@ -111,7 +114,8 @@ impl<M: Model> Trials<'_, M> {
         Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, reached, error }
     }
 
-    /// Estimates the errors of elements, of merging and of steps, in this order, by runs with the steps of `coarse` and with half of them.
+    /// Estimates the errors of elements, of merging and of steps, in this order, by runs with the steps of
+    /// `coarse` and with half of them.
     fn compare(&mut self, coarse: &Plan) -> Outcome<(Plan, ErrorEstimate)> {
         let (mut plan, elements) = self.refine_elements(coarse)?;
         if elements.is_infinite() {
@@ -124,8 +128,8 @@ impl<M: Model> Trials<'_, M> {
         Ok((plan, ErrorEstimate::of_half_steps(self.difference(), space)))
     }
 
-    /// Refines the elements at constant steps until their error is small enough. Returns the resolution and the error. The error is
-    /// infinite if the steps are too long to show it.
+    /// Refines the elements at constant steps until their error is small enough. Returns the resolution and the
+    /// error. The error is infinite if the steps are too long to show it.
     fn refine_elements(&mut self, coarse: &Plan) -> Outcome<(Plan, f64)> {
         let mut estimate = Richardson::new(order_in_space(self.start.rod.order()));
         let enough = AIM[1] * self.integrator.tolerance;
@@ -174,8 +178,8 @@ impl<M: Model> Trials<'_, M> {
         Err(self.not_met(self.difference()))
     }
 
-    /// Reduces the merge tolerance until the error of merging is small enough. Returns this error, which is estimated by a run that merges
-    /// less.
+    /// Reduces the merge tolerance until the error of merging is small enough. Returns this error, which is
+    /// estimated by a run that merges less.
     fn refine_merging(&mut self, plan: &mut Plan) -> Outcome<f64> {
         let mut error = 0.0;
         for _ in 0..MAX_REFINEMENTS {
@@ -197,15 +201,15 @@ impl<M: Model> Trials<'_, M> {
     }
 }
 
-/// Assumed order in space. Positions have order 2 p, and the stimuli at a material point have order p + 2. One order is subtracted from
-/// the latter since shapes are not smooth everywhere.
+/// Assumed order in space. Positions have order 2 p, and the stimuli at a material point have order p + 2. One
+/// order is subtracted from the latter since shapes are not smooth everywhere.
 fn order_in_space(order: Order) -> f64 {
     let p = order.points() as f64;
     (2.0 * p).min(p + 1.0)
 }
 
-/// Returns the step of the first run: the shortest delay, or the longest time constant of laws without delay, within the bounds of
-/// [`FIRST_STEPS`], s.
+/// Returns the step of the first run: the shortest delay, or the longest time constant of laws without delay,
+/// within the bounds of [`FIRST_STEPS`], s.
 fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
     let span = (until - shoot.time()).max(f64::MIN_POSITIVE);
     let mut laws = Declaration::default();

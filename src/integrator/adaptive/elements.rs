@@ -10,8 +10,8 @@ use crate::state::State;
 pub(super) const LOSSLESS: f64 = 1e-11;
 /// Number of elements of the first trial run, in the growth zone or in a shoot of constant length.
 const FIRST_ELEMENTS: f64 = 3.0;
-/// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the geometric mean of 1 and
-/// 1/2. The divisions in runs with different elements then occur at similar times.
+/// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the
+/// geometric mean of 1 and 1/2. The divisions in runs with different elements then occur at similar times.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Returns the length of the longest element of the growth zone, or of a shoot of constant length, m.
@@ -31,9 +31,9 @@ pub(super) fn cut_first(shoot: &mut Shoot<impl Model>) {
     cut(shoot, size(shoot) / (FIRST_LENGTH * FIRST_ELEMENTS));
 }
 
-/// Divides every element into equal parts that are not longer than `longest`, m. Elements of a shoot without a history are merged before
-/// that where merging has no loss, as in a uniform section. The mature part of such a shoot has at least as many elements as the zone,
-/// since its stiffness may vary as steeply.
+/// Divides every element into equal parts that are not longer than `longest`, m. Elements of a shoot without a
+/// history are merged before that where merging has no loss, as in a uniform section. The mature part of such a
+/// shoot has at least as many elements as the zone, since its stiffness may vary as steeply.
 pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
     let mut longest_mature = longest;
     if shoot.state.history.levels() == 0 {

@@ -14,16 +14,18 @@ use crate::shoot::Shoot;
 use crate::so3;
 use crate::state::State;
 
-/// Deflection of a buckled upright shoot, relative to its length, over the square root of the missing resistance: 1.7, rounded up.
+/// Deflection of a buckled upright shoot, relative to its length, over the square root of the missing
+/// resistance: 1.7, rounded up.
 const FALL: f64 = 2.0;
 /// Largest number of parts into which an element is divided in one refinement.
 const MAX_PARTS: usize = 4;
-/// Largest turn of an element of the first mesh by its intrinsic strain, rad. The turn by strain and load together must stay below π.
+/// Largest turn of an element of the first mesh by its intrinsic strain, rad. The turn by strain and load
+/// together must stay below π.
 const MAX_TURN: f64 = 2.0;
 /// Largest number of elements. A shape that is smooth between its nodes needs fewer.
 const MAX_ELEMENTS: usize = 100_000;
-/// Largest number of elements at which an element that turns by π in the iteration is halved. A load that folds shorter elements
-/// compresses the shoot to nothing.
+/// Largest number of elements at which an element that turns by π in the iteration is halved. A load that folds
+/// shorter elements compresses the shoot to nothing.
 const MAX_ELEMENTS_TO_UNFOLD: usize = 1000;
 
 impl Adaptive {
@@ -44,8 +46,8 @@ impl Adaptive {
         Ok(Statistics { error, ..statistics })
     }
 
-    /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a tolerance. Returns the error
-    /// estimate, relative to the length, and the cost.
+    /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
+    /// tolerance. Returns the error estimate, relative to the length, and the cost.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -53,8 +55,8 @@ impl Adaptive {
     ) -> Outcome<(f64, Statistics)> {
         self.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
-        // Positions have order 2 p in the length of short elements. The estimate assumes two orders less, since elements that are barely
-        // short enough may not show the full order.
+        // Positions have order 2 p in the length of short elements. The estimate assumes two orders less, since
+        // elements that are barely short enough may not show the full order.
         let gain = 2.0_f64.powf((order - 2.0).max(1.0)) - 1.0;
         let mut statistics = Statistics::default();
         cut_turns(shoot);
@@ -98,7 +100,8 @@ impl Adaptive {
             }
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
             if hidden_turns.iter().any(|turn| *turn > share) {
-                // The error of these elements affects the whole shape, and is reduced before other elements are refined.
+                // The error of these elements affects the whole shape, and is reduced before other elements are
+                // refined.
                 shoot.state.copy_from(&coarse);
                 for e in (0..hidden_turns.len()).rev().filter(|e| hidden_turns[*e] > share) {
                     cut_into(&mut shoot.state, e, MAX_PARTS);
@@ -109,14 +112,16 @@ impl Adaptive {
         }
     }
 
-    /// Solves the equilibrium and adds its cost. The inner error is the index of an element that turns by π in the iteration.
+    /// Solves the equilibrium and adds its cost. The inner error is the index of an element that turns by π in
+    /// the iteration.
     fn equilibrium_or_folded(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         statistics: &mut Statistics,
     ) -> Outcome<Result<Equilibrium, usize>> {
         let many = shoot.rod().elements() >= MAX_ELEMENTS_TO_UNFOLD;
-        match self.stepper.equilibrium(shoot, &mut self.solver) {
+        let time = shoot.time();
+        match self.stepper.solve_equilibrium(shoot, &mut self.solver, time) {
             Err(IntegrationError::Equilibrium { source: EquilibriumError::Folded { element }, .. }) if !many => {
                 Ok(Err(element))
             }
@@ -147,14 +152,16 @@ fn halve(state: &mut State) {
     }
 }
 
-/// Returns the possible deflection of a shoot by buckling, relative to its length. `resistance` is the resistance to a turn of the apex,
-/// relative to that without load, and `error` bounds its error. A buckled shoot may be upright on a coarse mesh and on its halves.
+/// Returns the possible deflection of a shoot by buckling, relative to its length. `resistance` is the
+/// resistance to a turn of the apex, relative to that without load, and `error` bounds its error. A buckled
+/// shoot may be upright on a coarse mesh and on its halves.
 fn fall(resistance: f64, error: f64) -> f64 {
     let lacking = error - resistance;
     if lacking > ROUNDING { FALL * lacking.sqrt() } else { 0.0 }
 }
 
-/// Restores the elements of `coarse`, and divides those whose turn differs from that of their halves by more than `share`, rad.
+/// Restores the elements of `coarse`, and divides those whose turn differs from that of their halves by more
+/// than `share`, rad.
 fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64) {
     let mut parts: Vec<usize> = (0..coarse.rod.elements())
         .map(|e| {
@@ -172,9 +179,10 @@ fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64)
     }
 }
 
-/// Returns the largest distance between a rod and one whose elements are halves of its elements, at the ends and the middles of the
-/// elements, relative to the length. A shape is less accurate inside an element than at its ends. For a line that shears and stretches
-/// the error of the interpolated strain is largest at the quarters, which are compared too.
+/// Returns the largest distance between a rod and one whose elements are halves of its elements, at the ends
+/// and the middles of the elements, relative to the length. A shape is less accurate inside an element than at
+/// its ends. For a line that shears and stretches the error of the interpolated strain is largest at the
+/// quarters, which are compared too.
 fn distance(coarse: &Rod, fine: &Rod) -> f64 {
     let (a, b) = (coarse.centre_line(), fine.centre_line());
     let ends = a.iter().zip(b.iter().step_by(2)).map(|((_, a), (_, b))| (a - b).norm());

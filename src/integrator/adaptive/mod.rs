@@ -1,17 +1,17 @@
 //! Integrator that chooses its steps and elements for a tolerance, and estimates its error.
 //!
-//! **The main loop is `Trials::choose` in `choice.rs`.** It makes trial runs from the state at the beginning of the call, and estimates
-//! the error from the difference of each run from the one before:
+//! **The main loop is `Trials::choose` in `choice.rs`.** It makes trial runs from the state at the beginning of
+//! the call, and estimates the error from the difference of each run from the one before:
 //!
 //! ```text
-//! Adaptive::advance_at_most           mod.rs      follows the plan in the state if it is still valid, or
-//! └─ Trials::choose                   choice.rs   chooses a new one:
-//!    ├─ first_runs                                halves the steps until runs with long steps show an order of convergence
-//!    │  └─ compare                                errors of one resolution:
-//!    │     ├─ refine_elements                     1. elements   (runs with the same steps and more elements)
-//!    │     ├─ refine_merging                      2. merging    (a run that merges less)
-//!    │     └─ a run with half the steps           3. time steps
-//!    └─ loop                                      reduces the steps by the observed order until the estimate meets the tolerance
+//! Adaptive::advance_at_most (mod.rs)    follows the plan in the state if it is still valid, or
+//! └─ Trials::choose (choice.rs)         chooses a new one:
+//!    ├─ first_runs                      halves long steps until the runs show an order of convergence
+//!    │  └─ compare                      errors of one resolution:
+//!    │     ├─ refine_elements           1. elements: runs with the same steps and more elements
+//!    │     ├─ refine_merging            2. merging: a run that merges less
+//!    │     └─ run, difference           3. time steps: a run with half the steps
+//!    └─ loop                            reduces the steps by the observed order, until the tolerance is met
 //! ```
 //!
 //! | file | subject |
@@ -44,22 +44,24 @@ use crate::shoot::{Mesh, Shoot};
 use crate::state::{Plan, State};
 use trials::Trials;
 
-/// Permitted tolerances. The rounding of positions, which are sums over all elements, is a tenth of the smallest one. With a tolerance
-/// above the largest one no digit of the shape would be correct.
+/// Permitted tolerances. The rounding of positions, which are sums over all elements, is a tenth of the
+/// smallest one. With a tolerance above the largest one no digit of the shape would be correct.
 const TOLERANCES: RangeInclusive<f64> = 1e-12..=0.1;
-/// Ratio of the tolerance of equilibria and corrections (rad) to the tolerance of the shape. Errors of single steps may accumulate.
+/// Ratio of the tolerance of equilibria and corrections (rad) to the tolerance of the shape. Errors of single
+/// steps may accumulate.
 const EQUILIBRIUM: f64 = 1e-3;
-/// Smallest and largest tolerance of equilibria and corrections, rad: rounding, and the largest error for which Newton's method still
-/// converges to the same branch of equilibria.
+/// Smallest and largest tolerance of equilibria and corrections, rad: rounding, and the largest error for which
+/// Newton's method still converges to the same branch of equilibria.
 const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 
-/// Integrator that chooses steps, elements, merging and the accuracy of equilibria so that the error of the shape is below a tolerance,
-/// and that estimates this error.
+/// Integrator that chooses steps, elements, merging and the accuracy of equilibria so that the error of the
+/// shape is below a tolerance, and that estimates this error.
 ///
-/// It makes several runs over the time of a call: with few elements, with more elements, with less merging, with half the steps, and then
-/// with the resolution that follows from the differences of these runs. It compares the last run with the one before. All trial runs
-/// together have between a third of the steps of the last run and twice as many. The steps are those of
-/// [`MethodOfSteps`](super::MethodOfSteps). The details are in [`guide::accuracy`](crate::guide::accuracy).
+/// It makes several runs over the time of a call: with few elements, with more elements, with less merging,
+/// with half the steps, and then with the resolution that follows from the differences of these runs. It
+/// compares the last run with the one before. All trial runs together have between a third of the steps of the
+/// last run and twice as many. The steps are those of [`MethodOfSteps`](super::MethodOfSteps). The details are
+/// in [`guide::accuracy`](crate::guide::accuracy).
 ///
 /// ```
 /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::{Ongoing, UniformGrowth}, load::Weight, Still};
@@ -77,19 +79,22 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// ```
 ///
 /// # Tolerance
-/// The tolerance bounds the distance between the centre line and that of the same shoot without numerical errors, divided by the length,
-/// at all times of the call. The state at the beginning of the call counts as exact. In particular, the section is the one that the
-/// elements store. [`Statistics::error`] is the estimate for this call and all earlier ones together, with a safety factor of two. The
-/// error of a run that calls `advance` every hour may therefore exceed the tolerance. One call of
-/// [`advance_showing`](Integrator::advance_showing) has the same output times, with one estimate for all of them.
+/// The tolerance bounds the distance between the centre line and that of the same shoot without numerical
+/// errors, divided by the length, at all times of the call. The state at the beginning of the call counts as
+/// exact. In particular, the section is the one that the elements store. [`Statistics::error`] is the estimate
+/// for this call and all earlier ones together, with a safety factor of two. The error of a run that calls
+/// `advance` every hour may therefore exceed the tolerance. One call of
+/// [`advance_showing`](Integrator::advance_showing) has the same output times, with one estimate for all of
+/// them.
 ///
-/// The estimate is that of positions. To estimate the error of an angle, or of a time that [`advance_until`](Integrator::advance_until)
-/// finds, make a second run with a tenth of the tolerance.
+/// The estimate is that of positions. To estimate the error of an angle, or of a time that
+/// [`advance_until`](Integrator::advance_until) finds, make a second run with a tenth of the tolerance.
 ///
-/// [`advance`](Integrator::advance) compares its result with the trial run before it, and refines further if necessary. Calls that stop
-/// before the given time, such as [`step`](Integrator::step) and the methods that use it, first make trial runs to that time, and then
-/// use the chosen resolution. Their estimate is extrapolated from the trial runs. The chosen resolution is part of the state. A call to a
-/// later time makes new trial runs from the present state: a few long calls cost less than many short ones.
+/// [`advance`](Integrator::advance) compares its result with the trial run before it, and refines further if
+/// necessary. Calls that stop before the given time, such as [`step`](Integrator::step) and the methods that
+/// use it, first make trial runs to that time, and then use the chosen resolution. Their estimate is
+/// extrapolated from the trial runs. The chosen resolution is part of the state. A call to a later time makes
+/// new trial runs from the present state: a few long calls cost less than many short ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive {
     /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.

@@ -4,13 +4,13 @@ use crate::integrator::ORDER;
 
 /// Safety factor on reported error estimates, and on the expected difference of two runs.
 pub(super) const SAFETY: f64 = 2.0;
-/// Target errors in time and in space, relative to the tolerance. With the safety factor their sum is half of the tolerance, so that few
-/// runs have to be repeated.
+/// Target errors in time and in space, relative to the tolerance. With the safety factor their sum is half of
+/// the tolerance, so that few runs have to be repeated.
 pub(super) const AIM: [f64; 2] = [0.15, 0.1];
 /// Largest difference of two runs, relative to the length, that shows an order of convergence.
 pub(super) const ASYMPTOTIC: f64 = 0.02;
-/// Largest refinement of the steps between two runs that are compared. It changes the error by 8⁴ = 4096. The observed order does not
-/// hold over a larger range.
+/// Largest refinement of the steps between two runs that are compared. It changes the error by 8⁴ = 4096. The
+/// observed order does not hold over a larger range.
 const MAX_REFINEMENT: f64 = 8.0;
 /// Smallest refinement. The difference of two nearly equal runs does not show their errors.
 const MIN_REFINEMENT: f64 = 1.25;
@@ -19,7 +19,8 @@ const MIN_ORDER: f64 = 2.0;
 /// Number of bisections for the observed order. Their accuracy is 2e-6.
 const BISECTIONS: usize = 20;
 
-/// Error estimate of a sequence of runs with increasing resolution in time or in space, and their observed order of convergence.
+/// Error estimate of a sequence of runs with increasing resolution in time or in space, and their observed
+/// order of convergence.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Richardson {
     max_order: f64,
@@ -48,8 +49,8 @@ impl Richardson {
     /// Returns the error of a run that is refined by `ratio` and differs from the run before by `difference`.
     pub fn error(&mut self, ratio: f64, difference: f64) -> f64 {
         if let Some((before, larger)) = self.last.replace((ratio, difference)) {
-            // For an error e = c h^q the differences between h a, h and h / b have the quotient (a^q − 1)/(1 − b^−q), which increases
-            // with q.
+            // For an error e = c h^q the differences between h a, h and h / b have the quotient (a^q − 1)/(1 −
+            // b^−q), which increases with q.
             let quotient = |q: f64| (before.powf(q) - 1.0) / (1.0 - ratio.powf(-q));
             self.converges = quotient(MIN_ORDER) * difference <= SAFETY * larger;
             let (mut low, mut high) = (MIN_ORDER, self.max_order);
@@ -96,13 +97,15 @@ impl ErrorEstimate {
         tolerance / SAFETY - self.space
     }
 
-    /// Returns the refinement of the steps of the next run, and whether that run is the last one. If the error of the last run is to be
-    /// `extrapolated`, the last run is not compared with another one, and has a second safety factor.
+    /// Returns the refinement of the steps of the next run, and whether that run is the last one. If the error
+    /// of the last run is to be `extrapolated`, the last run is not compared with another one, and has a second
+    /// safety factor.
     pub fn next_refinement(&self, tolerance: f64, extrapolated: bool) -> (f64, bool) {
         let caution = if extrapolated { SAFETY } else { 1.0 };
         let aim = (AIM[0] * tolerance).min(self.left_for_steps(tolerance) / SAFETY);
         let needed = (self.time * caution / aim).powf(1.0 / self.steps.order()).max(MIN_REFINEMENT);
-        // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was too small.
+        // An extrapolated run is refined by SAFETY, or by SAFETY * MIN_REFINEMENT if the refinement before was
+        // too small.
         let is_last = extrapolated && needed <= SAFETY * MIN_REFINEMENT;
         let compared = if extrapolated && !is_last { needed / SAFETY } else { needed };
         // A large refinement is divided into equal ones.
@@ -115,7 +118,8 @@ impl ErrorEstimate {
         SAFETY * Self { time: self.time / ratio.powf(self.steps.order()), ..*self }.reported()
     }
 
-    /// Returns the estimate for a run with steps refined by `ratio` that differs from the run of this estimate by `difference`.
+    /// Returns the estimate for a run with steps refined by `ratio` that differs from the run of this estimate
+    /// by `difference`.
     pub fn refined(&self, ratio: f64, difference: f64) -> Self {
         let mut steps = self.steps;
         let time = steps.error(ratio, difference);

@@ -9,10 +9,9 @@ use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
-/// Number of compared places along the shoot, the last of which is the apex. They resolve all waves that the first few elements resolve.
+/// Number of compared places along the shoot, the last of which is the apex. They resolve all waves that the
+/// first few elements resolve.
 const PLACES: usize = 4;
-/// Number of steps through which positions are interpolated: two more than the order of the method.
-const POINTS: usize = ORDER + 2;
 
 /// Positions of a shoot after every step.
 #[derive(Debug, Clone, Default)]
@@ -68,7 +67,8 @@ impl Track {
         self.longest_elements / self.samples.len() as f64
     }
 
-    /// Returns the largest distance between this run and a coarser one at the steps of the coarser one, relative to the length.
+    /// Returns the largest distance between this run and a coarser one at the steps of the coarser one,
+    /// relative to the length.
     pub fn distance(&self, coarser: &Self) -> f64 {
         let mut largest = 0.0_f64;
         let mut near = 0;
@@ -92,12 +92,14 @@ impl Track {
             return Some(sample.places);
         }
         let smoothness = |i: usize| self.samples[i].smoothness;
-        // The first sample is at the start of the run.
+        // Positions are interpolated through two more samples than the order of the method. The first sample is
+        // at the start of the run.
+        const POINTS: usize = ORDER + 2;
         let (mut first, mut end) = (near.checked_sub(1)?, near);
         while end - first < POINTS {
             let before = first.checked_sub(1).filter(|_| smoothness(first) == Smoothness::Smooth);
-            let goes_on = end < self.samples.len() && smoothness(end) != Smoothness::Jump;
-            let after = goes_on && (end == near || smoothness(end - 1) == Smoothness::Smooth);
+            let continuous = end < self.samples.len() && smoothness(end) != Smoothness::Jump;
+            let after = continuous && (end == near || smoothness(end - 1) == Smoothness::Smooth);
             match before {
                 // Take half of the points from either side, if there are enough.
                 Some(i) if !after || near - first <= end - near => first = i,

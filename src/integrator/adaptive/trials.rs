@@ -1,4 +1,5 @@
-//! Trial runs of a call. Each starts from the state at the beginning of the call, and is compared with the run before.
+//! Trial runs of a call. Each starts from the state at the beginning of the call, and is compared with the run
+//! before.
 
 use super::elements::cut;
 use super::richardson::{AIM, SAFETY};
@@ -64,8 +65,8 @@ impl<'a, M: Model> Trials<'a, M> {
         Ok(self.statistics())
     }
 
-    /// Divides the shoot into elements for a run. For a shoot without a history, refines the mesh of the initial equilibrium, whose error
-    /// is a part of the error in space.
+    /// Divides the shoot into elements for a run. For a shoot without a history, refines the mesh of the
+    /// initial equilibrium, whose error is a part of the error in space.
     fn divide(&mut self, plan: &Plan) -> Outcome {
         cut(self.shoot, plan.longest_element);
         if !self.has_started() {
@@ -77,13 +78,14 @@ impl<'a, M: Model> Trials<'a, M> {
         Ok(())
     }
 
-    /// Returns the largest distance between the last run and the run with which it is compared, relative to the length.
+    /// Returns the largest distance between the last run and the run with which it is compared, relative to the
+    /// length.
     pub fn difference(&self) -> f64 {
         self.tracks[0].distance(&self.tracks[1])
     }
 
-    /// Returns the ratio of the longest elements of these two runs, averaged over the steps. Growing elements are halved at different times
-    /// in the two runs.
+    /// Returns the ratio of the longest elements of these two runs, averaged over the steps. Growing elements
+    /// are halved at different times in the two runs.
     pub fn element_ratio(&self) -> f64 {
         self.tracks[1].longest_element() / self.tracks[0].longest_element()
     }

@@ -1,9 +1,10 @@
 //! Exponential collocation: integration of the laws' variables at one material point over one step.
 //!
-//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time. N is collocated at four Lobatto points. The integral
-//! of the cubic through them times exp(−t/τ) is exact for every ratio of step to τ. For a memory, N = x/τ is known, and the result is the
-//! exact response to x. If N depends on y, the collocation equations are solved by Picard iteration, node by node. If that converges
-//! slowly, the interval is halved.
+//! The equation is ẏ = N(y, x(t)) − y/τ, with stimuli x that are polynomials in time. N is collocated at four
+//! Lobatto points. The integral of the cubic through them times exp(−t/τ) is exact for every ratio of step to
+//! τ. For a memory, N = x/τ is known, and the result is the exact response to x. If N depends on y, the
+//! collocation equations are solved by Picard iteration, node by node. If that converges slowly, the interval
+//! is halved.
 
 use super::memories::Memories;
 use super::relaxation::{Kernel, LANES, Lanes};
@@ -12,13 +13,15 @@ use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto;
 use crate::tropism::{Declaration, TropismLaw};
 
-/// Largest number of sweeps over an interval before it is halved. An interval that resolves the nonlinearity well has a contraction by 1/10
-/// in each sweep, and reaches [`TOLERANCE`] in this number of sweeps.
+/// Largest number of sweeps over an interval before it is halved. An interval that resolves the nonlinearity
+/// well has a contraction by 1/10 in each sweep, and reaches [`TOLERANCE`] in this number of sweeps.
 const MAX_SWEEPS: usize = 12;
-/// Largest error of a converged variable, relative to its size and its change in the interval: far below any error in time.
+/// Largest error of a converged variable, relative to its size and its change in the interval: far below any
+/// error in time.
 const TOLERANCE: f64 = 1e-12;
-/// Largest number of halvings in a step, summed over all points and corrections. It permits a variable that is ten thousand times faster
-/// than the step at one point, or hundreds of times faster at all points. Laws that cannot be integrated fail within a second.
+/// Largest number of halvings in a step, summed over all points and corrections. It permits a variable that is
+/// ten thousand times faster than the step at one point, or hundreds of times faster at all points. Laws that
+/// cannot be integrated fail within a second.
 const MAX_HALVINGS_IN_STEP: usize = 20_000;
 
 /// Weights for one size of interval.
@@ -58,8 +61,8 @@ impl Group {
         value
     }
 
-    /// Sets N = ẏ + y/τ at node `j`. Returns the largest effect of its change on a variable of the group, relative to the size and the
-    /// motion of that variable, since variables may have different units.
+    /// Sets N = ẏ + y/τ at node `j`. Returns the largest effect of its change on a variable of the group,
+    /// relative to the size and the motion of that variable, since variables may have different units.
     #[inline(never)]
     fn force(&mut self, j: usize, value: &Lanes, rate: &Lanes, kernel: &Kernel) -> f64 {
         let (forcing, mut change) = (&mut self.forcing[j], [0.0; LANES]);
@@ -176,7 +179,8 @@ impl ExponentialCollocation {
         }
     }
 
-    /// Integrates the variables `y` of a point over the step, with its stimuli at each level. Returns whether it succeeded.
+    /// Integrates the variables `y` of a point over the step, with its stimuli at each level. Returns whether
+    /// it succeeded.
     pub fn integrate(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; ORDER], y: &mut [f64]) -> bool {
         if self.remember {
             self.memories.integrate(&stimuli[..self.levels.count], y);
@@ -194,7 +198,8 @@ impl ExponentialCollocation {
         law.rates(&self.values[j].as_flattened()[..v], &self.stimuli[j * m..(j + 1) * m], rates);
     }
 
-    /// Sets the initial guess of an interval. N changes as in the last interval that converged in this step, or is constant.
+    /// Sets the initial guess of an interval. N changes as in the last interval that converged in this step, or
+    /// is constant.
     fn begin(&mut self, law: &impl TropismLaw, y: &[f64], depth: usize) {
         let follows = std::mem::replace(&mut self.follows, true);
         self.values[0].as_flattened_mut()[..y.len()].copy_from_slice(y);
@@ -238,8 +243,8 @@ impl ExponentialCollocation {
         largest
     }
 
-    /// Integrates the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, with the stimuli of a point at each level.
-    /// Returns whether it succeeded.
+    /// Integrates the variables `y` over the part [`start`, `start` + 2^−`depth`] of the step, with the stimuli
+    /// of a point at each level. Returns whether it succeeded.
     fn advance(
         &mut self,
         law: &impl TropismLaw,

@@ -1,7 +1,8 @@
 //! Change of the intrinsic strain over a step, by quadrature of the growth gradient.
 //!
-//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are piecewise cubic (Hermite) in time. The step is divided where a delayed
-//! time passes a level of the history. The integrand is smooth on each piece, which has three Gauss points.
+//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are piecewise cubic (Hermite) in time. The
+//! step is divided where a delayed time passes a level of the history. The integrand is smooth on each piece,
+//! which has three Gauss points.
 
 use nalgebra::Vector3;
 
@@ -13,7 +14,8 @@ use crate::section::Section;
 use crate::state::{History, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
-/// Gauss points of a step, with the interpolation of the delayed variables at each of them. They are the same for all material points.
+/// Gauss points of a step, with the interpolation of the delayed variables at each of them. They are the same
+/// for all material points.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
@@ -40,8 +42,8 @@ struct Node {
 }
 
 impl GradientIntegral {
-    /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present stimuli, these are
-    /// interpolated through the levels `smooth`.
+    /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present
+    /// stimuli, these are interpolated through the levels `smooth`.
     pub fn prepare(&mut self, history: &History, laws: &Declaration, smooth: &Nodes, from: f64, to: f64) {
         self.nodes.clear();
         self.readings.clear();
@@ -84,15 +86,16 @@ impl GradientIntegral {
                     lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
                 }
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
-                // The delayed times of all Gauss points of a piece are between the same two levels as that of its middle.
+                // The delayed times of all Gauss points of a piece are between the same two levels as that of
+                // its middle.
                 let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
                 self.readings.extend(self.delays.iter().copied().map(read));
             }
         }
     }
 
-    /// Returns the change of the intrinsic strain of a point of the zone over the interval, 1/m. `distance` is the distance of the point
-    /// from the apex (m) at the time `start` (s).
+    /// Returns the change of the intrinsic strain of a point of the zone over the interval, 1/m. `distance` is
+    /// the distance of the point from the apex (m) at the time `start` (s).
     pub fn of(
         &mut self,
         growth: &impl GrowthLaw,

@@ -21,8 +21,8 @@ struct Memory {
 }
 
 impl Memories {
-    /// Computes the weights for a step from those of the variables, `kernels`, and the interpolation weights of the stimuli at the nodes.
-    /// Returns whether all variables are memories of stimuli.
+    /// Computes the weights for a step from those of the variables, `kernels`, and the interpolation weights of
+    /// the stimuli at the nodes. Returns whether all variables are memories of stimuli.
     pub fn prepare(&mut self, laws: &Declaration, kernels: &[Kernel], at_nodes: &[[f64; ORDER]; ORDER]) -> bool {
         self.each.clear();
         for (i, variable) in laws.variables().iter().enumerate() {

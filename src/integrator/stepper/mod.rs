@@ -59,7 +59,8 @@ struct Step {
     to: f64,
     /// Number of growing elements that leave the zone.
     leaving: usize,
-    /// Times between which the growth law is evaluated, s: after a discontinuity at the start, and before one at the end.
+    /// Times between which the growth law is evaluated, s: after a discontinuity at the start, and before one
+    /// at the end.
     growth: [f64; 2],
 }
 
@@ -76,8 +77,8 @@ impl Stepper {
         Ok(self.finish())
     }
 
-    /// Advances the shoot, and calls `observe` at the start and after every step with the end of that step. After an error the caller
-    /// restores the shoot.
+    /// Advances the shoot, and calls `observe` at the start and after every step with the end of that step.
+    /// After an error the caller restores the shoot.
     pub fn advance<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
@@ -107,16 +108,6 @@ impl Stepper {
         Ok(self.finish())
     }
 
-    /// Solves the equilibrium at the present time. Does not change the history.
-    pub fn equilibrium(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        solver: &mut impl EquilibriumSolver,
-    ) -> Outcome<Equilibrium> {
-        let time = shoot.state.time;
-        self.solve_equilibrium(shoot, solver, time)
-    }
-
     /// Reads the declaration of the laws, and resets the statistics.
     fn prepare(&mut self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
         self.statistics = Statistics::default();
@@ -130,8 +121,8 @@ impl Stepper {
         Statistics { halvings: self.collocation.halvings, ..self.statistics }
     }
 
-    /// Makes one step and passes the discontinuity at its end, if there is one. After a recoverable error the step is repeated with half
-    /// its length, while retries are left.
+    /// Makes one step and passes the discontinuity at its end, if there is one. After a recoverable error the
+    /// step is repeated with half its length, while retries are left.
     fn next_step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -226,10 +217,12 @@ impl Stepper {
         Step { from, to, leaving, growth }
     }
 
-    /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no longer needed.
+    /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no
+    /// longer needed.
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
         shoot.state.mature(step.leaving, |point| point.exit_time);
-        // The choice of the steps after a breaking point depends on levels that are somewhat older than the longest delay.
+        // The choice of the steps after a breaking point depends on levels that are somewhat older than the
+        // longest delay.
         let kept = EQUAL_STEPS * (step.to - step.from);
         shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, &mut self.spare);
         self.statistics.steps += 1;
@@ -250,7 +243,8 @@ impl Stepper {
 
     /// Allocates all levels that the history will have, so that later steps need no allocation.
     fn reserve_levels(&mut self, state: &mut State, options: &RunOptions) {
-        // Full steps over the longest delay, or to the end if that is earlier; the first steps; and those around the ends.
+        // Full steps over the longest delay, or to the end if that is earlier; the first steps; and those
+        // around the ends.
         let known = state.history.levels() as f64;
         let full = (self.laws.longest_delay() / options.step).min(known + (options.until - state.time) / options.step);
         let levels = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;

@@ -1,4 +1,5 @@
-//! Phases of a step: differential growth, equilibrium, sensing, and the laws' variables. The motion of tissue is in `elongation`.
+//! Phases of a step: differential growth, equilibrium, sensing, and the laws' variables. The motion of tissue
+//! is in `elongation`.
 
 use super::collocation::Levels;
 use super::memories::check_memories;
@@ -15,8 +16,9 @@ use crate::state::CLOSE;
 use crate::tropism::{Site, TropismLaw};
 
 impl Stepper {
-    /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point. Returns the largest
-    /// difference from the present intrinsic strain of a point, as an angle over the length of the shoot, rad.
+    /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
+    /// Returns the largest difference from the present intrinsic strain of a point, as an angle over the length
+    /// of the shoot, rad.
     pub(super) fn integrate_strain(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome<f64> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
@@ -46,8 +48,9 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to its frame at `time` (s), and solves the equilibrium under the load and the environment of that time.
-    pub(super) fn solve_equilibrium(
+    /// Moves the base to its frame at `time` (s), and solves the equilibrium under the load and the environment
+    /// of that time.
+    pub fn solve_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
@@ -82,8 +85,8 @@ impl Stepper {
         })
     }
 
-    /// Evaluates the stimuli at all points of the zone in the present equilibrium, as [`sensing::visit_stimuli`]. Returns an error with
-    /// the given `time` (s) if one is not finite.
+    /// Evaluates the stimuli at all points of the zone in the present equilibrium, as
+    /// [`sensing::visit_stimuli`]. Returns an error with the given `time` (s) if one is not finite.
     pub(super) fn visit_stimuli(
         &mut self,
         rod: &Rod,
@@ -124,7 +127,8 @@ impl Stepper {
             let integrated = self.collocation.integrate(tropism, stimuli, variables);
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[count - 1], rates);
-            // The integration and the analysis of stability use the declaration of the laws. It is compared with the rates in every step.
+            // The integration and the analysis of stability use the declaration of the laws. It is compared
+            // with the rates in every step.
             let finite = integrated && rates.iter().all(|rate| rate.is_finite());
             if finite {
                 check = check_memories(&self.laws, variables, rates, stimuli[count - 1]);

@@ -62,8 +62,8 @@ fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; ORDER] {
     for m in 1..ORDER {
         moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
     }
-    // Weights that are exact for the moments are exact for all polynomials of this degree. The Vandermonde matrix is regular since the
-    // nodes are distinct.
+    // Weights that are exact for the moments are exact for all polynomials of this degree. The Vandermonde
+    // matrix is regular since the nodes are distinct.
     let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
     powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }
@@ -89,7 +89,8 @@ mod tests {
     #[test]
     fn weights_integrate_cubics_against_the_decay_exactly() {
         let (nodes, size) = (lobatto(ORDER - 1), 0.4);
-        // The formula changes at c z = 3. These values of z have c z on both sides of 3 at the end and at the inner nodes.
+        // The formula changes at c z = 3. These values of z have c z on both sides of 3 at the end and at the
+        // inner nodes.
         for z in [1e-9, 0.5, 2.999, 3.001, 4.0, 6.0] {
             let mut kernel = Kernel::default();
             kernel.set(2, &nodes, size, size / z);

@@ -26,8 +26,9 @@ impl Stepper {
         state.predictor.allocate(&state.rod, now);
         (state.smooth_since, state.changed) = (now, false);
         let (size, longest) = (self.laws.size(), self.laws.longest_delay());
-        // A history that varies is sampled as finely as the first steps, relative to the longest delay. The present has two levels: one
-        // with the rates of the past, and one with the rates that follow from the stimuli.
+        // A history that varies is sampled as finely as the first steps, relative to the longest delay. The
+        // present has two levels: one with the rates of the past, and one with the rates that follow from the
+        // stimuli.
         let intervals = if past.is_constant() { 1 } else { FIRST_STEP.recip() as usize };
         let first = if longest == 0.0 { intervals } else { 0 };
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);

@@ -10,10 +10,12 @@ use crate::shoot::Shoot;
 use crate::state::CLOSE;
 use crate::tropism::Declaration;
 
-/// Number of equal steps before a breaking point: the number of steps over which stimuli are interpolated. There is one less after it.
+/// Number of equal steps before a breaking point: the number of steps over which stimuli are interpolated.
+/// There is one less after it.
 pub(super) const EQUAL_STEPS: f64 = (ORDER - 1) as f64;
 
-/// Ratio of the first step to the rise time of a variable. A cubic through four levels with this distance resolves an exponential.
+/// Ratio of the first step to the rise time of a variable. A cubic through four levels with this distance
+/// resolves an exponential.
 const STEP_OVER_RISE: f64 = 0.25;
 
 /// End of a step.
@@ -40,11 +42,12 @@ pub(super) fn starts_at_discontinuity(shoot: &Shoot<impl Model>) -> Result<bool,
     Ok(shoot.model.next_discontinuity(before(start))? <= after(start))
 }
 
-/// Returns the last breaking point up to the present, and the next one, s. A breaking point is the time of a discontinuity plus a delay. The
-/// rate of differential growth has a kink there. After another delay the kink is smoother by two orders, and is neglected.
+/// Returns the last breaking point up to the present, and the next one, s. A breaking point is the time of a
+/// discontinuity plus a delay. The rate of differential growth has a kink there. After another delay the kink
+/// is smoother by two orders, and is neglected.
 ///
-/// A step ends at a breaking point, and the steps around it are equal. The errors of interpolation across the kink, of third order, then
-/// cancel.
+/// A step ends at a breaking point, and the steps around it are equal. The errors of interpolation across the
+/// kink, of third order, then cancel.
 fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> (f64, f64) {
     let (close, delays) = (CLOSE * size, || laws.delays().filter(|delay| *delay > 0.0));
     let times = || shoot.state.history.discontinuities().map(|level| shoot.state.history.time(level));
@@ -56,8 +59,8 @@ fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> 
     (last, points().filter(|point| *point <= next + close).fold(next, f64::max))
 }
 
-/// Returns the shortest rise time of the variables, s: the time in which a variable would reach its stimulus at its rate at a level, which
-/// is the one after a discontinuity.
+/// Returns the shortest rise time of the variables, s: the time in which a variable would reach its stimulus at
+/// its rate at a level, which is the one after a discontinuity.
 fn shortest_rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize) -> f64 {
     let rises = laws.variables().iter().enumerate().map(|(i, variable)| {
         let (value, rate) = shoot.state.history.largest(level, i);
@@ -68,9 +71,9 @@ fn shortest_rise(shoot: &Shoot<impl Model>, laws: &Declaration, level: usize) ->
     rises.filter(|time| *time > 0.0).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns whether differential growth changes within a step after a breaking point at `time` (s), since a variable did so a delay earlier.
-/// Such a breaking point is treated as a discontinuity. The criterion uses the longest step of all compared runs, so that the error of a
-/// run with shorter steps is not larger.
+/// Returns whether differential growth changes within a step after a breaking point at `time` (s), since a
+/// variable did so a delay earlier. Such a breaking point is treated as a discontinuity. The criterion uses the
+/// longest step of all compared runs, so that the error of a run with shorter steps is not larger.
 fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions, time: f64) -> bool {
     let (history, close) = (&shoot.state.history, CLOSE * options.step);
     let at = |level: &usize| laws.delays().any(|delay| (history.time(*level) + delay - time).abs() <= close);
@@ -78,8 +81,8 @@ fn is_sharp(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions,
     history.discontinuities().filter(at).any(|level| shortest_rise(shoot, laws, level) < longest)
 }
 
-/// Returns the longest step that growth permits, s. The tissue that leaves the zone in one step becomes one element, which must not exceed
-/// the longest element.
+/// Returns the longest step that growth permits, s. The tissue that leaves the zone in one step becomes one
+/// element, which must not exceed the longest element.
 ///
 /// # Errors
 /// The step would be divided into more than [`MAX_PARTS`].
@@ -106,11 +109,12 @@ fn longest_step(shoot: &Shoot<impl Model>, options: &RunOptions) -> Outcome<f64>
     if step > shortest { Ok(step) } else { Err(IntegrationError::GrowsTooFast { time: t, step: size }) }
 }
 
-/// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between two discontinuities or
-/// breaking points, s.
+/// Returns a bound on the step that makes the steps of compared runs differ, s. `interval` is the time between
+/// two discontinuities or breaking points, s.
 ///
-/// Without the bound the steps after a discontinuity would depend on the time since then only, and the difference of two runs would not
-/// contain their error. An interval as short as rounding has no bound, and is one step.
+/// Without the bound the steps after a discontinuity would depend on the time since then only, and the
+/// difference of two runs would not contain their error. An interval as short as rounding has no bound, and is
+/// one step.
 fn longest_to_compare(
     shoot: &Shoot<impl Model>,
     options: &RunOptions,
@@ -123,8 +127,8 @@ fn longest_to_compare(
     let since = shoot.state.time - shoot.state.smooth_since;
     // The coarsest run makes two steps in an interval that is shorter than its longest step.
     let scale = if interval < coarsest * (1.0 - ROUNDING) { 0.5 * interval } else { coarsest };
-    // Steps proportional to the root of the time since the discontinuity grow linearly with their number. The coarsest run reaches its full
-    // step with step number ORDER, at ORDER / 2 of this step.
+    // Steps proportional to the root of the time since the discontinuity grow linearly with their number. The
+    // coarsest run reaches its full step with step number ORDER, at ORDER / 2 of this step.
     let ramp = 0.5 * ORDER as f64 * scale;
     let mut longest = fineness * scale * (since / ramp).sqrt().clamp(FIRST_STEP, 1.0);
     if since < size {

@@ -4,8 +4,8 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 
 use super::*;
 
-/// A history of two points with one variable and one stimulus each. The values of the second point are twice those of the first. The
-/// stimulus is minus the variable.
+/// A history of two points with one variable and one stimulus each. The values of the second point are twice
+/// those of the first. The stimulus is minus the variable.
 fn history(times: &[f64], value: impl Fn(f64) -> f64, rate: impl Fn(f64) -> f64) -> History {
     let mut out = History::zeros((1, 1), 2, times.iter().copied());
     for (level, time) in times.iter().enumerate() {
@@ -61,7 +61,8 @@ fn interpolated_values_are_of_fourth_order_and_interpolated_rates_of_third() {
         largest
     };
     let (coarse, fine) = (errors(16), errors(32));
-    // The error is largest in the last piece. Its middle moves by 1/64 between the two meshes, which changes the error by 2 %.
+    // The error is largest in the last piece. Its middle moves by 1/64 between the two meshes, which changes
+    // the error by 2 %.
     assert_abs_diff_eq!((coarse[0] / fine[0]).log2(), 4.0, epsilon = 0.05);
     assert_abs_diff_eq!((coarse[1] / fine[1]).log2(), 3.0, epsilon = 0.05);
     // The remainder of the Hermite cubic is h⁴/384 times the fourth derivative, which is at most e.
