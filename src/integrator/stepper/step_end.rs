@@ -151,7 +151,7 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
         !passed || discontinuity > after(after(t)),
         "discontinuity that a law announces",
         discontinuity,
-        "later than the one before by more than rounding (s)",
+        "later than the one before by more than rounding (s): does the law announce times without end?",
     )?;
     // A discontinuity that differs from the end of the run by rounding is at the end.
     let discontinuity =
