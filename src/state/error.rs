@@ -1,5 +1,6 @@
 //! Errors of states.
 
+use super::FORMAT;
 use crate::error::{ParameterError, debug_by_display};
 use crate::rod::RodError;
 
@@ -8,8 +9,7 @@ use crate::rod::RodError;
 #[non_exhaustive]
 pub enum StateError {
     /// The data were written by another version of this crate.
-    #[cfg_attr(feature = "serde", error("the state has format {found}; this version reads format {}", super::FORMAT))]
-    #[cfg_attr(not(feature = "serde"), error("the state has format {found}"))]
+    #[error("the state has format {found}; this version reads format {FORMAT}")]
     Format {
         /// Number of the format of the data.
         found: u32,

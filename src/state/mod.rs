@@ -16,10 +16,13 @@ pub use history_function::{ConstantHistory, HistoryFunction};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::{Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]
-pub(crate) use saved::{FORMAT, check_format};
+pub(crate) use saved::check_format;
 
 use crate::error::ParameterError;
 use crate::rod::{MaterialPoint, Rod, part_weights};
+
+/// Number of the format of serialised states. It must be increased whenever the serialised data change.
+pub(crate) const FORMAT: u32 = 8;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step

@@ -2,11 +2,8 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{History, Plan, Predictor, State, StateError};
+use super::{FORMAT, History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
-
-/// Number of the format. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 8;
 
 /// Returns an error unless `found` is the number of this format.
 pub(crate) fn check_format(found: u32) -> Result<(), StateError> {
