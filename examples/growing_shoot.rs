@@ -37,7 +37,7 @@ use std::time::Instant;
 use common::{Film, Opt, Options, Progress, Strip, Table, VtkSeries, path_figure, shapes_figure, write_tube};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps, Statistics};
+use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps, Statistics};
 use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
@@ -158,7 +158,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         let step = HOUR / rows_per_hour;
         let mut integrator = MethodOfSteps::new(step);
         if record.rows.is_empty() {
-            cost += integrator.start(&mut shoot, &EmptyHistory)?;
+            cost += integrator.start(&mut shoot, &ConstantHistory::Empty)?;
         }
         for row in record.rows.len()..=(end / step).ceil() as usize {
             cost += integrator.advance(&mut shoot, (row as f64 * step).min(end))?;

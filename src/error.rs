@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// A parameter that is missing or out of range.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ParameterError {
     /// Name of the parameter, with the law to which it belongs.
@@ -36,6 +36,20 @@ impl fmt::Display for ParameterError {
 }
 
 impl std::error::Error for ParameterError {}
+
+/// Implements `Debug` of an error by its `Display`: `main() -> Result<(), Box<dyn Error>>` and `unwrap` print the former.
+macro_rules! debug_by_display {
+    ($error:ty) => {
+        impl std::fmt::Debug for $error {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                std::fmt::Display::fmt(self, f)
+            }
+        }
+    };
+}
+pub(crate) use debug_by_display;
+
+debug_by_display!(ParameterError);
 
 impl ParameterError {
     /// Returns an error unless `ok`.

@@ -6,7 +6,24 @@ use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::load::InternalForce;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
-use crate::tropism::Site;
+use crate::tropism::{Site, TropismLaw};
+
+/// Evaluates the stimuli of a tropism law at every material point of the growth zone of a rod in equilibrium. Calls `visit` with the
+/// index of each point in the zone, its site and its stimuli, which are written to `stimuli` in turn. The other arguments are those of
+/// [`visit_sites`].
+pub(crate) fn visit_stimuli(
+    rod: &Rod,
+    (material, law): (&impl Constitutive, &impl TropismLaw),
+    force: &InternalForce,
+    with_position: bool,
+    stimuli: &mut [f64],
+    mut visit: impl FnMut(usize, &Site, &[f64]),
+) {
+    visit_sites(rod, material, force, with_position, |i, site| {
+        law.sense(site, stimuli);
+        visit(i, site, stimuli);
+    });
+}
 
 /// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
 /// the apex towards the base. Positions are NaN unless `with_position`.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{Cut, Load, Pulse, Weight, Whirl};
 use morphorod::nalgebra::Vector3;
 use morphorod::stability::{Linearisation, onset};
@@ -129,7 +129,7 @@ impl Live {
             // A longer delay than the history reaches back: the past is taken to have been as the present is.
             self.shoot = self.shoot.with_model(model(&values)).or_else(|_| {
                 let mut shoot = self.shoot.with_model_restarted(model(&values))?;
-                integrator(&values).start(&mut shoot, &SteadyHistory)?;
+                integrator(&values).start(&mut shoot, &ConstantHistory::Steady)?;
                 Ok::<_, Failure>(shoot)
             })?;
         }
@@ -140,7 +140,7 @@ impl Live {
     /// Begins again at t = 0 with the present parameters.
     pub fn restart(&mut self) -> Result<(), Failure> {
         let mut shoot = build(&self.values)?;
-        integrator(&self.values).start(&mut shoot, &EmptyHistory)?;
+        integrator(&self.values).start(&mut shoot, &ConstantHistory::Empty)?;
         self.tips = vec![(0.0, shoot.tip())];
         self.shoot = shoot;
         Ok(())

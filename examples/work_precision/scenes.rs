@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::tropism::{
@@ -81,7 +81,7 @@ fn lying(
         let shoot = Shoot::builder(YOUNG).length(length).radius(RADIUS).load(weight).scene(scene).build()?;
         let ((tip, cost), seconds) = measure(quick, || {
             let mut shoot = shoot.clone();
-            let cost = integrator.start(&mut shoot, &EmptyHistory)?;
+            let cost = integrator.start(&mut shoot, &ConstantHistory::Empty)?;
             Ok((shoot.tip(), cost))
         })?;
         let error = distance(&tip, &exact, length);

@@ -1,14 +1,19 @@
 //! Errors of integrators.
 
-use super::MAX_PARTS;
 use crate::equilibrium::EquilibriumError;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, debug_by_display};
 
-/// Reason why a call of an integrator failed. The shoot is as it was before the call.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Result of an integrator or of a part of a run.
+pub(super) type Outcome<T = ()> = Result<T, IntegrationError>;
+
+/// Largest number of elements into which the tissue that leaves the growth zone in one step is divided.
+pub(super) const MAX_PARTS: f64 = 1024.0;
+
+/// Reason why a call of an integrator failed. The state of the shoot is the one before the call.
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IntegrationError {
-    /// A parameter or setting is invalid.
+    /// A parameter or setting is out of range, or the state does not fit the laws of the shoot.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No equilibrium was found.
@@ -19,19 +24,15 @@ pub enum IntegrationError {
         /// Error of the equilibrium solver.
         source: EquilibriumError,
     },
-    /// The corrections of a step did not converge.
-    #[error(
-        "the step to {time} s did not converge in {corrections} corrections: the last changed an angle by {change:.3e} rad"
-    )]
+    /// The corrections of an implicit step did not converge.
+    #[error("the step to {time} s did not converge: its last correction changed an angle by {change:.3e} rad")]
     NotConverged {
         /// End of the step, s.
         time: f64,
-        /// Number of corrections.
-        corrections: usize,
         /// Largest change of an angle in the last correction, rad.
         change: f64,
     },
-    /// The laws' variables of a point could not be integrated over the step.
+    /// The laws' variables at a material point could not be integrated over the step.
     #[error("the variables of material point {point} cannot be integrated to {time} s")]
     Variables {
         /// End of the step, s.
@@ -41,7 +42,7 @@ pub enum IntegrationError {
     },
     /// The tissue that leaves the growth zone in a step would be divided into more than 1024 elements.
     #[error(
-        "from {time} s on a step of {step} s would leave more than {MAX_PARTS} elements behind: take a shorter one"
+        "from {time} s on a step of {step} s would leave more than {MAX_PARTS} elements behind: take a shorter step"
     )]
     GrowsTooFast {
         /// Start of the step, s.
@@ -49,38 +50,38 @@ pub enum IntegrationError {
         /// Length of the step, s.
         step: f64,
     },
-    /// Tissue is stretched so unevenly within an element that its Gauss points do not resolve it.
+    /// Growth stretches an element so unevenly that its Gauss points do not resolve it.
     #[error(
-        "growth up to {time} s stretches some tissue of element {element} {ratio:.1} times as much as other, which its points do not \
-         resolve: take more elements, or a shorter step"
+        "growth up to {time} s stretches one end of element {element} {ratio:.1} times as much as the other, which \
+         its material points do not resolve: take more elements, or a shorter step"
     )]
     Uneven {
         /// End of the step, s.
         time: f64,
         /// Index of the element, counted from the base.
         element: usize,
-        /// Largest length per coordinate at its points over the smallest.
+        /// Ratio of the largest to the smallest length per coordinate at the points of the element.
         ratio: f64,
     },
-    /// The tolerance was not met within the permitted number of steps.
+    /// The tolerance was not met within the permitted number of steps or elements.
     #[error("the tolerance {tolerance:e} is not met: {}, after {steps} steps", describe_estimate(*reached))]
     ToleranceNotMet {
         /// Tolerance, relative to the length.
         tolerance: f64,
         /// Estimated error that was reached, relative to the length; infinite if there is no estimate yet.
         reached: f64,
-        /// Number of steps, trial runs included.
+        /// Number of steps, including those of trial runs.
         steps: usize,
     },
     /// A condition did not hold by the latest time.
-    #[error("the condition does not hold by {time} s; it is {value} then, and would hold at zero or above")]
+    #[error("the condition does not hold by {time} s: its value is {value}, and must be zero or positive")]
     NotReached {
         /// Time that was reached, s.
         time: f64,
         /// Value of the condition at that time.
         value: f64,
     },
-    /// A law returned a value that is not finite.
+    /// A law, the scene or a condition returned NaN or infinity.
     #[error("the {what} is not finite at {time} s")]
     NotFinite {
         /// Name of the value.
@@ -89,6 +90,8 @@ pub enum IntegrationError {
         time: f64,
     },
 }
+
+debug_by_display!(IntegrationError);
 
 fn describe_estimate(error: f64) -> String {
     if error.is_finite() {

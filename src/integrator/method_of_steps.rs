@@ -1,23 +1,25 @@
-//! The method of steps for delay differential equations, with corrections where a step exceeds the shortest delay.
+//! The method of steps for delay differential equations, with corrections for steps longer than the shortest delay.
 
+use super::error::Outcome;
 use super::stepper::{MAX_CORRECTIONS, RunOptions, Stepper};
 use super::undo::undo_on_error;
-use super::{HistoryFunction, IntegrationError, Integrator, Statistics};
+use super::{HistoryFunction, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::State;
 
-/// An integrator with a fixed longest step, of fourth order in time, for laws with any delay.
+/// Integrator of fourth order in time with a fixed longest step, for laws with any delay.
 ///
-/// A step that is not longer than the shortest delay reads only the past. It is explicit: the intrinsic strain at its end is a
-/// quadrature, one equilibrium gives the shape, and the stimuli of the last four equilibria, interpolated in time, drive the laws'
-/// variables.
+/// A step that is not longer than the shortest delay depends only on the past. It is explicit: the intrinsic
+/// strain at its end is a quadrature, one equilibrium determines the shape, and the laws' variables are
+/// integrated with the stimuli of the last four equilibria, interpolated in time.
 ///
-/// A longer step, or a step of laws that read something without delay, is implicit. It is solved by fixed-point iteration: the step is
-/// repeated with the variables at its end until an angle changes by less than [`tolerance`](Self::tolerance). The iteration contracts by
-/// about the step times the fastest rate of response. It costs one equilibrium for each correction.
-/// [`guide::method`](crate::guide::method) describes the method and its order of accuracy.
+/// A longer step, or a step of laws without delay, is implicit. It is solved by fixed-point iteration: the step
+/// is repeated with the variables at its end until an angle changes by less than
+/// [`tolerance`](Self::tolerance). The iteration contracts by about the step times the fastest rate of
+/// response. Each correction costs one equilibrium. [`guide::method`](crate::guide::method) describes the
+/// method and its order of accuracy.
 #[derive(Debug, Clone)]
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
@@ -26,8 +28,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     pub tolerance: f64,
     /// Largest number of corrections of an implicit step.
     pub max_corrections: usize,
-    /// Largest number of times in a call that a failed step is repeated with half its length, if the error is recoverable; zero by
-    /// default. [`Statistics::retries`] counts them.
+    /// Largest number of times in a call that a step is repeated with half its length after a recoverable
+    /// error; zero by default. [`Statistics::retries`] counts these repetitions.
     pub retries: usize,
     /// Solver of the equilibria.
     pub solver: E,
@@ -36,8 +38,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
 }
 
 impl MethodOfSteps<NewtonSolver> {
-    /// Steps of `step` seconds, and Newton's method with a tolerance of 1e-8 rad, which is well below the error in time of any usual
-    /// step.
+    /// An integrator with steps of `step` seconds, and Newton's method with a tolerance of 1e-8 rad for the
+    /// equilibria. This tolerance is well below the error in time of usual steps.
     #[must_use]
     pub fn new(step: f64) -> Self {
         Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
@@ -45,7 +47,8 @@ impl MethodOfSteps<NewtonSolver> {
 }
 
 impl<E> MethodOfSteps<E> {
-    /// Steps of `step` seconds with the given solver; corrections to 1e-8 rad, at most 30 in a step.
+    /// An integrator with steps of `step` seconds and a given solver of the equilibria. At most 30 corrections
+    /// of a step reduce their change of angles to 1e-8 rad.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
         let (stepper, backup) = (Stepper::default(), None);
@@ -54,21 +57,12 @@ impl<E> MethodOfSteps<E> {
 }
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
-    fn start(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        history: &impl HistoryFunction,
-    ) -> Result<Statistics, IntegrationError> {
+    fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics> {
         let Self { solver, stepper, backup, .. } = self;
         undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history))
     }
 
-    fn advance_at_most(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        until: f64,
-        max_steps: usize,
-    ) -> Result<Statistics, IntegrationError> {
+    fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics> {
         let options = RunOptions {
             until,
             step: self.step,

@@ -1,6 +1,6 @@
 //! Integration of a shoot in time.
 //!
-//! `stepper` makes the steps, [`MethodOfSteps`] uses steps of a given length, and [`Adaptive`] chooses them.
+//! `stepper` makes the steps. [`MethodOfSteps`] uses steps of a given length, and [`Adaptive`] chooses them.
 
 mod adaptive;
 mod error;
@@ -11,7 +11,7 @@ mod statistics;
 mod stepper;
 mod undo;
 
-pub use crate::state::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
+pub use crate::state::{ConstantHistory, HistoryFunction};
 pub use adaptive::Adaptive;
 pub use error::IntegrationError;
 pub use method_of_steps::MethodOfSteps;
@@ -20,59 +20,57 @@ pub use statistics::Statistics;
 
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::state::ORDER;
+use error::Outcome;
 
-/// Order in time. Stimuli are interpolated through this number of levels, the variables are collocated at this number of points, and
-/// between levels they are cubic. Three levels would give a third order, five still the fourth of the cubic.
-const ORDER: usize = 4;
-
-/// First step after a discontinuity over a full step. The following steps double the time since then. The stimuli of the first step are
-/// interpolated through two levels only: an error of third order, in a step 64 times shorter.
+/// Ratio of the first step after a discontinuity to a full step. The following steps double the time since the
+/// discontinuity. The stimuli of the first step are interpolated through two levels only. This is an error of
+/// third order in a step that is 64 times shorter.
 const FIRST_STEP: f64 = 1.0 / 64.0;
-
-/// Largest number of parts of a step for which growth permits only short ones. Each part leaves an element behind.
-const MAX_PARTS: f64 = 1024.0;
 
 /// Largest number of halvings of an interval: 2⁻⁴⁰ = 1e-12 of it is near the rounding of times.
 const MAX_HALVINGS: usize = 40;
 
-/// Relative difference of times, lengths and norms that is attributed to rounding: the square root of the rounding error, about.
+/// Relative difference of times, lengths and norms that is attributed to rounding: about the square root of the
+/// machine precision.
 const ROUNDING: f64 = 1e-9;
 
-/// A method that integrates a shoot in time. After an error the shoot is as it was before the call.
+/// A method that integrates a shoot in time. After an error the state of the shoot is the one before the call.
 pub trait Integrator {
-    /// Finds the equilibrium of a shoot at its present time and gives its laws a history. The other methods do this with
-    /// [`EmptyHistory`] if it was not done before. A second call begins a new history.
+    /// Solves the equilibrium of a shoot at its present time, and sets the history of its laws. The other
+    /// methods do this with [`ConstantHistory::Empty`] for a shoot that was never started. A second call begins
+    /// a new history.
     ///
     /// # Errors
-    /// See [`IntegrationError`].
-    fn start(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        history: &impl HistoryFunction,
-    ) -> Result<Statistics, IntegrationError>;
+    /// - [`Parameter`](IntegrationError::Parameter): a setting is out of range, or the rates of a declared
+    ///   memory are not those of a memory.
+    /// - [`Equilibrium`](IntegrationError::Equilibrium): the equilibrium was not found.
+    /// - [`NotFinite`](IntegrationError::NotFinite): a law, the scene or the history returned NaN or infinity.
+    /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many elements.
+    fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics>;
 
-    /// Advances the shoot to time `until` (s). Steps end at every discontinuity that its laws announce. Laws are read a few
-    /// units of rounding before and after a discontinuity, never at it. At the time of a discontinuity the shoot has the shape after it.
+    /// Advances the shoot to time `until` (s). Steps end at every discontinuity that the laws announce. Laws
+    /// are evaluated a few units of rounding before and after a discontinuity, never at it. At the time of a
+    /// discontinuity the shoot has the shape after it.
     ///
     /// # Errors
-    /// See [`IntegrationError`].
-    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+    /// Those of [`start`](Self::start), and:
+    /// - [`Parameter`](IntegrationError::Parameter): `until` is in the past, or the history does not fit the laws.
+    /// - [`NotConverged`](IntegrationError::NotConverged), [`Variables`](IntegrationError::Variables),
+    ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven): the step is too long.
+    /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many steps.
+    fn advance(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Outcome<Statistics> {
         self.advance_at_most(shoot, until, usize::MAX)
     }
 
     /// Advances the shoot towards time `until` (s), by at most `max_steps` steps.
     ///
     /// # Errors
-    /// See [`IntegrationError`].
-    fn advance_at_most(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        until: f64,
-        max_steps: usize,
-    ) -> Result<Statistics, IntegrationError>;
+    /// Those of [`advance`](Self::advance).
+    fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics>;
 
-    /// Makes one of the steps by which [`advance`](Self::advance) reaches time `until` (s), to observe the shoot after every step. There is
-    /// no step if the shoot is at that time already.
+    /// Makes one of the steps by which [`advance`](Self::advance) reaches time `until` (s), so that the shoot
+    /// can be observed after every step. No step is made if the shoot is at that time already.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -88,17 +86,19 @@ pub trait Integrator {
     /// ```
     ///
     /// # Errors
-    /// See [`IntegrationError`].
-    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Result<Statistics, IntegrationError> {
+    /// Those of [`advance`](Self::advance).
+    fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Outcome<Statistics> {
         self.advance_at_most(shoot, until, 1)
     }
 
-    /// Advances the shoot until a condition first holds (event location), at the latest until the time `latest` (s). The condition is a
-    /// function of the shoot that is negative before and zero or positive from then on. It is evaluated after every step. If its sign has
-    /// changed in a step, the time of that is found by shorter steps. It should be continuous there. **An event that begins and
-    /// ends within one step is not detected:** use a condition whose sign stays, such as a component that passes through zero, or
-    /// steps that are short compared with the event. [`Adaptive`] chooses its steps for the whole time until `latest` beforehand: a
-    /// `latest` soon after the event costs least.
+    /// Advances the shoot until a condition first holds (event location), at the latest until the time `latest` (s).
+    ///
+    /// The condition is a function of the shoot that is negative before the event, and zero or positive from
+    /// then on. It is evaluated after every step. If its sign has changed in a step, shorter steps locate the
+    /// time of the change. The function should be continuous there. **An event that begins and ends within one
+    /// step is not detected:** use a condition whose sign stays, such as a component that passes through zero,
+    /// or steps that are short compared with the event. [`Adaptive`] chooses its steps for the whole time until
+    /// `latest` beforehand: a `latest` soon after the event costs least.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -111,26 +111,27 @@ pub trait Integrator {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     ///
-    /// A shoot that no longer moves: `|shoot| 1e-9 - shoot.steering_rate()`, in rad/s.
+    /// The condition for a shoot that no longer moves is `|shoot| 1e-9 - shoot.steering_rate()`, in rad/s.
     ///
     /// # Errors
-    /// [`NotReached`](IntegrationError::NotReached) if the condition does not hold by then, and all others. To keep the shape that was
-    /// reached, write a loop over [`step`](Self::step) instead.
+    /// Those of [`advance`](Self::advance), [`NotFinite`](IntegrationError::NotFinite) for a condition that is
+    /// NaN, and [`NotReached`](IntegrationError::NotReached) if the condition does not hold by the time
+    /// `latest`. To keep the shape at that time, write a loop over [`step`](Self::step) instead.
     fn advance_until<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         latest: f64,
         condition: impl FnMut(&Shoot<M>) -> f64,
-    ) -> Result<Statistics, IntegrationError>
+    ) -> Outcome<Statistics>
     where
         Self: Sized,
     {
         events::advance_until(self, shoot, latest, condition)
     }
 
-    /// Advances the shoot to time `until` (s), and shows it at given output times on the way, in increasing order. The output times do not
-    /// change the steps of [`MethodOfSteps`]. An output time between two steps costs one further equilibrium, and does not count as a
-    /// step.
+    /// Advances the shoot to time `until` (s), and passes it to `show` at given output times on the way, in
+    /// increasing order. The output times do not change the steps of [`MethodOfSteps`]. An output time between
+    /// two steps costs one further equilibrium, and does not count as a step.
     ///
     /// ```
     /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
@@ -145,14 +146,15 @@ pub trait Integrator {
     /// ```
     ///
     /// # Errors
-    /// An output time that is before the one before it, before the present, or after `until`, and all others.
+    /// Those of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time
+    /// that is before the present or an earlier output time, or after `until`.
     fn advance_showing<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         until: f64,
         times: impl IntoIterator<Item = f64>,
         show: impl FnMut(&Shoot<M>),
-    ) -> Result<Statistics, IntegrationError>
+    ) -> Outcome<Statistics>
     where
         Self: Sized,
     {

@@ -1,13 +1,13 @@
 //! Shoots with different laws as one type.
 
-use super::{IntegrationError, Integrator, Statistics};
+use super::error::Outcome;
+use super::{Integrator, Statistics};
 use crate::model::Model;
-use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::state::{State, StateError};
 
-/// A shoot of any laws with its integrator. The pair `(shoot, integrator)` implements it. The trait is object safe, so that shoots with
-/// different laws can be elements of one list.
+/// A shoot with its integrator, whatever the laws. The pair `(shoot, integrator)` implements it. The trait is
+/// object safe: shoots with different laws can be elements of one list.
 ///
 /// ```
 /// use morphorod::Shoot;
@@ -25,7 +25,7 @@ use crate::state::{State, StateError};
 /// ];
 /// for simulation in &mut all {
 ///     simulation.advance(3600.0)?;
-///     println!("{:?}", simulation.rod().tip());
+///     println!("{:?}", simulation.state().rod().tip());
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -33,41 +33,31 @@ pub trait Simulation {
     /// Advances the shoot to time `until` (s), as [`Integrator::advance`].
     ///
     /// # Errors
-    /// See [`IntegrationError`]. The shoot is then as it was.
-    fn advance(&mut self, until: f64) -> Result<Statistics, IntegrationError>;
+    /// Those of [`Integrator::advance`]. The state is then the one before the call.
+    fn advance(&mut self, until: f64) -> Outcome<Statistics>;
 
     /// Makes one step towards time `until` (s), as [`Integrator::step`].
     ///
     /// # Errors
-    /// See [`IntegrationError`]. The shoot is then as it was.
-    fn step(&mut self, until: f64) -> Result<Statistics, IntegrationError>;
+    /// Those of [`Integrator::advance`]. The state is then the one before the call.
+    fn step(&mut self, until: f64) -> Outcome<Statistics>;
 
-    /// The state of the shoot.
+    /// Returns the state of the shoot.
     fn state(&self) -> &State;
 
     /// Restores a state, as [`Shoot::restore`].
     ///
     /// # Errors
-    /// The state is damaged or has other laws. The shoot is then as it was.
+    /// Those of [`Shoot::restore`]: the state is damaged or belongs to other laws. The shoot keeps its state then.
     fn restore(&mut self, state: &State) -> Result<(), StateError>;
-
-    /// The rod at the present time.
-    fn rod(&self) -> &Rod {
-        self.state().rod()
-    }
-
-    /// The present time, s.
-    fn time(&self) -> f64 {
-        self.state().time()
-    }
 }
 
 impl<M: Model, I: Integrator> Simulation for (Shoot<M>, I) {
-    fn advance(&mut self, until: f64) -> Result<Statistics, IntegrationError> {
+    fn advance(&mut self, until: f64) -> Outcome<Statistics> {
         self.1.advance(&mut self.0, until)
     }
 
-    fn step(&mut self, until: f64) -> Result<Statistics, IntegrationError> {
+    fn step(&mut self, until: f64) -> Outcome<Statistics> {
         self.1.step(&mut self.0, until)
     }
 

@@ -1,4 +1,4 @@
-//! Counts and error estimates of a run.
+//! Cost and error estimates of a run.
 
 use crate::equilibrium::Equilibrium;
 
@@ -8,34 +8,35 @@ use crate::equilibrium::Equilibrium;
 pub struct Statistics {
     /// Number of time steps, not counting the extra equilibria at output times.
     pub steps: usize,
-    /// Number of equilibria.
+    /// Number of equilibria that were solved.
     pub equilibria: usize,
-    /// Newton iterations of all equilibria.
+    /// Number of Newton iterations of all equilibria.
     pub iterations: usize,
-    /// Factorisations of all equilibria.
+    /// Number of factorisations of the Jacobian in all equilibria.
     pub factorisations: usize,
-    /// Evaluations of energy and gradient without a tangent.
+    /// Number of evaluations of energy and gradient without the Jacobian.
     pub evaluations: usize,
-    /// Number of elements that were cut in two.
+    /// Number of divisions of an element.
     pub splits: usize,
-    /// Number of pairs of elements that were merged.
+    /// Number of mergers of two elements.
     pub merges: usize,
-    /// Number of intervals that were halved while the laws' variables of a point were integrated over a step.
+    /// Number of intervals that were halved in the integration of the laws' variables.
     pub halvings: usize,
-    /// Number of steps that failed and were repeated with half their length.
+    /// Number of steps that were repeated with half their length after a recoverable error.
     pub retries: usize,
-    /// Number of steps in which the shape lost its stability and jumped to another one. The quasi-static model does not
-    /// resolve the motion in between.
+    /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
+    /// quasi-static model does not resolve the motion in between.
     pub snaps: usize,
     /// End of the step with the last snap, s.
     pub last_snap: Option<f64>,
-    /// Largest distance over which a snap moved the tip, m.
+    /// Largest displacement of the tip by a snap, m.
     pub largest_jump: f64,
-    /// Number of steps of trial runs. Their other costs are included in the other counts.
+    /// Number of steps of trial runs. The other costs of trial runs are included in the other counts.
     pub trial_steps: usize,
-    /// Estimated largest error of the shape, as a distance relative to the length, if the integrator estimates it.
+    /// Estimate of the largest distance between the centre line and the exact one, relative to the length, if
+    /// the integrator estimates it.
     pub error: Option<f64>,
-    /// Smallest tolerance with which the same pairs would have been merged, rad.
+    /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,
     /// Largest error estimate of an equilibrium, rad.
     pub(super) equilibrium_error: f64,
@@ -56,7 +57,7 @@ impl std::ops::AddAssign for Statistics {
         self.last_snap = other.last_snap.or(self.last_snap);
         self.largest_jump = self.largest_jump.max(other.largest_jump);
         self.trial_steps += other.trial_steps;
-        // Each estimate covers the run from its beginning.
+        // Each estimate includes all calls since the beginning of the run.
         self.error = [self.error, other.error].into_iter().flatten().reduce(f64::max);
         self.merge_loss = self.merge_loss.max(other.merge_loss);
         self.equilibrium_error = self.equilibrium_error.max(other.equilibrium_error);
@@ -64,7 +65,7 @@ impl std::ops::AddAssign for Statistics {
 }
 
 impl Statistics {
-    /// Adds the cost and the error of an equilibrium.
+    /// Adds the cost and the error estimate of an equilibrium.
     pub(super) fn add_equilibrium(&mut self, found: &Equilibrium) {
         self.equilibria += 1;
         self.iterations += found.iterations;
@@ -79,12 +80,12 @@ impl Statistics {
         self.largest_jump = self.largest_jump.max(jump);
     }
 
-    /// Returns the cost of a run whose result is discarded.
+    /// Returns the statistics of a run whose result is discarded.
     pub(super) fn as_trial(self) -> Self {
         Self { trial_steps: self.trial_steps + self.steps, ..self.undone_since(Self::default()) }
     }
 
-    /// Returns the same cost with the changes of the shoot since `then` undone.
+    /// Returns the statistics after the changes of the shoot since `then` were undone, whose cost remains.
     pub(super) fn undone_since(self, then: Self) -> Self {
         let Self { steps, splits, merges, merge_loss, snaps, last_snap, largest_jump, .. } = then;
         Self { steps, splits, merges, merge_loss, snaps, last_snap, largest_jump, ..self }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
-use crate::sensing::visit_sites;
+use crate::sensing::{self, visit_sites};
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Site, TropismLaw};
 
@@ -19,15 +19,12 @@ pub(crate) fn visit_stimuli(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
     force: &InternalForce,
-    mut visit: impl FnMut(usize, &Site, &[f64]),
+    visit: impl FnMut(usize, &Site, &[f64]),
 ) {
-    let law = shoot.model.tropism();
+    let (material, law) = (shoot.model.constitutive(), shoot.model.tropism());
     let laws = Declaration::of(law);
     let mut stimuli = vec![0.0; laws.size().stimuli];
-    visit_sites(rod, shoot.model.constitutive(), force, laws.reads_position(), |i, site| {
-        law.sense(site, &mut stimuli);
-        visit(i, site, &stimuli);
-    });
+    sensing::visit_stimuli(rod, (material, law), force, laws.reads_position(), &mut stimuli, visit);
 }
 
 /// Derivatives of the stimuli at every material point of the growth zone with respect to the strain at the point, and

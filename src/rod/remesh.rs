@@ -28,7 +28,7 @@ const COMPLIANCE: f64 = 1e-2;
 /// at the same error of the tip (`docs/decisions.md`).
 const INSIDE: f64 = 20.0;
 /// Upper bound of that angle unless the tolerance is larger, rad: the value for the default tolerance.
-const LARGEST_INSIDE: f64 = 2e-3;
+pub(crate) const LARGEST_INSIDE: f64 = 2e-3;
 
 /// The smallest tolerance (rad) that permits the loss of an angle inside an element, given its root mean square
 /// (rad).

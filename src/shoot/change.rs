@@ -90,15 +90,7 @@ impl<M: Model> Shoot<M> {
 fn check_history(state: &State, tropism: &impl TropismLaw) -> Result<(), StateError> {
     let (size, laws) = (tropism.size(), Declaration::of(tropism));
     state.check_laws((size.variables, size.stimuli))?;
-    let reach = state.history.oldest().map_or(0.0, |oldest| state.time - oldest);
-    let longest = laws.longest_delay();
-    let (ok, what) = (longest <= reach * (1.0 + 1e-9), "longest delay of the new laws");
-    Ok(ParameterError::unless(
-        ok,
-        what,
-        longest,
-        "at most the length of the shoot's history (s); `with_model_restarted` discards the history",
-    )?)
+    Ok(state.check_reach(laws.longest_delay())?)
 }
 
 /// Makes tissue mature that is outside a new growth zone of the given length (m).

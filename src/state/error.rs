@@ -1,72 +1,38 @@
-//! Why something cannot be the state of a shoot.
+//! Errors of states.
 
-use crate::error::ParameterError;
+use super::FORMAT;
+use crate::error::{ParameterError, debug_by_display};
 use crate::rod::RodError;
 
-/// A state that is damaged, or belongs to another shoot.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Reason why a state is refused: it is damaged, or belongs to another shoot.
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StateError {
-    /// A file of another version of this crate.
-    #[error("the state is written in format {found}; this version reads format {known}")]
+    /// The data were written by another version of this crate.
+    #[error("the state has format {found}; this version reads format {FORMAT}")]
     Format {
-        /// The format of the file.
+        /// Number of the format of the data.
         found: u32,
-        /// The format that can be read.
-        known: u32,
     },
-    /// A parameter of the laws, or of what they ask of the state, makes no sense.
+    /// A number of the state or a parameter of the laws is out of range, or two parts of the state do not have
+    /// the same size.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The rod is damaged.
     #[error(transparent)]
     Rod(#[from] RodError),
-    /// Lists that do not belong together.
-    #[error("the state has {found} {what} but must have {expected}")]
-    Size {
-        /// What there are too many or too few of.
-        what: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many there should be.
-        expected: usize,
-    },
-    /// A number that cannot be.
-    #[error("the {what} is {value} in the state but must be {requirement}")]
-    Value {
-        /// What it is.
-        what: &'static str,
-        /// The number.
-        value: f64,
-        /// What it must be, with its unit.
-        requirement: &'static str,
-    },
-    /// A state of other laws.
+    /// The state belongs to other laws.
     #[error(
-        "the state keeps {variables} variables and {stimuli} stimuli at a point, \
-             but the laws of the shoot have {own_variables} and {own_stimuli}; \
-             `with_model_restarted` gives a shoot such laws without a history"
+        "the state has {} variables and {} stimuli at a point, but the laws of the shoot have {} and {}; \
+         `with_model_restarted` gives a shoot such laws without a history",
+        found.0, found.1, expected.0, expected.1
     )]
     Laws {
-        /// Variables at a point of the state.
-        variables: usize,
-        /// Stimuli at a point of the state.
-        stimuli: usize,
-        /// Variables of the shoot's laws.
-        own_variables: usize,
-        /// Stimuli of the shoot's laws.
-        own_stimuli: usize,
+        /// Number of variables and number of stimuli at a material point of the state.
+        found: (usize, usize),
+        /// The same numbers of the shoot's laws.
+        expected: (usize, usize),
     },
 }
 
-impl StateError {
-    /// Refuses a number unless `ok`.
-    pub(super) fn unless(ok: bool, what: &'static str, value: f64, requirement: &'static str) -> Result<(), Self> {
-        if ok { Ok(()) } else { Err(Self::Value { what, value, requirement }) }
-    }
-
-    /// Refuses a list that does not have the `expected` size.
-    pub(super) fn size(what: &'static str, found: usize, expected: usize) -> Result<(), Self> {
-        if found == expected { Ok(()) } else { Err(Self::Size { what, found, expected }) }
-    }
-}
+debug_by_display!(StateError);

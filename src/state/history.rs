@@ -1,36 +1,41 @@
-//! What was at the material points of the growth zone, at several times: the laws' variables, their rates, their stimuli.
+//! The laws' variables, their rates and the stimuli at the material points of the growth zone, at several times.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use super::error::StateError;
+use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
 
-/// Weights that turn the values at the points of an element into those at the points of a part of it.
+/// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
+/// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
+/// third order; five levels would still give the fourth order of the cubic.
+pub(crate) const ORDER: usize = 4;
+
+/// Weights that map the values at the points of an element to the values at the points of a part of it.
 type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
-/// The history of the growth zone at a few times, the levels, oldest first. Two levels of one time mark a discontinuity of
-/// the rates.
+/// History of the growth zone at several times, the levels, oldest first. Two levels of the same time mark a
+/// discontinuity of the rates.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct History {
-    /// Variables at a point.
+    /// Number of variables at a point.
     variables: usize,
-    /// Stimuli at a point.
+    /// Number of stimuli at a point.
     stimuli: usize,
     levels: VecDeque<Level>,
 }
 
-/// The zone at one time.
+/// Growth zone at one time.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Level {
     time: f64,
-    /// For every point its variables, their rates and its stimuli.
+    /// One row for each point: the variables, their rates and the stimuli.
     rows: Vec<f64>,
 }
 
-/// A point at one level, to be written.
+/// Mutable row of a point at one level.
 #[derive(Debug)]
 pub(crate) struct RecordMut<'a> {
     pub variables: &'a mut [f64],
@@ -38,40 +43,41 @@ pub(crate) struct RecordMut<'a> {
     pub stimuli: &'a mut [f64],
 }
 
-/// How the variables are read between two levels: by the cubic through values and rates (Hermite).
+/// Interpolation weights between two levels, of the cubic through values and rates (Hermite).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Reading {
     level: usize,
-    /// Of the older value and rate, of the newer value and rate.
+    /// Weights of the value and the rate at the older level, and of the value and the rate at the newer level.
     weights: [f64; 4],
 }
 
-/// Levels through which stimuli are interpolated, oldest first.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Nodes<const N: usize> {
-    chosen: [usize; N],
+/// Indices of the levels through which stimuli are interpolated, oldest first.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Nodes {
+    levels: [usize; ORDER],
     count: usize,
 }
 
-impl<const N: usize> std::ops::Deref for Nodes<N> {
+impl std::ops::Deref for Nodes {
     type Target = [usize];
 
     fn deref(&self) -> &[usize] {
-        &self.chosen[..self.count]
+        &self.levels[..self.count]
     }
 }
 
-/// Levels that are not in use, whose memory serves again.
+/// Memory of dropped levels, which is used again for new levels.
 pub(crate) type Spare = Vec<Vec<f64>>;
 
 impl History {
-    /// Zeros at the given times for so many points, each with so many variables and stimuli.
+    /// A history of zeros at the given times, with the given numbers of variables and stimuli at each of
+    /// `points` points.
     pub fn zeros((variables, stimuli): (usize, usize), points: usize, times: impl Iterator<Item = f64>) -> Self {
         let level = |time| Level { time, rows: vec![0.0; points * (2 * variables + stimuli)] };
         Self { variables, stimuli, levels: times.map(level).collect() }
     }
 
-    /// Becomes equal to `source` without new allocations, if there is room.
+    /// Copies `source` without new allocations if the capacity suffices.
     pub fn copy_from(&mut self, source: &Self) {
         (self.variables, self.stimuli) = (source.variables, source.stimuli);
         self.levels.resize_with(source.levels.len(), Level::default);
@@ -81,40 +87,38 @@ impl History {
         }
     }
 
-    /// How many variables and stimuli there are at a point.
+    /// Numbers of variables and stimuli at a point.
     pub fn size(&self) -> (usize, usize) {
         (self.variables, self.stimuli)
     }
 
-    /// The number of levels; zero before a run has started.
+    /// Number of levels; zero before a run has started.
     pub fn levels(&self) -> usize {
         self.levels.len()
     }
 
-    /// The time of a level, s.
+    /// Time of a level, s.
     pub fn time(&self, level: usize) -> f64 {
         self.levels[level].time
     }
 
-    /// The time from which on something is known, s.
+    /// Time of the oldest level, s.
     pub fn oldest(&self) -> Option<f64> {
         self.levels.front().map(|level| level.time)
     }
 
-    /// The levels behind a discontinuity of the rates: those of the same time as the one before.
+    /// Levels after a discontinuity of the rates. Each has the same time as the level before it.
     pub fn discontinuities(&self) -> impl Iterator<Item = usize> {
         (1..self.levels()).filter(|level| self.time(level - 1) == self.time(*level))
     }
 
-    /// The time between the last two levels, s.
+    /// Time between the last two levels, s; zero if there are fewer.
     pub fn last_step(&self) -> f64 {
-        match self.levels.len() {
-            0 | 1 => 0.0,
-            levels => self.time(levels - 1) - self.time(levels - 2),
-        }
+        let before = self.levels().checked_sub(2);
+        before.map_or(0.0, |before| self.time(before + 1) - self.time(before))
     }
 
-    /// Numbers in a row.
+    /// Length of the row of a point.
     fn width(&self) -> usize {
         2 * self.variables + self.stimuli
     }
@@ -123,70 +127,69 @@ impl History {
         point * self.width()..(point + 1) * self.width()
     }
 
-    /// The number of points.
+    /// Number of points.
     pub fn points(&self) -> usize {
         self.levels.back().map_or(0, |level| level.rows.len()) / self.width().max(1)
     }
 
-    /// The variables of a point at a level.
+    /// Variables of a point at a level.
     #[inline]
     pub fn variables(&self, level: usize, point: usize) -> &[f64] {
         &self.levels[level].rows[self.row(point)][..self.variables]
     }
 
-    /// The stimuli of a point at a level.
+    /// Stimuli of a point at a level.
     #[inline]
     pub fn stimuli(&self, level: usize, point: usize) -> &[f64] {
         &self.levels[level].rows[self.row(point)][2 * self.variables..]
     }
 
-    /// A point at a level, to be written.
+    /// Mutable row of a point at a level.
     pub fn at_mut(&mut self, level: usize, point: usize) -> RecordMut<'_> {
         let row = self.row(point);
         RecordMut::of(&mut self.levels[level].rows[row], self.variables)
     }
 
-    /// The variables of a point at the last level, if it has some.
+    /// Variables of a point at the last level; `None` if the history does not have that point.
     pub fn present(&self, point: usize) -> Option<&[f64]> {
-        if point >= self.points() {
-            return None;
-        }
-        let row = &self.levels.back()?.rows[self.row(point)];
-        Some(&row[..self.variables])
+        (point < self.points()).then(|| self.variables(self.levels() - 1, point))
     }
 
-    /// Every point at the last level, to be written.
+    /// Mutable rows of all points at the last level.
     pub fn each_present(&mut self) -> impl Iterator<Item = RecordMut<'_>> {
         let (width, variables) = (self.width().max(1), self.variables);
         let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width));
         rows.map(move |row| RecordMut::of(row, variables))
     }
 
-    /// The largest value of a variable at a level, and its largest rate.
+    /// Largest absolute value of a variable at a level, and of its rate.
     pub fn largest(&self, level: usize, variable: usize) -> (f64, f64) {
         let rows = self.levels[level].rows.iter();
         let column = |k: usize| rows.clone().skip(k).step_by(self.width()).fold(0.0, |a: f64, x| a.max(x.abs()));
         (column(variable), column(self.variables + variable))
     }
 
-    /// Calls `visit` with every point: its variables at the last level but one, its stimuli at the levels of `levels`, at
-    /// most `N`, which end with the last, and its variables and their rates at the last level, to be written. Stops at the
-    /// first point for which `visit` fails, and returns its number.
-    pub fn each_step<const N: usize>(
+    /// Calls `visit` with the data of a step at every point: the variables at the last level but one, the
+    /// stimuli at `levels`, which end with the last level, and the variables and rates at the last level, to be
+    /// written.
+    ///
+    /// # Errors
+    /// The first point for which `visit` returns false.
+    pub fn each_step(
         &mut self,
-        levels: &[usize],
-        mut visit: impl FnMut(&[f64], &[&[f64]; N], &mut [f64], &mut [f64]) -> bool,
+        levels: &Nodes,
+        mut visit: impl FnMut(&[f64], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
         let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
         let before = self.levels.back().map_or(&[][..], |level| &level.rows);
-        let mut rows: [&[f64]; N] = [&[]; N];
+        let mut rows: [&[f64]; ORDER] = [&[]; ORDER];
         for (to, level) in rows.iter_mut().zip(&levels[..known]) {
             *to = &self.levels[*level].rows;
         }
         let failed = last.rows.chunks_exact_mut(width.max(1)).enumerate().position(|(point, now)| {
             let row = point * width..(point + 1) * width;
-            let mut stimuli: [&[f64]; N] = [&[]; N];
+            let mut stimuli: [&[f64]; ORDER] = [&[]; ORDER];
             for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
                 *to = &rows[row.clone()][2 * variables..];
             }
@@ -198,8 +201,8 @@ impl History {
         failed.map_or(Ok(()), Err)
     }
 
-    /// Appends a level at `time` (s) at which the variables have gone on at their rates; the stimuli stay. A first guess:
-    /// what reads only the past does not see it.
+    /// Appends a level at `time` (s). Its variables are extrapolated linearly at their rates, and its stimuli
+    /// are those of the level before. This is an initial guess, on which an explicit step does not depend.
     pub fn push(&mut self, time: f64, spare: &mut Spare) {
         let Some(last) = self.levels.back() else { return };
         let mut rows = spare.pop().unwrap_or_default();
@@ -211,7 +214,7 @@ impl History {
         }
     }
 
-    /// Makes room for `levels` levels, so that none of them asks for memory later.
+    /// Allocates the memory of `levels` levels in advance.
     pub fn reserve(&mut self, levels: usize, spare: &mut Spare) {
         let numbers = self.points() * self.width();
         self.levels.reserve(levels.saturating_sub(self.levels.len()));
@@ -221,66 +224,66 @@ impl History {
         }
     }
 
-    /// Drops levels that nothing will read that looks back to `horizon` (s), keeping at least `least`.
-    pub fn forget(&mut self, horizon: f64, least: usize, spare: &mut Spare) {
-        while self.levels.len() > least && self.levels[1].time <= horizon {
+    /// Drops the levels that are not needed to interpolate from `horizon` (s) on. Keeps at least [`ORDER`] levels.
+    pub fn forget(&mut self, horizon: f64, spare: &mut Spare) {
+        while self.levels.len() > ORDER && self.levels[1].time <= horizon {
             spare.extend(self.levels.pop_front().map(|level| level.rows));
         }
     }
 
-    /// The last levels, at most `N`, none from before the time `since` (s): those through which one may interpolate. Of levels that
-    /// are closer to each other than `gap` (s) the later ones: others would magnify rounding.
-    pub fn smooth<const N: usize>(&self, since: f64, gap: f64) -> Nodes<N> {
+    /// Returns the levels for interpolation: the last ones, at most [`ORDER`], none from before the time
+    /// `since` (s). Of two levels that are closer to each other than `gap` (s) only the later one is returned,
+    /// since their difference would magnify rounding.
+    pub fn smooth(&self, since: f64, gap: f64) -> Nodes {
         let first = self.levels.partition_point(|level| level.time <= since).saturating_sub(1);
-        let (mut chosen, mut count, mut after) = ([0; N], 0, f64::INFINITY);
+        let (mut nodes, mut after) = (Nodes::default(), f64::INFINITY);
         for level in (first..self.levels.len()).rev() {
-            if count == N {
-                break;
-            }
-            if after - self.time(level) > gap {
-                (chosen[count], after) = (level, self.time(level));
-                count += 1;
+            if nodes.count < ORDER && after - self.time(level) > gap {
+                (nodes.levels[nodes.count], after) = (level, self.time(level));
+                nodes.count += 1;
             }
         }
-        chosen[..count].reverse();
-        Nodes { chosen, count }
+        nodes.levels[..nodes.count].reverse();
+        nodes
     }
 
-    /// The times (s) between `from` and `to` at which what is read `delay` seconds ago passes a level.
+    /// Times (s) between `from` and `to` at which the time `delay` seconds earlier is that of a level.
     pub fn passings(&self, delay: f64, from: f64, to: f64) -> impl Iterator<Item = f64> {
         self.levels.iter().map(move |level| level.time + delay).filter(move |t| *t > from && *t < to)
     }
 
-    /// How to read at `time` (s), on the piece between two levels that holds `inside` (s). Before the first level the
-    /// variables are constant.
+    /// Returns the older level of the piece that contains a time (s), its time and the length of the piece, s.
+    fn piece(&self, time: f64) -> (usize, f64, f64) {
+        let level = self.levels.partition_point(|level| level.time <= time).clamp(1, self.levels.len() - 1) - 1;
+        (level, self.time(level), self.time(level + 1) - self.time(level))
+    }
+
+    /// Returns the interpolation of the variables at `time` (s) by the cubic of the piece that contains
+    /// `inside` (s). Before the first level the variables are constant.
     pub fn reading(&self, inside: f64, time: f64) -> Reading {
-        let after = self.levels.partition_point(|level| level.time <= inside);
-        let level = after.clamp(1, self.levels.len() - 1) - 1;
-        let (a, b) = (self.levels[level].time, self.levels[level + 1].time);
-        let h = b - a;
-        if time <= a && after == 0 || h <= 0.0 {
+        let (level, start, h) = self.piece(inside);
+        if time <= start && inside < self.time(0) || h <= 0.0 {
             return Reading { level, weights: [1.0, 0.0, 0.0, 0.0] };
         }
-        let x = (time - a) / h;
+        let x = (time - start) / h;
         let y = 1.0 - x;
         let weights = [(1.0 + 2.0 * x) * y * y, x * y * y * h, x * x * (1.0 + 2.0 * y), -x * x * y * h];
         Reading { level, weights }
     }
 
-    /// How to read the rates at `time` (s): those of the cubic that [`reading`](Self::reading) takes.
+    /// Returns the interpolation of the rates at `time` (s): the derivative of the cubic of
+    /// [`reading`](Self::reading).
     pub fn slope(&self, time: f64) -> Reading {
-        let level = self.levels.partition_point(|level| level.time <= time).clamp(1, self.levels.len() - 1) - 1;
-        let (a, b) = (self.levels[level].time, self.levels[level + 1].time);
-        let h = b - a;
+        let (level, start, h) = self.piece(time);
         if h <= 0.0 {
             return Reading { level, weights: [0.0, 1.0, 0.0, 0.0] };
         }
-        let x = (time - a) / h;
+        let x = (time - start) / h;
         let value = 6.0 * x * (1.0 - x) / h;
         Reading { level, weights: [-value, (1.0 - x) * (1.0 - 3.0 * x), value, x * (3.0 * x - 2.0)] }
     }
 
-    /// The variables of a point at an earlier time.
+    /// Interpolates the variables of a point.
     #[inline]
     pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
         let (row, v, w) = (self.row(point), self.variables, at.weights);
@@ -290,7 +293,8 @@ impl History {
         old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
     }
 
-    /// Replaces the `p` points from `first` on by the 2 `p` points of two parts, at every level.
+    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at
+    /// every level.
     pub fn split(&mut self, first: usize, p: usize, parts: [&PartWeights; 2]) {
         let width = self.width();
         let (at, size) = (first * width, p * width);
@@ -312,7 +316,7 @@ impl History {
         }
     }
 
-    /// Drops the first `points` points at every level: they have left the zone.
+    /// Drops the first `points` points at every level. They have left the growth zone.
     pub fn drain(&mut self, points: usize) {
         let gone = points * self.width();
         for level in &mut self.levels {
@@ -320,31 +324,34 @@ impl History {
         }
     }
 
-    /// Refuses a history that is not one of so many `points` up to `time` (s), smooth since `since` (s).
-    pub fn check(&self, points: usize, time: f64, since: f64) -> Result<(), StateError> {
+    /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since
+    /// `since` (s).
+    pub fn check(&self, points: usize, time: f64, since: f64) -> Result<(), ParameterError> {
         let Some(last) = self.levels.back() else { return Ok(()) };
-        let levels = self.levels.len();
-        // What is read lies between two of them.
-        StateError::size("levels of the history", levels, levels.max(2))?;
-        // A width that overflows is that of no list.
+        let count = self.levels();
+        ParameterError::unless(count >= 2, "number of levels of the history", count as f64, "zero, or two or more")?;
+        // The width of a damaged history may overflow.
         let width = self.variables.checked_mul(2).and_then(|twice| twice.checked_add(self.stimuli));
         let numbers = width.and_then(|width| width.checked_mul(points)).unwrap_or(usize::MAX);
-        for level in &self.levels {
-            StateError::size("numbers at a time of the history", level.rows.len(), numbers)?;
-            let bad = level.rows.iter().find(|x| !x.is_finite());
-            StateError::unless(bad.is_none(), "number in the history", bad.copied().unwrap_or(0.0), "finite")?;
-        }
         let mut before = f64::MIN;
         for level in &self.levels {
-            // Two levels of one time mark a discontinuity, after which the history is smooth.
+            let (name, size) = ("number of values at a level of the history", level.rows.len());
+            ParameterError::unless(
+                size == numbers,
+                name,
+                size as f64,
+                "that of the points times that of the laws' values",
+            )?;
+            level.rows.iter().try_for_each(|x| ParameterError::finite("value in the history", *x))?;
+            // Two levels of the same time mark a discontinuity, since which the history is smooth.
             let ok = level.time > before || level.time == before && level.time <= since;
-            StateError::unless(ok, "time of a level of the history", level.time, "later than the one before (s)")?;
+            ParameterError::unless(ok, "time of a level of the history", level.time, "later than the one before (s)")?;
             before = level.time;
         }
-        StateError::unless(last.time == time, "time of the history's end", last.time, "that of the state (s)")
+        ParameterError::unless(last.time == time, "time of the history's end", last.time, "that of the state (s)")
     }
 
-    /// Whether every number is finite.
+    /// Returns whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.levels.iter().all(|level| level.rows.iter().all(|x| x.is_finite()))
     }

@@ -1,4 +1,4 @@
-//! Everything that the future of a shoot depends on, as one plain value.
+//! State of a shoot: all data on which its future depends, as one value.
 
 mod error;
 mod history;
@@ -11,27 +11,32 @@ mod saved;
 use std::fmt;
 
 pub use error::StateError;
-pub(crate) use history::{History, Nodes, Reading, Spare};
-pub use history_function::{EmptyHistory, GivenHistory, HistoryFunction, SteadyHistory};
+pub(crate) use history::{History, Nodes, ORDER, Reading, Spare};
+pub use history_function::{ConstantHistory, HistoryFunction};
 pub(crate) use plan::Plan;
 pub(crate) use predictor::{Predictor, intrinsic_moments};
 #[cfg(feature = "serde")]
-pub(crate) use saved::{FORMAT, check_format};
+pub(crate) use saved::check_format;
 
+use crate::error::ParameterError;
 use crate::rod::{MaterialPoint, Rod, part_weights};
 
-/// Levels and equilibria closer to each other than this fraction of a step are as one for what is interpolated: stimuli are known to
-/// 1e-11 or better, and extrapolating their difference over a step magnifies that by the inverse.
+/// Number of the format of serialised states. It must be increased whenever the serialised data change.
+pub(crate) const FORMAT: u32 = 8;
+
+/// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
+/// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
+/// magnifies this error by the inverse of the distance.
 pub(crate) const CLOSE: f64 = 1e-3;
 
-/// The state of a shoot: material points with their intrinsic strains, frames, the laws' variables and their history,
-/// and time.
+/// State of a shoot: time, material points with their intrinsic strains, frames, and the history of the laws'
+/// variables.
 ///
-/// A plain value: clone it, compare it, keep it, give it back with [`Shoot::restore`](crate::Shoot::restore). A run that
-/// goes on from a restored state repeats the original bit by bit.
+/// It is a plain value, which can be cloned, compared, stored, and restored with
+/// [`Shoot::restore`](crate::Shoot::restore). A run from a restored state repeats the original run bit by bit.
 ///
-/// With the feature `serde` a state is written with the number of its format, and checked when it is read: what is damaged,
-/// or of another format, is an error.
+/// With the feature `serde` a state is serialised with the number of its format. Deserialisation returns an
+/// error for damaged data and for data of another format.
 #[derive(Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(into = "saved::Saved", try_from = "saved::Saved"))]
@@ -40,17 +45,18 @@ pub struct State {
     pub(crate) rod: Rod,
     pub(crate) predictor: Predictor,
     pub(crate) history: History,
-    /// When the run began or passed a discontinuity: no interpolation in time reaches back across it.
+    /// Time of the start of the run or of the last discontinuity, s. Interpolation in time uses no level from
+    /// before it.
     pub(crate) smooth_since: f64,
-    /// Whether the laws were exchanged at the present time: an integrator has yet to pass that discontinuity.
+    /// Whether the laws were exchanged at the present time. The next call of an integrator passes this discontinuity.
     pub(crate) changed: bool,
-    /// The pair of mature elements that was last tried to be merged.
+    /// Index of the first of the two mature elements whose merger was tried last.
     pub(crate) merge_next: usize,
-    /// The resolution that `Adaptive` has chosen last. `Adaptive` alone creates and uses it.
+    /// Resolution that `Adaptive` has chosen last. No other integrator uses it.
     pub(crate) plan: Option<Plan>,
 }
 
-/// A summary: the whole is thousands of numbers.
+/// Prints a summary, since a state has thousands of numbers.
 impl fmt::Debug for State {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (variables, stimuli) = self.history.size();
@@ -67,7 +73,7 @@ impl fmt::Debug for State {
 }
 
 impl State {
-    /// A shoot at rest at t = 0 that no integrator has started yet.
+    /// State at t = 0 of a rod that no integrator has started.
     pub(crate) fn new(rod: Rod) -> Self {
         Self {
             time: 0.0,
@@ -81,7 +87,7 @@ impl State {
         }
     }
 
-    /// Becomes equal to `source` without new allocations, if there is room.
+    /// Copies `source` without new allocations if the capacity suffices.
     pub(crate) fn copy_from(&mut self, source: &Self) {
         (self.time, self.smooth_since, self.changed) = (source.time, source.smooth_since, source.changed);
         (self.merge_next, self.plan) = (source.merge_next, source.plan);
@@ -90,55 +96,51 @@ impl State {
         self.history.copy_from(&source.history);
     }
 
-    /// Becomes a state that no integrator has started, with the shape that it has.
+    /// Drops the history, so that no integrator has started this state. Keeps the rod and its shape.
     pub(crate) fn forget(&mut self) {
         (self.predictor, self.history) = (Predictor::default(), History::default());
         (self.smooth_since, self.changed, self.plan) = (self.time, false, None);
     }
 
-    /// The resolution that `Adaptive` has chosen, unless another integrator has advanced the shoot since.
+    /// Resolution that `Adaptive` has chosen, unless another integrator has advanced the shoot since.
     pub(crate) fn plan(&self) -> Option<Plan> {
         self.plan.filter(|plan| plan.reached == self.time)
     }
 
-    /// Refuses a state whose parts do not belong together, or hold numbers that no state has.
+    /// Returns an error if a number of the state is invalid, or if its parts do not fit each other.
     pub(crate) fn check(&self) -> Result<(), StateError> {
-        StateError::unless(self.time.is_finite(), "time", self.time, "finite (s)")?;
-        // Only the state of a run has this time.
+        ParameterError::finite("time of the state", self.time)?;
         let since = self.smooth_since;
-        StateError::unless(
-            since <= self.time && since.is_finite(),
-            "start of the run",
-            since,
-            "not in the future (s)",
-        )?;
+        let ok = since.is_finite() && since <= self.time;
+        ParameterError::unless(ok, "start of the run or last discontinuity", since, "not in the future (s)")?;
         self.rod.check()?;
-        let (what, pair) = ("number of the pair that was last tried to be merged", self.merge_next);
-        StateError::unless(pair < self.rod.elements(), what, pair as f64, "that of an element")?;
+        let (name, pair) = ("index of the pair whose merger was tried last", self.merge_next);
+        ParameterError::unless(pair < self.rod.elements(), name, pair as f64, "that of an element")?;
         self.plan.map_or(Ok(()), |plan| plan.check())?;
-        let started = self.history.levels() > 0;
-        self.predictor.check(self.rod.rotations().len(), self.time, started)?;
-        self.history.check(self.rod.zone().len(), self.time, since)
+        self.predictor.check(self.rod.rotations().len(), self.time, self.history.levels() > 0)?;
+        Ok(self.history.check(self.rod.zone().len(), self.time, since)?)
     }
 
-    /// Refuses a state whose history is of other laws than those with so many variables and stimuli.
-    pub(crate) fn check_laws(&self, own: (usize, usize)) -> Result<(), StateError> {
-        let ((variables, stimuli), (own_variables, own_stimuli)) = (self.history.size(), own);
-        if self.history.levels() == 0 || self.history.size() == own {
-            return Ok(());
-        }
-        Err(StateError::Laws { variables, stimuli, own_variables, own_stimuli })
+    /// Returns an error unless the history, if there is one, has the numbers of variables and stimuli of the laws.
+    pub(crate) fn check_laws(&self, expected: (usize, usize)) -> Result<(), StateError> {
+        let found = self.history.size();
+        let ok = self.history.levels() == 0 || found == expected;
+        if ok { Ok(()) } else { Err(StateError::Laws { found, expected }) }
     }
 
-    /// Refuses a rod that is not shorter than `longest`, m.
-    pub(crate) fn check_length(&self, longest: f64) -> Result<(), StateError> {
-        let length = self.rod.length();
-        StateError::unless(
-            length < longest,
-            "length of the rod",
-            length,
-            "less than a million of the shoot's elements (m)",
-        )
+    /// Returns an error unless the history covers the longest delay of the laws, s.
+    pub(crate) fn check_reach(&self, longest_delay: f64) -> Result<(), ParameterError> {
+        let reach = self.history.oldest().map_or(0.0, |oldest| self.time - oldest);
+        let ok = longest_delay <= reach * (1.0 + 1e-9);
+        let requirement =
+            "at most the time that the shoot's history covers (s); `with_model_restarted` drops the history";
+        ParameterError::unless(ok, "longest delay of the laws", longest_delay, requirement)
+    }
+
+    /// Returns an error unless the rod is shorter than `longest`, m.
+    pub(crate) fn check_length(&self, longest: f64) -> Result<(), ParameterError> {
+        let (length, requirement) = (self.rod.length(), "less than a million of the shoot's elements (m)");
+        ParameterError::unless(length < longest, "length of the rod", length, requirement)
     }
 
     /// Time, s.
@@ -147,20 +149,20 @@ impl State {
         self.time
     }
 
-    /// The rod: its material points and its shape.
+    /// Rod: material points and shape.
     #[must_use]
     pub fn rod(&self) -> &Rod {
         &self.rod
     }
 
-    /// The variables that the tropism laws keep at a material point of the growth zone, by the point's index among all
-    /// points of the rod; nothing for a mature point, or before an integrator has started.
+    /// Variables of the tropism laws at a material point of the growth zone. `point` is the index among all
+    /// points of the rod. `None` for a mature point, or before an integrator has started.
     #[must_use]
     pub fn variables(&self, point: usize) -> Option<&[f64]> {
         self.history.present(point.checked_sub(self.rod.zone().start)?)
     }
 
-    /// Cuts an element at its coordinate `x`, with everything that lives on it now and in the past.
+    /// Divides an element at its coordinate `x`, with its history and its earlier equilibria.
     pub(crate) fn split(&mut self, e: usize, x: f64) {
         let reference = self.rod.reference();
         self.predictor.split(&self.rod, e, x);
@@ -171,7 +173,8 @@ impl State {
         self.rod.split(e, x);
     }
 
-    /// Makes two mature elements one if that loses no more than `tolerance` (rad), and returns the smallest tolerance that permits it.
+    /// Merges the mature elements `e` and `e` + 1 if the loss is at most `tolerance` (rad), and returns the
+    /// smallest tolerance that permits it.
     pub(crate) fn merge(
         &mut self,
         e: usize,

@@ -1,45 +1,40 @@
 //! The resolution that `Adaptive` has chosen.
 
-use super::error::StateError;
+use crate::error::ParameterError;
 
-/// The resolution for a tolerance until a time. It is part of the state, so that a run that is resumed makes the same steps.
+/// Resolution for a tolerance until a time. It is part of the state, so that a run that is resumed makes the
+/// same steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Plan {
     /// Tolerance, relative to the length.
     pub tolerance: f64,
-    /// End of the time for which it was chosen, s.
+    /// End of the time for which the resolution was chosen, s.
     pub until: f64,
     /// Longest step, s.
     pub step: f64,
-    /// Longest step of the coarsest trial, s.
+    /// Longest step of the coarsest trial run, s.
     pub coarsest_step: f64,
     /// Longest element, m.
     pub longest_element: f64,
     /// Merge tolerance of mature elements, rad.
     pub merge_tolerance: f64,
-    /// Time that the last call has reached, s. At another time the shoot was advanced by another integrator.
+    /// Time at the end of the last call, s. At another time another integrator has advanced the shoot.
     pub reached: f64,
-    /// Estimated error of the shape at the end, relative to the length, since the run began.
+    /// Estimated error of the shape at `until` since the beginning of the run, relative to the length.
     pub error: f64,
 }
 
 impl Plan {
     /// Returns an error if a number is invalid.
-    pub fn check(&self) -> Result<(), StateError> {
-        let Self { tolerance, until, step, coarsest_step, longest_element, merge_tolerance, reached, error } = *self;
-        let positive = [
-            ("planned tolerance", tolerance),
-            ("planned step", step),
-            ("step of the coarsest trial", coarsest_step),
-            ("planned longest element", longest_element),
-            ("planned merge tolerance", merge_tolerance),
-        ];
-        for (what, value) in positive {
-            StateError::unless(value > 0.0 && value.is_finite(), what, value, "positive and finite")?;
-        }
-        StateError::unless(until.is_finite(), "end of the plan", until, "finite (s)")?;
-        StateError::unless(reached.is_finite(), "time that the plan has reached", reached, "finite (s)")?;
-        StateError::unless(error >= 0.0 && error.is_finite(), "estimated error", error, "not negative, and finite")
+    pub fn check(&self) -> Result<(), ParameterError> {
+        ParameterError::positive("planned tolerance", self.tolerance)?;
+        ParameterError::positive("planned step", self.step)?;
+        ParameterError::positive("step of the coarsest trial run", self.coarsest_step)?;
+        ParameterError::positive("planned longest element", self.longest_element)?;
+        ParameterError::positive("planned merge tolerance", self.merge_tolerance)?;
+        ParameterError::finite("end of the plan", self.until)?;
+        ParameterError::finite("time that the plan has reached", self.reached)?;
+        ParameterError::not_negative("estimated error", self.error)
     }
 }

@@ -1,28 +1,32 @@
-//! The first guess of an equilibrium: extrapolated in time from the last ones, and corrected by what the intrinsic strain has
-//! become since, which is known beforehand.
+//! Initial guess of an equilibrium: earlier equilibria are extrapolated in time, and the weights of the
+//! extrapolation are corrected by the intrinsic strain, which is known before the equilibrium is solved.
+//!
+//! [`ORDER`] equilibria before the last one are kept; one more or less has no effect. A polynomial in time
+//! through them does not predict an oscillation that is resolved by a few steps only; the correction by the
+//! intrinsic strain does. With it, steps of up to a quarter of the period of an oscillator need one Newton
+//! iteration.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::CLOSE;
-use super::error::StateError;
+use super::{CLOSE, ORDER};
+use crate::error::ParameterError;
 use crate::numerics::interpolation::lagrange;
 use crate::rod::{Rod, merge_rotations, split_rotations};
 
-/// How many equilibria before the last are kept. What a polynomial in time through them does not foresee, as an oscillation in a few
-/// steps, the intrinsic strain tells: at steps of up to a quarter of an oscillator's period one Newton iteration does.
-const EARLIER: usize = 4;
-/// Combinations of the intrinsic strains that are smaller than this, by its square relative to all, are hardly used: what they leave
-/// out would be magnified.
+/// Tikhonov regularisation of the correction, relative to the trace of the normal matrix. Combinations of
+/// intrinsic strains whose relative square is smaller have little weight, since the correction would magnify
+/// their errors.
 const RIDGE: f64 = 1e-5;
 
-/// The weights are changed by no more than this, in sum: an oscillation in four steps takes up to eight. A load that rises from nothing
-/// makes intrinsic strains that grow by orders of magnitude in a step, with shapes that do not follow them.
+/// Largest sum of the absolute changes of the weights. An oscillation in four steps needs up to eight. Where a
+/// load starts from zero, the intrinsic strains grow by orders of magnitude in a step, and the shapes are not
+/// proportional to them.
 const LARGEST_CHANGE: f64 = 10.0;
 
-/// The moments of a rod's intrinsic strain, of degree 0, 1 and 2 in the distance from the apex over the length, rad.
+/// Moments of the intrinsic strain of degree 0, 1 and 2 in the distance from the apex over the length, rad.
 pub(crate) type Moments = SVector<f64, 9>;
 
-/// The moments of the intrinsic strain of a rod.
+/// Returns the moments of the intrinsic strain of a rod.
 pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
     let (reference, length) = (rod.reference(), rod.length());
     let mut moments = [Vector3::zeros(); 3];
@@ -37,19 +41,19 @@ pub(crate) fn intrinsic_moments(rod: &Rod) -> Moments {
     Moments::from_fn(|i, _| moments[i / 3][i % 3])
 }
 
-/// Weights of the present equilibrium and the earlier ones.
-type Weights = [f64; EARLIER + 1];
+/// Weights of the present equilibrium and of the earlier ones.
+type Weights = [f64; ORDER + 1];
 
-/// The rotation vectors of earlier equilibria, latest first.
+/// Rotation vectors of earlier equilibria, latest first.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Predictor {
     earlier: Vec<Earlier>,
-    /// How many of them there are; the rest is room.
+    /// Number of entries of `earlier` that are in use. The others are memory for later ones.
     known: usize,
 }
 
-/// The rotation vectors of an earlier equilibrium, on the present elements, and the moments of its intrinsic strain.
+/// Rotation vectors of an earlier equilibrium, on the present elements, and the moments of its intrinsic strain.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Earlier {
@@ -59,7 +63,7 @@ struct Earlier {
 }
 
 impl Predictor {
-    /// Becomes equal to `source` without new allocations, if there is room.
+    /// Copies `source` without new allocations if the capacity suffices.
     pub fn copy_from(&mut self, source: &Self) {
         self.known = source.known;
         self.earlier.resize_with(source.earlier.len(), Earlier::default);
@@ -69,44 +73,42 @@ impl Predictor {
         }
     }
 
-    /// Refuses equilibria of which each has not so many `rotations`, or from which one cannot extrapolate at `time` (s).
-    pub fn check(&self, rotations: usize, time: f64, started: bool) -> Result<(), StateError> {
-        if started || !self.earlier.is_empty() {
-            StateError::size("earlier equilibria", self.earlier.len(), EARLIER)?;
-        }
-        if self.known > self.earlier.len() {
-            return StateError::size("earlier equilibria", self.earlier.len(), self.known);
-        }
+    /// Returns an error unless every earlier equilibrium has the given number of `rotations` and is usable for
+    /// an extrapolation from `time` (s).
+    pub fn check(&self, rotations: usize, time: f64, started: bool) -> Result<(), ParameterError> {
+        let (name, size) = ("number of earlier equilibria", self.earlier.len());
+        let ok = size == ORDER || size == 0 && !started;
+        ParameterError::unless(ok, name, size as f64, "four in a run that has started, and zero or four before")?;
+        let (name, known) = ("number of earlier equilibria in use", self.known);
+        ParameterError::unless(known <= size, name, known as f64, "at most the number of earlier equilibria")?;
         let mut after = time;
         for (i, earlier) in self.earlier.iter().enumerate() {
-            StateError::size("rotation vectors in an earlier equilibrium", earlier.rotations.len(), rotations)?;
-            let (what, square) =
-                ("sum of squared earlier rotations", earlier.rotations.iter().map(Vector3::norm_squared).sum());
-            StateError::unless(f64::is_finite(square), what, square, "finite")?;
-            let (what, square) = ("sum of squared moments of the intrinsic strain", earlier.moments.norm_squared());
-            StateError::unless(square.is_finite(), what, square, "finite")?;
-            let before = i >= self.known || earlier.time < after;
-            let ok = before && earlier.time.is_finite();
-            StateError::unless(ok, "time of an earlier equilibrium", earlier.time, "before that of the next (s)")?;
+            let (name, size) = ("number of rotation vectors of an earlier equilibrium", earlier.rotations.len());
+            ParameterError::unless(size == rotations, name, size as f64, "that of the rod")?;
+            let square = earlier.rotations.iter().map(Vector3::norm_squared).sum();
+            ParameterError::finite("sum of squared earlier rotations", square)?;
+            ParameterError::finite("sum of squared moments of the intrinsic strain", earlier.moments.norm_squared())?;
+            let ok = earlier.time.is_finite() && (i >= self.known || earlier.time < after);
+            ParameterError::unless(ok, "time of an earlier equilibrium", earlier.time, "before that of the next (s)")?;
             after = earlier.time;
         }
         Ok(())
     }
 
-    /// Forgets earlier equilibria and makes room for as many as are extrapolated from.
-    pub fn make_room(&mut self, rod: &Rod, time: f64) {
+    /// Drops the earlier equilibria and allocates the memory for the following ones.
+    pub fn allocate(&mut self, rod: &Rod, time: f64) {
         self.known = 0;
         self.earlier.clear();
-        let room = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations().to_vec() };
-        self.earlier.extend((0..EARLIER).map(|_| room()));
+        let unused = || Earlier { time, moments: Moments::zeros(), rotations: rod.rotations().to_vec() };
+        self.earlier.extend((0..ORDER).map(|_| unused()));
     }
 
-    /// Forgets earlier equilibria: the shape has jumped since.
+    /// Drops the earlier equilibria, after a discontinuity of the shape.
     pub fn forget(&mut self) {
         self.known = 0;
     }
 
-    /// Gives the rod the shape that it had before it was extrapolated, and forgets those before.
+    /// Restores the shape of the rod before the last extrapolation, and drops the equilibria before it.
     pub fn take_last(&mut self, rod: &mut Rod) {
         if let Some(last) = self.earlier.first().filter(|_| self.known > 0) {
             rod.shape_mut().1.copy_from_slice(&last.rotations);
@@ -115,10 +117,10 @@ impl Predictor {
         }
     }
 
-    /// Keeps the present rotations of `rod`, at time `from` (s), and extrapolates them to time `to`, at which it has its intrinsic
-    /// strain already; `before` were the moments of that.
+    /// Extrapolates the rotations of `rod` from time `from` (s) to time `to`, and keeps the present ones. The
+    /// rod has the intrinsic strain at `to` already; `before` are the moments of that at `from`.
     pub fn extrapolate(&mut self, rod: &mut Rod, before: &Moments, from: f64, to: f64) {
-        // An equilibrium that is all but the present one says nothing of the motion.
+        // The difference to an equilibrium that is very close in time would magnify the errors of both.
         while self.known > 0 && from - self.earlier[0].time < CLOSE * (to - from) {
             self.earlier.rotate_left(1);
             self.known -= 1;
@@ -130,7 +132,7 @@ impl Predictor {
             for (earlier, weight) in self.earlier[..self.known].iter().zip(&weights[1..]) {
                 *rotation += earlier.rotations[i] * *weight;
             }
-            // The oldest is no longer needed: the present takes its place.
+            // The present equilibrium replaces the oldest one, which is no longer needed at this point.
             if let Some(last) = self.earlier.last_mut() {
                 last.rotations[i] = present;
             }
@@ -143,19 +145,19 @@ impl Predictor {
         rod.chain_frames();
     }
 
-    /// The weights of the present and the earlier equilibria, of the degree in time up to which each further term of the
-    /// extrapolation, at the ends of the elements, is smaller than the one before it. Where steps are long against what moves the
-    /// shoot, or a shoot collapses, higher terms only lead astray.
+    /// Returns the weights of an extrapolation in time. Its degree is increased as long as the next term,
+    /// evaluated at the ends of the elements, is smaller than the one before. Higher terms diverge if the steps
+    /// do not resolve the motion, or if the shoot collapses.
     fn weights(&self, rod: &Rod, from: f64, to: f64) -> Weights {
-        let mut times = [from; EARLIER + 1];
+        let mut times = [from; ORDER + 1];
         for (time, earlier) in times[1..].iter_mut().zip(&self.earlier) {
             *time = earlier.time;
         }
         let p = rod.order().points();
-        let (mut degree, mut weights, mut last) = (0, [0.0; EARLIER + 1], f64::INFINITY);
+        let (mut weights, mut last) = ([0.0; ORDER + 1], f64::INFINITY);
         weights[0] = 1.0;
-        while degree < self.known {
-            let mut next = [0.0; EARLIER + 1];
+        for degree in 0..self.known {
+            let mut next = [0.0; ORDER + 1];
             lagrange(&times[..degree + 2], to, &mut next[..degree + 2]);
             let mut size = 0.0_f64;
             for i in (p - 1..rod.rotations().len()).step_by(p) {
@@ -168,26 +170,27 @@ impl Predictor {
             if !(size < last) {
                 break;
             }
-            (degree, weights, last) = (degree + 1, next, size);
+            (weights, last) = (next, size);
         }
         weights
     }
 
-    /// Changes the weights so that the same sum of intrinsic strains comes near to the one that `rod` has, in its moments: shapes
-    /// follow the intrinsic strain all but linearly in a step, and what else acts is left to the weights as they were.
+    /// Changes the weights so that the same combination of earlier intrinsic strains approximates the intrinsic
+    /// strain of `rod`, in its moments (regularised least squares). Within a step the shape depends nearly
+    /// linearly on the intrinsic strain. The effect of other causes is extrapolated by the given weights.
     fn corrected(&self, mut weights: Weights, rod: &Rod, before: &Moments) -> Weights {
-        let (mut missing, mut differences) =
-            (intrinsic_moments(rod) - before * weights[0], SMatrix::<f64, 9, EARLIER>::zeros());
+        let mut missing = intrinsic_moments(rod) - before * weights[0];
+        let mut differences = SMatrix::<f64, 9, ORDER>::zeros();
         for (k, earlier) in self.earlier[..self.known].iter().enumerate() {
             missing -= earlier.moments * weights[k + 1];
             differences.set_column(k, &(earlier.moments - before));
         }
         let mut normal = differences.tr_mul(&differences);
         let ridge = RIDGE * normal.trace() + f64::MIN_POSITIVE;
-        (0..EARLIER).for_each(|k| normal[(k, k)] += ridge);
+        (0..ORDER).for_each(|k| normal[(k, k)] += ridge);
         if let Some(factors) = normal.cholesky() {
             let change = factors.solve(&differences.tr_mul(&missing));
-            // Large weights mean that other causes than the intrinsic strain change the shape.
+            // Large weights show that other causes than the intrinsic strain change the shape.
             if change.abs().sum() <= LARGEST_CHANGE {
                 weights[0] -= change.sum();
                 weights[1..].iter_mut().zip(&change).for_each(|(weight, change)| *weight += change);
@@ -196,14 +199,15 @@ impl Predictor {
         weights
     }
 
-    /// Cuts element `e` of `rod` at its coordinate `x`, in every equilibrium.
+    /// Divides element `e` of `rod` at its coordinate `x`, in every earlier equilibrium.
     pub fn split(&mut self, rod: &Rod, e: usize, x: f64) {
         for earlier in &mut self.earlier {
             split_rotations(rod.reference(), &mut earlier.rotations, e, x);
         }
     }
 
-    /// Makes elements `e` and `e` + 1 one, of which the first is a `share`, in every equilibrium.
+    /// Merges elements `e` and `e` + 1 in every earlier equilibrium. `share` is the fraction of their length
+    /// that element `e` has.
     pub fn merge(&mut self, rod: &Rod, e: usize, share: f64) {
         for earlier in &mut self.earlier {
             merge_rotations(rod.reference(), &mut earlier.rotations, e, share);

@@ -1,19 +1,16 @@
-//! The state of a shoot as it is written and read: with the number of its format, and checked when it is read.
+//! Serialisation of states with the number of the format. Every state is checked when it is read.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{History, Plan, Predictor, State, StateError};
+use super::{FORMAT, History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
 
-/// Number of the format, to be increased whenever the written data change.
-pub(crate) const FORMAT: u32 = 8;
-
-/// Returns an error for the number of another format.
+/// Returns an error unless `found` is the number of this format.
 pub(crate) fn check_format(found: u32) -> Result<(), StateError> {
-    if found == FORMAT { Ok(()) } else { Err(StateError::Format { found, known: FORMAT }) }
+    if found == FORMAT { Ok(()) } else { Err(StateError::Format { found }) }
 }
 
-/// The number of the format. It is written first, so that data of another format are refused for that reason.
+/// Number of the format. It is the first field, so that data of another format are refused for that reason.
 #[derive(Debug, Clone, Copy)]
 struct Format;
 
@@ -30,7 +27,7 @@ impl<'a> Deserialize<'a> for Format {
     }
 }
 
-/// What is written of a [`State`].
+/// Serialised form of a [`State`].
 #[derive(Serialize, Deserialize)]
 pub(super) struct Saved {
     format: Format,

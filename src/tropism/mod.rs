@@ -193,7 +193,7 @@ pub trait TropismLaw {
     /// stimuli. The default is [`initial`](Self::initial), which is a steady state only if the stimuli do not drive
     /// the variables. The module [`stability`](crate::stability) and
     /// [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) return an error if the rates do not vanish;
-    /// [`SteadyHistory`](crate::integrator::SteadyHistory) does not check them.
+    /// [`ConstantHistory::Steady`](crate::integrator::ConstantHistory::Steady) does not check them.
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         self.initial(stimuli, variables);
     }

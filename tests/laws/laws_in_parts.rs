@@ -362,14 +362,14 @@ fn shoots_of_different_models_share_a_list_of_simulations() {
         std::thread::scope(|scope| {
             for simulation in &mut list {
                 scope.spawn(move || {
-                    while simulation.time() < HOUR {
+                    while simulation.state().time() < HOUR {
                         assert_eq!(simulation.step(HOUR).unwrap().steps, 1);
                     }
                 });
             }
         });
         assert!(list[0].state() == alone.0.state() && list[1].state() == alone.1.state());
-        assert_eq!(list[1].rod().tip(), alone.1.tip());
+        assert_eq!(list[1].state().rod().tip(), alone.1.tip());
         for (simulation, start) in list.iter_mut().zip(&starts) {
             simulation.restore(start).unwrap();
         }

@@ -9,7 +9,7 @@ use crate::fixtures::upright;
 use approx::relative_eq;
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{GrowthLaw, LinearProfile, Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::nalgebra::{Complex, Vector3};
 use morphorod::stability::{Linearisation, StabilityError, onset, solve_steady_state};
@@ -197,7 +197,7 @@ fn growth_in_time(leaning: &Leaning) -> f64 {
     let slowest = time.max(delay).max(leaning.growth_time / leaning.eta);
     let mut run = MethodOfSteps::new(delay.min(slowest / 20.0));
     run.solver.tolerance = 1e-13;
-    run.start(&mut shoot, &SteadyHistory).unwrap();
+    run.start(&mut shoot, &ConstantHistory::Steady).unwrap();
     let mut largest = |shoot: &mut _, from: f64| {
         let until = (0..40).map(|k| from + 2.0 * slowest * f64::from(k) / 40.0);
         until.fold(0.0, |largest: f64, t| {

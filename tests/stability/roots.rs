@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
 use morphorod::tropism::{
@@ -53,7 +53,7 @@ fn root_in_time(
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
     let mut run = MethodOfSteps::new(60.0);
     run.solver.tolerance = 1e-13;
-    run.start(&mut shoot, &SteadyHistory).unwrap();
+    run.start(&mut shoot, &ConstantHistory::Steady).unwrap();
     run.advance(&mut shoot, wait).unwrap();
     let every = 600.0;
     let mut signal = Vec::new();
@@ -131,7 +131,7 @@ fn rotating_root_reports_the_sense_of_rotation_seen_in_time() {
         // its sense and its period.
         shoot.set_intrinsic(|point| point.intrinsic + Vector3::y() * 1e-4);
         let mut integrator = MethodOfSteps::new(120.0);
-        let _ = integrator.start(&mut shoot, &SteadyHistory).unwrap();
+        let _ = integrator.start(&mut shoot, &ConstantHistory::Steady).unwrap();
         let _ = integrator.advance(&mut shoot, 30.0 * HOUR).unwrap();
         let (before, start) = (shoot.tip(), shoot.time());
         let _ = integrator.advance(&mut shoot, start + 0.125 * root.period()).unwrap();

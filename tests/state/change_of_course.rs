@@ -6,7 +6,7 @@ use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, r
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::{Graded, Tissue};
 use morphorod::growth::{CosineProfile, GrowthLaw, UniformGrowth};
-use morphorod::integrator::{EmptyHistory, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Load, PointForce};
 use morphorod::stability::Linearisation;
 use morphorod::tropism::{
@@ -198,14 +198,14 @@ fn laws_with_other_variables_require_a_new_history() {
     let (gravity, own) = steering(SettledStatoliths);
     let lit = shoot.model().clone().with_tropism((gravity, own, light)).into_dyn();
     let error = shoot.with_model(lit.clone()).map(|_| ()).unwrap_err();
-    assert!(matches!(error, StateError::Laws { own_variables: 6, variables: 4, .. }), "{error}");
+    assert!(matches!(error, StateError::Laws { expected: (6, _), found: (4, _) }), "{error}");
     let mut seen = shoot.with_model_restarted(lit.clone()).unwrap();
     assert_eq!((seen.time(), seen.tip()), (CHANGE, shoot.tip()));
     let mut integrator = MethodOfSteps::new(STEP);
-    let _ = integrator.start(&mut seen, &SteadyHistory).unwrap();
+    let _ = integrator.start(&mut seen, &ConstantHistory::Steady).unwrap();
     let _ = integrator.advance(&mut seen, END).unwrap();
     let mut fresh = shoot.with_model_restarted(lit).unwrap();
-    let _ = integrator.start(&mut fresh, &EmptyHistory).unwrap();
+    let _ = integrator.start(&mut fresh, &ConstantHistory::Empty).unwrap();
     let _ = integrator.advance(&mut fresh, END).unwrap();
     assert!(seen.tip().x > fresh.tip().x && fresh.tip().x > 1e-3);
 }
@@ -225,7 +225,7 @@ fn invalid_new_laws_are_refused_and_the_shoot_is_unchanged() {
     };
     refuse(&|laws| laws.load.density = -1.0, "density is -1");
     refuse(&|laws| laws.growth.0.zone_length = 0.04, "length of a shoot of constant length");
-    refuse(&|laws| laws.tropism.0.memory.delay = 5000.0, "longest delay of the new laws is 5000");
+    refuse(&|laws| laws.tropism.0.memory.delay = 5000.0, "longest delay of the laws is 5000");
     refuse(&|laws| laws.tropism.1.memory.time = f64::NAN, "memory time is NaN");
     // A load that jumps outside the shoot.
     for apex_distance in [0.051, f64::INFINITY] {

@@ -40,7 +40,7 @@ fn damage_of_any_single_bit_is_detected() {
             0..9 => matches!(error, CheckpointError::Foreign),
             9..13 => matches!(error, CheckpointError::State(StateError::Format { .. })),
             13..21 => matches!(error, CheckpointError::Length { .. }),
-            _ => matches!(error, CheckpointError::Damaged { .. }),
+            _ => matches!(error, CheckpointError::Damaged),
         };
         assert!(expected, "bit {bit}: {error}");
     }
@@ -64,7 +64,7 @@ fn truncated_foreign_and_newer_files_are_refused_with_distinct_errors() {
     newer[9] += 1;
     let error = refused(&newer);
     assert!(
-        matches!(error, CheckpointError::State(StateError::Format { found, known }) if found == known + 1),
+        matches!(error, CheckpointError::State(StateError::Format { found }) if found == u32::from(newer[9])),
         "{error}"
     );
     // A valid checkpoint of another type.

@@ -157,13 +157,13 @@ mod written {
         let message = refusal(|state| state["history"]["levels"][1]["time"] = 0.0.into());
         assert!(message.contains("later than the one before"), "{message}");
         let message = refusal(|state| _ = state["history"]["levels"][1]["rows"].as_array_mut().unwrap().pop());
-        assert!(message.contains("numbers at a time of the history"), "{message}");
+        assert!(message.contains("number of values at a level of the history"), "{message}");
         let message = refusal(|state| state["predictor"]["known"] = 6.into());
         assert!(message.contains("earlier equilibria"), "{message}");
         let message = refusal(|state| state["merge_next"] = u64::MAX.into());
-        assert!(message.contains("last tried to be merged"), "{message}");
+        assert!(message.contains("merger was tried last"), "{message}");
         let message = refusal(|state| state["history"]["variables"] = u64::MAX.into());
-        assert!(message.contains("numbers at a time"), "{message}");
+        assert!(message.contains("values at a level"), "{message}");
         let rod = r#"{"order":"Two","frames":[],"rotations":[],"line_strains":[],"points":[],"node_distance":[],
             "initial_length":1.0,"kept":[],"first_growing":0,"loss":[]}"#;
         let message = serde_json::from_str::<Rod>(rod).unwrap_err().to_string();

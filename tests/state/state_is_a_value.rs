@@ -6,7 +6,7 @@ use crate::fixtures::shoots::{
 };
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{GrowthLaw, Ongoing, UniformGrowth};
-use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{ConstantHistory, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Model, Scene, Shoot, State, Still};
@@ -118,7 +118,8 @@ fn states_that_differ_anywhere_are_not_equal() {
     let start = |settled: bool| {
         let mut shoot = righting().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
-        let _ = if settled { run.start(&mut shoot, &SteadyHistory) } else { run.advance(&mut shoot, 0.0) }.unwrap();
+        let _ = if settled { run.start(&mut shoot, &ConstantHistory::Steady) } else { run.advance(&mut shoot, 0.0) }
+            .unwrap();
         shoot
     };
     assert_eq!(start(false).rod(), start(true).rod());

@@ -8,7 +8,7 @@ use crate::fixtures::in_norm::InNorm;
 use approx::abs_diff_eq;
 use morphorod::constitutive::{Graded, LinearElastic, Tissue};
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::Weight;
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
@@ -35,7 +35,7 @@ fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<DynLaws> {
 /// The tip (m) of a shoot on its own mesh, solved with a tight tolerance.
 fn on_equal_elements(mut shoot: Shoot<DynLaws>) -> Vector3<f64> {
     let mut run = MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-13));
-    let _ = run.start(&mut shoot, &EmptyHistory).unwrap();
+    let _ = run.start(&mut shoot, &ConstantHistory::Empty).unwrap();
     shoot.tip()
 }
 
@@ -44,7 +44,7 @@ fn on_equal_elements(mut shoot: Shoot<DynLaws>) -> Vector3<f64> {
 fn assert_kept(softness: f64, strain: Vector3<f64>, reference: &Vector3<f64>, own: f64, most: usize) {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
         let mut shoot = rod(softness, 4, strain);
-        let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
+        let found = Adaptive::new(tolerance).start(&mut shoot, &ConstantHistory::Empty).unwrap();
         let (error, estimate) = ((shoot.tip() - reference).norm(), found.error.unwrap());
         assert!(error < tolerance + own, "{softness:e}, {tolerance:e}: {error:e}");
         assert!(estimate <= tolerance && error <= 30.0 * estimate + own, "{error:e}, estimated {estimate:e}");
@@ -115,7 +115,7 @@ fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
         let reference = on_equal_elements(make(Some(nodes)));
         for tolerance in [1e-4, 1e-6, 1e-9] {
             let mut shoot = make(None);
-            let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
+            let found = Adaptive::new(tolerance).start(&mut shoot, &ConstantHistory::Empty).unwrap();
             let (error, estimate) = ((shoot.tip() - reference).norm() / 0.06, found.error.unwrap());
             assert!(error < tolerance && error < 10.0 * estimate, "{place}: {error:e}, estimated {estimate:e}");
             // Each factor of four in the grading adds three elements on either side of the jump. A

@@ -10,7 +10,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::{EquilibriumError, Unloaded};
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, GivenHistory, IntegrationError, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Weight};
 use morphorod::tropism::{
     Declaration, Gravitropism, Growing, Memory, Oscillator, Proprioception, Response, Site, Statoliths, TropismLaw,
@@ -69,10 +69,7 @@ fn corrections_that_do_not_converge_are_a_recoverable_error() {
     run.max_corrections = 1;
     let before = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(
-        matches!(error, IntegrationError::NotConverged { corrections: 1, .. }) && error.is_recoverable(),
-        "{error}"
-    );
+    assert!(matches!(error, IntegrationError::NotConverged { .. }) && error.is_recoverable(), "{error}");
     assert!(&before == shoot.state());
 }
 
@@ -81,7 +78,7 @@ fn given_history_with_nan_or_infinity_is_refused() {
     let mut shoot = righting().into_dyn().build().unwrap();
     let before = shoot.state().clone();
     for value in [f64::NAN, f64::INFINITY] {
-        let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 }));
+        let past = |t: f64, _: &Site, y: &mut [f64]| y.fill(if t < -100.0 { value } else { 0.0 });
         let error = MethodOfSteps::new(90.0).start(&mut shoot, &past).unwrap_err();
         assert!(error.to_string().contains("history"), "{error}");
         assert!(&before == shoot.state());

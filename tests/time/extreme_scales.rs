@@ -12,7 +12,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::{EquilibriumError, EquilibriumSolver, NewtonSolver};
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{Adaptive, EmptyHistory, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Distributed, Pulse, Weight, Whirl};
 use morphorod::rod::Rod;
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
@@ -190,7 +190,7 @@ fn rod_bent_into_circles_of_twice_its_radius_closes() {
     let length = turns * 2.0 * PI * 2.0 * radius;
     let mut shoot = Shoot::builder(YOUNG).length(length).radius(radius).elements(4).into_dyn().build().unwrap();
     shoot.set_intrinsic(|_| Vector3::new(0.0, 0.5 / radius, 0.0));
-    let found = Adaptive::new(1e-10).start(&mut shoot, &EmptyHistory).unwrap();
+    let found = Adaptive::new(1e-10).start(&mut shoot, &ConstantHistory::Empty).unwrap();
     assert!(shoot.tip().norm() < 1e-10 * length, "{:e} {found:?}", shoot.tip().norm() / length);
 }
 

@@ -11,7 +11,7 @@ use crate::fixtures::shoots::{
 use approx::assert_abs_diff_eq;
 use morphorod::equilibrium::Unloaded;
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{GivenHistory, Integrator, MethodOfSteps};
+use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Whirl};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Remembered, Response, SettledStatoliths, Site};
 use morphorod::{DynLaws, Shoot, Still};
@@ -191,10 +191,10 @@ impl Circling {
             (STRAIN * (-self.decay * t).exp() * cos, STRAIN * (-self.decay * t).exp() * sin)
         };
         let (a, b) = (1.0 - self.decay * self.memory.time, self.rate * self.memory.time);
-        let past = GivenHistory(|t: f64, _: &Site, y: &mut [f64]| {
+        let past = |t: f64, _: &Site, y: &mut [f64]| {
             let (u1, u2) = strain(t);
             y.copy_from_slice(&[(a * u1 + b * u2) / (a * a + b * b), (a * u2 - b * u1) / (a * a + b * b)]);
-        });
+        };
         let _ = run.start(&mut shoot, &past).unwrap();
         run.advance(&mut shoot, t).unwrap();
         let exact = Vector3::new(strain(t).0, strain(t).1, 0.0);

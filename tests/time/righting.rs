@@ -5,7 +5,7 @@ use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, righting, tips};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_abs_diff_ne, assert_relative_eq};
 use morphorod::equilibrium::NewtonSolver;
-use morphorod::integrator::{EmptyHistory, GivenHistory, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
 use nalgebra::Vector3;
 
@@ -85,10 +85,10 @@ fn given_history_that_is_zero_or_constant_acts_like_the_empty_or_steady_history(
         let mut run = MethodOfSteps::with_solver(90.0, NewtonSolver::default());
         let mut shoot = start.clone();
         let _ = match past {
-            0 => run.start(&mut shoot, &EmptyHistory),
-            1 => run.start(&mut shoot, &GivenHistory(|_: f64, _: &Site, y: &mut [f64]| y.fill(0.0))),
-            2 => run.start(&mut shoot, &SteadyHistory),
-            _ => run.start(&mut shoot, &GivenHistory(as_it_is)),
+            0 => run.start(&mut shoot, &ConstantHistory::Empty),
+            1 => run.start(&mut shoot, &|_: f64, _: &Site, y: &mut [f64]| y.fill(0.0)),
+            2 => run.start(&mut shoot, &ConstantHistory::Steady),
+            _ => run.start(&mut shoot, &as_it_is),
         }
         .unwrap();
         times.map(|t| {
@@ -135,7 +135,7 @@ fn response_begins_after_the_delay() {
 fn steady_history_bends_the_shoot_at_a_constant_rate_for_one_delay() {
     let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
-    let _ = run.start(&mut shoot, &SteadyHistory).unwrap();
+    let _ = run.start(&mut shoot, &ConstantHistory::Steady).unwrap();
     let past: Vec<Vec<f64>> = (0..32).map(|i| shoot.state().variables(i).unwrap().to_vec()).collect();
     run.advance(&mut shoot, MEMORY.delay).unwrap();
     for (point, y) in shoot.rod().points().iter().zip(past) {
@@ -155,8 +155,7 @@ fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
     let (scale, y0) = (6.0 * MINUTE, 0.3);
     let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
-    let past =
-        GivenHistory(|t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]));
+    let past = |t: f64, _: &Site, y: &mut [f64]| y.copy_from_slice(&[y0 * (t / scale).exp(), 0.0, 0.0, 0.0]);
     let _ = run.start(&mut shoot, &past).unwrap();
     for t in [4.0 * MINUTE, 12.0 * MINUTE] {
         run.advance(&mut shoot, t).unwrap();

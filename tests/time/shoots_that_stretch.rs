@@ -9,7 +9,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq, assert_relative_ne};
 use morphorod::constitutive::{Constitutive, Graded, Lignifying, LinearElastic, Timoshenko, Tissue};
 use morphorod::equilibrium::EquilibriumError;
 use morphorod::growth::{Ongoing, UniformGrowth};
-use morphorod::integrator::{Adaptive, EmptyHistory, IntegrationError, Integrator, MethodOfSteps};
+use morphorod::integrator::{Adaptive, ConstantHistory, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, PointForce, Weight};
 use morphorod::stability::{Linearisation, Root, solve_steady_state};
 use morphorod::{DynLaws, Shoot, ShootBuilder, State, Still};
@@ -159,7 +159,7 @@ fn first_equilibrium_of_a_stretching_shoot_keeps_the_tolerance() {
         let settle = |tolerance: f64| {
             let laws = righting().into_dyn().build().unwrap().model().clone().with_constitutive(soft());
             let mut shoot = Shoot::of(laws.into_dyn()).length(0.05).radius(RADIUS).build().unwrap();
-            let found = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
+            let found = Adaptive::new(tolerance).start(&mut shoot, &ConstantHistory::Empty).unwrap();
             (shoot, found)
         };
         let ((shoot, found), (finest, _)) = (settle(tolerance), settle(1e-12));

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::fixtures::shoots::{self, HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
 use approx::assert_abs_diff_eq;
 use morphorod::growth::UniformGrowth;
-use morphorod::integrator::{Adaptive, EmptyHistory, IntegrationError, Integrator, MethodOfSteps, SteadyHistory};
+use morphorod::integrator::{Adaptive, ConstantHistory, IntegrationError, Integrator, MethodOfSteps};
 use morphorod::load::{ApicalForce, Pulse, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Shoot, Still};
@@ -107,7 +107,7 @@ fn first_equilibrium_keeps_the_tolerance() {
         fine.advance(&mut exact, 0.0).unwrap();
         for tolerance in [1e-3, 1e-5, 1e-7, 1e-9, 1e-11] {
             let mut shoot = lying().into_dyn().build().unwrap();
-            let cost = Adaptive::new(tolerance).start(&mut shoot, &EmptyHistory).unwrap();
+            let cost = Adaptive::new(tolerance).start(&mut shoot, &ConstantHistory::Empty).unwrap();
             let error = (shoot.tip() - exact.tip()).norm() / 0.0659;
             let estimate = cost.error.unwrap();
             assert!(
@@ -128,7 +128,7 @@ fn invalid_and_unreachable_tolerances_are_errors_that_leave_the_shoot_unchanged(
         let mut integrator = Adaptive::new(tolerance);
         for error in [
             integrator.advance(&mut shoot, HOUR).unwrap_err(),
-            integrator.start(&mut shoot, &EmptyHistory).unwrap_err(),
+            integrator.start(&mut shoot, &ConstantHistory::Empty).unwrap_err(),
             integrator.step(&mut shoot, HOUR).unwrap_err(),
         ] {
             assert!(error.to_string().contains("from 1e-12, the smallest that is possible"), "{error}");
@@ -178,7 +178,7 @@ fn chosen_plan_is_part_of_the_state() {
 fn error_estimates_of_successive_calls_add_up() {
     let mut integrator = Adaptive::new(1e-5);
     let mut shoot = righting().into_dyn().build().unwrap();
-    integrator.start(&mut shoot, &SteadyHistory).unwrap();
+    integrator.start(&mut shoot, &ConstantHistory::Steady).unwrap();
     let mut last = 0.0;
     for hour in 1..=3 {
         let error = integrator.advance(&mut shoot, f64::from(hour) * HOUR).unwrap().error.unwrap();

@@ -1,45 +1,47 @@
-//! The choice of elements, merge tolerance and steps by trial runs, in the order of the chapter [`guide::accuracy`](crate::guide::accuracy).
+//! Choice of elements, merge tolerance and steps by trial runs, in the order of
+//! [`guide::accuracy`](crate::guide::accuracy). The main loop is in `Trials::choose`.
 
 use super::elements::{FIRST_LENGTH, LOSSLESS, cut_first, longest_element};
 use super::richardson::{AIM, ASYMPTOTIC, ErrorEstimate, Richardson, SAFETY};
 use super::trials::Trials;
-use super::{IntegrationError, Statistics};
 use crate::equilibrium::EquilibriumError;
-use crate::integrator::{MAX_HALVINGS, ROUNDING};
+use crate::integrator::error::Outcome;
+use crate::integrator::{IntegrationError, MAX_HALVINGS, ROUNDING, Statistics};
 use crate::model::Model;
 use crate::reference_element::Order;
+use crate::rod::LARGEST_INSIDE;
 use crate::shoot::Shoot;
 use crate::state::Plan;
 use crate::tropism::Declaration;
 
-/// Length of elements over that in the trial before: a little less than [`FIRST_LENGTH`], so that every element of a run that has
-/// started already is cut.
+/// Ratio of the longest element to that of the trial run before, after a failure. It is slightly below
+/// [`FIRST_LENGTH`], so that every element of a run that has started already is divided.
 const SHORTER: f64 = 0.7;
-/// Smallest ratio of the elements of two runs that shows the error of the elements.
+/// Smallest ratio of the element lengths of two runs for which their difference shows the error of the elements.
 const MIN_RATIO: f64 = 1.15;
-/// Largest number of refinements of the elements, of the merge tolerance, and after failures. The elements are then shorter by
-/// 0.7¹⁰ = 1/35 at least.
+/// Largest number of refinements of the elements, of the merge tolerance, and after failures. The elements are
+/// then shorter by a factor of 0.7¹⁰ = 1/35 or less.
 const MAX_REFINEMENTS: usize = 10;
-/// The same for failures at the start of a run, where the elements of the equilibrium have been refined before.
+/// Largest number of refinements after failures at the start of a run, where the mesh of the equilibrium was
+/// refined before.
 const MAX_REFINEMENTS_AT_START: usize = 2;
-/// Merge tolerance of the run that shows the error of merging, over the smallest with which the same pairs are merged as before.
+/// Ratio of the merge tolerance of the run that shows the error of merging to the smallest one that permits the
+/// mergers of the run before.
 const FINER_MERGING: f64 = 0.25;
-/// Largest merge tolerance, rad: the largest ripple inside an element that `Rod::merge` removes.
-const MAX_MERGE_TOLERANCE: f64 = 2e-3;
-/// Smallest and largest number of steps of the first trial, not counting short steps behind discontinuities.
+/// Smallest and largest number of steps of the first trial run, not counting short steps after discontinuities.
 const FIRST_STEPS: [f64; 2] = [16.0, 1000.0];
 
 impl<M: Model> Trials<'_, M> {
-    /// Chooses a resolution for the time to `until` and integrates with it, at most `max_steps` steps of the way. Returns the
-    /// resolution and the statistics of the call.
-    pub(super) fn choose(&mut self, until: f64, max_steps: usize) -> Result<(Plan, Statistics), IntegrationError> {
-        // The answer of a call that stops on the way cannot be compared with another run.
+    /// Chooses a resolution for the time to `until` and integrates with it, by at most `max_steps` steps.
+    /// Returns the resolution and the statistics of the call.
+    pub(super) fn choose(&mut self, until: f64, max_steps: usize) -> Outcome<(Plan, Statistics)> {
+        // The result of a call that stops before `until` cannot be compared with another run.
         let extrapolated = max_steps < usize::MAX;
         let tolerance = self.integrator.tolerance;
         let earlier_calls = self.start.plan().map_or(0.0, |plan| plan.error);
-        // Runs 1 to 4 of the chapter.
+        // Runs 1 to 4 of the guide.
         let (mut plan, mut estimate) = self.first_runs(until)?;
-        // Runs with the steps that follow from the error, until the estimate is below the tolerance.
+        // Run 5: shorter steps by the observed order, until the estimate is below the tolerance.
         loop {
             if estimate.reported() <= tolerance && !extrapolated {
                 plan.error = earlier_calls + estimate.reported() + self.last.equilibrium_error;
@@ -59,9 +61,10 @@ impl<M: Model> Trials<'_, M> {
         }
     }
 
-    /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Steps and elements are refined until
-    /// these runs succeed and show an order of convergence. Returns the last resolution and its error.
-    fn first_runs(&mut self, until: f64) -> Result<(Plan, ErrorEstimate), IntegrationError> {
+    /// Makes runs with long steps and increasing numbers of elements, and one with half the steps. Refines
+    /// steps and elements until these runs succeed and show an order of convergence. Returns the last
+    /// resolution and its error estimate.
+    fn first_runs(&mut self, until: f64) -> Outcome<(Plan, ErrorEstimate)> {
         let mut coarse = self.first_plan(until);
         let (mut failure, mut refinements) = (None, 0);
         for _ in 0..MAX_HALVINGS {
@@ -69,7 +72,7 @@ impl<M: Model> Trials<'_, M> {
                 Ok((plan, estimate)) if estimate.is_asymptotic() => return Ok((plan, estimate)),
                 Ok(_) | Err(IntegrationError::GrowsTooFast { .. }) => (),
                 Err(error) if error.is_recoverable() => {
-                    // Shorter elements may help in these cases only.
+                    // Shorter elements may prevent these failures only.
                     if let IntegrationError::Equilibrium { time, .. } | IntegrationError::Uneven { time, .. } = error {
                         let at_start = time == self.start.time && !self.has_started();
                         if refinements == if at_start { MAX_REFINEMENTS_AT_START } else { MAX_REFINEMENTS } {
@@ -93,7 +96,7 @@ impl<M: Model> Trials<'_, M> {
         Err(failure.unwrap_or_else(|| self.not_met(ASYMPTOTIC)))
     }
 
-    /// The resolution of the first run: few elements, and steps as long as the shortest delay.
+    /// Returns the resolution of the first run: few elements, and steps as long as the shortest delay.
     fn first_plan(&mut self, until: f64) -> Plan {
         let longest_element = if self.has_started() {
             // The elements of a run that has started are kept.
@@ -106,13 +109,14 @@ impl<M: Model> Trials<'_, M> {
         };
         let step = first_step(self.shoot, until);
         let tolerance = self.integrator.tolerance;
-        let merge_tolerance = tolerance.min(MAX_MERGE_TOLERANCE);
+        let merge_tolerance = tolerance.min(LARGEST_INSIDE);
         let (reached, error) = (self.start.time, 1.0);
         Plan { tolerance, until, step, coarsest_step: step, longest_element, merge_tolerance, reached, error }
     }
 
-    /// Determines the errors of elements, of merging and of steps, in this order, by runs with the steps of `coarse` and half of these.
-    fn compare(&mut self, coarse: &Plan) -> Result<(Plan, ErrorEstimate), IntegrationError> {
+    /// Estimates the errors of elements, of merging and of steps, in this order, by runs with the steps of
+    /// `coarse` and with half of them.
+    fn compare(&mut self, coarse: &Plan) -> Outcome<(Plan, ErrorEstimate)> {
         let (mut plan, elements) = self.refine_elements(coarse)?;
         if elements.is_infinite() {
             return Ok((plan, ErrorEstimate::of_half_steps(elements, elements)));
@@ -124,9 +128,9 @@ impl<M: Model> Trials<'_, M> {
         Ok((plan, ErrorEstimate::of_half_steps(self.difference(), space)))
     }
 
-    /// Refines the elements at constant steps until their error is small enough. Returns the resolution and the error, which is infinite if
-    /// runs with such long steps do not show it.
-    fn refine_elements(&mut self, coarse: &Plan) -> Result<(Plan, f64), IntegrationError> {
+    /// Refines the elements at constant steps until their error is small enough. Returns the resolution and the
+    /// error. The error is infinite if the steps are too long to show it.
+    fn refine_elements(&mut self, coarse: &Plan) -> Outcome<(Plan, f64)> {
         let mut estimate = Richardson::new(order_in_space(self.start.rod.order()));
         let enough = AIM[1] * self.integrator.tolerance;
         let mut plan = *coarse;
@@ -168,14 +172,15 @@ impl<M: Model> Trials<'_, M> {
             if error <= enough {
                 return Ok((plan, error));
             }
-            // Elements are halved at most: the observed order does not hold for more.
+            // The observed order does not hold for refinements by more than two.
             refinement = (error / enough).powf(1.0 / estimate.order()).clamp(1.0 / SHORTER, 2.0);
         }
         Err(self.not_met(self.difference()))
     }
 
-    /// Reduces the merge tolerance until the error of merging is small enough, and returns this error. A run that merges less shows it.
-    fn refine_merging(&mut self, plan: &mut Plan) -> Result<f64, IntegrationError> {
+    /// Reduces the merge tolerance until the error of merging is small enough. Returns this error, which is
+    /// estimated by a run that merges less.
+    fn refine_merging(&mut self, plan: &mut Plan) -> Outcome<f64> {
         let mut error = 0.0;
         for _ in 0..MAX_REFINEMENTS {
             let needed = self.last.merge_loss;
@@ -196,14 +201,15 @@ impl<M: Model> Trials<'_, M> {
     }
 }
 
-/// Order in space: positions are of order 2 p, and what the laws sense at a material point of order p + 2. One order is subtracted
-/// since shapes are not smooth everywhere.
+/// Assumed order in space. Positions have order 2 p, and the stimuli at a material point have order p + 2. One
+/// order is subtracted from the latter since shapes are not smooth everywhere.
 fn order_in_space(order: Order) -> f64 {
     let p = order.points() as f64;
     (2.0 * p).min(p + 1.0)
 }
 
-/// Step of the first run: the shortest delay, or the longest time constant of laws without delay.
+/// Returns the step of the first run: the shortest delay, or the longest time constant of laws without delay,
+/// within the bounds of [`FIRST_STEPS`], s.
 fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
     let span = (until - shoot.time()).max(f64::MIN_POSITIVE);
     let mut laws = Declaration::default();
@@ -217,7 +223,6 @@ fn first_step(shoot: &Shoot<impl Model>, until: f64) -> f64 {
     } else {
         span
     };
-    // Steps are longer than delays that are far shorter than the run.
     let [fewest, most] = FIRST_STEPS;
     scale.max(span / most).min(span / fewest).max(ROUNDING * until.abs())
 }

@@ -6,15 +6,15 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::State;
 
-/// Merge tolerance at which only rounding of the projection is lost, rad.
+/// Merge tolerance at which the loss is only the rounding of the projection, rad.
 pub(super) const LOSSLESS: f64 = 1e-11;
-/// Number of elements of the first trial, in the growth zone or in a shoot of constant length.
+/// Number of elements of the first trial run, in the growth zone or in a shoot of constant length.
 const FIRST_ELEMENTS: f64 = 3.0;
-/// Length of an element that growth cuts in halves at the longest element, over that length: the geometric mean of the two. Runs with
-/// shorter elements then resemble each other, cut for cut.
+/// Ratio of the initial length of an element to the longest element, at which growth halves elements. It is the
+/// geometric mean of 1 and 1/2. The divisions in runs with different elements then occur at similar times.
 pub(super) const FIRST_LENGTH: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Returns the longest element of the shoot, of those in the growth zone if it elongates, m.
+/// Returns the length of the longest element of the growth zone, or of a shoot of constant length, m.
 pub(super) fn longest_element(state: &State) -> f64 {
     let rod = &state.rod;
     let first = if rod.first_growing() < rod.elements() { rod.first_growing() } else { 0 };
@@ -26,14 +26,14 @@ fn size(shoot: &Shoot<impl Model>) -> f64 {
     shoot.resolution * shoot.mesh.longest_element
 }
 
-/// Divides a shoot that no integrator has started into its first elements.
+/// Divides a shoot without a history into its first elements.
 pub(super) fn cut_first(shoot: &mut Shoot<impl Model>) {
     cut(shoot, size(shoot) / (FIRST_LENGTH * FIRST_ELEMENTS));
 }
 
-/// Cuts every element into equal parts that are not longer than `longest`, m. Elements of a shoot that no integrator has started
-/// are merged before, where that is lossless, as in a uniform section. Its mature part is cut into at least as many parts as the zone,
-/// since its stiffness may vary as steeply.
+/// Divides every element into equal parts that are not longer than `longest`, m. Elements of a shoot without a
+/// history are merged before that where merging has no loss, as in a uniform section. The mature part of such a
+/// shoot has at least as many elements as the zone, since its stiffness may vary as steeply.
 pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
     let mut longest_mature = longest;
     if shoot.state.history.levels() == 0 {
@@ -51,14 +51,14 @@ pub(super) fn cut(shoot: &mut Shoot<impl Model>, mut longest: f64) {
     }
 }
 
-/// Cuts an element into a number of parts of equal extent in its coordinate.
+/// Divides an element into parts of equal extent in its coordinate.
 pub(super) fn cut_into(state: &mut State, e: usize, parts: usize) {
     for k in 0..parts.saturating_sub(1) {
         state.split(e + k, 1.0 / (parts - k) as f64);
     }
 }
 
-/// Merges elements where that is lossless.
+/// Merges elements where merging has no loss.
 fn merge_lossless(shoot: &mut Shoot<impl Model>) {
     let (model, state) = (&shoot.model, &mut shoot.state);
     let compliance = compliance(model.constitutive(), state.time);

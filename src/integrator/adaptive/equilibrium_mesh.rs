@@ -1,43 +1,43 @@
-//! The elements for an equilibrium with a tolerance: elements are cut where the shape needs shorter ones.
+//! Mesh refinement for an equilibrium with a tolerance.
 
 use nalgebra::Vector3;
 
 use super::elements::{cut_first, cut_into};
 use super::hidden_turns::hidden_turns;
 use super::richardson::SAFETY;
-use super::{Adaptive, HistoryFunction, IntegrationError, Statistics, tolerance_of_equilibria};
+use super::{Adaptive, HistoryFunction, Outcome, Statistics, tolerance_of_equilibria};
 use crate::equilibrium::{Equilibrium, EquilibriumError};
-use crate::integrator::ROUNDING;
+use crate::integrator::{IntegrationError, ROUNDING};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::so3;
 use crate::state::State;
 
-/// Distance by which an upright shoot falls under its weight, relative to its length, over the root of the resistance that it lacks:
-/// 1.7, rounded up.
+/// Deflection of a buckled upright shoot, relative to its length, over the square root of the missing
+/// resistance: 1.7, rounded up.
 const FALL: f64 = 2.0;
-/// Largest number of parts into which an element is cut before the next comparison.
+/// Largest number of parts into which an element is divided in one refinement.
 const MAX_PARTS: usize = 4;
-/// Largest turn of an element of the first mesh under its intrinsic strain, rad. It must stay below π, and the load adds to it.
+/// Largest turn of an element of the first mesh by its intrinsic strain, rad. The turn by strain and load
+/// together must stay below π.
 const MAX_TURN: f64 = 2.0;
 /// Largest number of elements. A shape that is smooth between its nodes needs fewer.
 const MAX_ELEMENTS: usize = 100_000;
-/// Largest number of elements at which an element that turns by π in the iteration is halved. A load that folds shorter elements crushes
-/// the shoot.
+/// Largest number of elements at which an element that turns by π in the iteration is halved. A load that folds
+/// shorter elements compresses the shoot to nothing.
 const MAX_ELEMENTS_TO_UNFOLD: usize = 1000;
 
 impl Adaptive {
-    /// Finds the equilibrium on elements that are short enough, and gives the laws a history.
+    /// Solves the equilibrium on a refined mesh, and sets the history of the laws.
     pub(super) fn start_on_refined_elements(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         history: &impl HistoryFunction,
-    ) -> Result<Statistics, IntegrationError> {
+    ) -> Outcome<Statistics> {
         if shoot.state.history.levels() == 0 {
             cut_first(shoot);
         }
-        // The new run has other elements, and a new history.
         shoot.state.forget();
         let (error, refinement) = self.refine_equilibrium(shoot, self.tolerance)?;
         let mut statistics = self.stepper.start(shoot, &mut self.solver, history)?;
@@ -46,17 +46,17 @@ impl Adaptive {
         Ok(Statistics { error, ..statistics })
     }
 
-    /// Finds the equilibrium of a shoot without a history, and cuts elements until its error is below a tolerance. Returns the error
-    /// estimate, relative to the length, and the cost.
+    /// Solves the equilibrium of a shoot without a history, and refines the mesh until the error is below a
+    /// tolerance. Returns the error estimate, relative to the length, and the cost.
     pub(super) fn refine_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         tolerance: f64,
-    ) -> Result<(f64, Statistics), IntegrationError> {
+    ) -> Outcome<(f64, Statistics)> {
         self.solver.tolerance = tolerance_of_equilibria(tolerance);
         let order = 2.0 * shoot.rod().order().points() as f64;
-        // Positions are of order 2 p in the length of short elements. The estimate assumes two orders less: elements that are just short
-        // enough may not show the full order.
+        // Positions have order 2 p in the length of short elements. The estimate assumes two orders less, since
+        // elements that are barely short enough may not show the full order.
         let gain = 2.0_f64.powf((order - 2.0).max(1.0)) - 1.0;
         let mut statistics = Statistics::default();
         cut_turns(shoot);
@@ -79,7 +79,7 @@ impl Adaptive {
                 }
             };
             let difference = distance(&coarse.rod, &shoot.state.rod);
-            // Shapes that differ by much do not show an order of convergence yet.
+            // Shapes with a large difference do not show an order of convergence.
             let gain = gain.min(difference.sqrt().recip());
             let change = SAFETY * difference;
             let weakened = SAFETY * (before - resistance).abs();
@@ -100,7 +100,8 @@ impl Adaptive {
             }
             let share = tolerance / (SAFETY * coarse.rod.elements() as f64);
             if hidden_turns.iter().any(|turn| *turn > share) {
-                // The hidden error of these elements affects the shape everywhere. It is reduced before other elements are refined.
+                // The error of these elements affects the whole shape, and is reduced before other elements are
+                // refined.
                 shoot.state.copy_from(&coarse);
                 for e in (0..hidden_turns.len()).rev().filter(|e| hidden_turns[*e] > share) {
                     cut_into(&mut shoot.state, e, MAX_PARTS);
@@ -111,14 +112,16 @@ impl Adaptive {
         }
     }
 
-    /// Finds the equilibrium and adds its cost. The inner error is the number of an element that turns by π in the iteration.
+    /// Solves the equilibrium and adds its cost. The inner error is the index of an element that turns by π in
+    /// the iteration.
     fn equilibrium_or_folded(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         statistics: &mut Statistics,
-    ) -> Result<Result<Equilibrium, usize>, IntegrationError> {
+    ) -> Outcome<Result<Equilibrium, usize>> {
         let many = shoot.rod().elements() >= MAX_ELEMENTS_TO_UNFOLD;
-        match self.stepper.equilibrium(shoot, &mut self.solver) {
+        let time = shoot.time();
+        match self.stepper.solve_equilibrium(shoot, &mut self.solver, time) {
             Err(IntegrationError::Equilibrium { source: EquilibriumError::Folded { element }, .. }) if !many => {
                 Ok(Err(element))
             }
@@ -131,7 +134,7 @@ impl Adaptive {
     }
 }
 
-/// Cuts elements with a large turn under their intrinsic strain.
+/// Divides elements with a large turn by their intrinsic strain.
 fn cut_turns(shoot: &mut Shoot<impl Model>) {
     let parts: Vec<f64> =
         (0..shoot.rod().elements()).map(|e| (shoot.rod().intrinsic_turn(e) / MAX_TURN).ceil()).collect();
@@ -142,26 +145,28 @@ fn cut_turns(shoot: &mut Shoot<impl Model>) {
     }
 }
 
-/// Cuts every element in two.
+/// Halves every element.
 fn halve(state: &mut State) {
     for e in (0..state.rod.elements()).rev() {
         cut_into(state, e, 2);
     }
 }
 
-/// Distance by which a shoot may still fall, relative to its length, if the error of its `resistance` (relative to that without load) is up
-/// to `error`. A coarse mesh, and its halves, may keep a shoot upright that has buckled.
+/// Returns the possible deflection of a shoot by buckling, relative to its length. `resistance` is the
+/// resistance to a turn of the apex, relative to that without load, and `error` bounds its error. A buckled
+/// shoot may be upright on a coarse mesh and on its halves.
 fn fall(resistance: f64, error: f64) -> f64 {
     let lacking = error - resistance;
     if lacking > ROUNDING { FALL * lacking.sqrt() } else { 0.0 }
 }
 
-/// Returns to the elements of `coarse`, and cuts those whose turn differs from that of their halves by more than `share`, rad.
+/// Restores the elements of `coarse`, and divides those whose turn differs from that of their halves by more
+/// than `share`, rad.
 fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64) {
     let mut parts: Vec<usize> = (0..coarse.rod.elements())
         .map(|e| {
             let excess = turn_between(&coarse.rod, &shoot.state.rod, e) / share;
-            // The error of one of n parts has one order more in its length than the error of all.
+            // The error of one part has one order more in its length than the error of the element.
             (excess.powf(1.0 / (order + 1.0)).ceil() as usize).clamp(1, MAX_PARTS)
         })
         .collect();
@@ -174,9 +179,10 @@ fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64)
     }
 }
 
-/// Largest distance between the ends and the middles of the elements of a rod and the same places on one whose elements are halves of these,
-/// relative to the length. A shape is less accurate inside an element than at its ends. The strain of a line that shears and
-/// stretches is interpolated there, with the largest error at the quarters.
+/// Returns the largest distance between a rod and one whose elements are halves of its elements, at the ends
+/// and the middles of the elements, relative to the length. A shape is less accurate inside an element than at
+/// its ends. For a line that shears and stretches the error of the interpolated strain is largest at the
+/// quarters, which are compared too.
 fn distance(coarse: &Rod, fine: &Rod) -> f64 {
     let (a, b) = (coarse.centre_line(), fine.centre_line());
     let ends = a.iter().zip(b.iter().step_by(2)).map(|((_, a), (_, b))| (a - b).norm());
@@ -189,7 +195,7 @@ fn distance(coarse: &Rod, fine: &Rod) -> f64 {
     ends.chain((0..coarse.elements()).map(middle)).chain(quarters).fold(0.0, f64::max) / coarse.length()
 }
 
-/// Difference between the two rods in the rotation from one end of element `e` to the other, rad.
+/// Returns the difference between the two rods in the rotation from one end of element `e` to the other, rad.
 fn turn_between(coarse: &Rod, fine: &Rod, e: usize) -> f64 {
     let turn = |rod: &Rod, a: usize, b: usize| rod.frames()[a].inverse() * rod.frames()[b];
     let difference: Vector3<f64> = so3::log(&(turn(coarse, e, e + 1).inverse() * turn(fine, 2 * e, 2 * e + 2)));

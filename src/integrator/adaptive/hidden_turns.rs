@@ -1,7 +1,8 @@
-//! Stiffness that jumps, or changes steeply, inside an element.
+//! Error of an equilibrium whose stiffness is discontinuous or steep inside an element.
 //!
-//! The quadrature places a jump at the border between two material points. The halves of an element may have a border at the same place.
-//! The two meshes then agree on a wrong shape.
+//! The quadrature of an element represents a discontinuity of the stiffness at the border between two material
+//! points. The halves of the element may have a border at the same place. Both meshes then have the same wrong
+//! shape, and their difference does not show the error.
 
 use nalgebra::Vector3;
 
@@ -10,17 +11,19 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// Largest relative difference between a smooth compliance and the polynomial through its values at the points of an element.
+/// Largest relative difference, for a smooth compliance, from the polynomial through its values at the points
+/// of an element.
 const SMOOTH: f64 = 0.1;
 
-/// Returns, for each element of `coarse`, by how much its turn may be wrong because its compliance is not smooth, rad; zero if it is
-/// smooth. The shoot has the halves of these elements.
+/// Returns the possible error of the turn of each element of `coarse` if its compliance is not smooth, rad;
+/// zero if it is smooth. The elements of the shoot are the halves of these.
 pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> {
     let (compliance, fine) = (compliance(shoot.model.constitutive(), shoot.time()), shoot.rod());
     let (p, reference) = (coarse.reference().p, coarse.reference());
     let values = |rod: &Rod| -> Vec<f64> { rod.points().iter().map(&compliance).collect() };
     let (before, after) = (values(coarse), values(fine));
-    // Relative difference between the compliance of a point of the halves and the polynomial through other points, at coordinate x.
+    // Relative difference between the compliance at a point of the halves and the polynomial through `others`
+    // at its coordinate x.
     let departure = |i: usize, others: &[f64], x: f64| {
         let expected: f64 = others.iter().zip(reference.at_points(x)).map(|(value, w)| value * w).sum();
         (1.0 - expected / after[i]).abs()
@@ -38,7 +41,7 @@ pub(super) fn hidden_turns(coarse: &Rod, shoot: &Shoot<impl Model>) -> Vec<f64> 
         if rough { turn } else { 0.0 }
     };
     let mut hidden: Vec<f64> = (0..coarse.elements()).map(within).collect();
-    // From the last point of an element to the first of the next.
+    // Between the last point of an element and the first point of the next.
     for e in 1..coarse.elements() {
         let (last, first) = (2 * e * p - 1, 2 * e * p);
         let gaps = [last, first].map(|i| reference.points[0] * fine.points()[i].jacobian);

@@ -1,7 +1,27 @@
-//! An integrator that chooses its steps and elements for a tolerance, and estimates its error.
+//! Integrator that chooses its steps and elements for a tolerance, and estimates its error.
 //!
-//! `choice` has the choice of the resolution, by the runs of `trials` and the estimates of `richardson`; `equilibrium_mesh` has the choice of
-//! elements for an equilibrium.
+//! **The main loop is `Trials::choose` in `choice.rs`.** It makes trial runs from the state at the beginning of
+//! the call, and estimates the error from the difference of each run from the one before:
+//!
+//! ```text
+//! Adaptive::advance_at_most (mod.rs)    follows the plan in the state if it is still valid, or
+//! └─ Trials::choose (choice.rs)         chooses a new one:
+//!    ├─ first_runs                      halves long steps until the runs show an order of convergence
+//!    │  └─ compare                      errors of one resolution:
+//!    │     ├─ refine_elements           1. elements: runs with the same steps and more elements
+//!    │     ├─ refine_merging            2. merging: a run that merges less
+//!    │     └─ run, difference           3. time steps: a run with half the steps
+//!    └─ loop                            reduces the steps by the observed order, until the tolerance is met
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `trials` | one run: division into elements, statistics, difference from the run before |
+//! | `richardson` | error and observed order from the differences of runs, ratio of the next refinement |
+//! | `track` | positions of a shoot in a run, and the distance between two runs |
+//! | `elements` | division of a shoot into elements of a given length |
+//! | `equilibrium_mesh` | elements for the equilibrium at the start of a run |
+//! | `hidden_turns` | error of an equilibrium where the stiffness is not smooth inside an element |
 
 mod choice;
 mod elements;
@@ -13,9 +33,10 @@ mod trials;
 
 use std::ops::RangeInclusive;
 
+use super::error::Outcome;
 use super::stepper::{MAX_CORRECTIONS, RunOptions, StepEnd, Stepper, check_ahead};
 use super::undo::undo_on_error;
-use super::{EmptyHistory, HistoryFunction, IntegrationError, Integrator, Statistics};
+use super::{ConstantHistory, HistoryFunction, Integrator, Statistics};
 use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -23,22 +44,24 @@ use crate::shoot::{Mesh, Shoot};
 use crate::state::{Plan, State};
 use trials::Trials;
 
-/// Tolerances: rounding of positions, which are sums over all elements, is a tenth of the smallest. Above the largest the shape has
-/// no correct digit.
+/// Permitted tolerances. The rounding of positions, which are sums over all elements, is a tenth of the
+/// smallest one. With a tolerance above the largest one no digit of the shape would be correct.
 const TOLERANCES: RangeInclusive<f64> = 1e-12..=0.1;
-/// Tolerance of equilibria and corrections, rad, over the tolerance of the shape: errors of single steps may add up.
+/// Ratio of the tolerance of equilibria and corrections (rad) to the tolerance of the shape. Errors of single
+/// steps may accumulate.
 const EQUILIBRIUM: f64 = 1e-3;
-/// Bounds on the tolerance of equilibria and corrections, rad: rounding, and the largest error with which Newton's method still follows
-/// a branch of equilibria.
+/// Smallest and largest tolerance of equilibria and corrections, rad: rounding, and the largest error for which
+/// Newton's method still converges to the same branch of equilibria.
 const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 
-/// An integrator that chooses steps, elements, merging and the accuracy of equilibria, so that the error of the shape is below a
-/// tolerance, and that estimates this error.
+/// Integrator that chooses steps, elements, merging and the accuracy of equilibria so that the error of the
+/// shape is below a tolerance, and that estimates this error.
 ///
-/// It makes several runs through the time ahead: with few elements, with more, with less merging, with half the steps, and then with the resolution that
-/// follows from the differences of these runs. It compares the last run with the one before. The trial runs together have
-/// between a third of the steps of the last run and twice as many. The method is that of
-/// [`MethodOfSteps`](super::MethodOfSteps). [`guide::accuracy`](crate::guide::accuracy) has the details.
+/// It makes several runs over the time of a call: with few elements, with more elements, with less merging,
+/// with half the steps, and then with the resolution that follows from the differences of these runs. It
+/// compares the last run with the one before. All trial runs together have between a third of the steps of the
+/// last run and twice as many. The steps are those of [`MethodOfSteps`](super::MethodOfSteps). The details are
+/// in [`guide::accuracy`](crate::guide::accuracy).
 ///
 /// ```
 /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::{Ongoing, UniformGrowth}, load::Weight, Still};
@@ -56,25 +79,27 @@ const EQUILIBRIUM_BOUNDS: [f64; 2] = [1e-13, 1e-7];
 /// ```
 ///
 /// # Tolerance
-/// The tolerance bounds the largest distance, at any time of the call, between the centre line and that of the same shoot without
-/// numerical errors, divided by the length. The state at the beginning of the call is taken as exact: a section is that which the
-/// elements store, and elements are cut but never merged without loss once a run has started. [`Statistics::error`] is the estimate for
-/// this call and those before it together, with a safety factor of two. The error of a run that calls `advance` every hour may therefore
-/// exceed the tolerance. One call of [`advance_showing`](Integrator::advance_showing) shows the same hours with one estimate for
-/// all of them.
+/// The tolerance bounds the distance between the centre line and that of the same shoot without numerical
+/// errors, divided by the length, at all times of the call. The state at the beginning of the call counts as
+/// exact. In particular, the section is the one that the elements store. [`Statistics::error`] is the estimate
+/// for this call and all earlier ones together, with a safety factor of two. The error of a run that calls
+/// `advance` every hour may therefore exceed the tolerance. One call of
+/// [`advance_showing`](Integrator::advance_showing) has the same output times, with one estimate for all of
+/// them.
 ///
-/// The estimate is of positions. The error of an angle, or of a time that [`advance_until`](Integrator::advance_until) finds, can be
-/// estimated by a second run with a tenth of the tolerance.
+/// The estimate is that of positions. To estimate the error of an angle, or of a time that
+/// [`advance_until`](Integrator::advance_until) finds, make a second run with a tenth of the tolerance.
 ///
-/// [`advance`](Integrator::advance) compares its answer with the trial before it, and refines further if necessary. Calls that stop
-/// on the way, such as [`step`](Integrator::step) and the methods that use it, first make trial runs to the given time, and then use the
-/// chosen resolution. Their estimate is extrapolated from the trials. The chosen resolution is part of the state. A later call to a later
-/// time makes new trials from the present state: few long calls cost less than many short ones.
+/// [`advance`](Integrator::advance) compares its result with the trial run before it, and refines further if
+/// necessary. Calls that stop before the given time, such as [`step`](Integrator::step) and the methods that
+/// use it, first make trial runs to that time, and then use the chosen resolution. Their estimate is
+/// extrapolated from the trial runs. The chosen resolution is part of the state. A call to a later time makes
+/// new trial runs from the present state: a few long calls cost less than many short ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive {
-    /// Largest error of the shape, relative to the length: from 1e-12 to 0.1.
+    /// Largest error of the shape as a distance relative to the length, from 1e-12 to 0.1.
     pub tolerance: f64,
-    /// Largest number of steps in a call, trial runs included.
+    /// Largest number of steps in a call, including those of trial runs.
     pub max_steps: usize,
     solver: NewtonSolver,
     stepper: Stepper,
@@ -82,7 +107,7 @@ pub struct Adaptive {
 }
 
 impl Adaptive {
-    /// An integrator with a tolerance relative to the length, and at most a million steps in a call.
+    /// An integrator with a tolerance relative to the length. A call has at most a million steps.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         let (solver, stepper) = (NewtonSolver::default(), Stepper::default());
@@ -102,7 +127,7 @@ impl Adaptive {
         until: f64,
         max_steps: usize,
         observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
-    ) -> Result<Statistics, IntegrationError> {
+    ) -> Outcome<Statistics> {
         let tolerance = tolerance_of_equilibria(plan.tolerance);
         self.solver.tolerance = tolerance;
         let options = RunOptions {
@@ -118,12 +143,12 @@ impl Adaptive {
         self.stepper.advance(shoot, &mut self.solver, options, observe)
     }
 
-    /// Calls `work`. If it fails, the shoot returns to its state before.
+    /// Calls `work` with the shoot and a copy of its state. Restores this state if `work` fails.
     fn undo_on_error<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
-        work: impl FnOnce(&mut Self, &mut Shoot<M>, &State) -> Result<Statistics, IntegrationError>,
-    ) -> Result<Statistics, IntegrationError> {
+        work: impl FnOnce(&mut Self, &mut Shoot<M>, &State) -> Outcome<Statistics>,
+    ) -> Outcome<Statistics> {
         let mut backup = self.backup.take();
         let answer = undo_on_error(shoot, &mut backup, |shoot, before| work(self, shoot, before));
         self.backup = backup;
@@ -138,26 +163,17 @@ fn tolerance_of_equilibria(tolerance: f64) -> f64 {
 }
 
 impl Integrator for Adaptive {
-    fn start(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        history: &impl HistoryFunction,
-    ) -> Result<Statistics, IntegrationError> {
+    fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics> {
         self.check()?;
         self.undo_on_error(shoot, |integrator, shoot, _| integrator.start_on_refined_elements(shoot, history))
     }
 
-    fn advance_at_most(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        until: f64,
-        max_steps: usize,
-    ) -> Result<Statistics, IntegrationError> {
+    fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics> {
         self.check()?;
         check_ahead("time to advance to", shoot, until)?;
         let started = shoot.state.history.levels() > 0;
         if until == shoot.time() && !started {
-            return self.start(shoot, &EmptyHistory);
+            return self.start(shoot, &ConstantHistory::Empty);
         }
         self.undo_on_error(shoot, |integrator, shoot, start| {
             let valid = started && !start.changed;

@@ -1,4 +1,4 @@
-//! The path of a shoot in a run, for the comparison of two runs.
+//! Positions of a shoot in a run, for the comparison of two runs.
 
 use nalgebra::Vector3;
 
@@ -9,10 +9,9 @@ use crate::model::Model;
 use crate::numerics::interpolation::lagrange;
 use crate::shoot::Shoot;
 
-/// Number of places along the shoot that are compared, the apex last. They resolve every wave that a few elements do.
+/// Number of compared places along the shoot, the last of which is the apex. They resolve all waves that the
+/// first few elements resolve.
 const PLACES: usize = 4;
-/// Number of steps through which positions are interpolated: two orders more than the method has.
-const POINTS: usize = ORDER + 2;
 
 /// Positions of a shoot after every step.
 #[derive(Debug, Clone, Default)]
@@ -25,7 +24,7 @@ pub(super) struct Track {
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     time: f64,
-    /// Smoothness of the path at this time.
+    /// Smoothness of the positions at this time.
     smoothness: Smoothness,
     length: f64,
     places: [Vector3<f64>; PLACES],
@@ -34,9 +33,9 @@ struct Sample {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Smoothness {
     Smooth,
-    /// The path is interpolated on either side, with this point.
+    /// The second derivative is discontinuous. Interpolation on either side includes this sample.
     Kink,
-    /// The quantity itself is discontinuous. The path before is interpolated without this point.
+    /// The positions are discontinuous. Interpolation before this time does not include this sample.
     Jump,
 }
 
@@ -63,12 +62,13 @@ impl Track {
         });
     }
 
-    /// Longest element, averaged over the steps of the run, m.
+    /// Returns the longest element, averaged over the steps of the run, m.
     pub fn longest_element(&self) -> f64 {
         self.longest_elements / self.samples.len() as f64
     }
 
-    /// Largest distance, relative to the length, between this run and a coarser one, at the steps of the coarser one.
+    /// Returns the largest distance between this run and a coarser one at the steps of the coarser one,
+    /// relative to the length.
     pub fn distance(&self, coarser: &Self) -> f64 {
         let mut largest = 0.0_f64;
         let mut near = 0;
@@ -86,20 +86,22 @@ impl Track {
         largest
     }
 
-    /// Interpolates the places at a time. `near` is the number of the first sample that is not before it.
+    /// Interpolates the places at a time. `near` is the index of the first sample at that time or later.
     fn at(&self, time: f64, near: usize) -> Option<[Vector3<f64>; PLACES]> {
         if let Some(sample) = self.samples.get(near).filter(|sample| sample.time == time) {
             return Some(sample.places);
         }
         let smoothness = |i: usize| self.samples[i].smoothness;
-        // The first sample is at the start of the run.
+        // Positions are interpolated through two more samples than the order of the method. The first sample is
+        // at the start of the run.
+        const POINTS: usize = ORDER + 2;
         let (mut first, mut end) = (near.checked_sub(1)?, near);
         while end - first < POINTS {
             let before = first.checked_sub(1).filter(|_| smoothness(first) == Smoothness::Smooth);
-            let goes_on = end < self.samples.len() && smoothness(end) != Smoothness::Jump;
-            let after = goes_on && (end == near || smoothness(end - 1) == Smoothness::Smooth);
+            let continuous = end < self.samples.len() && smoothness(end) != Smoothness::Jump;
+            let after = continuous && (end == near || smoothness(end - 1) == Smoothness::Smooth);
             match before {
-                // Half of the points on either side, if there are enough.
+                // Take half of the points from either side, if there are enough.
                 Some(i) if !after || near - first <= end - near => first = i,
                 _ if after => end += 1,
                 _ => break,

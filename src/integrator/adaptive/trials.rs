@@ -1,14 +1,16 @@
-//! Trial runs of a call: each starts from the state at the beginning of the call, and is compared with the one before.
+//! Trial runs of a call. Each starts from the state at the beginning of the call, and is compared with the run
+//! before.
 
 use super::elements::cut;
 use super::richardson::{AIM, SAFETY};
 use super::track::Track;
-use super::{Adaptive, IntegrationError, Statistics};
+use super::{Adaptive, Outcome, Statistics};
+use crate::integrator::IntegrationError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::state::{Plan, State};
 
-/// The trial runs of a call.
+/// Trial runs of a call.
 pub(super) struct Trials<'a, M> {
     pub integrator: &'a mut Adaptive,
     pub shoot: &'a mut Shoot<M>,
@@ -18,9 +20,9 @@ pub(super) struct Trials<'a, M> {
     pub last: Statistics,
     /// Statistics of the runs before it.
     earlier: Statistics,
-    /// Error of the equilibrium with which the last run began, relative to the length.
+    /// Error of the initial equilibrium of the last run, relative to the length.
     pub initial_error: f64,
-    /// Path of the last run, and of the run with which it is compared.
+    /// Tracks of the last run and of the run with which it is compared.
     tracks: [Track; 2],
 }
 
@@ -30,13 +32,13 @@ impl<'a, M: Model> Trials<'a, M> {
         Self { integrator, shoot, start, last, earlier, initial_error: 0.0, tracks: Default::default() }
     }
 
-    /// Whether the shoot was already started at the beginning of the call.
+    /// Returns whether the shoot had a history at the beginning of the call.
     pub fn has_started(&self) -> bool {
         self.start.history.levels() > 0
     }
 
-    /// Makes a run to the end of a plan. `reached` is the error estimate so far, for the error message.
-    pub fn run(&mut self, plan: &Plan, reached: f64) -> Result<(), IntegrationError> {
+    /// Makes a run to the end of a plan. `reached` is the present error estimate, for the error message.
+    pub fn run(&mut self, plan: &Plan, reached: f64) -> Outcome {
         self.shoot.state.copy_from(self.start);
         let most = self.integrator.max_steps;
         let ahead = (plan.until - self.shoot.time()) / plan.step;
@@ -55,7 +57,7 @@ impl<'a, M: Model> Trials<'a, M> {
     }
 
     /// Makes the first steps of a plan, without a comparison. Returns the statistics of the call.
-    pub fn run_uncompared(&mut self, plan: &Plan, max_steps: usize) -> Result<Statistics, IntegrationError> {
+    pub fn run_uncompared(&mut self, plan: &Plan, max_steps: usize) -> Outcome<Statistics> {
         self.shoot.state.copy_from(self.start);
         self.divide(plan)?;
         let result = self.integrator.follow(self.shoot, plan, plan.until, max_steps, |_, _| ())?;
@@ -63,9 +65,9 @@ impl<'a, M: Model> Trials<'a, M> {
         Ok(self.statistics())
     }
 
-    /// Divides the shoot into elements for a run, and finds the elements of the equilibrium with which a run starts. The equilibrium has
-    /// a part of the error in space.
-    fn divide(&mut self, plan: &Plan) -> Result<(), IntegrationError> {
+    /// Divides the shoot into elements for a run. For a shoot without a history, refines the mesh of the
+    /// initial equilibrium, whose error is a part of the error in space.
+    fn divide(&mut self, plan: &Plan) -> Outcome {
         cut(self.shoot, plan.longest_element);
         if !self.has_started() {
             let tolerance = AIM[1] / SAFETY * self.integrator.tolerance;
@@ -76,23 +78,24 @@ impl<'a, M: Model> Trials<'a, M> {
         Ok(())
     }
 
-    /// Largest distance between the last run and the run with which it is compared, relative to the length.
+    /// Returns the largest distance between the last run and the run with which it is compared, relative to the
+    /// length.
     pub fn difference(&self) -> f64 {
         self.tracks[0].distance(&self.tracks[1])
     }
 
-    /// Ratio of the longest elements of these two runs, averaged over the steps: elements of a growing zone are cut in halves, at different
-    /// times in each run.
+    /// Returns the ratio of the longest elements of these two runs, averaged over the steps. Growing elements
+    /// are halved at different times in the two runs.
     pub fn element_ratio(&self) -> f64 {
         self.tracks[1].longest_element() / self.tracks[0].longest_element()
     }
 
-    /// Discards the last run: the next one is compared with the run before it.
+    /// Discards the last run, so that the next run is compared with the run before it.
     pub fn keep_earlier(&mut self) {
         self.tracks.swap(0, 1);
     }
 
-    /// Statistics of the call, with the last run as the answer.
+    /// Returns the statistics of the call. The last run is its result.
     pub fn statistics(&self) -> Statistics {
         let mut all = self.last;
         all += self.earlier;
@@ -103,7 +106,7 @@ impl<'a, M: Model> Trials<'a, M> {
         self.last.steps + self.earlier.trial_steps
     }
 
-    /// The error for a tolerance that is not met.
+    /// Returns the error for a tolerance that is not met.
     pub fn not_met(&self, reached: f64) -> IntegrationError {
         IntegrationError::ToleranceNotMet { tolerance: self.integrator.tolerance, reached, steps: self.steps() }
     }

@@ -1,4 +1,5 @@
-//! The motion of tissue over a step. The law moves points and ends of elements; the lengths of elements follow from their ends.
+//! Motion of tissue over a step. The growth law moves material points and ends of elements. The lengths of
+//! elements follow from their ends.
 
 use super::{IntegrationError, Outcome, Step, Stepper};
 use crate::growth::{GrowthLaw, zone_elongation};
@@ -6,11 +7,11 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 
 impl Stepper {
-    /// Moves the points and nodes of the zone. The points of the first elements leave it.
+    /// Moves the points and nodes of the zone. The points of the first `leaving` elements leave it.
     ///
-    /// Points are stretched one by one, so that their lengths per coordinate add up to the length of an element as accurately as the
-    /// mesh resolves. They are then scaled to the distance between its ends: otherwise the difference, even if it is rounding, would grow
-    /// with the tissue at the apex, by exp(∫ REGR dt).
+    /// Points are stretched one by one. The integral of their lengths per coordinate is the length of the
+    /// element up to the resolution of the mesh. They are then scaled to the distance between its ends. Without
+    /// this, the difference, even if it is rounding, would grow with the tissue at the apex by exp(∫ REGR dt).
     pub(super) fn elongate(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
         let growth = shoot.model.growth();
         if !growth.elongates() {
@@ -22,7 +23,7 @@ impl Stepper {
         for (i, point) in rod.points_mut()[zone].iter_mut().enumerate() {
             let mut end = to;
             if i < leaving * p {
-                // Points in front of the node on the boundary leave before it does, which is at the end of the step.
+                // These points leave the zone before the node that is on the boundary at the end of the step.
                 end = growth.exit_time(point.apex_distance, from, to).unwrap_or(to);
                 point.exit_time = end;
             }
@@ -30,8 +31,8 @@ impl Stepper {
             point.apex_distance = distance;
             point.jacobian *= stretch;
         }
-        // The length of an element that leaves is the distance that the boundary has travelled over it: as a difference of distances from
-        // the apex it would lose digits.
+        // The length of a leaving element is a difference of distances beyond the boundary. A difference of
+        // distances from the apex would lose digits.
         let mut before = None;
         for i in first..=rod.elements() {
             let sigma = rod.node_distances()[i];
@@ -58,7 +59,8 @@ impl Stepper {
     }
 }
 
-/// Distance of a node beyond the boundary of the zone at the end of the step, m; negative inside.
+/// Returns the distance of a node beyond the boundary of the zone at the end of the step, m; negative inside
+/// the zone.
 fn beyond_zone(growth: &impl GrowthLaw, sigma: f64, from: f64, to: f64) -> f64 {
     let zone = growth.zone_length();
     if sigma >= zone {

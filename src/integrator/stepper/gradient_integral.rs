@@ -1,7 +1,8 @@
-//! The intrinsic strain over a step: the quadrature of the growth gradient, given the variables' past.
+//! Change of the intrinsic strain over a step, by quadrature of the growth gradient.
 //!
-//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. Between the times at which a delayed variable passes a level of the history,
-//! the variables are cubic (Hermite) in time and the integrand is smooth: three Gauss points on every such piece.
+//! u*(t1) − u*(t0) = ∫ REGR · gradient dt. The delayed variables are piecewise cubic (Hermite) in time. The
+//! step is divided where a delayed time passes a level of the history. The integrand is smooth on each piece,
+//! which has three Gauss points.
 
 use nalgebra::Vector3;
 
@@ -13,19 +14,20 @@ use crate::section::Section;
 use crate::state::{History, Nodes, Reading};
 use crate::tropism::{Declaration, Growing, TropismLaw};
 
-/// Gauss points of a step, with the interpolation of the past at each of them. They are the same for all material points.
+/// Gauss points of a step, with the interpolation of the delayed variables at each of them. They are the same
+/// for all material points.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GradientIntegral {
     nodes: Vec<Node>,
-    /// Interpolations of the past: for each node, one for each delay.
+    /// Interpolations of the delayed variables: for each node, one for each delay.
     readings: Vec<Reading>,
-    /// Distinct delays with which variables are read, s.
+    /// Distinct delays of the variables, s.
     delays: Vec<f64>,
-    /// Index of the delay of each variable; none for a variable that is not read.
+    /// Index of the delay of each variable; `None` for a variable on which the gradient does not depend.
     delay_of: Vec<Option<usize>>,
-    /// Levels through which present stimuli are interpolated.
-    levels: Option<Nodes<ORDER>>,
-    /// Ends of the pieces, s.
+    /// Levels through which the present stimuli are interpolated.
+    levels: Nodes,
+    /// Start of the step and ends of the pieces, s.
     ends: Vec<f64>,
     past: Vec<f64>,
     present: Vec<f64>,
@@ -40,16 +42,16 @@ struct Node {
 }
 
 impl GradientIntegral {
-    /// Prepares for the interval from `from` to `to` (s). Present stimuli, if the laws read them, are interpolated through
-    /// the levels `smooth`.
-    pub fn prepare(&mut self, history: &History, laws: &Declaration, smooth: &Nodes<ORDER>, from: f64, to: f64) {
+    /// Computes the quadrature for the interval from `from` to `to` (s). If the gradient depends on the present
+    /// stimuli, these are interpolated through the levels `smooth`.
+    pub fn prepare(&mut self, history: &History, laws: &Declaration, smooth: &Nodes, from: f64, to: f64) {
         self.nodes.clear();
         self.readings.clear();
         self.ends.clear();
         self.ends.extend([from, to]);
         let variables = laws.variables();
         let size = laws.size();
-        // Variables that are not read stay zero.
+        // Variables without a delay stay zero.
         self.past.clear();
         self.past.resize(size.variables, 0.0);
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
@@ -70,7 +72,7 @@ impl GradientIntegral {
         for (time, level) in times.iter_mut().zip(smooth.iter()) {
             *time = history.time(*level);
         }
-        self.levels = Some(*smooth);
+        self.levels = *smooth;
         let (x, w) = rule::<3>();
         for piece in self.ends.windows(2) {
             let [a, b] = [piece[0], piece[1]];
@@ -84,15 +86,16 @@ impl GradientIntegral {
                     lagrange(&times[..smooth.len()], time, &mut interpolation[..smooth.len()]);
                 }
                 self.nodes.push(Node { time, weight: w * (b - a), interpolation });
-                // All Gauss points of a piece lie between the same two levels as its middle.
+                // The delayed times of all Gauss points of a piece are between the same two levels as that of
+                // its middle.
                 let read = |delay: f64| history.reading(0.5 * (a + b) - delay, time - delay);
                 self.readings.extend(self.delays.iter().copied().map(read));
             }
         }
     }
 
-    /// Returns the change of the intrinsic strain of a point of the zone over the interval, 1/m. The point has a distance from the apex
-    /// (m) at the time `start` (s).
+    /// Returns the change of the intrinsic strain of a point of the zone over the interval, 1/m. `distance` is
+    /// the distance of the point from the apex (m) at the time `start` (s).
     pub fn of(
         &mut self,
         growth: &impl GrowthLaw,
@@ -115,7 +118,7 @@ impl GradientIntegral {
                 }
             }
             for (m, value) in self.present.iter_mut().enumerate() {
-                let levels = self.levels.iter().flat_map(|levels| levels.iter()).zip(node.interpolation);
+                let levels = self.levels.iter().zip(node.interpolation);
                 *value = levels.map(|(level, w)| w * history.stimuli(*level, point)[m]).sum();
             }
             let apex_distance = if moves { growth.flow(distance, start, node.time).0 } else { distance };

@@ -1,18 +1,18 @@
-//! Variables that remember stimuli, τ ẏ = x − y: the exact solution is a sum with fixed weights.
+//! Linear memories of stimuli, τ ẏ = x − y. Their exact solution over a step is a sum with constant weights.
 
 use super::ORDER;
-use super::relaxation::{Kernel, LANES, NODES};
+use super::relaxation::{Kernel, LANES};
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, Source};
 
-/// Exact integration of variables that are all linear memories of stimuli, as in the reduced model.
+/// Exact integration of the variables if all of them are linear memories of stimuli, as in the reduced model.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memories {
     /// One memory for each variable.
     each: Vec<Memory>,
 }
 
-/// Weights with which y at the end of a step depends on y at its start and on the stimulus at each level.
+/// Weights of y at the start of a step and of the stimulus at each level in y at the end of the step.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     stimulus: usize,
@@ -21,26 +21,26 @@ struct Memory {
 }
 
 impl Memories {
-    /// Prepares for a step with the given weights of the variables, under stimuli that `at_nodes` interpolates at its nodes.
-    /// Returns whether all variables are memories of stimuli.
-    pub fn prepare(&mut self, laws: &Declaration, kernels: &[Kernel], at_nodes: &[[f64; ORDER]; NODES]) -> bool {
+    /// Computes the weights for a step from those of the variables, `kernels`, and the interpolation weights of
+    /// the stimuli at the nodes. Returns whether all variables are memories of stimuli.
+    pub fn prepare(&mut self, laws: &Declaration, kernels: &[Kernel], at_nodes: &[[f64; ORDER]; ORDER]) -> bool {
         self.each.clear();
         for (i, variable) in laws.variables().iter().enumerate() {
             let Source::Stimulus(stimulus) = variable.remembers else { return false };
             let (kernel, lane) = (&kernels[i / LANES], i % LANES);
-            // N = x/τ, integrated to the last node.
+            // The integral of x/τ up to the last node.
             let mut weights = [0.0; ORDER];
-            for (integral, at) in kernel.integral[NODES - 1].iter().zip(at_nodes) {
+            for (integral, at) in kernel.integral[ORDER - 1].iter().zip(at_nodes) {
                 for (weight, at) in weights.iter_mut().zip(at) {
                     *weight += integral[lane] / variable.time_constant * at;
                 }
             }
-            self.each.push(Memory { stimulus, decay: kernel.decay[NODES - 1][lane], weights });
+            self.each.push(Memory { stimulus, decay: kernel.decay[ORDER - 1][lane], weights });
         }
         true
     }
 
-    /// Advances the variables `y` of a point over the step, under its stimuli at every level.
+    /// Integrates the variables `y` of a point over the step, with its stimuli at each level.
     #[inline]
     pub fn integrate(&self, stimuli: &[&[f64]], y: &mut [f64]) {
         for (memory, y) in self.each.iter().zip(y) {
@@ -52,7 +52,7 @@ impl Memories {
     }
 }
 
-/// Returns an error if the rates are not those of the linear memories that the laws declare.
+/// Returns an error unless the rates are those of the linear memories that the laws declare.
 pub(super) fn check_memories(
     laws: &Declaration,
     variables: &[f64],
@@ -66,11 +66,11 @@ pub(super) fn check_memories(
             Source::Computed => continue,
         };
         let change = rate * variable.time_constant;
-        // One subtraction and one quotient, however the law writes them, of numbers that may be too small for all their digits.
+        // Rounding of one subtraction and one quotient, whose results may be subnormal numbers.
         let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + variable.time_constant);
         let linear = (change - (x - y)).abs() <= rounding;
         let name = "rate of a variable that is declared a memory, times its time constant";
-        ParameterError::unless(linear, name, change, "what it remembers minus itself")?;
+        ParameterError::unless(linear, name, change, "the remembered quantity minus the variable")?;
     }
     Ok(())
 }
@@ -83,7 +83,7 @@ mod tests {
     use crate::numerics::interpolation::lagrange;
     use crate::numerics::quadrature::lobatto;
 
-    /// Memories of stimulus 1 and of stimulus 0, of 0.25 s and 3 s.
+    /// Time constants of a memory of stimulus 1 and of a memory of stimulus 0, s.
     const TAUS: [f64; 2] = [0.25, 3.0];
 
     fn laws() -> Declaration {
@@ -95,11 +95,11 @@ mod tests {
     }
 
     #[test]
-    fn every_memory_responds_exactly_to_a_linear_stimulus_of_its_own() {
-        let (size, nodes) = (0.5, lobatto(NODES - 1));
+    fn memories_of_linear_stimuli_are_exact() {
+        let (size, nodes) = (0.5, lobatto(ORDER - 1));
         let mut kernels = vec![Kernel::default(); 1];
         TAUS.iter().enumerate().for_each(|(lane, tau)| kernels[0].set(lane, &nodes, size, *tau));
-        let mut at_nodes = [[0.0; ORDER]; NODES];
+        let mut at_nodes = [[0.0; ORDER]; ORDER];
         for (at, node) in at_nodes.iter_mut().zip(&nodes) {
             lagrange(&[-2.0, -1.0, 0.0, 1.0], *node, at);
         }
@@ -112,15 +112,15 @@ mod tests {
         // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
         let exact =
             |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();
-        // Sums of a few numbers below ten.
+        // Rounding of sums of a few numbers below ten.
         assert_abs_diff_eq!(y[0], exact(1.0, 2.0, TAUS[0], -1.0), epsilon = 1e-14);
         assert_abs_diff_eq!(y[1], exact(4.0, -1.0, TAUS[1], 7.0), epsilon = 1e-14);
     }
 
     #[test]
-    fn variables_that_are_not_memories_of_stimuli_have_no_closed_formula() {
+    fn variables_that_are_not_memories_of_stimuli_are_not_integrated_in_closed_form() {
         let kernels = [Kernel::default()];
-        let at_nodes = [[0.0; ORDER]; NODES];
+        let at_nodes = [[0.0; ORDER]; ORDER];
         let mut chained = laws();
         chained.memories(1, Source::Variable(0), 1.0, None);
         let mut computed = laws();

@@ -1,4 +1,5 @@
-//! Elements follow the tissue: they are cut as they stretch and at the boundary of the growth zone, and merged behind it.
+//! Adaptation of the elements to growth: division of stretched elements and at the boundary of the growth zone,
+//! and merging of mature elements.
 
 use nalgebra::Vector3;
 
@@ -9,11 +10,12 @@ use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;
 
-/// Prepares the elements for a step from `from` to `to` and returns how many of the growing ones leave the zone in it.
+/// Prepares the elements for a step from time `from` to time `to` (s), and returns the number of growing
+/// elements that leave the zone in it.
 ///
-/// The point that will be on the boundary at the end of the step becomes a node now, while everything is still smooth
-/// across it. So the boundary is on a node at the end of every step, and the kink that it leaves in the intrinsic strain
-/// and in the stiffness never lies inside an element.
+/// The material place that will be on the boundary at the end of the step becomes a node at its start, when all
+/// fields are still smooth there. The boundary is then on a node at the end of every step, and the kinks of the
+/// intrinsic strain and of the stiffness at the boundary are never inside an element.
 pub(super) fn adapt(
     state: &mut State,
     (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
@@ -41,14 +43,15 @@ pub(super) fn adapt(
     let first = state.rod.first_growing();
     for e in first..state.rod.elements() {
         let (a, b) = (state.rod.node_distances()[e], state.rod.node_distances()[e + 1]);
-        // A boundary this close to a node is on the node.
+        // A boundary that differs from a node by rounding is on the node.
         let margin = ROUNDING * (a - b);
         if boundary >= a - margin {
             return e - first;
         }
         if boundary > b + margin {
             let x = state.rod.coordinate_at_distance(e, boundary);
-            // Ends of elements and lengths inside them agree only as accurately as the mesh resolves: the part may be empty.
+            // The ends of elements and the lengths inside them agree up to the resolution of the mesh, so the
+            // part may be empty.
             if x <= ROUNDING {
                 return e - first;
             }
@@ -62,7 +65,8 @@ pub(super) fn adapt(
     state.rod.elements() - first
 }
 
-/// Returns the bending compliance of a material point at a time (s), up to a factor. Merging preserves it.
+/// Returns a function for the bending compliance of a material point at a time (s), up to a factor. Merging
+/// preserves the compliance.
 pub(in crate::integrator) fn compliance(constitutive: &impl Constitutive, time: f64) -> impl Fn(&MaterialPoint) -> f64 {
     move |point| {
         let tangent = constitutive.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
@@ -70,8 +74,8 @@ pub(in crate::integrator) fn compliance(constitutive: &impl Constitutive, time: 
     }
 }
 
-/// Tries to merge the youngest pair of mature elements, and one of all others in turn: a pair that could not be merged when it was fresh
-/// may be merged when it has stiffened.
+/// Tries to merge the youngest pair of mature elements, and one other pair in turn. A pair that could not be
+/// merged when it left the zone may be merged after it has stiffened.
 fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh, statistics: &mut Statistics) {
     if mesh.merge_tolerance == 0.0 {
         return;
@@ -105,8 +109,8 @@ mod tests {
     use crate::growth::UniformGrowth;
     use crate::shoot::Shoot;
 
-    /// A shoot has seven mature elements. Two neighbours among them are half as long as the others, and only they may be merged:
-    /// with any other element the sum exceeds the longest element.
+    /// Two neighbours of seven mature elements are half as long as the others. Only they may be merged, since
+    /// the sum of any other pair exceeds the longest element.
     #[test]
     fn every_pair_of_mature_elements_is_tried_in_turn() {
         let law = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
@@ -121,7 +125,7 @@ mod tests {
                 Shoot::builder(law).length(nodes[8]).radius(5e-4).nodes(&nodes).growth(growth).build().unwrap();
             assert_eq!(shoot.rod().first_growing(), 7);
             shoot.mesh.longest_element = 0.012;
-            // Given nodes are never removed. These may be.
+            // Nodes that the user has given are never removed, unless they are released.
             shoot.state.rod.release_nodes();
             let mut statistics = Statistics::default();
             for _ in 0..5 {

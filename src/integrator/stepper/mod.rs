@@ -1,4 +1,4 @@
-//! The time steps of a run, shared by the integrators.
+//! Time steps of a run, shared by the integrators.
 
 mod collocation;
 mod elongation;
@@ -13,9 +13,10 @@ mod step_end;
 
 use nalgebra::Vector3;
 
+use super::error::Outcome;
 use super::undo::undo_on_error;
 use super::{
-    EmptyHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, MAX_PARTS, ORDER, ROUNDING, Statistics,
+    ConstantHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics,
 };
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
@@ -32,22 +33,18 @@ pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
 pub(super) use step_end::StepEnd;
 use step_end::{EQUAL_STEPS, next_step_end};
 
-/// Name of a stimulus in an error.
-const STIMULUS: &str = "stimulus of a tropism law (one that looks where it is must declare `with_position`)";
-
-/// Result of a part of a run.
-type Outcome = Result<(), IntegrationError>;
-
 /// Workspace of a run. It keeps no state between calls.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stepper {
     laws: Declaration,
     gradient_integral: GradientIntegral,
-    /// The same up to the exit of a point from the growth zone.
+    /// The integral up to the exit of a point from the growth zone.
     exit_integral: GradientIntegral,
     collocation: ExponentialCollocation,
     force: InternalForce,
-    /// Intrinsic strain and distance from the apex of the zone's points at the start of the step.
+    /// Stimuli of a point.
+    stimuli: Vec<f64>,
+    /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
     spare: Spare,
     statistics: Statistics,
@@ -62,38 +59,42 @@ struct Step {
     to: f64,
     /// Number of growing elements that leave the zone.
     leaving: usize,
-    /// Times between which growth is read, s: after a discontinuity at the start, and before one at the end.
+    /// Times between which the growth law is evaluated, s: after a discontinuity at the start, and before one
+    /// at the end.
     growth: [f64; 2],
 }
 
 impl Stepper {
-    /// Finds the first equilibrium and gives the laws a history. After an error the caller restores the shoot.
+    /// Solves the first equilibrium and sets the history of the laws. After an error the caller restores the shoot.
     pub fn start(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         history: &impl HistoryFunction,
-    ) -> Result<Statistics, IntegrationError> {
+    ) -> Outcome<Statistics> {
         self.prepare(shoot)?;
         self.begin(shoot, solver, history)?;
         Ok(self.finish())
     }
 
-    /// Advances the shoot, and calls `observe` at the start and after every step with the end of that step. After an error the caller
-    /// restores the shoot.
+    /// Advances the shoot, and calls `observe` at the start and after every step with the end of that step.
+    /// After an error the caller restores the shoot.
     pub fn advance<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,
         solver: &mut impl EquilibriumSolver,
         options: RunOptions,
         mut observe: impl FnMut(&Shoot<M>, Option<StepEnd>),
-    ) -> Result<Statistics, IntegrationError> {
+    ) -> Outcome<Statistics> {
         options.check(shoot)?;
         self.prepare(shoot)?;
         if shoot.state.history.levels() == 0 {
-            self.begin(shoot, solver, &EmptyHistory)?;
+            self.begin(shoot, solver, &ConstantHistory::Empty)?;
         }
-        self.check_history(&shoot.state)?;
+        let (declared, known) = (self.laws.size(), shoot.state.history.size());
+        let own = known == (declared.variables, declared.stimuli);
+        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
+        shoot.state.check_reach(self.laws.longest_delay())?;
         self.reserve_levels(&mut shoot.state, &options);
         if shoot.state.changed {
             self.pass_discontinuity(shoot, solver)?;
@@ -107,21 +108,12 @@ impl Stepper {
         Ok(self.finish())
     }
 
-    /// Finds the equilibrium at the present time, and nothing else.
-    pub fn equilibrium(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        solver: &mut impl EquilibriumSolver,
-    ) -> Result<Equilibrium, IntegrationError> {
-        let time = shoot.state.time;
-        self.solve_equilibrium(shoot, solver, time)
-    }
-
-    /// Reads what the laws declare, and resets the counts.
+    /// Reads the declaration of the laws, and resets the statistics.
     fn prepare(&mut self, shoot: &Shoot<impl Model>) -> Result<(), ParameterError> {
         self.statistics = Statistics::default();
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
+        self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
     }
 
@@ -129,15 +121,15 @@ impl Stepper {
         Statistics { halvings: self.collocation.halvings, ..self.statistics }
     }
 
-    /// Makes one step and passes the discontinuity at its end, if there is one. After a recoverable error the step is repeated with half
-    /// its length, while retries are left.
+    /// Makes one step and passes the discontinuity at its end, if there is one. After a recoverable error the
+    /// step is repeated with half its length, while retries are left.
     fn next_step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         options: &RunOptions,
         retries_left: &mut usize,
-    ) -> Result<StepEnd, IntegrationError> {
+    ) -> Outcome<StepEnd> {
         let mut end = next_step_end(shoot, &self.laws, options)?;
         while *retries_left > 0 {
             let counts = self.statistics;
@@ -158,7 +150,7 @@ impl Stepper {
         self.step(shoot, solver, end, options).map(|()| end)
     }
 
-    /// One step, and the discontinuity at its end.
+    /// Makes one step, and passes the discontinuity at its end.
     fn step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -176,7 +168,7 @@ impl Stepper {
         let mut corrections = 0;
         loop {
             let found = match self.solve_equilibrium(shoot, solver, end.before()) {
-                // The extrapolated shape may be a bad initial guess. The last equilibrium is a safer one.
+                // The last equilibrium is a safer initial guess than the extrapolated shape.
                 Err(error) if error.is_recoverable() && corrections == 0 => {
                     shoot.state.predictor.take_last(&mut shoot.state.rod);
                     self.solve_equilibrium(shoot, solver, end.before())?
@@ -186,7 +178,7 @@ impl Stepper {
             self.record(&found, shoot);
             self.sense(shoot)?;
             self.integrate_variables(shoot, step)?;
-            // A step that is not longer than the shortest delay reads only the past, and is explicit.
+            // A step that is not longer than the shortest delay depends only on the past, and is explicit.
             if step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING) {
                 break;
             }
@@ -195,7 +187,7 @@ impl Stepper {
                 break;
             }
             if corrections == options.max_corrections {
-                return Err(IntegrationError::NotConverged { time: step.to, corrections, change });
+                return Err(IntegrationError::NotConverged { time: step.to, change });
             }
             corrections += 1;
         }
@@ -203,7 +195,7 @@ impl Stepper {
         if end.discontinuity { self.pass_discontinuity(shoot, solver) } else { Ok(()) }
     }
 
-    /// Adds an equilibrium to the counts. After a snap the earlier equilibria are no longer extrapolated.
+    /// Adds an equilibrium to the statistics. After a snap the earlier equilibria are no longer extrapolated.
     fn record(&mut self, found: &Equilibrium, shoot: &mut Shoot<impl Model>) {
         self.statistics.add_equilibrium(found);
         if let Some(jump) = found.jump {
@@ -225,45 +217,34 @@ impl Stepper {
         Step { from, to, leaving, growth }
     }
 
-    /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no longer read.
+    /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no
+    /// longer needed.
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
         shoot.state.mature(step.leaving);
-        // Levels are kept somewhat longer than they are read: the choice of the steps after a breaking point depends on them.
+        // The choice of the steps after a breaking point depends on levels that are somewhat older than the
+        // longest delay.
         let kept = EQUAL_STEPS * (step.to - step.from);
-        shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, ORDER, &mut self.spare);
+        shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, &mut self.spare);
         self.statistics.steps += 1;
     }
 
-    /// Finds the equilibrium after a discontinuity at the present time, and restarts interpolation from there.
+    /// Solves the equilibrium after a discontinuity at the present time, and restarts interpolation from there.
     fn pass_discontinuity(&mut self, shoot: &mut Shoot<impl Model>, solver: &mut impl EquilibriumSolver) -> Outcome {
         let time = shoot.state.time;
         let found = self.solve_equilibrium(shoot, solver, after(time))?;
         self.record(&found, shoot);
         shoot.state.history.push(time, &mut self.spare);
         self.sense(shoot)?;
-        self.find_rates(shoot);
+        self.evaluate_rates(shoot);
         (shoot.state.smooth_since, shoot.state.changed) = (time, false);
         shoot.state.predictor.forget();
         Ok(())
     }
 
-    /// Returns an error if the history belongs to other laws, or is shorter than the longest delay.
-    fn check_history(&self, state: &State) -> Result<(), ParameterError> {
-        let (size, known) = (self.laws.size(), state.history.size());
-        let own = known == (size.variables, size.stimuli);
-        ParameterError::unless(own, "number of variables in the state", known.0 as f64, "that of the shoot's laws")?;
-        let reach = state.history.oldest().map_or(f64::NEG_INFINITY, |oldest| state.time - oldest);
-        ParameterError::unless(
-            reach >= self.laws.longest_delay() * (1.0 - ROUNDING),
-            "time that the state looks back",
-            reach,
-            "at least the longest delay of the shoot's laws (s)",
-        )
-    }
-
-    /// Allocates all levels that the history will hold, so that later steps need no allocation.
+    /// Allocates all levels that the history will have, so that later steps need no allocation.
     fn reserve_levels(&mut self, state: &mut State, options: &RunOptions) {
-        // Full steps over the longest delay, or to the end if that comes first; the first steps; and those around the ends.
+        // Full steps over the longest delay, or to the end if that is earlier; the first steps; and those
+        // around the ends.
         let known = state.history.levels() as f64;
         let full = (self.laws.longest_delay() / options.step).min(known + (options.until - state.time) / options.step);
         let levels = full.min(1e6) as usize + (1.0 / FIRST_STEP).log2() as usize + 2 * ORDER;

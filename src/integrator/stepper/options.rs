@@ -4,8 +4,8 @@ use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::{Mesh, Shoot};
 
-/// Default of the largest number of corrections. The iteration gains a factor of two in each at least, or the step is too long:
-/// 2⁻³⁰ = 1e-9.
+/// Default of the largest number of corrections of a step. A contraction by two in each correction gains 2⁻³⁰ =
+/// 1e-9. With a slower contraction the step is too long.
 pub(in crate::integrator) const MAX_CORRECTIONS: usize = 30;
 
 /// End, step size and settings of a run.
@@ -17,7 +17,7 @@ pub(in crate::integrator) struct RunOptions {
     pub step: f64,
     /// Largest number of steps.
     pub max_steps: usize,
-    /// Largest number of times that a failed step is repeated with half its length.
+    /// Largest number of times that a step is repeated with half its length after a recoverable error.
     pub retries: usize,
     /// Largest change of an angle in the last correction of a step, rad.
     pub tolerance: f64,
@@ -25,8 +25,8 @@ pub(in crate::integrator) struct RunOptions {
     pub max_corrections: usize,
     /// Longest element and merge tolerance.
     pub mesh: Mesh,
-    /// Longest step of the coarsest of several runs that are compared, s. Short intervals and fast transients are divided more finely in
-    /// the proportion of `step` to it, so that the steps of these runs differ everywhere.
+    /// Longest step of the coarsest of several compared runs, s. Steps in short intervals and fast transients
+    /// are reduced in proportion to `step` over this length, so that all steps of these runs differ.
     pub coarsest_step: Option<f64>,
 }
 

@@ -1,26 +1,25 @@
-//! The phases of a step, except for the motion of tissue: differential growth, equilibrium, sensing, and the laws' variables.
+//! Phases of a step: differential growth, equilibrium, sensing, and the laws' variables. The motion of tissue
+//! is in `elongation`.
 
 use super::collocation::Levels;
 use super::memories::check_memories;
-use super::{IntegrationError, ORDER, Outcome, ROUNDING, STIMULUS, Step, Stepper};
+use super::{IntegrationError, ORDER, Outcome, ROUNDING, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
+use crate::rod::Rod;
 use crate::scene::Scene;
-use crate::sensing::visit_sites;
+use crate::sensing;
 use crate::shoot::Shoot;
 use crate::state::CLOSE;
-use crate::tropism::TropismLaw;
+use crate::tropism::{Site, TropismLaw};
 
 impl Stepper {
-    /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point. Returns the largest change
-    /// of an angle against the strain that the points have, rad.
-    pub(super) fn integrate_strain(
-        &mut self,
-        shoot: &mut Shoot<impl Model>,
-        step: Step,
-    ) -> Result<f64, IntegrationError> {
+    /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
+    /// Returns the largest difference from the present intrinsic strain of a point, as an angle over the length
+    /// of the shoot, rad.
+    pub(super) fn integrate_strain(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome<f64> {
         let (growth, tropism, state) = (shoot.model.growth(), shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
         let Step { from, to, leaving, growth: [start, end] } = step;
@@ -49,16 +48,17 @@ impl Stepper {
         Ok(largest * length)
     }
 
-    /// Moves the base to its frame at `time` (s), and finds the equilibrium under the load and the environment of that time.
-    pub(super) fn solve_equilibrium(
+    /// Moves the base to its frame at `time` (s), and solves the equilibrium under the load and the environment
+    /// of that time.
+    pub fn solve_equilibrium(
         &mut self,
         shoot: &mut Shoot<impl Model>,
         solver: &mut impl EquilibriumSolver,
         time: f64,
-    ) -> Result<Equilibrium, IntegrationError> {
+    ) -> Outcome<Equilibrium> {
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let (base, environment) = (model.scene().base(time), model.scene().environment(time));
-        // A quaternion that is not a rotation must not be normalised silently.
+        // `set_base` would normalise a quaternion that is not a rotation.
         if !((base.norm() - 1.0).abs() < ROUNDING) {
             return Err(IntegrationError::NotFinite { what: "base frame (a unit quaternion)", time });
         }
@@ -72,22 +72,35 @@ impl Stepper {
             .map_err(|source| IntegrationError::Equilibrium { time, source })
     }
 
-    /// Writes the stimuli of the present equilibrium to the last level.
+    /// Writes the stimuli in the present equilibrium to the last level.
     pub(super) fn sense(&mut self, shoot: &mut Shoot<impl Model>) -> Outcome {
         if self.laws.size().stimuli == 0 {
             return Ok(());
         }
         self.check_size(shoot.model.tropism())?;
-        let (rod, history) = (&shoot.state.rod, &mut shoot.state.history);
-        let (tropism, last) = (shoot.model.tropism(), history.levels() - 1);
-        let mut finite = true;
-        visit_sites(rod, shoot.model.constitutive(), &self.force, self.laws.reads_position(), |i, site| {
-            let stimuli = history.at_mut(last, i).stimuli;
-            tropism.sense(site, stimuli);
+        let (rod, history, time) = (&shoot.state.rod, &mut shoot.state.history, self.force.environment().time);
+        let last = history.levels() - 1;
+        self.visit_stimuli(rod, &shoot.model, time, |i, _, stimuli| {
+            history.at_mut(last, i).stimuli.copy_from_slice(stimuli);
+        })
+    }
+
+    /// Evaluates the stimuli at all points of the zone in the present equilibrium, as
+    /// [`sensing::visit_stimuli`]. Returns an error with the given `time` (s) if one is not finite.
+    pub(super) fn visit_stimuli(
+        &mut self,
+        rod: &Rod,
+        model: &impl Model,
+        time: f64,
+        mut visit: impl FnMut(usize, &Site, &[f64]),
+    ) -> Outcome {
+        let (laws, position, mut finite) = ((model.constitutive(), model.tropism()), self.laws.reads_position(), true);
+        sensing::visit_stimuli(rod, laws, &self.force, position, &mut self.stimuli, |i, site, stimuli| {
             finite &= stimuli.iter().all(|x| x.is_finite());
+            visit(i, site, stimuli);
         });
-        let time = self.force.environment().time;
-        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what: STIMULUS, time }) }
+        let what = "stimulus of a tropism law (a law that reads its position must declare `with_position`)";
+        if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what, time }) }
     }
 
     /// Integrates the laws' variables from the last level but one to the last.
@@ -98,9 +111,9 @@ impl Stepper {
         let (tropism, state) = (shoot.model.tropism(), &mut shoot.state);
         self.check_size(tropism)?;
         let size = step.to - step.from;
-        let smooth = state.history.smooth::<ORDER>(state.smooth_since, CLOSE * size);
+        let smooth = state.history.smooth(state.smooth_since, CLOSE * size);
         let count = smooth.len();
-        // The unit of time is the step.
+        // Times in units of the step, from its start.
         let mut times = [0.0; ORDER];
         for (time, level) in times.iter_mut().zip(smooth.iter()) {
             *time = (state.history.time(*level) - step.from) / size;
@@ -114,7 +127,8 @@ impl Stepper {
             let integrated = self.collocation.integrate(tropism, stimuli, variables);
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[count - 1], rates);
-            // The declaration is what is integrated, and what stability is computed from. It is checked in every step.
+            // The integration and the analysis of stability use the declaration of the laws. It is compared
+            // with the rates in every step.
             let finite = integrated && rates.iter().all(|rate| rate.is_finite());
             if finite {
                 check = check_memories(&self.laws, variables, rates, stimuli[count - 1]);
@@ -122,7 +136,7 @@ impl Stepper {
             finite && check.is_ok()
         });
         integrated.or_else(|point| {
-            // More specific errors come first.
+            // More specific errors take precedence.
             self.check_size(tropism)?;
             check?;
             Err(IntegrationError::Variables { time: step.to, point: first + point })
@@ -137,8 +151,8 @@ impl Stepper {
         ParameterError::unless(now == before, name, number, "the same throughout a call")
     }
 
-    /// Writes the rates of the variables at the last level.
-    pub(super) fn find_rates(&self, shoot: &mut Shoot<impl Model>) {
+    /// Evaluates the rates of the variables at the last level.
+    pub(super) fn evaluate_rates(&self, shoot: &mut Shoot<impl Model>) {
         let tropism = shoot.model.tropism();
         for point in shoot.state.history.each_present() {
             // A rate that a law does not write is NaN, and is detected later.

@@ -1,4 +1,4 @@
-//! Weights with which exp(−t/τ) is integrated exactly against cubics, for four variables at a time.
+//! Weights of exponential collocation: integrals of cubics times exp(−t/τ), for four variables at a time.
 
 use nalgebra::{Matrix4, Vector4};
 
@@ -6,28 +6,25 @@ use super::ORDER;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::rule;
 
-/// Number of collocation points. The stimuli are polynomials through the same number of levels.
-pub(super) const NODES: usize = ORDER;
-
-/// Number of variables in a group: the width of a vector register of a processor, or twice that.
+/// Number of variables in a group: once or twice the width of the vector registers of usual processors.
 pub(super) const LANES: usize = 4;
 
 /// One number for each variable of a group.
 pub(super) type Lanes = [f64; LANES];
 
-/// The weights of a few variables, for an interval of δ seconds.
+/// Weights of a group of variables for an interval of δ seconds.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Kernel {
-    /// exp(−c δ/τ) at every node c.
-    pub decay: [Lanes; NODES],
-    /// ∫ from 0 to node j of exp(−(cj − c) δ/τ) × polynomial l, times δ.
-    pub integral: [[Lanes; NODES]; NODES],
-    /// The time within which what drives a variable acts on it, s: ∫ exp(−t/τ) dt over the interval.
+    /// exp(−c δ/τ) at each node c.
+    pub decay: [Lanes; ORDER],
+    /// δ ∫ exp(−(cj − c) δ/τ) pl(c) dc from 0 to node cj, for each node j and each Lagrange polynomial pl.
+    pub integral: [[Lanes; ORDER]; ORDER],
+    /// ∫ exp(−t/τ) dt over the interval, s: the time over which a constant rate acts on the variable.
     pub reach: Lanes,
 }
 
 impl Kernel {
-    /// Computes the weights of one of the variables, with time constant `tau` (s), for an interval of `size` (s).
+    /// Computes the weights of variable `lane`, with time constant `tau` (s), for an interval of `size` (s).
     pub fn set(&mut self, lane: usize, nodes: &[f64], size: f64, tau: f64) {
         let z = size / tau;
         for (j, c) in nodes.iter().enumerate() {
@@ -36,21 +33,21 @@ impl Kernel {
                 self.integral[j][l][lane] = weight * size;
             }
         }
-        // The weights integrate what is constant, and the last node is the end.
-        self.reach[lane] = self.integral[NODES - 1].iter().map(|weight| weight[lane]).sum();
+        // The weights are exact for constants, and the last node is the end of the interval.
+        self.reach[lane] = self.integral[ORDER - 1].iter().map(|weight| weight[lane]).sum();
     }
 }
 
-/// ∫ from 0 to `c` of exp(−(c − t) z) times each Lagrange polynomial through `nodes`, dt.
-fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
-    let mut out = [0.0; NODES];
+/// Returns ∫ exp(−(c − t) z) pl(t) dt from 0 to `c` for each Lagrange polynomial pl of `nodes`.
+fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; ORDER] {
+    let mut out = [0.0; ORDER];
     if c == 0.0 {
         return out;
     }
     if c * z <= 3.0 {
         let (points, weights) = rule::<8>();
         for (x, w) in points.iter().zip(weights) {
-            let mut values = [0.0; NODES];
+            let mut values = [0.0; ORDER];
             lagrange(nodes, c * x, &mut values);
             let kernel = w * c * (-(c - c * x) * z).exp();
             for (o, v) in out.iter_mut().zip(values) {
@@ -60,13 +57,13 @@ fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; NODES] {
         return out;
     }
     // Moments ∫ exp(−(c − t) z) t^m dt by the recurrence Im = (c^m − m Im−1)/z, stable for c z > 3.
-    let mut moments = [0.0; NODES];
+    let mut moments = [0.0; ORDER];
     moments[0] = -(-c * z).exp_m1() / z;
-    for m in 1..NODES {
+    for m in 1..ORDER {
         moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
     }
-    // Weights that reproduce the moments reproduce the integral of every polynomial through the nodes. The nodes are
-    // distinct, so there are some.
+    // Weights that are exact for the moments are exact for all polynomials of this degree. The Vandermonde
+    // matrix is regular since the nodes are distinct.
     let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
     powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }
@@ -78,7 +75,7 @@ mod tests {
     use super::*;
     use crate::numerics::quadrature::lobatto;
 
-    /// ∫ from 0 to c of exp(−(c − t) z) tᵐ dt, by its power series Σ (−z)ᵏ m! c^(k+m+1)/(k + m + 1)!.
+    /// Returns ∫ exp(−(c − t) z) tᵐ dt from 0 to c by its power series Σ (−z)ᵏ m! c^(k+m+1)/(k + m + 1)!.
     fn moment(m: i32, z: f64, c: f64) -> f64 {
         let mut term = c.powi(m + 1) / f64::from(m + 1);
         let mut sum = term;
@@ -91,8 +88,9 @@ mod tests {
 
     #[test]
     fn weights_integrate_cubics_against_the_decay_exactly() {
-        let (nodes, size) = (lobatto(NODES - 1), 0.4);
-        // Both sides of the ratio 3, at which the formula changes: c z is also tested at the nodes inside the interval.
+        let (nodes, size) = (lobatto(ORDER - 1), 0.4);
+        // The formula changes at c z = 3. These values of z have c z on both sides of 3 at the end and at the
+        // inner nodes.
         for z in [1e-9, 0.5, 2.999, 3.001, 4.0, 6.0] {
             let mut kernel = Kernel::default();
             kernel.set(2, &nodes, size, size / z);
@@ -101,25 +99,25 @@ mod tests {
                 for m in 0..4 {
                     let powers = nodes.iter().map(|node| node.powi(m));
                     let sum: f64 = kernel.integral[j].iter().zip(powers).map(|(weight, power)| weight[2] * power).sum();
-                    // Terms of the series reach exp(6) times the smallest sum, and have 1e-16 of rounding each.
+                    // Terms of the series reach exp(6) times the smallest sum, with a rounding error of 1e-16 each.
                     assert_relative_eq!(sum, size * moment(m, z, *c), epsilon = 1e-17, max_relative = 2e-13);
                 }
             }
             // ∫ exp(−t/τ) dt = τ (1 − exp(−δ/τ)).
             let reach = -(size / z) * (-z).exp_m1();
             assert_relative_eq!(kernel.reach[2], reach, epsilon = 0.0, max_relative = 1e-14);
-            assert_eq!(kernel.reach[1], 0.0, "other variables are not touched");
+            assert_eq!(kernel.reach[1], 0.0, "weights of other variables do not change");
         }
     }
 
     #[test]
     fn weights_of_a_very_fast_decay_are_those_of_the_end_of_the_interval() {
-        let (nodes, tau) = (lobatto(NODES - 1), 1e-8);
+        let (nodes, tau) = (lobatto(ORDER - 1), 1e-8);
         let mut kernel = Kernel::default();
         kernel.set(0, &nodes, 1.0, tau);
         // ∫ exp(−(c − t)/τ) p(t) dt = τ p(c) − τ² p'(c) + …, and the slope of a Lagrange polynomial is below ten.
-        for j in 1..NODES {
-            for l in 0..NODES {
+        for j in 1..ORDER {
+            for l in 0..ORDER {
                 let value = if j == l { 1.0 } else { 0.0 };
                 approx::assert_abs_diff_eq!(kernel.integral[j][l][0] / tau, value, epsilon = 10.0 * tau);
             }
@@ -128,11 +126,11 @@ mod tests {
 
     #[test]
     fn an_infinite_time_constant_gives_the_weights_of_lobatto_collocation() {
-        let nodes = lobatto(NODES - 1);
+        let nodes = lobatto(ORDER - 1);
         let mut kernel = Kernel::default();
         kernel.set(0, &nodes, 1.0, f64::INFINITY);
         // Weights of the four-point Lobatto rule on [0, 1]: 1/12, 5/12, 5/12, 1/12.
-        for (weight, twelfths) in kernel.integral[NODES - 1].iter().zip([1.0, 5.0, 5.0, 1.0]) {
+        for (weight, twelfths) in kernel.integral[ORDER - 1].iter().zip([1.0, 5.0, 5.0, 1.0]) {
             assert_relative_eq!(weight[0], twelfths / 12.0, epsilon = 0.0, max_relative = 1e-14);
         }
         assert!(kernel.decay.iter().all(|decay| decay[0] == 1.0));

@@ -1,19 +1,17 @@
-//! The start of a run: the first equilibrium and the history before it.
+//! Start of a run: the first equilibrium and the history before it.
 
 use super::memories::check_memories;
 use super::step_end::starts_at_discontinuity;
-use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, STIMULUS, Stepper};
+use super::{FIRST_STEP, HistoryFunction, IntegrationError, Outcome, Stepper};
 use crate::equilibrium::EquilibriumSolver;
 use crate::model::Model;
 use crate::numerics::interpolation::lagrange_derivatives;
 use crate::scene::before;
-use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
 use crate::state::History;
-use crate::tropism::TropismLaw;
 
 impl Stepper {
-    /// Finds the equilibrium at the present time and gives the laws a history.
+    /// Solves the equilibrium at the present time and sets the history of the laws.
     pub(super) fn begin(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -25,35 +23,29 @@ impl Stepper {
         let found = self.solve_equilibrium(shoot, solver, if discontinuity { before(now) } else { now })?;
         self.statistics.add_equilibrium(&found);
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
-        state.predictor.make_room(&state.rod, now);
+        state.predictor.allocate(&state.rod, now);
         (state.smooth_since, state.changed) = (now, false);
         let (size, longest) = (self.laws.size(), self.laws.longest_delay());
-        // Levels before the present, and two at the present: with the rates of the past, and with those that follow from the stimuli.
-        // A history that varies is sampled as finely as the first steps, relative to the longest delay.
+        // A history that varies is sampled as finely as the first steps, relative to the longest delay. The
+        // present has two levels: one with the rates of the past, and one with the rates that follow from the
+        // stimuli.
         let intervals = if past.is_constant() { 1 } else { FIRST_STEP.recip() as usize };
         let first = if longest == 0.0 { intervals } else { 0 };
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
-        let mut stimuli = vec![0.0; size.stimuli];
-        let (position, mut finite) = (self.laws.reads_position(), true);
-        visit_sites(&state.rod, shoot.model.constitutive(), &self.force, position, |i, site| {
-            tropism.sense(site, &mut stimuli);
-            finite &= stimuli.iter().all(|x| x.is_finite());
+        self.visit_stimuli(&state.rod, &shoot.model, now, |i, site, stimuli| {
             for level in 0..history.levels() {
                 let time = history.time(level) - now;
                 let point = history.at_mut(level, i);
-                past.variables(tropism, time, site, &stimuli, point.variables);
-                point.stimuli.copy_from_slice(&stimuli);
+                past.variables(tropism, time, site, stimuli, point.variables);
+                point.stimuli.copy_from_slice(stimuli);
             }
-        });
-        if !finite {
-            return Err(IntegrationError::NotFinite { what: STIMULUS, time: now });
-        }
+        })?;
         if !past.is_constant() && longest > 0.0 {
             differentiate(&mut history);
         }
         state.history = history;
-        self.find_rates(shoot);
+        self.evaluate_rates(shoot);
         if !shoot.state.history.is_finite() {
             return Err(IntegrationError::NotFinite { what: "history of the variables", time: now });
         }
@@ -64,9 +56,9 @@ impl Stepper {
     }
 }
 
-/// Sets the rates of a sampled history to the derivatives of the polynomials through five samples, which are of fourth order.
+/// Sets the rates of a sampled history to the derivatives of the polynomials through five samples, of fourth order.
 fn differentiate(history: &mut History) {
-    // The last level already has the rates that follow from the stimuli.
+    // The rates of the last level follow from the stimuli.
     let known = history.levels() - 1;
     let times: Vec<f64> = (0..known).map(|level| history.time(level)).collect();
     for level in 0..known {

@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 1e-10;
 /// Brings a shoot into a steady state at its present time: into the equilibrium in which the growth gradients
 /// of its laws vanish, u̇* = 0, up to 1e-10 of 1/radius. The equilibrium may be mechanically unstable, which a
 /// [`Linearisation`](crate::stability::Linearisation) reports. Start an integrator with
-/// [`SteadyHistory`](crate::integrator::SteadyHistory) to keep the shoot there.
+/// [`ConstantHistory::Steady`](crate::integrator::ConstantHistory::Steady) to keep the shoot there.
 ///
 /// Laws sense the shape, so that the visible strain is found first, without load and stiffness. The intrinsic
 /// strain that keeps it under the load follows point by point. A few Newton iterations for the whole then

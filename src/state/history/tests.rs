@@ -1,11 +1,11 @@
-//! Interpolation in the history, and which levels it keeps.
+//! Tests of the interpolation in the history, and of the levels that it keeps.
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 
 use super::*;
 
-/// A history of two points with one variable and one stimulus each; the second point has twice the values of the first. The
-/// stimulus is minus the variable.
+/// A history of two points with one variable and one stimulus each. The values of the second point are twice
+/// those of the first. The stimulus is minus the variable.
 fn history(times: &[f64], value: impl Fn(f64) -> f64, rate: impl Fn(f64) -> f64) -> History {
     let mut out = History::zeros((1, 1), 2, times.iter().copied());
     for (level, time) in times.iter().enumerate() {
@@ -20,7 +20,7 @@ fn history(times: &[f64], value: impl Fn(f64) -> f64, rate: impl Fn(f64) -> f64)
     out
 }
 
-/// The variable of a point at a time, read on the piece that holds `inside`.
+/// Variable of a point at a time, interpolated on the piece that contains `inside`.
 fn read(history: &History, inside: f64, time: f64, point: usize) -> f64 {
     history.read(&history.reading(inside, time), point).next().unwrap()
 }
@@ -33,13 +33,13 @@ fn times(history: &History) -> Vec<f64> {
 fn hermite_interpolation_reproduces_cubics() {
     let value = |t: f64| 2.0 - t + 3.0 * t * t - 0.5 * t * t * t;
     let rate = |t: f64| -1.0 + 6.0 * t - 1.5 * t * t;
-    // Steps of different lengths, as integrators take them.
+    // Steps of different lengths.
     let history = history(&[-1.0, -0.25, 0.0, 2.0, 2.125], value, rate);
     for k in 0..=50 {
         let t = -1.0 + 3.125 * f64::from(k) / 50.0;
         for point in 0..2 {
             let factor = (point + 1) as f64;
-            // Rounding of four terms of the size of ten, and of rates, which are quotients by steps of 1/8 at least.
+            // Rounding of four terms below ten. The rates are divided by steps of 1/8 or more.
             assert_abs_diff_eq!(read(&history, t, t, point), factor * value(t), epsilon = 1e-13);
             let slope = history.read(&history.slope(t), point).next().unwrap();
             assert_abs_diff_eq!(slope, factor * rate(t), epsilon = 1e-12);
@@ -61,10 +61,11 @@ fn interpolated_values_are_of_fourth_order_and_interpolated_rates_of_third() {
         largest
     };
     let (coarse, fine) = (errors(16), errors(32));
-    // The error is largest in the last piece, whose middle moves by a step of 1/32: exp and thus the order change by a share of that.
+    // The error is largest in the last piece. Its middle moves by 1/64 between the two meshes, which changes
+    // the error by 2 %.
     assert_abs_diff_eq!((coarse[0] / fine[0]).log2(), 4.0, epsilon = 0.05);
     assert_abs_diff_eq!((coarse[1] / fine[1]).log2(), 3.0, epsilon = 0.05);
-    // The remainder of Hermite's cubic is h⁴/384 times the fourth derivative, at most e, in the middle of the last piece.
+    // The remainder of the Hermite cubic is h⁴/384 times the fourth derivative, which is at most e.
     assert_relative_eq!(fine[0], 1f64.exp() * 32f64.powi(-4) / 384.0, epsilon = 0.0, max_relative = 0.03);
 }
 
@@ -76,7 +77,7 @@ fn a_reading_at_the_time_of_a_level_returns_the_stored_value_bit_for_bit() {
     for (level, t) in levels.into_iter().enumerate() {
         for point in 0..2 {
             let stored = history.variables(level, point)[0];
-            // From the piece that ends there and from the one that begins there.
+            // The piece that ends at the level, and the one that begins there.
             for inside in [t - 0.01, t, t + 0.01] {
                 assert_eq!(read(&history, inside, t, point).to_bits(), stored.to_bits(), "level {level}");
             }
@@ -92,15 +93,15 @@ fn readings_on_either_side_of_a_discontinuity_use_the_piece_of_that_side() {
         history.at_mut(level, 0).rates[0] = -2.0;
     }
     assert_eq!(history.discontinuities().collect::<Vec<_>>(), [2]);
-    // Straight lines, with rounding of numbers below ten.
+    // The pieces are straight lines. Rounding is that of numbers below ten.
     assert_abs_diff_eq!(read(&history, 0.9, 0.9, 0), 0.9, epsilon = 1e-15);
     assert_abs_diff_eq!(read(&history, 1.1, 1.1, 0), 0.8, epsilon = 1e-15);
-    // The polynomial of a piece continues beyond its ends, for stages of a step that touches the discontinuity.
+    // The polynomial of a piece is extrapolated beyond its ends.
     assert_abs_diff_eq!(read(&history, 0.9, 1.2, 0), 1.2, epsilon = 1e-15);
     assert_abs_diff_eq!(read(&history, 1.1, 0.8, 0), 1.4, epsilon = 1e-15);
     assert_eq!(read(&history, 0.9, 1.0, 0), 1.0);
     assert_eq!(read(&history, 1.0, 1.0, 0), 1.0);
-    // The rates differ, and at the time itself the later one holds.
+    // The rates differ. At the discontinuity the later rate is returned.
     let slope = |t: f64| history.read(&history.slope(t), 0).next().unwrap();
     assert_abs_diff_eq!(slope(1.0 - 1e-9), 1.0, epsilon = 1e-14);
     assert_abs_diff_eq!(slope(1.0), -2.0, epsilon = 1e-14);
@@ -131,7 +132,7 @@ fn before_the_first_level_the_variables_are_constant() {
 #[test]
 fn beyond_the_last_level_the_last_polynomial_continues() {
     let history = history(&[0.0, 1.0, 2.0], |t| t * t * t, |t| 3.0 * t * t);
-    // 2.5³ by a cubic with coefficients of the size of ten.
+    // 2.5³, by a cubic with coefficients below twenty.
     assert_abs_diff_eq!(read(&history, 2.5, 2.5, 0), 15.625, epsilon = 1e-13);
 }
 
@@ -140,20 +141,20 @@ fn forgotten_levels_do_not_change_what_is_read_after_the_horizon() {
     let levels = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
     let whole = history(&levels, f64::sin, f64::cos);
     let (mut short, mut spare) = (whole.clone(), Spare::new());
-    short.forget(2.5, 2, &mut spare);
-    // The piece that holds the horizon is kept.
-    assert_eq!(times(&short), [2.0, 3.0, 4.0, 5.0]);
-    assert_eq!(spare.len(), 2, "the memory of dropped levels is kept for later ones");
-    for t in [2.5, 2.75, 3.0, 4.9, 5.0] {
+    short.forget(1.5, &mut spare);
+    // The piece that contains the horizon is kept.
+    assert_eq!(times(&short), [1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(spare.len(), 1, "the memory of dropped levels is kept for new levels");
+    for t in [1.5, 1.75, 2.0, 4.9, 5.0] {
         for point in 0..2 {
             assert_eq!(read(&short, t, t, point).to_bits(), read(&whole, t, t, point).to_bits());
         }
     }
-    // A horizon on a level needs nothing before it.
-    short.forget(3.0, 2, &mut spare);
-    assert_eq!(times(&short), [3.0, 4.0, 5.0]);
-    short.forget(100.0, 2, &mut spare);
-    assert_eq!(times(&short), [4.0, 5.0], "so many levels are kept in any case");
+    // A horizon at a level needs no earlier level.
+    short.forget(2.0, &mut spare);
+    assert_eq!(times(&short), [2.0, 3.0, 4.0, 5.0]);
+    short.forget(100.0, &mut spare);
+    assert_eq!(times(&short), [2.0, 3.0, 4.0, 5.0], "the last four levels are always kept");
 }
 
 #[test]
@@ -172,22 +173,24 @@ fn a_new_level_extrapolates_the_variables_at_their_rates_and_keeps_rates_and_sti
 #[test]
 fn smooth_levels_are_the_last_ones_since_a_discontinuity_that_are_apart() {
     let history = history(&[0.0, 1.0, 1.0, 2.0, 2.001, 3.0], |t| t, |_| 1.0);
-    assert_eq!(history.smooth::<3>(-1.0, 0.0)[..], [3, 4, 5]);
-    // Of the two levels that are close the later one is taken.
-    assert_eq!(history.smooth::<3>(-1.0, 0.01)[..], [2, 4, 5]);
-    assert_eq!(history.smooth::<6>(1.0, 0.01)[..], [2, 4, 5], "no level from before the discontinuity");
+    assert_eq!(history.smooth(-1.0, 0.0)[..], [2, 3, 4, 5]);
+    // The later one of two levels that are close to each other is returned.
+    assert_eq!(history.smooth(-1.0, 0.01)[..], [0, 2, 4, 5]);
+    assert_eq!(history.smooth(1.0, 0.01)[..], [2, 4, 5], "no level from before the discontinuity");
 }
 
 #[test]
-fn a_delayed_reading_passes_every_level_once() {
+fn passings_are_the_level_times_plus_the_delay() {
     let history = history(&[0.0, 1.0, 2.5], |t| t, |_| 1.0);
     assert_eq!(history.passings(0.5, 0.5, 3.5).collect::<Vec<_>>(), [1.5, 3.0]);
 }
 
 #[test]
-fn every_step_shows_each_point_its_own_past_and_reports_the_point_that_fails() {
+fn each_step_visits_every_point_with_its_own_past_and_reports_the_first_failure() {
     let mut history = history(&[0.0, 1.0, 2.0], |t| t, |_| 1.0);
-    let visited = history.each_step::<2>(&[1, 2], |before, stimuli, now, rates| {
+    let last_two = history.smooth(1.0, 0.0);
+    assert_eq!(last_two[..], [1, 2]);
+    let visited = history.each_step(&last_two, |before, stimuli, now, rates| {
         let factor = before[0];
         assert_eq!((stimuli[0], stimuli[1]), (&[-factor][..], &[-2.0 * factor][..]));
         (now[0], rates[0]) = (10.0 * factor, 20.0 * factor);
@@ -196,6 +199,6 @@ fn every_step_shows_each_point_its_own_past_and_reports_the_point_that_fails() {
     assert_eq!(visited, Ok(()));
     assert_eq!((history.variables(2, 0), history.variables(2, 1)), (&[10.0][..], &[20.0][..]));
     assert_eq!(history.at_mut(2, 1).rates, [40.0]);
-    assert_eq!(history.each_step::<2>(&[1, 2], |before, _, _, _| before[0] < 1.5), Err(1));
+    assert_eq!(history.each_step(&last_two, |before, _, _, _| before[0] < 1.5), Err(1));
     assert_eq!(history.levels(), 3, "a failure loses no level");
 }

@@ -1,4 +1,4 @@
-//! Exponential collocation against closed forms.
+//! Tests of exponential collocation against closed forms.
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::Vector3;
@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::*;
 use crate::tropism::{Growing, Variable};
 
-/// A law with one stimulus x and one variable y, and its rate as a function of both.
+/// Law with one stimulus x, one variable y and a given rate ẏ(y, x).
 struct Law<F> {
     variable: Variable,
     rate: F,
@@ -27,27 +27,28 @@ impl<F: Fn(f64, f64) -> f64> TropismLaw for Law<F> {
     }
 }
 
-/// The memory τ ẏ = x − y, declared as a memory, which has a closed formula.
+/// Returns the memory τ ẏ = x − y, declared as a memory, which is integrated in closed form.
 fn memory(tau: f64) -> Law<impl Fn(f64, f64) -> f64> {
     let remembers = crate::tropism::Source::Stimulus(0);
     Law { variable: Variable { remembers, ..Variable::unread().relaxing_in(tau) }, rate: move |y, x| (x - y) / tau }
 }
 
-/// The same memory, declared as a variable that relaxes; it is iterated.
+/// Returns the same memory, declared as a variable that relaxes, which is integrated by iteration.
 fn iterated_memory(tau: f64) -> Law<impl Fn(f64, f64) -> f64> {
     Law { variable: Variable::unread().relaxing_in(tau), ..memory(tau) }
 }
 
-/// A law without relaxation.
+/// Returns a law without relaxation.
 fn free<F: Fn(f64, f64) -> f64>(rate: F) -> Law<F> {
     Law { variable: Variable::unread(), rate }
 }
 
-/// Times of the levels, in steps.
+/// Levels of the stimuli, in units of the step.
 const LEVELS: Levels = Levels { count: ORDER, times: [-2.0, -1.0, 0.0, 1.0] };
 
-/// Advances y = `start` over `steps` steps of `size`, driven by the stimulus `x` of time. None if a step fails.
-fn carried(
+/// Integrates y from y(0) = `start` over `steps` steps of `size` with the stimulus `x(t)`. Returns `None` if a
+/// step fails, and the number of halvings.
+fn integrated(
     law: &Law<impl Fn(f64, f64) -> f64>,
     size: f64,
     steps: usize,
@@ -68,16 +69,16 @@ fn carried(
 }
 
 fn value(law: &Law<impl Fn(f64, f64) -> f64>, size: f64, steps: usize, x: impl Fn(f64) -> f64, start: f64) -> f64 {
-    carried(law, size, steps, x, start).0.expect("the step succeeds")
+    integrated(law, size, steps, x, start).0.expect("the step succeeds")
 }
 
-/// log2 of the ratio of the errors with `steps` steps and twice as many.
+/// Returns log2 of the ratio of the errors with `steps` steps and twice as many.
 fn observed_order(error: impl Fn(usize) -> f64, steps: usize) -> f64 {
     (error(steps) / error(2 * steps)).log2()
 }
 
-/// The response of a memory that starts at y(0) = `start` to the cubic 1 + 2t − 3t² + t³: a cubic of its own, p − τp' + τ²p'' −
-/// τ³p''', and a decaying exponential.
+/// Response of a memory with y(0) = `start` to the cubic p = 1 + 2t − 3t² + t³. It is the sum of p − τp' +
+/// τ²p'' − τ³p''' and a decaying exponential.
 fn response_to_cubic(tau: f64, start: f64, t: f64) -> f64 {
     let particular = |t: f64| {
         let derivatives = [cubic(t), 2.0 - 6.0 * t + 3.0 * t * t, -6.0 + 6.0 * t, 6.0];
@@ -90,18 +91,18 @@ fn cubic(t: f64) -> f64 {
     1.0 + t * (2.0 + t * (-3.0 + t))
 }
 
-/// The response of a memory of τ = 1 to sin t that starts at y(0) = 1/2.
+/// Response of a memory with τ = 1 and y(0) = 1/2 to sin t.
 fn response_to_sine(t: f64) -> f64 {
     0.5 * (t.sin() - t.cos()) + (-t).exp()
 }
 
 #[test]
 fn a_memory_responds_exactly_to_a_cubic_stimulus_at_any_ratio_of_step_to_time_constant() {
-    // Both sides of the ratio 3, at which the formula of the weights changes.
+    // The formula of the weights changes at the ratio 3.
     for ratio in [0.1, 1.0, 2.9, 3.1, 30.0, 1e4, 1e8] {
         let tau = 0.7 / ratio;
         let exact = response_to_cubic(tau, -2.0, 0.7);
-        // The closed form is a sum of terms of up to 6τ³ that cancel; the rest is rounding of numbers of the size of one.
+        // The terms of the closed form, up to 6τ³, cancel. The other numbers are of order one.
         let tolerance = 1e-14 * (1.0 + 6.0 * tau.powi(3));
         assert_abs_diff_eq!(value(&memory(tau), 0.7, 1, cubic, -2.0), exact, epsilon = tolerance);
         // The iteration of the other law ends at a relative change of 1e-12.
@@ -116,7 +117,7 @@ fn the_closed_formula_of_memories_agrees_with_the_iteration_for_any_stimulus() {
     for tau in [1e-3, 0.3, 40.0] {
         let closed = value(&memory(tau), 0.5, 8, stimulus, 0.2);
         let iterated = value(&iterated_memory(tau), 0.5, 8, stimulus, 0.2);
-        // The tolerance of the iteration, in each of eight steps.
+        // Sum of the tolerances of the iteration in eight steps.
         assert_relative_eq!(closed, iterated, epsilon = 0.0, max_relative = 8.0 * TOLERANCE);
     }
 }
@@ -125,7 +126,7 @@ fn the_closed_formula_of_memories_agrees_with_the_iteration_for_any_stimulus() {
 fn a_memory_responds_to_a_sine_with_fourth_order() {
     let error =
         |steps: usize| (value(&memory(1.0), 2.0 / steps as f64, steps, f64::sin, 0.5) - response_to_sine(2.0)).abs();
-    // Steps of 1/16 and 1/32: the next order changes the observed one by about the step. Orders 3 and 5 are excluded.
+    // With steps of 1/16 and 1/32 the next order changes the observed one by about 1/16. Orders 3 and 5 are excluded.
     assert_abs_diff_eq!(observed_order(error, 32), 4.0, epsilon = 0.1);
 }
 
@@ -143,14 +144,15 @@ fn an_autonomous_law_without_relaxation_converges_with_the_sixth_order_of_lobatt
     let exact = 1.0 / (1.0 + 9.0 * (-2f64).exp());
     let error =
         |steps: usize| (value(&free(|y, _| y * (1.0 - y)), 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs();
-    // Four Lobatto points give the order 2·4 − 2; the errors, 1e-8 and 1e-10, lie far above the tolerance of 1e-12.
+    // Four Lobatto points give the order 2·4 − 2. The errors, 1e-8 and 1e-10, are far above the tolerance of 1e-12.
     assert_abs_diff_eq!(observed_order(error, 4), 6.0, epsilon = 0.2);
 }
 
 #[test]
 fn a_nonlinear_law_with_relaxation_converges_with_fourth_order_at_least() {
-    // The same equation, of which −y/τ with τ = 2 s is integrated exactly and the cubic through 3y/2 − y² at four points besides.
-    // The errors, 3e-8 and 6e-10, lie far above the tolerance of 1e-12; between the fourth order and the sixth anything may be observed.
+    // The logistic equation again. The term −y/τ with τ = 2 s and the cubic through 3y/2 − y² at four points
+    // are integrated exactly. The errors, 3e-8 and 6e-10, are far above the tolerance of 1e-12. The observed
+    // order is between four and six.
     let exact = 1.0 / (1.0 + 9.0 * (-2f64).exp());
     let law = Law { variable: Variable::unread().relaxing_in(2.0), rate: |y: f64, _: f64| y * (1.0 - y) };
     let error = |steps: usize| (value(&law, 2.0 / steps as f64, steps, |_| 0.0, 0.1) - exact).abs();
@@ -159,7 +161,7 @@ fn a_nonlinear_law_with_relaxation_converges_with_fourth_order_at_least() {
 }
 
 #[test]
-fn a_memory_much_faster_than_the_step_equals_its_stimulus() {
+fn a_memory_with_a_short_time_constant_equals_its_stimulus() {
     let tau = 1e-9;
     for closed in [true, false] {
         let y = if closed {
@@ -167,17 +169,17 @@ fn a_memory_much_faster_than_the_step_equals_its_stimulus() {
         } else {
             value(&iterated_memory(tau), 1.0, 3, f64::sin, 5.0)
         };
-        // The lag is τ times the slope of the interpolated stimulus, of the size of one.
+        // The lag is τ times the slope of the interpolated stimulus, which is of order one.
         assert_abs_diff_eq!(y, 3f64.sin(), epsilon = 2.0 * tau);
     }
 }
 
 #[test]
-fn a_memory_that_is_much_slower_than_the_step_integrates_its_stimulus() {
-    // τ ẏ = x − y with y ≪ x: y = ∫ x/τ dt = (1 − cos t)/τ, less a share t/τ of itself.
+fn a_memory_with_a_long_time_constant_integrates_its_stimulus() {
+    // For τ ẏ = x − y with y ≪ x, y = ∫ x/τ dt = (1 − cos t)/τ, with a relative error of t/τ.
     let tau = 1e9;
     let y = value(&memory(tau), 0.01, 100, f64::sin, 0.0);
-    // The fourth order leaves a share of 1e-8 · 19/720; steps of a hundredth, the mean slope of the stimulus one.
+    // The relative error of fourth order with steps of 1/100 and a mean slope of one is 1e-8 · 19/720.
     assert_relative_eq!(y * tau, 1.0 - 1f64.cos(), epsilon = 0.0, max_relative = 1e-9);
 }
 
@@ -185,23 +187,24 @@ fn a_memory_that_is_much_slower_than_the_step_integrates_its_stimulus() {
 fn an_undeclared_fast_rate_halves_the_interval_and_stays_accurate() {
     // ẏ = k (x − y) without a declared relaxation; y grows from 0 to 1 − exp(−6).
     let law = free(|y, x| 6.0 * (x - y));
-    let (y, halvings) = carried(&law, 1.0, 1, |_| 1.0, 0.0);
+    let (y, halvings) = integrated(&law, 1.0, 1, |_| 1.0, 0.0);
     assert!(halvings > 0);
-    // Collocation of order six leaves (k δ)⁷/(7! · 6! · 20) of an interval δ ≤ 1/2, and the later ones damp it.
+    // Collocation of order six has an error of (k δ)⁷/(7! · 6! · 20) in an interval δ ≤ 1/2, which decays in
+    // later intervals.
     assert_abs_diff_eq!(y.unwrap(), -(-6f64).exp_m1(), epsilon = 1e-5);
-    let (_, none) = carried(&iterated_memory(1.0 / 6.0), 1.0, 1, |_| 1.0, 0.0);
+    let (_, none) = integrated(&iterated_memory(1.0 / 6.0), 1.0, 1, |_| 1.0, 0.0);
     assert_eq!(none, 0, "a declared relaxation needs no halving");
 }
 
 #[test]
 fn a_solution_that_blows_up_within_the_step_is_a_failure() {
     // ẏ = y² from 1 is infinite at t = 1.
-    assert_eq!(carried(&free(|y, _| y * y), 2.0, 1, |_| 0.0, 1.0).0, None);
+    assert_eq!(integrated(&free(|y, _| y * y), 2.0, 1, |_| 0.0, 1.0).0, None);
 }
 
 #[test]
 fn a_rate_that_is_not_a_number_is_a_failure() {
-    assert_eq!(carried(&free(|_, _| f64::NAN), 1.0, 1, |_| 0.0, 1.0).0, None);
-    // The rate is a number at the start alone.
-    assert_eq!(carried(&free(|_, x| if x == 0.0 { 1.0 } else { f64::NAN }), 1.0, 1, |t| t, 1.0).0, None);
+    assert_eq!(integrated(&free(|_, _| f64::NAN), 1.0, 1, |_| 0.0, 1.0).0, None);
+    // The rate is finite at the start only.
+    assert_eq!(integrated(&free(|_, x| if x == 0.0 { 1.0 } else { f64::NAN }), 1.0, 1, |t| t, 1.0).0, None);
 }
