@@ -3,7 +3,7 @@
 // A press within `CATCH` of the tip catches it. The simulation is paused there, and slowed down up to the distance `NEAR`; CSS pixels.
 const [CATCH, NEAR] = [32, 240];
 // The tip is also caught at places where it was drawn less than `REACTION` ago: a finger on a screen cannot approach it; ms.
-const REACTION = 300;
+const REACTION = 450;
 // A pointer that has not moved for `PATIENCE` no longer slows the simulation down, nor does any pointer for `AFTER` a pull; ms.
 const [PATIENCE, AFTER] = [3000, 1500];
 // Force of a pull by the radius of the box, and the largest force; µN.

@@ -3,6 +3,8 @@
 
 // Longest trace that is drawn, in points, and the smallest time between two of them, s.
 const [LONGEST, SPACING] = [4000, 30];
+// Smaller motion of the tip is rounding, m.
+const REST = 1e-5;
 // Longest part of a frame between two points of the trace, s.
 const PART = 60;
 
@@ -134,15 +136,15 @@ function draw() {
 // Describes the motion of the tip in words.
 function motion() {
   const [period, major, minor] = reading;
-  if (period > 0) {
+  if (period > 0 && major > REST) {
     const sense = Math.abs(minor) < 0.01 * major ? "planar" : minor > 0 ? "counterclockwise" : "clockwise";
-    return `period ${(period / 60).toFixed(1)} min, semi-axes ${(1e3 * major).toPrecision(3)} and ${(1e3 * Math.abs(minor)).toFixed(major < 1e-3 ? 3 : 1)} mm, ${sense}`;
+    return `period ${(period / 60).toFixed(1)} min, semi-axes ${(1e3 * major).toPrecision(3)} and ${(1e3 * Math.abs(minor)).toFixed(major < 1e-3 ? 2 : 1)} mm, ${sense}`;
   }
   const recent = trace.filter(([, time]) => time >= frame.time - 3600 * RECENT).map(([tip]) => tip);
   if (recent.length < 2) return "no motion recorded yet";
   const sides = [0, 1, 2].map((k) => Math.max(...recent.map((tip) => tip[k])) - Math.min(...recent.map((tip) => tip[k])));
-  const range = 1e3 * Math.hypot(...sides), hours = Math.min(RECENT, (frame.time - trace[0][1]) / 3600);
-  return range < 0.01 ? "tip at rest" : `no period found, tip moved by ${range.toFixed(range < 1 ? 2 : 0)} mm in ${hours.toFixed(1)} h`;
+  const range = Math.hypot(...sides), hours = Math.min(RECENT, (frame.time - trace[0][1]) / 3600);
+  return range < REST ? "tip at rest" : `no period found, tip moved by ${Number((1e3 * range).toPrecision(2))} mm in ${hours.toFixed(1)} h`;
 }
 
 function begin() {
