@@ -2,8 +2,8 @@
 
 // A press within `CATCH` of the tip catches it. The simulation is paused there, and slowed down up to the distance `NEAR`; CSS pixels.
 const [CATCH, NEAR] = [32, 240];
-// The tip is also caught at places where it was drawn less than `REACTION` ago: a finger on a screen cannot approach it; ms.
-const REACTION = 450;
+// The tip is also caught at places where it was seen less than `REACTION` ago: a finger on a screen cannot approach it; ms.
+const REACTION = 600;
 // A pointer that has not moved for `PATIENCE` no longer slows the simulation down, nor does any pointer for `AFTER` a pull; ms.
 const [PATIENCE, AFTER] = [3000, 1500];
 // Force of a pull by the radius of the box, and the largest force; µN.
@@ -42,8 +42,13 @@ function distanceTo([x, y]) {
 // Returns whether a press would catch the tip.
 function catches() {
   if (!hand.at || !frame) return false;
-  const since = performance.now() - REACTION, recent = hand.drawn.filter(([time]) => time >= since);
-  return [tipOnCanvas(), ...recent.map(([, x, y]) => [x, y])].some((place) => distanceTo(place) <= CATCH);
+  return [tipOnCanvas(), ...seen().map(([, x, y]) => [x, y])].some((place) => distanceTo(place) <= CATCH);
+}
+
+// Places at which the tip was seen recently. Each is seen until the next is drawn.
+function seen() {
+  const since = performance.now() - REACTION;
+  return hand.drawn.filter((_, i, all) => i === all.length - 1 || all[i + 1][0] >= since);
 }
 
 // The factor by which a pointer near the tip reduces the speed of the simulation.
@@ -55,8 +60,8 @@ function pace() {
 
 // Draws the target round the tip and the force, and selects the cursor.
 function drawHand() {
-  const now = performance.now(), [x, y] = tipOnCanvas(), c = view.context, hit = Boolean(hand.from) || catches();
-  hand.drawn = [...hand.drawn.filter(([time]) => time >= now - REACTION), [now, x, y]];
+  const [x, y] = tipOnCanvas(), c = view.context, hit = Boolean(hand.from) || catches();
+  hand.drawn = [...seen(), [performance.now(), x, y]];
   view.canvas.style.cursor = hand.from ? "grabbing" : hit ? "grab" : "";
   c.beginPath();
   c.arc(view.ratio * x, view.ratio * y, view.ratio * (hit ? 18 : 12), 0, 2 * Math.PI);
