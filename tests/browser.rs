@@ -9,8 +9,9 @@
 //!
 //! The program opens a film at three times. It checks that the images are not empty and differ, and
 //! that the console is empty. The live page runs two hours. Its tip must agree with that of this
-//! machine, a slider must change it, and the simulation must be fast enough. If Chromium is not
-//! installed, the program reports this and returns no error.
+//! machine, a slider must change it, and the simulation must be fast enough. A simulated user
+//! (`tests/browser/user.js`) must catch the moving tip with a reaction time of 250 ms. If Chromium is
+//! not installed, the program reports this and returns no error.
 
 #[path = "../examples/common/mod.rs"]
 mod common;
@@ -34,6 +35,10 @@ const LIVE: u64 = 2_000_000;
 const HOURS: f64 = 2.0;
 const SAME_TIP: f64 = 1e-9;
 const SPEED: f64 = 10.0;
+/// Simulated user who catches the tip, the number of tries, and the smallest number of successes.
+const USER: &str = include_str!("browser/user.js");
+const TRIES: f64 = 20.0;
+const CAUGHT: f64 = 18.0;
 /// Colour of the growth zone. At least `DRAWN` of the 800 000 pixels have it, and at least `MOVED`
 /// pixels gain or lose it between two times. The legend has a third of `DRAWN`.
 const ZONE: [u8; 3] = [0, 158, 115];
@@ -126,15 +131,17 @@ fn check_film(browser: &Browser, file: &Path) -> Outcome<f64> {
 }
 
 fn check_live(browser: &Browser, file: &Path, tip: &str) -> Outcome<String> {
-    check_page(file, LIVE)?;
+    let page = check_page(file, LIVE)?;
     let native: Vec<f64> = tip.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
     if native.len() != 3 {
         return Err("--tip is needed: what `live_page --tip 2` prints".into());
     }
-    let dom = browser.dom(file, &format!("check={HOURS}"))?;
-    let found = dom.split("id=\"found\">").nth(1).and_then(|rest| rest.split('<').next()).ok_or("no answer")?;
+    // The user is added to a copy of the page.
+    let with_user = browser.out.join("live_with_user.html");
+    fs::write(&with_user, page.replace("</body>", &format!("<script>{USER}</script></body>")))?;
+    let dom = browser.dom(&with_user, &format!("check={HOURS}"))?;
     let list = |name: &str| -> Outcome<Vec<f64>> {
-        let rest = found.split(&format!("\"{name}\":")).nth(1).ok_or_else(|| format!("no '{name}' in {found}"))?;
+        let rest = dom.split(&format!("\"{name}\":")).nth(1).ok_or_else(|| format!("the page wrote no '{name}'"))?;
         let text = rest.trim_start_matches('[').split([']', '}']).next().unwrap_or_default();
         let numbers = text.split(',').take_while(|word| !word.starts_with('"'));
         Ok(numbers.map(str::parse).collect::<Result<_, _>>()?)
@@ -150,7 +157,12 @@ fn check_live(browser: &Browser, file: &Path, tip: &str) -> Outcome<String> {
     if !(speed > SPEED) {
         return Err(format!("it simulates {speed:.1} h in a second").into());
     }
-    Ok(format!("tip {off:.0e} m from that of this machine, {speed:.0} h simulated in a second"))
+    let (caught, tries) = (list("caught")?[0], list("tries")?[0]);
+    if !(tries >= TRIES && caught >= CAUGHT) {
+        return Err(format!("a user who needs 250 ms catches the tip in {caught} of {tries} tries").into());
+    }
+    let same = format!("tip {off:.0e} m from that of this machine, {speed:.0} h simulated in a second");
+    Ok(format!("{same}, tip caught in {caught} of {tries} tries"))
 }
 
 /// Headless Chromium.

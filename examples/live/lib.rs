@@ -87,6 +87,15 @@ pub extern "C" fn live_look() -> i32 {
     })
 }
 
+/// Writes the tip (m).
+#[unsafe(no_mangle)]
+pub extern "C" fn live_tip() -> i32 {
+    with(|live, numbers| {
+        *numbers = live.tip().iter().copied().collect();
+        Ok(())
+    })
+}
+
 /// Writes period (s; zero if there is none), semi-major axis and signed semi-minor axis (m).
 #[unsafe(no_mangle)]
 pub extern "C" fn live_read() -> i32 {

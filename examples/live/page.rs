@@ -54,7 +54,14 @@ fn run() -> Result<(), Box<dyn Error>> {
     let wasm = std::fs::read(compiled()?)?;
     let page = fill(
         include_str!("page.html"),
-        &[("css", STYLE), ("wasm", &base64(&wasm)), ("scene", SCENE), ("live", include_str!("live.js"))],
+        &[
+            ("css", STYLE),
+            ("wasm", &base64(&wasm)),
+            ("scene", SCENE),
+            ("hand", include_str!("hand.js")),
+            ("panel", include_str!("panel.js")),
+            ("live", include_str!("live.js")),
+        ],
     );
     let file = options.out_dir().join("live.html");
     write_whole(&file, &page)?;

@@ -22,9 +22,13 @@ const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const RADIUS: f64 = 5e-4;
 const DENSITY: f64 = 1000.0;
-/// The tip's place is kept so often, s, and for so long, s: what period and amplitude are read from.
+/// Interval (s) at which the tip position is stored. Period and amplitude are read from these positions.
 const EVERY: f64 = 2.0 * MINUTE;
-const RECENT: f64 = 6.0 * HOUR;
+/// Duration of the stored part, in sums of memory time and reaction time. A period is about four of them, and the
+/// reading needs a few periods beside the drift.
+const RECENT: f64 = 12.0;
+/// Largest number of positions from which they are read; the time that a reading takes grows with its square.
+const MOST_READ: usize = 240;
 /// Longest step, s.
 const STEP: f64 = MINUTE;
 
@@ -157,7 +161,8 @@ impl Live {
             }
             self.tips.push((next, self.shoot.tip()));
         }
-        let old = self.tips.partition_point(|(time, _)| *time < until - RECENT);
+        let recent = RECENT * MINUTE * (self.values[P::MemoryTime as usize] + self.values[P::ReactionTime as usize]);
+        let old = self.tips.partition_point(|(time, _)| *time < until - recent.max(6.0 * HOUR));
         self.tips.drain(..old);
         Ok(())
     }
@@ -174,7 +179,8 @@ impl Live {
 
     /// The largest oscillation of the tip in the last hours, seen from above.
     pub fn read(&self) -> Option<Reading> {
-        let (times, places): (_, Vec<_>) = self.tips.iter().copied().unzip();
+        let (times, places): (_, Vec<_>) =
+            self.tips.iter().step_by(self.tips.len().div_ceil(MOST_READ)).copied().unzip();
         let path = Track::seen_along(&Vector3::z(), times, &places).ok()?;
         let search = Search { most: 2, ..Search::default() };
         let largest = *path.oscillations(&search).ok()?.oscillations.first()?;

@@ -13,13 +13,9 @@ for (const hours of [0.1, 0.25, 0.5, 1, 2, 4, 8]) {
   const chosen = hours === film.speed;
   speed.add(new Option(`${hours} h per second`, hours, chosen, chosen));
 }
-const shown = { mature: "mature", zone: "growth zone", d1: "director d1", d2: "director d2", pile: "piles of statoliths", trace: "path of the tip" };
-for (const [name, words] of Object.entries(shown)) {
+for (const [name, words] of Object.entries(NAMES)) {
   if (name === "pile" && !film.piles || name === "mature" && frames.every((frame) => frame.zone === 0)) continue;
-  const item = document.createElement("span"), swatch = document.createElement("i");
-  swatch.style.background = COLOURS[name];
-  item.append(swatch, words);
-  document.getElementById("legend").append(item);
+  document.getElementById("legend").append(legendItem(name, words));
 }
 
 // Frames are rows of 16-bit numbers: positions in units of film.unit (m), directions in 1/32767.

@@ -8,7 +8,12 @@ const COLOURS = {
   trace: "#d55e00", shadow: "#e5b49a", old: "#f3ddd0", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a", text: "#222222", force: "#cc79a7",
 };
 
-// So much of the tip's path stands out, h.
+// Names for the legend, by colour.
+const NAMES = {
+  mature: "mature tissue", zone: "growth zone", d1: "director d1", d2: "director d2", pile: "normal of statolith piles", trace: "path of the tip",
+};
+
+// The recent part of the path of the tip, which is drawn strongly, h.
 const RECENT = 4;
 
 // The camera looks along a direction given by two angles, in degrees.
@@ -100,11 +105,17 @@ class View {
     return [this.size[0] / 2 + this.scale * dot(q, this.right), this.size[1] / 2 - this.scale * dot(q, this.up)];
   }
 
-  line(points, colour, width) {
+  line(points, colour, width, smooth = false) {
     if (points.length < 2) return;
-    const c = this.context;
+    const c = this.context, seen = points.map((p) => this.at(p));
     c.beginPath();
-    points.forEach((p, i) => { const [x, y] = this.at(p); if (i) c.lineTo(x, y); else c.moveTo(x, y); });
+    c.moveTo(...seen[0]);
+    for (let i = 1; i < seen.length; i++) {
+      if (!smooth) { c.lineTo(...seen[i]); continue; }
+      // Catmull and Rom's cubic, through all points.
+      const [before, a, b, after] = [seen[Math.max(0, i - 2)], seen[i - 1], seen[i], seen[Math.min(seen.length - 1, i + 1)]];
+      c.bezierCurveTo(a[0] + (b[0] - before[0]) / 6, a[1] + (b[1] - before[1]) / 6, b[0] - (after[0] - a[0]) / 6, b[1] - (after[1] - a[1]) / 6, ...b);
+    }
     c.strokeStyle = colour;
     c.lineWidth = width * this.ratio;
     c.lineJoin = c.lineCap = "round";
@@ -165,14 +176,23 @@ class View {
     const [fx, fy] = [bx[0] + bx[1] - wx, by[0] + by[1] - wy];
     this.line([[wx, fy, floor], [wx, wy, floor], [fx, wy, floor]], COLOURS.edge, 1.2);
     this.line([[wx, wy, bz[0]], [wx, wy, bz[1]]], COLOURS.edge, 1.2);
-    // Axes of the fixed frame, from one corner of the floor whatever the view.
-    const corner = [bx[0], by[0], floor], reach = 0.09 * span;
-    ["x", "y"].forEach((name, k) => {
-      const direction = [Number(k === 0), Number(k === 1), 0];
-      this.arrow(corner, direction, reach, COLOURS.text, 1.6);
-      this.text(name, corner.map((x, j) => x + 1.2 * reach * direction[j]), COLOURS.text);
-    });
+    this.axes();
     return spacing;
+  }
+
+  // Directions of the fixed frame, in the lower left corner of the canvas.
+  axes() {
+    const origin = [44 * this.ratio, this.size[1] - 40 * this.ratio], reach = 24 * this.ratio / this.scale;
+    // The point of space, in the plane of the box's centre, that is seen there.
+    const [across, up] = [(origin[0] - this.size[0] / 2) / this.scale, (this.size[1] / 2 - origin[1]) / this.scale];
+    const from = this.centre.map((x, k) => x + across * this.right[k] + up * this.up[k]);
+    ["x", "y", "z"].forEach((name, k) => {
+      const direction = [0, 1, 2].map((j) => Number(j === k));
+      // An axis that points to the eye is not drawn.
+      if (Math.abs(this.towards[k]) > 0.97) return;
+      this.arrow(from, direction, reach, COLOURS.text, 1.6);
+      this.text(name, from.map((x, j) => x + 1.5 * reach * direction[j]), COLOURS.text);
+    });
   }
 
   text(words, p, colour) {
@@ -191,9 +211,9 @@ class View {
     const now = path.slice(recent), before = path.slice(0, recent + 1);
     const flat = [(p) => [wx, p[1], p[2]], (p) => [p[0], wy, p[2]], (p) => [p[0], p[1], floor]];
     for (const shadow of flat) this.line(before.map(shadow), COLOURS.old, 1);
-    for (const shadow of flat.slice(0, 2)) this.line(now.map(shadow), COLOURS.shadow, 1);
-    this.line(now.map(flat[2]), COLOURS.trace, 1.3);
-    this.line(now, COLOURS.shadow, 1.3);
+    for (const shadow of flat.slice(0, 2)) this.line(now.map(shadow), COLOURS.shadow, 1, true);
+    this.line(now.map(flat[2]), COLOURS.trace, 1.3, true);
+    this.line(now, COLOURS.shadow, 1.3, true);
     if (path.length) this.dot(flat[2](path[path.length - 1]), COLOURS.trace, 3);
   }
 
@@ -229,6 +249,18 @@ function nice(x) {
 function distance(metres) {
   const [size, unit] = metres < 0.00999 ? [1e3, "mm"] : [1e2, "cm"];
   return `${Number((metres * size).toPrecision(3))} ${unit}`;
+}
+
+function swatch(colour) {
+  const patch = document.createElement("i");
+  patch.style.background = colour;
+  return patch;
+}
+
+function legendItem(name, words) {
+  const item = document.createElement("span");
+  item.append(swatch(COLOURS[name]), words);
+  return item;
 }
 
 // A box that holds all points of some lines: a square floor round the base, with a margin.
