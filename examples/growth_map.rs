@@ -43,8 +43,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     });
     let out = options.out_dir();
 
-    // A law that is chosen while the program runs is put in a box; one that is known beforehand
-    // needs none.
+    // A box is needed only because the law is chosen at run time.
     let (zone_length, time) = (0.03, 20.0 * HOUR);
     let law: Box<dyn GrowthLaw> = match name.as_str() {
         "linear" => Box::new(LinearProfile { zone_length, time }),

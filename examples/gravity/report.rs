@@ -112,7 +112,9 @@ fn envelope(record: &Record, value: impl Fn(&Vector3<f64>) -> f64) -> [Series; 2
     let (mut largest, mut smallest) = (Vec::new(), Vec::new());
     let samples: Vec<(f64, f64)> = record.times.iter().zip(&record.tips).map(|(t, tip)| (*t, value(tip))).collect();
     let window_of = |sample: &(f64, f64)| (sample.0 / WINDOW) as u64;
-    for window in samples.chunk_by(|a, b| window_of(a) == window_of(b)) {
+    // The last sample may be alone in its window.
+    let windows = samples.chunk_by(|a, b| window_of(a) == window_of(b)).filter(|window| window.len() > 1);
+    for window in windows {
         let hours = 0.5 * (window[0].0 + window[window.len() - 1].0) / HOUR;
         let values = || window.iter().map(|sample| 1e3 * sample.1);
         largest.push((hours, values().fold(f64::NEG_INFINITY, f64::max)));
@@ -130,7 +132,7 @@ fn draw_tracks(out: &Path, record: &Record, scene: &Centrifuge) -> io::Result<()
     let track = |(k, level): (usize, &f64)| {
         let end = scene.time * (k + 1) as f64;
         let start = end - (2.0 * WINDOW).min(scene.time);
-        let samples = record.times.iter().zip(&record.tips).filter(|(t, _)| (start..=end).contains(*t));
+        let samples = record.times.iter().zip(&record.tips).filter(|(t, _)| (start..end).contains(*t));
         let path = samples.map(|(t, tip)| ((t - start) / HOUR, [tip.x, tip.y])).collect();
         Orbit { name: format!("{level} g"), path, behind: Vec::new() }
     };
@@ -162,8 +164,7 @@ fn draw_levels(out: &Path, levels: &[Level]) -> io::Result<()> {
         named.map(|(k, (points, name))| Series::new(name, points, Style::Points, k)).collect()
     };
     let (sizes, times) = (series(amplitudes), series(periods));
-    let strips =
-        [Strip { label: "semi-major axis (mm)", series: &sizes }, Strip { label: "period (min)", series: &times }];
+    let strips = [Strip { label: "amplitude (mm)", series: &sizes }, Strip { label: "period (min)", series: &times }];
     let title = "Oscillations of the tip at different levels of gravity";
     strips_figure(out.join("levels.svg"), title, "gravity (g)", &strips)
 }

@@ -105,8 +105,8 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
-const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
-if (Number.isFinite(asked)) time = Math.min(frames[last].time, Math.max(frames[0].time, asked));
+const requested = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
+if (Number.isFinite(requested)) time = Math.min(frames[last].time, Math.max(frames[0].time, requested));
 draw();
 // The film does not start automatically if reduced motion is preferred or a time is given in the address.
-if (!Number.isFinite(asked) && !matchMedia("(prefers-reduced-motion: reduce)").matches) run(true);
+if (!Number.isFinite(requested) && !matchMedia("(prefers-reduced-motion: reduce)").matches) run(true);
