@@ -54,6 +54,8 @@ use nalgebra::Vector3;
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const DAY: f64 = 86400.0;
+/// Longest time between two rows of the table with a fixed step, s.
+const LONGEST_ROW: f64 = 5.0 * MINUTE;
 /// Period of the oscillator τe, s.
 const OSCILLATOR: f64 = 24.0 * MINUTE;
 
@@ -100,7 +102,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     if by_tolerance && (options.flag("step") || options.flag("elements")) {
         return Err("--tolerance cannot be combined with --step or --elements, which it replaces".into());
     }
-    // The table has a row after every step, and whole hours are among the times.
+    // Whole hours are among the ends of steps.
     let step = HOUR / (HOUR / options.positive("step")).ceil();
     let out = options.out_dir();
 
@@ -156,10 +158,21 @@ fn run() -> Result<(), Box<dyn Error>> {
         let mut integrator = MethodOfSteps::new(step);
         if record.rows.is_empty() {
             cost += integrator.start(&mut shoot, &EmptyHistory)?;
-        }
-        for row in record.rows.len()..=(end / step).ceil() as usize {
-            cost += integrator.advance(&mut shoot, (row as f64 * step).min(end))?;
             show(&shoot, &mut record)?;
+        }
+        // Rows within a long step are interpolated by the integrator.
+        let rows = (step / LONGEST_ROW).ceil() as u32;
+        for k in (shoot.time() / step).round() as u32..(end / step).ceil() as u32 {
+            let until = (step * f64::from(k + 1)).min(end);
+            let within = (1..rows).map(|row| step * (f64::from(k) + f64::from(row) / f64::from(rows)));
+            let times = within.filter(|t| *t < until).chain([until]);
+            let mut shown = Ok(());
+            cost += integrator.advance_showing(&mut shoot, until, times, |shoot| {
+                if shown.is_ok() {
+                    shown = show(shoot, &mut record);
+                }
+            })?;
+            shown?;
         }
     }
 
@@ -219,8 +232,8 @@ fn video(alpha: f64) -> String {
     }
 }
 
-const ABOUT: &str = "an endogenous oscillator, gravitropism and proprioception bend the shoot, and tissue that has left the \
-    growth zone lignifies.";
+const ABOUT: &str = "an endogenous oscillator, gravitropism and proprioception bend the shoot, and tissue that has left \
+    the growth zone lignifies.";
 
 const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
 

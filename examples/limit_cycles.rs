@@ -245,8 +245,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: after a pulse of force, a shoot of constant \
-    length oscillates in a plane. After a perpendicular pulse at 30 h the oscillation becomes circular.";
+const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: after a pulse of force, a shoot of \
+    constant length oscillates in a plane. After a perpendicular pulse at 30 h the oscillation becomes circular.";
 
 fn main() -> ExitCode {
     common::finish(run())

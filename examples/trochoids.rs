@@ -173,11 +173,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: the tip of a shoot of constant length describes \
-    a circle in an hour and a half, and an internal oscillator of 20 min acts in the same sense. The loops point inwards.";
+const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: the tip of a shoot of constant length \
+    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the same sense. The loops \
+    point inwards.";
 const OPPOSITE: &str = "Agostinelli, DeSimone and Noselli (2021), sixth video: the tip of a shoot of constant length \
-    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the opposite sense. The loops \
-    point outwards.";
+    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the opposite sense. The \
+    loops point outwards.";
 
 const TOO_SHORT: &str = "no periods: they need a run of at least 26 h";
 

@@ -13,7 +13,7 @@ pub struct Table {
 impl Table {
     /// Creates the file and writes its header, for example `t_s`, `length_m`.
     pub fn create(file: impl AsRef<Path>, columns: &[&str]) -> io::Result<Self> {
-        // Such names are not quoted because many plotting scripts split lines at commas.
+        // Many plotting scripts split lines at commas, even inside quotation marks.
         if let Some(name) = columns.iter().find(|c| c.contains([',', '"', '\n'])) {
             return Err(invalid(format!(
                 "the column name {name:?} contains a comma, a quotation mark or a line break"

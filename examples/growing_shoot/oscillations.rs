@@ -58,9 +58,7 @@ pub fn shares(track: &PlaneTrack) -> Vec<(f64, f64)> {
 pub fn print_shares(shares: &[(f64, f64)]) {
     if shares.is_empty() {
         let hours = 2.0 * HALF / HOUR;
-        println!(
-            "  no share of the oscillator: it requires {hours} h of a moving tip, and steps below half the period"
-        );
+        println!("  no share of the oscillator: it requires {hours} h of a moving tip");
         return;
     }
     let last = shares.last().map(|(hours, _)| *hours);

@@ -27,7 +27,8 @@ pub fn print(record: &Record, track: &PlaneTrack, end: f64, exact: Option<[f64; 
         let ellipse = first.ellipse;
         let sense = ellipse.sense.map_or("no definite sense".into(), |sense| format!("{sense:?}").to_lowercase());
         println!(
-            "{name}, {:.1} to {:.1} h: {kind}, {sense}, period {:.5} min, semi-axes {:.5} and {:.5} mm, roundness {:.6}",
+            "{name}, {:.1} to {:.1} h: {kind}, {sense}, period {:.5} min, \
+             semi-axes {:.5} and {:.5} mm, roundness {:.6}",
             (to - WINDOW) / HOUR,
             to / HOUR,
             first.period / MINUTE,

@@ -38,16 +38,16 @@ pub enum Style {
 /// Scales of the two axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
-    /// Both linear, each fitted to the data.
+    /// Two linear axes, each fitted to the data.
     Linear,
-    /// Both linear with the same scale, for positions in a plane. Each panel is fitted to its own
-    /// data.
+    /// Two linear axes with the same scale, for positions in a plane. Each panel is fitted to its
+    /// own data.
     Equal,
-    /// x linear, y logarithmic.
+    /// Linear x axis and logarithmic y axis.
     LogY,
-    /// x logarithmic, y linear.
+    /// Logarithmic x axis and linear y axis.
     LogX,
-    /// Both logarithmic, for errors over step sizes or run times.
+    /// Two logarithmic axes, for errors against step sizes or run times.
     LogLog,
 }
 

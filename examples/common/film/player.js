@@ -25,7 +25,8 @@ for (const [name, words] of Object.entries(shown)) {
   document.getElementById("legend").append(item);
 }
 
-// Decodes the frames. Vectors are 16-bit numbers: positions in units of film.unit (m), unit vectors in units of 1/32767.
+// Decodes the frames. Vectors are 16-bit numbers: positions in units of film.unit (m), unit vectors in units of
+// 1/32767.
 function unpack({ data, unit, points, stations, piles, times, lengths, zones }) {
   const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0)), view = new DataView(bytes.buffer);
   let at = 0;

@@ -185,8 +185,8 @@ class View {
     c.fillText(words, x, y);
   }
 
-  // Draws the projections of a track onto the floor and the walls. The part from index `recent` on has strong colours and
-  // is also drawn in space. The older part would hide it there.
+  // Draws the projections of a track onto the floor and the walls. The part from index `recent` on has strong colours
+  // and is also drawn in space. The older part would hide it there.
   trace(path, recent = 0) {
     const [wx, wy] = this.walls(), floor = this.box[2][0];
     const now = path.slice(recent), before = path.slice(0, recent + 1);
