@@ -135,7 +135,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         if record.add(shoot) {
             render.iter_mut().try_for_each(|series| series.push(shoot.time(), &camera::stations(shoot, 101)))?;
         }
-        film.iter_mut().for_each(|film| film.push(camera::look(shoot, Some(0))));
+        film.iter_mut().for_each(|film| film.push(camera::frame_of(shoot, Some(0))));
         progress.set(shoot.time() / end);
         if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
             save(file, &settings, shoot, record)?;
@@ -232,8 +232,8 @@ fn video(alpha: f64) -> String {
     }
 }
 
-const ABOUT: &str = "an endogenous oscillator, gravitropism and proprioception bend the shoot, and tissue that has left \
-    the growth zone lignifies.";
+const ABOUT: &str = "an endogenous oscillator, gravitropism and proprioception bend the shoot, and tissue that has \
+    left the growth zone lignifies.";
 
 const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
 

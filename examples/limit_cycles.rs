@@ -219,7 +219,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
         record.add(&shoot);
         // Settled statoliths have no variables.
-        film.iter_mut().for_each(|film| film.push(camera::look(&shoot, (!settled).then_some(0))));
+        film.iter_mut().for_each(|film| film.push(camera::frame_of(&shoot, (!settled).then_some(0))));
         progress.set(shoot.time() / end);
     }
     progress.finish();

@@ -18,7 +18,7 @@ const PILES: usize = 5;
 /// Returns the frame of a shoot. `statoliths` is the index of the first variable of h, or `None` if
 /// the laws have no such variable. It is 0 if [`Statoliths`](morphorod::tropism::Statoliths) are
 /// the first law with variables.
-pub fn look(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Frame {
+pub fn frame_of(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Frame {
     let rod = shoot.rod();
     let (length, zone) = (rod.length(), rod.growth_zone());
     let directors = (1..=STATIONS).filter_map(|i| {
