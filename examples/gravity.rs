@@ -1,26 +1,31 @@
-//! A centrifuge in orbit: the same shoot at no weight, a tenth of ours, almost ours, ours, and three times as much.
+//! Endogenous and exogenous oscillations of a shoot at different levels of gravity.
 //!
-//! Experiments in orbit ask what nutations are: does an oscillator drive them from within, or are they what becomes of late
-//! answers to gravity? Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front. Plant Sci. 12:608005,
-//! answer that both exist, and can be told apart. Here a centrifuge carries one shoot of constant length from one level of
-//! gravity to the next, and its path is read at each.
+//! Experiments in orbit ask whether an endogenous oscillator or the delayed gravitropic response
+//! causes nutations. Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front.
+//! Plant Sci. 12:608005, conclude that both exist and can be distinguished. In this example, a
+//! centrifuge subjects a shoot of constant length to 0, 0.1, 0.8, 1 and 3 g, for 60 h each. The
+//! oscillations are determined from the tip track at each level.
 //!
-//! # What the model says
-//! Statoliths show where down is, and not how strong gravity is: their answer at 0.1 g is that at 3 g. Only the weight grows
-//! with g. It makes the shoot sag, more than its answers to gravity can mend in time; so it is the weight that sets the slow
-//! swing going. In weightlessness piles of statoliths press on nothing and tell nothing ([`Piles`]), and the shoot has no weight.
+//! # Model
+//! Statoliths indicate the direction of gravity, but not its magnitude. The gravitropic response is
+//! therefore the same at 0.1 g and at 3 g, and only the weight is proportional to g. The weight
+//! increases the deflection of the shoot, and thereby causes the exogenous oscillation. In
+//! weightlessness the shoot has no weight, and statoliths give no signal ([`Piles`]).
 //!
-//! # What to see
-//! The oscillator's small circles, of 24 min, are there at every level. The slow swing is not: at 0 and 0.1 g there is none, at
-//! 0.8 g and at 1 g it is a wide circle, with a period that changes little. At 3 g the shoot, at nine tenths of the length at which it
-//! would buckle, hangs down as it goes round. Where the swing is wide, the tip's small circles shrink. Where it is absent, their size
-//! is compared with that of linear theory.
+//! # Results
+//! The endogenous oscillation, with a period of 24 min, occurs at each level. The exogenous
+//! oscillation does not occur at 0 and 0.1 g. At 0.8 and 1 g it is wide and nearly circular, with a
+//! period of about 91 min. At 3 g, where the shoot has nine tenths of its buckling length, the tip
+//! hangs below the base. The amplitude of the endogenous oscillation is smaller where the exogenous
+//! oscillation occurs. Where it does not occur, the amplitude is compared with linear theory.
 //!
-//! # What to try
-//! - `--levels 1,0,1`: to orbit and back. `--levels 0.4,0.6,0.7`: where does the swing begin?
-//! - `--alpha 0`: no oscillator. Nothing moves then, since nothing gives the first push; a shoot is exactly upright here.
-//! - `--frozen`: equation (6) of the paper to the letter. In weightlessness a pile stays where it lay and goes on telling so: after
-//!   `--levels 1,0` the shoot is bent for good.
+//! # Options
+//! - `--levels 1,0,1`: from the ground to orbit and back. `--levels 0.4,0.6,0.7`: the onset of the
+//!   exogenous oscillation.
+//! - `--alpha 0`: no oscillator. The upright shoot remains upright, because there is no
+//!   perturbation.
+//! - `--frozen`: equation (6) of the paper without modification. In weightlessness the statoliths
+//!   keep their last direction and their signal. After `--levels 1,0` the shoot remains curved.
 
 mod common;
 #[path = "gravity/report.rs"]
@@ -43,27 +48,26 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
-/// The acceleration at the ground, 1 g, m/s².
+/// Gravitational acceleration on the ground, 1 g, m/s².
 const GROUND: f64 = 9.81;
 /// Period of the oscillator τe, s.
 const OSCILLATOR: f64 = 24.0 * MINUTE;
 /// Radius of the shoot, m.
 const RADIUS: f64 = 0.5e-3;
-/// The shoot is looked at so often, s.
+/// Sampling interval of the tip, s.
 const INTERVAL: f64 = 2.0 * MINUTE;
 
-/// A centrifuge that turns fast enough for so many g, one level after the other, each for the same time. The axis of its arm
-/// is the shoot's: all of it is along e3.
+/// Centrifuge with several levels of acceleration in succession, all along −e3.
 #[derive(Clone)]
 struct Centrifuge {
-    /// Levels, in units of the ground's.
+    /// Levels in units of 1 g.
     levels: Vec<f64>,
-    /// Time at each of them, s.
+    /// Duration of each level, s.
     time: f64,
 }
 
 impl Centrifuge {
-    /// The level at a time.
+    /// Returns the level at a time.
     fn level(&self, t: f64) -> f64 {
         let last = self.levels.len() - 1;
         self.levels[((t / self.time).max(0.0) as usize).min(last)]
@@ -79,17 +83,17 @@ impl Scene for Centrifuge {
         UnitQuaternion::identity()
     }
 
-    /// Integrators must not step over a switch.
+    /// Integrators do not step over a change of level.
     fn next_discontinuity(&self, t: f64) -> f64 {
         let switches = (1..self.levels.len()).map(|k| self.time * k as f64);
         switches.into_iter().find(|switch| *switch > t).unwrap_or(f64::INFINITY)
     }
 }
 
-/// Piles of statoliths that tell nothing in weightlessness, when they press on nothing: what the paper calls microgravity.
+/// Statoliths that give no signal in weightlessness, which the paper calls microgravity.
 struct Piles {
     statoliths: Statoliths,
-    /// Whether they go on telling where they lay.
+    /// Whether the last direction remains the signal in weightlessness.
     frozen: bool,
 }
 
@@ -98,7 +102,7 @@ impl Perception for Piles {
 
     fn declare(&self, to: &mut Declaration) -> Source {
         self.statoliths.declare(to);
-        // The signal is not always where the pile lies.
+        // The signal is not always the normal h of the pile.
         Source::Computed
     }
 
@@ -107,7 +111,7 @@ impl Perception for Piles {
     }
 
     fn signal(&self, h: &[f64], stimuli: &[f64]) -> [f64; 2] {
-        // The stimuli are the unit vector that points up; there is none without gravity.
+        // The stimuli are the unit vector opposite to gravity. They vanish without gravity.
         let weightless = stimuli.iter().all(|x| *x == 0.0);
         if weightless && !self.frozen { [0.0; 2] } else { self.statoliths.signal(h, stimuli) }
     }
@@ -125,8 +129,8 @@ impl Perception for Piles {
     }
 }
 
-/// Answers to gravity and to the own bend.
-fn steering(frozen: bool) -> impl TropismLaw {
+/// Returns gravitropism and proprioception.
+fn responses(frozen: bool) -> impl TropismLaw {
     let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
     let perception = Piles { statoliths: Statoliths { avalanche_time: 2.0 * MINUTE }, frozen };
     (
@@ -135,7 +139,7 @@ fn steering(frozen: bool) -> impl TropismLaw {
     )
 }
 
-/// The shoot in a centrifuge. It is of constant length and grows fast, τg = 8 h.
+/// Returns a shoot of constant length in a centrifuge. Its growth time τg is 8 h.
 fn shoot(scene: Centrifuge, tropism: impl TropismLaw, length: f64) -> Result<Shoot<impl Model>, ParameterError> {
     Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
         .length(length)
@@ -148,16 +152,17 @@ fn shoot(scene: Centrifuge, tropism: impl TropismLaw, length: f64) -> Result<Sho
         .build()
 }
 
-/// The path of the tip.
+/// Track of the tip.
 #[derive(Default)]
 struct Record {
     /// Times, s.
     times: Vec<f64>,
+    /// Positions of the tip, m.
     tips: Vec<Vector3<f64>>,
 }
 
 impl Record {
-    fn look(&mut self, shoot: &Shoot<impl Model>) {
+    fn add(&mut self, shoot: &Shoot<impl Model>) {
         self.times.push(shoot.time());
         self.tips.push(shoot.tip());
     }
@@ -166,20 +171,20 @@ impl Record {
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "gravity",
-        "a shoot in a centrifuge in orbit: which of its two oscillations is left at which gravity?",
+        "endogenous and exogenous oscillations of a shoot at different levels of gravity",
         &[
-            Opt::value("hours", "H", "60", "time at each level of gravity, h"),
-            Opt::value("levels", "G,G,…", "0,0.1,0.8,1,3", "levels of gravity, one after the other, in g"),
+            Opt::value("hours", "H", "60", "duration of each level, h"),
+            Opt::value("levels", "G,G,…", "0,0.1,0.8,1,3", "levels of gravity in succession, g"),
             Opt::value("alpha", "A", "0.2", "sensitivity of the endogenous oscillator"),
             Opt::value("length", "CM", "5", "length of the shoot, at most 7 cm"),
             Opt::value("step", "S", "120", "longest time step, s"),
-            Opt::flag("frozen", "in weightlessness statoliths go on telling where they lay"),
+            Opt::flag("frozen", "statoliths keep their signal in weightlessness"),
         ],
     );
     let scene = Centrifuge { levels: levels(options.text("levels"))?, time: HOUR * options.positive("hours") };
     let (alpha, length) = (options.get("alpha"), 0.01 * options.positive("length"));
     let frozen = options.flag("frozen");
-    let laws = (Oscillator::new(alpha, OSCILLATOR), steering(frozen));
+    let laws = (Oscillator::new(alpha, OSCILLATOR), responses(frozen));
     let mut shoot = shoot(scene.clone(), laws, length)?;
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let out = options.out_dir();
@@ -189,7 +194,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut record = Record::default();
     for k in 0..=(end / INTERVAL).ceil() as u32 {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
-        record.look(&shoot);
+        record.add(&shoot);
         progress.set(shoot.time() / end);
     }
     progress.finish();
@@ -199,17 +204,20 @@ fn run() -> Result<(), Box<dyn Error>> {
         table.row(&[*t, scene.level(*t), tip.x, tip.y, tip.z])?;
     }
     table.finish()?;
-    let readings = report::read(&record, &scene, alpha, length)?;
-    report::draw(&out, &record, &scene, &readings)?;
-    println!("tip.csv, tip.svg and, of longer runs, levels.csv and levels.svg are in {}", out.display());
+    let oscillations = report::analyse(&record, &scene, alpha, length)?;
+    report::draw(&out, &record, &scene, &oscillations)?;
+    println!("wrote tip.csv, tip.svg, tracks.svg and, for longer runs, levels.csv and levels.svg to {}", out.display());
     Ok(())
 }
 
-/// Numbers between commas.
+/// Parses the levels, which are separated by commas.
 fn levels(text: &str) -> Result<Vec<f64>, String> {
     let level = |part: &str| part.trim().parse().ok().filter(|level: &f64| (0.0..1e3).contains(level));
-    let wrong =
-        || format!("option --levels has the value '{text}', but must be numbers from 0 to 1000 with commas between");
+    let wrong = || {
+        format!(
+            "option --levels has the value '{text}', but must be a list of numbers from 0 to 1000, separated by commas"
+        )
+    };
     text.split(',').map(level).collect::<Option<Vec<f64>>>().ok_or_else(wrong)
 }
 

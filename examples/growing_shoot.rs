@@ -1,28 +1,36 @@
-//! The main job: a shoot that grows, steers, stiffens, bends under its own weight and nutates.
+//! Circumnutation of a growing shoot: endogenous oscillator, gravitropism, proprioception,
+//! lignification and self-weight.
 //!
-//! This is the second video of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front. Plant Sci.
-//! 12:608005, and the picture of the tip's path is drawn like their figure 7A. A shoot of 6.8 cm grows in its last 7 cm. An
-//! oscillator in its tissue bends it to all sides in turn, once in 24 min; gravity, as felt by statoliths, and its own
-//! bending tell it to stand straight, but with a delay; tissue that has stopped growing turns to wood.
+//! This example reproduces the second video of Agostinelli, DeSimone and Noselli (2021), *Nutations
+//! in Plant Shoots*, Front. Plant Sci. 12:608005, and draws the tip track in the manner of their
+//! figure 7A. A shoot of 6.8 cm grows in its last 7 cm. An endogenous oscillator with a period of
+//! 24 min bends it in all directions in turn. Gravitropism and proprioception straighten it with a
+//! delay. The gravitropic stimulus comes from statoliths, which follow the avalanche dynamics with
+//! a time constant of 2 min. Tissue that has left the growth zone lignifies.
 //!
-//! # What to see
-//! At first the tip draws small figures in the rhythm of the oscillator. As the shoot grows longer its answers come too
-//! late: they overshoot, and a slow swing of an hour and a half builds up from the small one. It is wide and nearly
-//! plane at first, then it rounds to a circle, which goes on rising on a base that has become stiff.
+//! # Results
+//! At first the tip describes small ellipses with the period of the oscillator. When the shoot
+//! exceeds a critical length, the delayed gravitropic response overshoots, and an oscillation with
+//! a period of about 95 min grows. It is nearly planar at first and becomes circular later. The tip
+//! continues to rise.
 //!
-//! Under the path stands how much of the motion is the oscillator's: its part of the squared amplitudes of all periods that are
-//! found in four hours about each time. From nearly all it falls to next to nothing.
+//! The lower panel of the figure shows the share of the oscillator in the motion. It is the part of
+//! the squared amplitudes that belongs to the period of the oscillator, among all periods found in
+//! a window of four hours. The share decreases from more than 0.8 to almost zero.
 //!
-//! # What to try
-//! - `--alpha 0.01`, the third video: with a weak oscillator the slow swing alone is left. It comes from the delays, not
-//!   from the oscillator, which only gives it the first push. Where even that is missing (`--alpha 0`) an exactly upright
-//!   shoot stays upright, until `--imperfection` lays a breath of wind on it.
-//! - `--tolerance 1e-5`: steps, elements and merging are chosen for an error of at most that part of the length.
-//! - `--checkpoint FILE`, with `--features serde`: a run that is killed and started again goes on from the last whole hour, to the
-//!   same bits.
-//! - `--step 45 --elements 16 --out fine`, then a run with `--compare fine/tip.csv`: how accurate are the defaults?
+//! # Options
+//! - `--alpha 0.01`, the third video: a weak oscillator. The slow oscillation is nearly the same at
+//!   the end, because it results from the delays. The oscillator only provides the initial
+//!   perturbation. With `--alpha 0` an upright shoot remains upright unless `--imperfection` adds
+//!   small lateral forces.
+//! - `--tolerance 1e-5`: steps and elements are chosen such that the estimated error is below this
+//!   part of the length.
+//! - `--checkpoint FILE`, with `--features serde`: an interrupted run continues from the last whole
+//!   hour with identical results.
+//! - `--step 45 --elements 16 --out fine`, and then a run with `--compare fine/tip.csv`: the error
+//!   of the default settings.
 //!
-//! The laws are put together in [`growing_shoot`]; the rest is a loop over time that writes down the tip.
+//! The function [`growing_shoot`] defines the laws of the shoot.
 
 mod camera;
 mod common;
@@ -46,10 +54,12 @@ use nalgebra::Vector3;
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const DAY: f64 = 86400.0;
+/// Longest time between two rows of the table with a fixed step, s.
+const LONGEST_ROW: f64 = 5.0 * MINUTE;
 /// Period of the oscillator τe, s.
 const OSCILLATOR: f64 = 24.0 * MINUTE;
 
-/// The shoot, with every law of the model at work at once.
+/// Returns a shoot with all laws of the model. `imperfect` adds small lateral forces.
 fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<impl Model>, ParameterError> {
     let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
     let young = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
@@ -73,44 +83,31 @@ fn growing_shoot(alpha: f64, elements: usize, imperfect: bool) -> Result<Shoot<i
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "growing_shoot",
-        "a shoot that grows, steers, stiffens, bends under its own weight and nutates",
+        "circumnutation of a growing shoot with all laws of the model",
         &[
             Opt::value("hours", "H", "40", "time to simulate, h"),
             Opt::value("alpha", "A", "0.2", "sensitivity of the endogenous oscillator"),
-            Opt::value("elements", "N", "8", "elements in the growth zone, at least"),
-            Opt::value("step", "S", "90", "longest time step, s; shortened so that whole hours are met"),
-            Opt::value(
-                "tolerance",
-                "T",
-                "",
-                "largest error relative to the length: steps and elements are chosen by it",
-            ),
-            Opt::flag("imperfection", "a breath of wind and of pull at the apex, which break the symmetry"),
-            Opt::value(
-                "checkpoint",
-                "FILE",
-                "",
-                "kept up to date every hour of growth; a run goes on from it if it is there",
-            ),
-            Opt::flag("film", "also film.html, which shows the shoot in space and plays in a browser"),
-            Opt::flag(
-                "render",
-                "also shoot.pvd (VTK, one file for each shape) and shoot.obj (the last shape as a tube)",
-            ),
-            Opt::value("compare", "FILE", "", "another tip.csv; print how far this run is from it at common times"),
+            Opt::value("elements", "N", "8", "smallest number of elements in the growth zone"),
+            Opt::value("step", "S", "90", "longest time step, s; rounded down to a whole fraction of an hour"),
+            Opt::value("tolerance", "T", "", "error tolerance relative to the length; replaces --step and --elements"),
+            Opt::flag("imperfection", "small lateral forces that break the symmetry"),
+            Opt::value("checkpoint", "FILE", "", "saves the run every simulated hour; an existing file is resumed"),
+            Opt::flag("film", "also write film.html, an animation in space for the browser"),
+            Opt::flag("render", "also write shoot.pvd (VTK, all shapes) and shoot.obj (last shape as a tube)"),
+            Opt::value("compare", "FILE", "", "tip.csv of another run; print the largest distance at common times"),
         ],
     );
     let end = HOUR * options.positive("hours");
     let by_tolerance = options.flag("tolerance");
     if by_tolerance && (options.flag("step") || options.flag("elements")) {
-        return Err("--tolerance chooses steps and elements: leave out --step and --elements".into());
+        return Err("--tolerance cannot be combined with --step or --elements, which it replaces".into());
     }
-    let longest = options.positive("step");
-    // A row of the table after every step, at whole hours among others and at least every 5 min.
-    let rows_per_hour = (HOUR / longest.min(5.0 * MINUTE)).ceil();
+    // Whole hours are among the ends of steps.
+    let step = HOUR / (HOUR / options.positive("step")).ceil();
     let out = options.out_dir();
 
-    let mut shoot = growing_shoot(options.get("alpha"), options.get("elements"), options.flag("imperfection"))?;
+    let alpha = options.get("alpha");
+    let mut shoot = growing_shoot(alpha, options.get("elements"), options.flag("imperfection"))?;
     let settings = ["alpha", "elements", "step", "tolerance"].map(|name| options.text(name)).join(" ");
     let settings = format!("{settings} {}", options.flag("imperfection"));
     let file = Some(options.text("checkpoint")).filter(|file| !file.is_empty()).map(Path::new);
@@ -118,14 +115,16 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err(NO_SERDE.into());
     }
     let mut record = Record { interval: end / 20.0, ..Record::default() };
-    let about = format!("Agostinelli, DeSimone and Noselli (2021), {}: {ABOUT}", video(options.get("alpha")));
-    let mut film = options.flag("film").then(|| Film::new("The tip of a growing shoot nutates", &about, 2.0));
+    let about = format!("Agostinelli, DeSimone and Noselli (2021), {}: {ABOUT}", video(alpha));
+    let mut film = options.flag("film").then(|| Film::new("Circumnutation of a growing shoot", &about, 2.0));
     if film.is_some() && file.is_some() {
-        return Err("--film with --checkpoint: a film shows the whole run, a checkpoint holds only its end".into());
+        return Err(
+            "--film cannot be combined with --checkpoint, because a checkpoint does not contain the frames".into()
+        );
     }
     if let Some(file) = file.filter(|file| file.exists()) {
         resume(file, &settings, &mut shoot, &mut record)?;
-        println!("going on from {:.1} h", shoot.time() / HOUR);
+        println!("resumed at {:.1} h", shoot.time() / HOUR);
     }
     let mut render = if options.flag("render") { Some(VtkSeries::create(out.join("render"))?) } else { None };
     let progress = Progress::new("growing shoot");
@@ -133,10 +132,10 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let mut saved = shoot.time();
     let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
-        if record.look(shoot) {
+        if record.add(shoot) {
             render.iter_mut().try_for_each(|series| series.push(shoot.time(), &camera::stations(shoot, 101)))?;
         }
-        film.iter_mut().for_each(|film| film.push(camera::look(shoot, Some(0))));
+        film.iter_mut().for_each(|film| film.push(camera::frame_of(shoot, Some(0))));
         progress.set(shoot.time() / end);
         if let Some(file) = file.filter(|_| shoot.time() >= saved + HOUR - 1e-6) {
             save(file, &settings, shoot, record)?;
@@ -147,7 +146,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut cost = Statistics::default();
     if by_tolerance {
         let mut integrator = Adaptive::new(options.positive("tolerance"));
-        // Every hour, so that the table can be compared, and all steps between; the choice is for the whole way.
+        // The table has a row after every step, and whole hours are among the times. The first call
+        // chooses steps and elements for the whole run.
         let mut until = end;
         while shoot.time() < end {
             cost += integrator.step(&mut shoot, until)?;
@@ -155,14 +155,24 @@ fn run() -> Result<(), Box<dyn Error>> {
             until = (HOUR * (shoot.time() / HOUR + 1e-9).floor() + HOUR).min(end);
         }
     } else {
-        let step = HOUR / rows_per_hour;
         let mut integrator = MethodOfSteps::new(step);
         if record.rows.is_empty() {
             cost += integrator.start(&mut shoot, &ConstantHistory::Empty)?;
-        }
-        for row in record.rows.len()..=(end / step).ceil() as usize {
-            cost += integrator.advance(&mut shoot, (row as f64 * step).min(end))?;
             show(&shoot, &mut record)?;
+        }
+        // Rows within a long step are interpolated by the integrator.
+        let rows = (step / LONGEST_ROW).ceil() as u32;
+        for k in (shoot.time() / step).round() as u32..(end / step).ceil() as u32 {
+            let until = (step * f64::from(k + 1)).min(end);
+            let within = (1..rows).map(|row| step * (f64::from(k) + f64::from(row) / f64::from(rows)));
+            let times = within.filter(|t| *t < until).chain([until]);
+            let mut shown = Ok(());
+            cost += integrator.advance_showing(&mut shoot, until, times, |shoot| {
+                if shown.is_ok() {
+                    shown = show(shoot, &mut record);
+                }
+            })?;
+            shown?;
         }
     }
 
@@ -173,65 +183,75 @@ fn run() -> Result<(), Box<dyn Error>> {
     table.finish()?;
     let times: Vec<f64> = record.rows.iter().map(|row| row[0] / HOUR).collect();
     let tips: Vec<[f64; 3]> = record.rows.iter().map(|row| [row[2], row[3], row[4]]).collect();
-    let path = oscillations::seen_from_above(&record.rows)?;
-    let shares = oscillations::shares(&path);
+    let track = oscillations::horizontal_track(&record.rows)?;
+    let shares = oscillations::shares(&track);
     let curves = oscillations::curves(&shares);
-    let strip = Strip { label: "share of the motion", series: &curves };
+    let strip = Strip { label: "share (1)", series: &curves };
     let strips = if shares.is_empty() { &[][..] } else { &[strip] };
-    path_figure(out.join("tip.svg"), "The path of the tip of a growing shoot", &times, &tips, strips)?;
-    let title = format!("A growing shoot, every {} h", record.interval / HOUR);
+    path_figure(out.join("tip.svg"), &format!("Tip track of a growing shoot, α = {alpha}"), &times, &tips, strips)?;
+    let title = format!("Centre lines of a growing shoot every {} h, α = {alpha}", record.interval / HOUR);
     shapes_figure(out.join("shapes.svg"), &title, &record.shapes)?;
-    println!("{} h of growth, to a length of {:.2} cm, in {wall:.3} s:", end / HOUR, 100.0 * shoot.rod().length());
-    println!("  {} time steps, {} more in trial runs, {} equilibria,", cost.steps, cost.trial_steps, cost.equilibria);
-    println!("  {} Newton iterations, {} elements at the end", cost.iterations, shoot.rod().elements());
-    if let Some(error) = cost.error {
-        println!("  estimated error of the shape {error:.1e} of the length");
+    println!("length after {} h: {:.2} cm; run time {wall:.3} s", end / HOUR, 100.0 * shoot.rod().length());
+    if by_tolerance {
+        println!("  {} time steps, and {} in trial runs", cost.steps, cost.trial_steps);
+    } else {
+        println!("  {} time steps of at most {step} s", cost.steps);
     }
-    oscillations::tell(&path);
-    oscillations::tell_shares(&shares);
+    println!(
+        "  {} equilibria, {} Newton iterations, {} elements at the end",
+        cost.equilibria,
+        cost.iterations,
+        shoot.rod().elements()
+    );
+    if let Some(error) = cost.error {
+        println!("  estimated error of the shape: {error:.1e} of the length");
+    }
+    oscillations::print_last(&track);
+    oscillations::print_shares(&shares);
     if options.flag("render") {
         write_tube(out.join("shoot.obj"), &camera::stations(&shoot, 201))?;
-        println!("render/shoot.pvd and shoot.obj are for three-dimensional rendering");
+        println!("wrote render/shoot.pvd and shoot.obj for three-dimensional rendering");
     }
     if let Some(film) = film {
         film.write(out.join("film.html"))?;
-        println!("film.html plays in a browser");
+        println!("wrote film.html for the browser");
     }
     if !options.text("compare").is_empty() {
         compare(&times, &tips, Path::new(options.text("compare")))?;
     }
-    println!("tip.csv, tip.svg and shapes.svg are in {}", out.display());
+    println!("wrote tip.csv, tip.svg and shapes.svg to {}", out.display());
     Ok(())
 }
 
-/// Which video of the paper a sensitivity of the oscillator makes.
+/// Returns the video of the paper that has the given sensitivity of the oscillator.
 fn video(alpha: f64) -> String {
     match alpha {
         0.2 => "second video".into(),
-        0.01 => "third video, with a weak oscillator".into(),
+        0.01 => "third video, with a weak endogenous oscillator".into(),
         _ => format!("second video, but with α = {alpha}"),
     }
 }
 
-const ABOUT: &str = "an oscillator in the tissue, gravity and the shoot's own bending steer it; tissue that has left the growth zone \
-    turns to wood.";
+const ABOUT: &str = "an endogenous oscillator, gravitropism and proprioception bend the shoot, and tissue that has \
+    left the growth zone lignifies.";
 
 const NO_SERDE: &str = "--checkpoint needs `cargo run --release --features serde --example growing_shoot`";
 
-/// What is written down on the way; with the state of the shoot, enough to go on from there.
+/// Results of the run. Together with the state of the shoot they are sufficient to resume it.
 #[derive(Default)]
 struct Record {
-    /// Time (s), length, place of the tip (m).
+    /// Time (s), length (m) and position of the tip (m).
     rows: Vec<[f64; 5]>,
-    /// Twenty shapes, at equal times (h), and the last.
+    /// Times (h) and centre lines (m) of 21 equally spaced shapes.
     shapes: Vec<(f64, Vec<[f64; 3]>)>,
-    /// Between two of them, s.
+    /// Time between two shapes, s.
     interval: f64,
 }
 
 impl Record {
-    /// Records the tip, and the shape if it is due. Returns whether it was.
-    fn look(&mut self, shoot: &Shoot<impl Model>) -> bool {
+    /// Records the tip, and the centre line if its time has come. Returns whether the centre line
+    /// was recorded.
+    fn add(&mut self, shoot: &Shoot<impl Model>) -> bool {
         let (time, tip) = (shoot.time(), shoot.tip());
         self.rows.push([time, shoot.rod().length(), tip.x, tip.y, tip.z]);
         let due = time >= self.interval * self.shapes.len() as f64 - 1e-6;
@@ -260,7 +280,11 @@ fn resume(
         morphorod::checkpoint::from_bytes(&std::fs::read(file)?)
             .map_err(|error| format!("{}: {error}", file.display()))?;
     if made_with != settings {
-        return Err(format!("{} is of a run with other options: {made_with}, not {settings}", file.display()).into());
+        return Err(format!(
+            "{} belongs to a run with other options: {made_with} instead of {settings}",
+            file.display()
+        )
+        .into());
     }
     shoot.restore(&state)?;
     (record.rows, record.shapes) = (rows, shapes);
@@ -282,7 +306,7 @@ fn resume(
     save(file, settings, shoot, record)
 }
 
-/// Prints the largest distance between the tip and that of another run, at the times that both have.
+/// Prints the largest distance between the tips of this and of another run at common times.
 fn compare(hours: &[f64], tips: &[[f64; 3]], other: &Path) -> Result<(), Box<dyn Error>> {
     let mut largest = 0.0_f64;
     let mut common = 0;
@@ -291,7 +315,7 @@ fn compare(hours: &[f64], tips: &[[f64; 3]], other: &Path) -> Result<(), Box<dyn
         largest = largest.max((Vector3::from(tips[i]) - Vector3::from_row_slice(&row[2..5])).norm());
         common += 1;
     }
-    println!("  at {common} common times at most {largest:.1e} m from {}", other.display());
+    println!("  largest distance from {}: {largest:.1e} m at {common} common times", other.display());
     Ok(())
 }
 

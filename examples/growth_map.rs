@@ -1,14 +1,18 @@
-//! Where tissue goes when a shoot grows: the paths of 17 material points.
+//! Growth map: arc lengths of 17 material points of a growing shoot over time.
 //!
-//! Growth needs no mechanics: a growth law alone says how every point moves away from the base. This draws figure 3 of
-//! Agostinelli, DeSimone and Noselli (2021), Front. Plant Sci. 12:608005: a shoot of 1 cm that grows in its last 3 cm with
-//! a growth time of 20 h. While it is shorter than 3 cm all of it grows, and its length increases exponentially; then
-//! points leave the growth zone one after the other, stay where they are for ever, and the length increases linearly.
+//! A growth law determines the arc length of each material point without any mechanics. This
+//! example reproduces figure 3 of Agostinelli, DeSimone and Noselli (2021), Front. Plant Sci.
+//! 12:608005. A shoot of 1 cm grows in its last 3 cm with a growth time of 20 h.
 //!
-//! # What to try
-//! `--profile linear` and `--profile cosine`: growth that is fastest at the apex, or half-way down the zone. The paths are
-//! integrated then, since no closed form is assumed. In the end the apex rises at the same speed in all three, because the
-//! growth rates have the same mean over the zone.
+//! # Results
+//! While the shoot is shorter than 3 cm, all tissue grows and the length increases exponentially.
+//! Afterwards material points leave the growth zone one after the other and keep their arc length,
+//! and the length increases linearly.
+//!
+//! # Options
+//! `--profile linear` and `--profile cosine`: the growth rate is largest at the apex, or in the
+//! middle of the growth zone. The arc lengths are then integrated numerically. Finally the apex has
+//! the same velocity for all three profiles, because the mean growth rate in the zone is the same.
 
 mod common;
 
@@ -27,18 +31,19 @@ const POINTS: usize = 17;
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "growth_map",
-        "the paths of 17 material points of a growing shoot",
+        "arc lengths of 17 material points of a growing shoot",
         &[
-            Opt::value("hours", "H", "60", "time to show, h"),
-            Opt::value("profile", "NAME", "uniform", "growth rate over the zone: uniform, linear or cosine"),
+            Opt::value("hours", "H", "60", "duration, h"),
+            Opt::value("profile", "NAME", "uniform", "profile of the growth rate: uniform, linear or cosine"),
         ],
     );
     let hours = options.positive("hours");
-    let name: String =
-        options.get_if("profile", "one of them", |p: &String| ["uniform", "linear", "cosine"].contains(&p.as_str()));
+    let name: String = options.get_if("profile", "uniform, linear or cosine", |p: &String| {
+        ["uniform", "linear", "cosine"].contains(&p.as_str())
+    });
     let out = options.out_dir();
 
-    // A law that is chosen while the program runs is put in a box; one that is known beforehand needs none.
+    // A box is needed only because the law is chosen at run time.
     let (zone_length, time) = (0.03, 20.0 * HOUR);
     let law: Box<dyn GrowthLaw> = match name.as_str() {
         "linear" => Box::new(LinearProfile { zone_length, time }),
@@ -56,7 +61,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     for row in 0..=240 {
         let t = HOUR * hours * f64::from(row) / 240.0;
         let total = law.length(INITIAL, t);
-        // The growth zone reaches down to the base while the shoot is short.
+        // The growth zone begins at the base while the shoot is shorter than the zone.
         let base_end = (total - zone_length).max(0.0);
         let places: Vec<f64> = starts.iter().map(|start| law.trace(INITIAL, *start, t).arc_length).collect();
         for (path, place) in paths.iter_mut().zip(&places) {
@@ -70,27 +75,22 @@ fn run() -> Result<(), Box<dyn Error>> {
     table.finish()?;
 
     let mut series: Vec<Series> = paths.into_iter().map(|path| Series::new("", path, Style::Line, 0)).collect();
-    series[0].label = format!("{POINTS} material points, from the base to the apex");
+    series[0].label = format!("{POINTS} material points from base to apex");
     series.push(Series::new("lower end of the growth zone", boundary, Style::Dashed, 1));
-    let title = format!("Growth map, {name} profile");
+    let title = format!("Growth map, {name} profile of the growth rate");
     lines_figure(out.join("growth_map.svg"), &title, "time (h)", "arc length (cm)", &series, Axes::Linear)?;
 
     println!(
-        "{name} profile, {:.1} cm at first, {:.6} cm after {hours} h",
+        "{name} profile: length {:.1} cm at 0 h, {:.6} cm at {hours} h",
         100.0 * INITIAL,
         100.0 * law.length(INITIAL, hours * HOUR)
     );
     for start in starts.iter().step_by(4) {
         let end = law.trace(INITIAL, *start, hours * HOUR);
-        let exit =
-            end.exit_time.map_or("is still growing".into(), |t| format!("left the growth zone at {:.4} h", t / HOUR));
-        println!(
-            "  a point that was {:.2} cm from the base is at {:.6} cm, {exit}",
-            100.0 * start,
-            100.0 * end.arc_length
-        );
+        let exit = end.exit_time.map_or("in the growth zone".into(), |t| format!("left the zone at {:.4} h", t / HOUR));
+        println!("  material point at {:.2} cm: finally at {:.6} cm, {exit}", 100.0 * start, 100.0 * end.arc_length);
     }
-    println!("growth_map.csv and growth_map.svg are in {}", out.display());
+    println!("wrote growth_map.csv and growth_map.svg to {}", out.display());
     Ok(())
 }
 

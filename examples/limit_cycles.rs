@@ -1,21 +1,27 @@
-//! Where the slow swing of a shoot ends: a pendulum, ellipses that get rounder, and a circle.
+//! Limit cycles of a shoot of constant length: pendular, elliptic and circular oscillations.
 //!
-//! This is the fourth video of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front. Plant Sci.
-//! 12:608005, and their figure 5. A shoot of constant length, 6.59 cm, a little beyond the onset of oscillations, has no
-//! oscillator of its own. A pull of 12 min at its tip sets it swinging; after 30 h another one pulls it across.
+//! This example reproduces the fourth video of Agostinelli, DeSimone and Noselli (2021), *Nutations
+//! in Plant Shoots*, Front. Plant Sci. 12:608005, and their figure 5. A shoot of 6.59 cm is
+//! slightly longer than the critical length and has no endogenous oscillator. A pulse of force at
+//! the apex, which lasts 12 min, starts an oscillation. After 30 h a second pulse acts in the
+//! perpendicular direction. The statoliths follow the avalanche dynamics with a time constant of 2
+//! min, unless `--settled` is given.
 //!
-//! # What to see
-//! The first pull makes it a pendulum: by symmetry it stays in its plane, for ever. The second one takes it out of the plane,
-//! and the swing opens to an ellipse, and rounds to a circle. Planes are unstable, circles are stable. On the circle the shape no
-//! longer changes but only turns about the vertical; the directors show that it does not twist with it: d1 at the base
-//! stands still.
+//! # Results
+//! After the first pulse the oscillation is planar, and by symmetry it remains in its plane. After
+//! the second pulse the tip describes ellipses, which become circular. Planar oscillations are thus
+//! unstable, and circular oscillations are stable. A shoot on the circular orbit has a constant
+//! shape that rotates about the vertical. Its cross-sections do not rotate with the shape, as the
+//! directors show.
 //!
-//! # What to try
-//! - `--settled --hours 400 --step 45`: statoliths that settle at once. The circular orbit is known exactly then, from a problem in one
-//!   variable that [`exact_orbit`] solves: its shape is plane, it feels no torsion, and it turns in 87.638 min whatever its size.
-//! - `--modulus 3e7`, another shear modulus. The text of the paper prints μ = 2E(1 + ν), which is 3e7 Pa, where E/(2(1 + ν)), a
-//!   ninth of it, is meant. With statoliths the shoot twists a little as it goes round: by up to 0.040 1/m, or 0.0045 1/m if it
-//!   resists more. The orbit is the same in seven digits. Settled it does not twist at all.
+//! # Options
+//! - `--settled --hours 400 --step 45`: statoliths that follow gravity without delay. In this case
+//!   [`exact_orbit`] computes the circular orbit from an ordinary differential equation. The shape
+//!   is plane and free of torsion, and the period is 87.638 min for every amplitude.
+//! - `--modulus 3e7`: another shear modulus. The text of the paper prints μ = 2E(1 + ν), which is
+//!   3e7 Pa, instead of E/(2(1 + ν)), which is a ninth of it. With avalanche dynamics the twist on
+//!   the circular orbit is at most 0.040 1/m for E/(2(1 + ν)) and 0.0045 1/m for 3e7 Pa. The orbits
+//!   agree to seven digits. With `--settled` there is no twist.
 
 mod camera;
 mod common;
@@ -41,19 +47,20 @@ use nalgebra::{Matrix3, Vector3};
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
-/// When the second pull begins, s.
+/// Start of the second pulse, s.
 const ACROSS: f64 = 30.0 * HOUR;
-/// How long a pull lasts, s.
-const PULL: f64 = 12.0 * MINUTE;
-/// The shoot is looked at so often, s.
+/// Duration of a pulse, s.
+const PULSE: f64 = 12.0 * MINUTE;
+/// Sampling interval of the shoot, s.
 const INTERVAL: f64 = 2.0 * MINUTE;
-/// What is read as one orbit, s.
+/// Window of the analysis of an oscillation, s.
 const WINDOW: f64 = 8.0 * HOUR;
-/// Radius and height of the tip (m) and period (s) of the circular orbit with statoliths of 2 min and the shear modulus of
-/// incompressible tissue: two unlike methods, harmonic balance and spectral time steps, agree on these digits.
+/// Radius and height of the tip (m) and period (s) of the circular orbit with avalanche dynamics
+/// and the shear modulus of incompressible tissue. Two independent methods, harmonic balance and
+/// spectral time steps, agree on these digits.
 const WITH_STATOLITHS: [f64; 3] = [29.4264635e-3, 56.0385542e-3, 92.7509782 * MINUTE];
 
-/// Constants of the shoot.
+/// Parameters of the shoot.
 struct Parameters {
     length: f64,
     radius: f64,
@@ -76,7 +83,8 @@ const SHOOT: Parameters = Parameters {
     youngs_modulus: 1e7,
 };
 
-/// Linear elasticity with any shear modulus; that of a material with E and ν is E/(2(1 + ν)).
+/// Linear elasticity with an independent shear modulus. An isotropic material has the shear modulus
+/// E/(2(1 + ν)).
 struct Elastic {
     youngs_modulus: f64,
     shear_modulus: f64,
@@ -91,14 +99,14 @@ impl Constitutive for Elastic {
     }
 }
 
-/// The shoot, pulled along (2, 1, 0) at first and along (1, −2, 0) later.
-fn kicked_shoot(
+/// Returns a shoot with two pulses of force at the apex, along (2, 1, 0) and (1, −2, 0).
+fn pulsed_shoot(
     shear_modulus: f64,
     elements: usize,
     perception: Box<dyn Perception<Signal = [f64; 2]>>,
 ) -> Result<Shoot<impl Model>, ParameterError> {
     let Parameters { youngs_modulus, memory, .. } = SHOOT;
-    let pull = |direction, start| Pulse { peak: direction * 1e-5, start, duration: PULL };
+    let pulse = |direction, start| Pulse { peak: direction * 1e-5, start, duration: PULSE };
     Shoot::builder(Elastic { youngs_modulus, shear_modulus })
         .length(SHOOT.length)
         .radius(SHOOT.radius)
@@ -110,29 +118,31 @@ fn kicked_shoot(
         ))
         .load((
             Weight { density: SHOOT.density },
-            pull(Vector3::new(2.0, 1.0, 0.0), 0.0),
-            pull(Vector3::new(1.0, -2.0, 0.0), ACROSS),
+            pulse(Vector3::new(2.0, 1.0, 0.0), 0.0),
+            pulse(Vector3::new(1.0, -2.0, 0.0), ACROSS),
         ))
         .build()
 }
 
-/// What is seen of the shoot, every [`INTERVAL`].
+/// Samples of the shoot at intervals of [`INTERVAL`].
 #[derive(Default)]
 struct Record {
     /// Times, s.
     times: Vec<f64>,
+    /// Positions of the tip, m.
     tips: Vec<Vector3<f64>>,
+    /// Centre lines with the directors at base and tip.
     shapes: Vec<FramedShape>,
-    /// The largest twist at any time, 1/m.
+    /// Largest magnitude of the twist along the shoot at each time, 1/m.
     twist: Vec<f64>,
 }
 
 impl Record {
-    fn look(&mut self, shoot: &Shoot<impl Model>) {
+    fn add(&mut self, shoot: &Shoot<impl Model>) {
         let rod = shoot.rod();
         self.times.push(shoot.time());
         self.tips.push(rod.tip());
-        let places = (0..=5).filter_map(|k| rod.at(rod.length() * f64::from(k) / 5.0));
+        let places = [0.0, rod.length()].into_iter().filter_map(|s| rod.at(s));
         let directors =
             places.map(|(place, frame)| [place, frame * Vector3::x(), frame * Vector3::y()].map(Into::into)).collect();
         let line = rod.centre_line_at(41).into_iter().map(Into::into).collect();
@@ -141,30 +151,38 @@ impl Record {
         self.twist.push(profile.iter().map(|place| place.strain.z.abs()).fold(0.0, f64::max));
     }
 
-    /// What a part of the path is made of, seen from above; nothing if it is too short, or the second pull is in it.
-    fn read(&self, path: &Track, from: f64, to: f64) -> Option<Oscillations> {
-        let pulled = from < ACROSS + PULL && to > ACROSS;
-        if pulled || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
+    /// Returns the oscillations in a part of the horizontal track, or `None` if the second pulse
+    /// lies in it or the run is shorter.
+    fn analyse(&self, track: &Track, from: f64, to: f64) -> Option<Oscillations> {
+        let disturbed = from < ACROSS + PULSE && to > ACROSS;
+        if disturbed || from < 0.0 || self.times.last().is_none_or(|last| to > last + 1.0) {
             return None;
         }
-        path.between(from - 1.0, to + 1.0).oscillations(&Search::default()).ok()
+        track.between(from - 1.0, to + 1.0).oscillations(&Search::default()).ok()
     }
 
-    /// Times and horizontal positions between two times.
+    /// Returns times (h) and horizontal positions (m) between two times (s).
     fn between(&self, from: f64, to: f64) -> common::TimedPath {
         let both = self.times.iter().zip(&self.tips).filter(|(t, _)| (from..=to).contains(*t));
         both.map(|(t, tip)| (t / HOUR, [tip.x, tip.y])).collect()
     }
 
-    /// Eight shapes within a period that ends at a time.
-    fn turn(&self, end: f64, period: f64) -> Vec<FramedShape> {
+    /// Returns the tip positions in a period that ends at `end`, s.
+    fn tips_until(&self, end: f64, period: f64) -> Vec<[f64; 3]> {
+        let inside = |t: &f64| (end - period - INTERVAL..=end).contains(t);
+        let both = self.times.iter().zip(&self.tips).filter(|(t, _)| inside(t));
+        both.map(|(_, tip)| (*tip).into()).collect()
+    }
+
+    /// Returns eight shapes in a period that ends at `end`, s.
+    fn shapes_until(&self, end: f64, period: f64) -> Vec<FramedShape> {
         let at = |k: u32| (end - period * f64::from(8 - k) / 8.0) / HOUR;
         let nearest = |hours: f64| {
-            let off = |shape: &&FramedShape| (shape.hours - hours).abs();
-            self.shapes.iter().min_by(|a, b| off(a).total_cmp(&off(b))).cloned()
+            let distance = |shape: &&FramedShape| (shape.hours - hours).abs();
+            self.shapes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).cloned()
         };
         let shapes = (1..=8).filter_map(|k| nearest(at(k).max(0.0)));
-        // Times within the period, so that equal colours are equal parts of it.
+        // Times are relative to the beginning of the period, so that equal phases have equal colours.
         shapes.map(|shape| FramedShape { hours: shape.hours - at(0).max(0.0), ..shape }).collect()
     }
 }
@@ -172,39 +190,36 @@ impl Record {
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "limit_cycles",
-        "a shoot that is kicked swings like a pendulum; kicked across, it comes to go round",
+        "pendular, elliptic and circular oscillations of a shoot of constant length",
         &[
             Opt::value("hours", "H", "120", "time to simulate, h"),
             Opt::value("step", "S", "120", "longest time step, s"),
             Opt::value("elements", "N", "4", "elements"),
-            Opt::flag("settled", "statoliths settle at once: the circular orbit is known exactly"),
-            Opt::value(
-                "modulus",
-                "PA",
-                "",
-                "shear modulus, Pa; E/3, a third of Young's modulus of 1e7 Pa, if not given",
-            ),
-            Opt::flag("film", "also film.html, which shows the shoot in space and plays in a browser"),
+            Opt::flag("settled", "statoliths without avalanche dynamics; the circular orbit is then known exactly"),
+            Opt::value("modulus", "PA", "", "shear modulus, Pa; by default E/3, where E = 1e7 Pa is Young's modulus"),
+            Opt::flag("film", "also write film.html, an animation in space for the browser"),
         ],
     );
     let end = HOUR * options.positive("hours");
     let settled = options.flag("settled");
-    let usual = SHOOT.youngs_modulus / 3.0;
-    let shear_modulus = if options.flag("modulus") { options.positive("modulus") } else { usual };
+    let incompressible = SHOOT.youngs_modulus / 3.0;
+    let shear_modulus = if options.flag("modulus") { options.positive("modulus") } else { incompressible };
     let perception: Box<dyn Perception<Signal = [f64; 2]>> =
         if settled { Box::new(SettledStatoliths) } else { Box::new(Statoliths { avalanche_time: 2.0 * MINUTE }) };
-    let mut shoot = kicked_shoot(shear_modulus, options.get("elements"), perception)?;
+    let mut shoot = pulsed_shoot(shear_modulus, options.get("elements"), perception)?;
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let out = options.out_dir();
+    let statoliths = if settled { "settled, without dynamics" } else { "avalanche dynamics, time constant 2 min" };
+    println!("statoliths: {statoliths}");
 
     let progress = Progress::new("limit cycles");
     let mut record = Record::default();
-    let mut film = options.flag("film").then(|| Film::new("From a pendulum to a circle", ABOUT, 2.0));
+    let mut film = options.flag("film").then(|| Film::new("From a pendular to a circular oscillation", ABOUT, 2.0));
     for k in 0..=(end / INTERVAL).ceil() as u32 {
         integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
-        record.look(&shoot);
-        // Those that are settled have no variables.
-        film.iter_mut().for_each(|film| film.push(camera::look(&shoot, (!settled).then_some(0))));
+        record.add(&shoot);
+        // Settled statoliths have no variables.
+        film.iter_mut().for_each(|film| film.push(camera::frame_of(&shoot, (!settled).then_some(0))));
         progress.set(shoot.time() / end);
     }
     progress.finish();
@@ -217,21 +232,21 @@ fn run() -> Result<(), Box<dyn Error>> {
     let exact = if settled {
         exact_orbit(&SHOOT).map(|[radius, height]| [radius, height, TAU / rate(&SHOOT.memory)])
     } else {
-        (shear_modulus == usual).then_some(WITH_STATOLITHS)
+        (shear_modulus == incompressible).then_some(WITH_STATOLITHS)
     };
-    let path = tracking::Track::seen_along(&Vector3::z(), record.times.clone(), &record.tips)?;
-    report::tell(&record, &path, end, exact);
-    report::draw(&out, &record, &path, end, exact)?;
+    let track = tracking::Track::seen_along(&Vector3::z(), record.times.clone(), &record.tips)?;
+    report::print(&record, &track, end, exact);
+    report::draw(&out, &record, &track, end, exact)?;
     if let Some(film) = film {
         film.write(out.join("film.html"))?;
-        println!("film.html plays in a browser");
+        println!("wrote film.html for the browser");
     }
-    println!("tip.csv, tip.svg, shapes.svg and, of longer runs, cycle.csv and cycle.svg are in {}", out.display());
+    println!("wrote tip.csv, tip.svg, shapes.svg, cycle.csv and, for longer runs, cycle.svg to {}", out.display());
     Ok(())
 }
 
-const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: a shoot of constant length is pulled once, and swings in \
-    a plane; pulled across after 30 h, it comes to go round.";
+const ABOUT: &str = "Agostinelli, DeSimone and Noselli (2021), fourth video: after a pulse of force, a shoot of \
+    constant length oscillates in a plane. After a perpendicular pulse at 30 h the oscillation becomes circular.";
 
 fn main() -> ExitCode {
     common::finish(run())

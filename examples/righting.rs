@@ -1,22 +1,25 @@
-//! A shoot that is laid on its side rights itself.
+//! Gravitropic righting of a shoot with a horizontal base.
 //!
-//! A pot is tipped over: the shoot of 5 cm points sideways, and sags. Gravitropism bends it upwards wherever it is not
-//! vertical; proprioception unbends it wherever it is curved. Length stays the same here and differential growth goes on
-//! everywhere: the reduced model of Agostinelli, DeSimone and Noselli (2021), Front. Plant Sci. 12:608005.
+//! A shoot of 5 cm is placed horizontally and sags under its weight. Gravitropism bends it upwards
+//! where it is not vertical, and proprioception reduces its curvature. The length is constant, and
+//! differential growth occurs everywhere. This is the reduced model of Agostinelli, DeSimone and
+//! Noselli (2021), Front. Plant Sci. 12:608005, with settled statoliths.
 //!
-//! The two responses are in balance where η θ' = −(β/r) sin θ, with θ the angle from the vertical: where the curvature is
-//! proportional to the tilt, *whatever the weight and the stiffness*, since it is the visible curvature that the shoot
-//! senses. With k = β/(ηr) and a horizontal base that shape is, in closed form,
+//! The shoot is stationary if η θ' = −(β/r) sin θ, where θ is the angle from the vertical.
+//! Proprioception depends on the visible curvature, so that this condition contains *neither the
+//! weight nor the stiffness*. With k = β/(ηr) and a horizontal base, the stationary shape is
 //!
 //!   x(s) = (2/k) atan tanh(k s/2),  z(s) = ln cosh(k s)/k.
 //!
-//! # What to see
-//! The shoot rises within an hour, overshoots, since it answers to what was some time ago, and comes to rest in the dashed
-//! shape. 1/k is the distance from the base within which it turns; it does not depend on the length.
+//! # Results
+//! The shoot rises within an hour, overshoots because of the delay, and converges to the stationary
+//! shape. It is curved over a distance of about 1/k from the base, which does not depend on its
+//! length.
 //!
-//! # What to try
-//! `--modulus 6e6` or `1e9`, a shoot that sags more or not at all: another beginning, the same end. `--delay 30`: answers
-//! so late that the shoot never comes to rest. `--beta 1.6 --eta 40`: only the quotient of the two shapes the end.
+//! # Options
+//! - `--modulus 6e6` or `--modulus 1e9`: other initial deflections, the same stationary shape.
+//! - `--delay 30`: a delay for which the shoot does not become stationary.
+//! - `--beta 1.6 --eta 40`: the stationary shape depends only on the ratio β/η.
 
 mod common;
 
@@ -40,19 +43,19 @@ const RADIUS: f64 = 0.5e-3;
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "righting",
-        "a shoot that is laid on its side rights itself",
+        "gravitropic righting of a shoot with a horizontal base",
         &[
             Opt::value("hours", "H", "24", "time to simulate, h"),
             Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
             Opt::value("eta", "N", "20", "proprioceptive sensitivity"),
-            Opt::value("delay", "MIN", "12", "memory and reaction time of both, min"),
+            Opt::value("delay", "MIN", "12", "memory and reaction time of both responses, min"),
             Opt::value("modulus", "PA", "1e7", "Young's modulus, Pa"),
             Opt::value("elements", "N", "8", "elements"),
             Opt::value("step", "S", "90", "time step, s"),
         ],
     );
     let end = HOUR * options.positive("hours");
-    let (beta, eta) = (options.get("beta"), options.get_if("eta", "not 0", |eta| *eta != 0.0));
+    let (beta, eta) = (options.get("beta"), options.get_if("eta", "different from 0", |eta| *eta != 0.0));
     let delay = MINUTE * options.get::<f64>("delay");
     let out = options.out_dir();
 
@@ -71,8 +74,9 @@ fn run() -> Result<(), Box<dyn Error>> {
         .build()?;
     let mut integrator = MethodOfSteps::new(options.get("step"));
 
-    // The tip at equal intervals, and the whole shape at a few times that lie closer together in the beginning.
-    let pictures = [0, 10, 20, 30, 50, 80, 480];
+    // The tip is recorded at equal intervals, and the centre line at a few times, most of them at
+    // the beginning.
+    let shown = [0, 10, 20, 30, 50, 80, 480];
     let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m"])?;
     let (mut across, mut height, mut shapes) = (Vec::new(), Vec::new(), Vec::new());
     let progress = Progress::new("righting");
@@ -85,11 +89,11 @@ fn run() -> Result<(), Box<dyn Error>> {
             across.push((t / HOUR, 1e3 * tip.x));
             height.push((t / HOUR, 1e3 * tip.z));
         }
-        if pictures.contains(&row) {
+        if let Some(index) = shown.iter().position(|shown| *shown == row) {
             let line = shoot.rod().centre_line_at(26).into_iter();
             let style = if row == 480 { Style::Points } else { Style::Line };
             let points = line.map(|p| (1e3 * p.x, 1e3 * p.z)).collect();
-            shapes.push(Series::new(format!("{} h", t / HOUR), points, style, shapes.len()));
+            shapes.push(Series::new(format!("{} h", t / HOUR), points, style, 0).ordered(index, shown.len()));
         }
         progress.set(t / end);
     }
@@ -100,17 +104,18 @@ fn run() -> Result<(), Box<dyn Error>> {
     let closed = |s: f64| (2.0 / k * (k * s / 2.0).tanh().atan(), (k * s).cosh().ln() / k);
     let (x, z) = closed(LENGTH);
     let tip = shoot.tip();
-    println!("after {} h the tip is at ({:.10}, {:.10}) m,", end / HOUR, tip.x, tip.z);
-    println!("in the stationary shape at ({x:.10}, {z:.10}) m, {:.1e} m away", (tip.x - x).hypot(tip.z - z));
+    println!("tip after {} h:        x = {:.10} m, z = {:.10} m", end / HOUR, tip.x, tip.z);
+    println!("stationary shape:       x = {x:.10} m, z = {z:.10} m");
+    println!("distance between them:  {:.1e} m", (tip.x - x).hypot(tip.z - z));
 
-    let rest = |value: f64| vec![(0.0, 1e3 * value), (end / HOUR / 3.0, 1e3 * value)];
+    let stationary = |value: f64| vec![(0.0, 1e3 * value), (end / HOUR / 3.0, 1e3 * value)];
     let series = [
         Series::new("height z", height, Style::Line, 0),
-        Series::new("distance x", across, Style::Line, 1),
-        Series::new("stationary, closed form", rest(z), Style::Dashed, 6),
-        Series::new("", rest(x), Style::Dashed, 6),
+        Series::new("horizontal distance x", across, Style::Line, 1),
+        Series::new("stationary, closed form", stationary(z), Style::Dashed, 6),
+        Series::new("", stationary(x), Style::Dashed, 6),
     ];
-    let title = "The tip of a shoot that rights itself";
+    let title = "Righting of a horizontal shoot: position of the tip";
     lines_figure(out.join("tip.svg"), title, "time (h)", "position of the tip (mm)", &series, Axes::Linear)?;
     let line = (0..=100).map(|i| closed(LENGTH * f64::from(i) / 100.0));
     shapes.push(Series::new(
@@ -119,8 +124,15 @@ fn run() -> Result<(), Box<dyn Error>> {
         Style::Dashed,
         6,
     ));
-    lines_figure(out.join("shapes.svg"), "A shoot that rights itself", "x (mm)", "z (mm)", &shapes, Axes::Equal)?;
-    println!("tip.csv, tip.svg and shapes.svg are in {}", out.display());
+    lines_figure(
+        out.join("shapes.svg"),
+        "Righting of a horizontal shoot: centre lines",
+        "x (mm)",
+        "z (mm)",
+        &shapes,
+        Axes::Equal,
+    )?;
+    println!("wrote tip.csv, tip.svg and shapes.svg to {}", out.display());
     Ok(())
 }
 

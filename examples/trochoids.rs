@@ -1,22 +1,25 @@
 //! Tip tracks of two superposed oscillations: epitrochoid and hypotrochoid.
 //!
-//! This example reproduces the fifth and the sixth video of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant
-//! Shoots*, Front. Plant Sci. 12:608005, and their figure 6. A shoot of 6.565 cm is slightly longer than the critical length. A
-//! rotating force brings it near its circular orbit, with a period of an hour and a half. An internal oscillator with a period
-//! of 20 min acts at the same time.
+//! This example reproduces the fifth and the sixth video of Agostinelli, DeSimone and Noselli
+//! (2021), *Nutations in Plant Shoots*, Front. Plant Sci. 12:608005, and their figure 6. A shoot of
+//! 6.565 cm is slightly longer than the critical length. A rotating force brings it near its
+//! circular orbit, with a period of an hour and a half. An internal oscillator with a period of 20
+//! min acts at the same time. The statoliths follow the avalanche dynamics with a time constant of
+//! 2 min, unless `--settled` is given.
 //!
 //! # Results
-//! If both motions have the same sense, the tip describes an *epitrochoid* with T_slow/T_fast − 1 loops per revolution, which
-//! point inwards. If the senses are opposite, it is a *hypotrochoid* with T_slow/T_fast + 1 loops, which point outwards. The
-//! ratio is not an integer, so the track does not close and rotates from one revolution to the next. The printed
-//! periods, amplitudes and patterns are computed from the track alone, as for a measured plant.
+//! If both motions have the same sense, the tip describes an *epitrochoid* with T_slow/T_fast − 1
+//! loops per revolution, which point inwards. If the senses are opposite, it is a *hypotrochoid*
+//! with T_slow/T_fast + 1 loops, which point outwards. The ratio is not an integer, so the track
+//! does not close and rotates from one revolution to the next. The printed periods, amplitudes and
+//! patterns are computed from the track alone, as for a measured plant.
 //!
 //! # Options
 //! - `--alpha 0.1`, a weak oscillator: waves instead of loops. `--period 15`: more loops.
-//! - `--settled`: statoliths that follow gravity without delay, instead of the avalanche dynamics with a time constant of 2 min
-//!   (videos 5 and 6). The critical length is larger then, and the slow oscillation of a shoot of 6.565 cm decays: its
-//!   amplitude is 8.0 mm after 40 h and 2.3 mm after 140 h (`--settled --hours 150`, mean of the largest and the smallest
-//!   distance of the tip from the vertical in six hours, and half their difference).
+//! - `--settled`: statoliths that follow gravity without delay. The critical length is larger then,
+//!   and the slow oscillation of a shoot of 6.565 cm decays: its amplitude is 8.0 mm after 40 h and
+//!   2.3 mm after 140 h (`--settled --hours 150`, mean of the largest and the smallest distance of
+//!   the tip from the vertical in six hours, and half their difference).
 
 mod camera;
 mod common;
@@ -45,7 +48,8 @@ const SETTLED: f64 = 20.0 * HOUR;
 /// Duration of the part of the track that is drawn in grey, s.
 const SHOWN: f64 = 8.0 * HOUR;
 
-/// Returns a shoot of constant length, on which a rotating force acts for the first two revolutions, counterclockwise.
+/// Returns a shoot of constant length, on which a rotating force acts for the first two
+/// revolutions, counterclockwise.
 fn whirled_shoot(
     oscillator: Oscillator,
     elements: usize,
@@ -71,22 +75,25 @@ fn whirled_shoot(
 struct Record {
     /// Times, s.
     times: Vec<f64>,
+    /// Positions of the tip, m.
     tips: Vec<Vector3<f64>>,
 }
 
 impl Record {
-    fn look(&mut self, shoot: &Shoot<impl Model>) {
+    fn add(&mut self, shoot: &Shoot<impl Model>) {
         self.times.push(shoot.time());
         self.tips.push(shoot.tip());
     }
 
-    /// Returns the oscillations of the horizontal track after the transient, or `None` if the run is too short.
-    fn read(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
+    /// Returns the oscillations of the horizontal track after the transient, or `None` if the run
+    /// is too short.
+    fn analyse(&self) -> Result<Option<Oscillations>, Box<dyn Error>> {
         let path = tracking::Track::seen_along(&Vector3::z(), self.times.clone(), &self.tips)?;
-        let settled = path.between(SETTLED, f64::INFINITY);
-        // The slow period is an hour and a half. A shorter track does not distinguish it from drift.
-        let long = settled.times().last().is_some_and(|last| last - SETTLED > 6.0 * HOUR);
-        Ok(if long { Some(settled.oscillations(&Search::default())?) } else { None })
+        let track = path.between(SETTLED, f64::INFINITY);
+        // The slow period is an hour and a half. A shorter track does not distinguish it from
+        // drift.
+        let long = track.times().last().is_some_and(|last| last - SETTLED > 6.0 * HOUR);
+        Ok(if long { Some(track.oscillations(&Search::default())?) } else { None })
     }
 
     /// Times and horizontal positions in the last `duration` seconds.
@@ -116,6 +123,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut integrator = MethodOfSteps::new(options.positive("step"));
     let (elements, settled) = (options.get("elements"), options.flag("settled"));
     let out = options.out_dir();
+    let statoliths = if settled { "settled, without dynamics" } else { "avalanche dynamics, time constant 2 min" };
+    println!("statoliths: {statoliths}");
 
     let mut orbits = Vec::new();
     let mut table = Table::create(out.join("tip.csv"), &["same_sense", "t_s", "x_m", "y_m", "z_m"])?;
@@ -133,9 +142,9 @@ fn run() -> Result<(), Box<dyn Error>> {
         let mut film = options.flag("film").then(|| Film::new(&title, about, 1.0));
         for k in 0..=(end / INTERVAL).ceil() as u32 {
             integrator.advance(&mut shoot, (INTERVAL * f64::from(k)).min(end))?;
-            record.look(&shoot);
+            record.add(&shoot);
             // The oscillator and settled statoliths have no variables.
-            film.iter_mut().for_each(|film| film.push(camera::look(&shoot, (!settled).then_some(0))));
+            film.iter_mut().for_each(|film| film.push(camera::frame_of(&shoot, (!settled).then_some(0))));
             progress.set(shoot.time() / end);
         }
         progress.finish();
@@ -146,17 +155,17 @@ fn run() -> Result<(), Box<dyn Error>> {
         if let Some(film) = film {
             film.write(out.join(format!("film-{pattern}.html")))?;
         }
-        let found = record.read()?;
+        let found = record.analyse()?;
         let slow = found.as_ref().and_then(|found| {
             let periods = found.oscillations.iter().take(2).map(|wave| wave.period);
             periods.max_by(f64::total_cmp)
         });
         println!("{name}: {}", found.map_or(TOO_SHORT.into(), |found| description(&found)));
         let path = record.last(slow.unwrap_or(SHOWN));
-        orbits.push(Orbit { name, path, behind: record.last(SHOWN) });
+        orbits.push(Orbit { name: format!("{pattern}, {name}"), path, behind: record.last(SHOWN) });
     }
     table.finish()?;
-    orbits_figure(out.join("tip.svg"), "Tip tracks seen from above, last revolution in colour", &orbits)?;
+    orbits_figure(out.join("tip.svg"), "Tip tracks, top view: last revolution in colour, last 8 h in grey", &orbits)?;
     if options.flag("film") {
         println!("wrote film-epitrochoid.html and film-hypotrochoid.html for the browser");
     }
@@ -164,10 +173,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: the tip of a shoot of constant length describes a circle in \
-    an hour and a half, and an internal oscillator of 20 min acts in the same sense. The loops point inwards.";
-const OPPOSITE: &str = "Agostinelli, DeSimone and Noselli (2021), sixth video: the tip of a shoot of constant length describes a circle in \
-    an hour and a half, and an internal oscillator of 20 min acts in the opposite sense. The loops point outwards.";
+const SAME: &str = "Agostinelli, DeSimone and Noselli (2021), fifth video: the tip of a shoot of constant length \
+    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the same sense. The loops \
+    point inwards.";
+const OPPOSITE: &str = "Agostinelli, DeSimone and Noselli (2021), sixth video: the tip of a shoot of constant length \
+    describes a circle in an hour and a half, and an internal oscillator of 20 min acts in the opposite sense. The \
+    loops point outwards.";
 
 const TOO_SHORT: &str = "no periods: they need a run of at least 26 h";
 

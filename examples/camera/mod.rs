@@ -1,6 +1,6 @@
-//! Looks at a shoot for a film: the library's shoot becomes plain numbers.
+//! Conversion of a shoot to frames of a film and to cross-sections for rendering.
 
-// Every example compiles its own copy of this module and uses a part of it.
+// Each example compiles its own copy of this module and uses only a part of it.
 #![allow(dead_code)]
 
 use morphorod::nalgebra::Vector3;
@@ -8,16 +8,17 @@ use morphorod::{Model, Place, Shoot};
 
 use crate::common::{Frame, Station};
 
-/// Points of the centre line in a frame.
+/// Number of points of the centre line in a frame.
 const LINE: usize = 41;
-/// Places with directors.
+/// Number of positions with directors.
 const STATIONS: usize = 6;
-/// Places with statoliths, in the growth zone.
+/// Number of positions with statoliths in the growth zone.
 const PILES: usize = 5;
 
-/// The shoot as it is now. `statoliths` is the number of the first variable of h, if its laws keep that: 0 if
-/// [`Statoliths`](morphorod::tropism::Statoliths) come first in the tuple of laws.
-pub fn look(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Frame {
+/// Returns the frame of a shoot. `statoliths` is the index of the first variable of h, or `None` if
+/// the laws have no such variable. It is 0 if [`Statoliths`](morphorod::tropism::Statoliths) are
+/// the first law with variables.
+pub fn frame_of(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Frame {
     let rod = shoot.rod();
     let (length, zone) = (rod.length(), rod.growth_zone());
     let directors = (1..=STATIONS).filter_map(|i| {
@@ -51,7 +52,8 @@ pub fn stations(shoot: &Shoot<impl Model>, count: usize) -> Vec<Station> {
     shoot.profile().sample(count).into_iter().map(section).collect()
 }
 
-/// The components of h along the directors at a distance (m) from the apex, between those of the material points next to it.
+/// Returns the components of h along the directors at a distance (m) from the apex, interpolated
+/// between material points.
 fn pile(shoot: &Shoot<impl Model>, distance: f64, first: usize) -> Option<Vector3<f64>> {
     let points = shoot.rod().points();
     let h = |i: usize| Some(Vector3::from_column_slice(shoot.state().variables(i)?.get(first..first + 3)?));

@@ -1,9 +1,9 @@
-//! What the examples share: command line, tables, progress bar and figures.
+//! Command line, tables, progress bar, figures and films of the examples.
 //!
-//! Nothing here knows the library: examples hand over plain numbers, so that
-//! an example's own file shows only the use of the library.
+//! These modules do not depend on the library. Examples pass plain numbers to them, so that the
+//! file of an example shows only the use of the library.
 
-// Every example compiles its own copy of this module and uses a part of it.
+// Each example compiles its own copy of this module and uses only a part of it.
 #![allow(dead_code, unused_imports)]
 
 pub mod centre_lines;
@@ -17,8 +17,8 @@ pub mod table;
 pub mod tracks;
 
 pub use figure::{
-    Axes, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath, frames_figure, lines_figure, map_figure,
-    orbits_figure, panels_figure, path_figure, shapes_figure, strips_figure,
+    Axes, FramedPanel, FramedShape, Map, Orbit, Series, Strip, Style, TimedPath, frames_figure, lines_figure,
+    map_figure, orbits_figure, panels_figure, path_figure, shapes_figure, strips_figure,
 };
 pub use film::{Film, Frame};
 pub use options::{Opt, Options};
@@ -29,7 +29,7 @@ pub use table::Table;
 use std::error::Error;
 use std::process::ExitCode;
 
-/// Ends a program: an error is printed as its message, not as the compiler would write the value.
+/// Returns the exit code of a program and prints the message of an error.
 pub fn finish(outcome: Result<(), Box<dyn Error>>) -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

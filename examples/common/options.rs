@@ -1,9 +1,8 @@
-//! A small command-line reader, enough for `--name value` and `--flag`.
+//! Command-line options of the forms `--name value` and `--flag`.
 //!
-//! Written by hand so that the examples stay free of an argument-parsing
-//! dependency. Mistakes of the user end the program with a message and exit
-//! code 2; mistakes of the example's author (asking for an option that was
-//! never declared) panic.
+//! This module avoids a dependency for parsing arguments. An invalid command line ends the program
+//! with a message and exit code 2. A query for an undeclared option is an error in the example and
+//! panics.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -20,7 +19,7 @@ pub struct Opt {
 }
 
 impl Opt {
-    /// An option `--name PLACEHOLDER`; the help text should state the unit.
+    /// Declares an option `--name PLACEHOLDER`. The help text states the unit.
     pub const fn value(
         name: &'static str,
         placeholder: &'static str,
@@ -30,24 +29,24 @@ impl Opt {
         Self { name, placeholder: Some(placeholder), default, help }
     }
 
-    /// A flag `--name`, off unless given.
+    /// Declares a flag `--name`.
     pub const fn flag(name: &'static str, help: &'static str) -> Self {
         Self { name, placeholder: None, default: "", help }
     }
 }
 
-/// A type that can be read from the command line.
+/// Types that can be read from the command line.
 pub trait Value: Sized {
-    /// What a value must be, as a phrase for the error message.
+    /// Description of valid values for the error message.
     const MUST_BE: &'static str;
-    /// Reads the value, or `None` if the text is not one.
+    /// Parses a value; returns `None` if the text is invalid.
     fn read(text: &str) -> Option<Self>;
 }
 
 impl Value for f64 {
     const MUST_BE: &'static str = "a finite number";
     fn read(text: &str) -> Option<Self> {
-        // "nan" and "inf" parse, but no quantity of an example may be either.
+        // The texts "nan" and "inf" are rejected.
         text.parse::<f64>().ok().filter(|v| v.is_finite())
     }
 }
@@ -64,42 +63,42 @@ macro_rules! value_by_parse {
 }
 
 value_by_parse! {
-    u32: "a whole number, 0 or larger",
-    u64: "a whole number, 0 or larger",
-    usize: "a whole number, 0 or larger",
-    i64: "a whole number",
+    u32: "a non-negative integer",
+    u64: "a non-negative integer",
+    usize: "a non-negative integer",
+    i64: "an integer",
     bool: "true or false",
     String: "a text",
     PathBuf: "a path",
 }
 
-/// The options an example was started with.
+/// Options of the command line.
 pub struct Options {
     declared: Vec<Opt>,
     given: BTreeMap<&'static str, String>,
 }
 
 impl Options {
-    /// Reads the command line of the running program.
+    /// Reads the command line of the program.
     ///
-    /// `example` names the program in the usage text and the default output
-    /// directory, `about` says in one line what it does. `--out` and `--help`
-    /// need no declaration. Does not return after `--help` or on a mistake.
+    /// `example` is the name in the usage text and in the default output directory, `about` is a
+    /// description of one line. `--out` and `--help` are declared automatically. The program ends
+    /// after `--help` and after an invalid option.
     pub fn parse(example: &str, about: &str, options: &[Opt]) -> Self {
         Self::parse_for(&format!("cargo run --release --example {example}"), example, about, options)
     }
 
-    /// The same for a program that is started by another `command` than an example.
+    /// Reads the command line of a program that is started by `command`.
     pub fn parse_for(command: &str, example: &str, about: &str, options: &[Opt]) -> Self {
         let mut parsed = Self { declared: options.to_vec(), given: BTreeMap::new() };
-        // Declared last so that it ends the list of options in the usage text.
+        // Declared last, because the usage text lists options in the order of their declaration.
         parsed.declared.push(Opt::value("out", "DIR", "", "directory for the results"));
         let out = format!("target/out/{example}/");
         let mut args = std::env::args_os().skip(1);
         while let Some(arg) = args.next() {
             let arg = arg.into_string().unwrap_or_else(|raw| fail(&format!("argument {raw:?} is not valid Unicode")));
             if arg == "--help" || arg == "-h" {
-                // A closed pipe (`--help | head`) is no reason to panic.
+                // Errors are ignored, so that a closed pipe (`--help | head`) does not panic.
                 let usage = parsed.usage(command, example, about, &out);
                 let _ = std::io::stdout().write_all(usage.as_bytes());
                 exit(0);
@@ -115,7 +114,7 @@ impl Options {
             };
             let value = match (option.placeholder, inline) {
                 (None, None) => String::new(),
-                (None, Some(value)) => fail(&format!("option {name} takes no value, got '{value}'")),
+                (None, Some(value)) => fail(&format!("option {name} takes no value, but '{value}' was given")),
                 (Some(_), Some(value)) => value,
                 (Some(placeholder), None) => args
                     .next()
@@ -131,15 +130,15 @@ impl Options {
         parsed
     }
 
-    /// The value of an option, given or default.
+    /// Returns the value of an option.
     ///
-    /// Values are checked only here: read all options before a long run.
+    /// Values are validated only here. Examples therefore read all options before the simulation.
     pub fn get<T: Value>(&self, name: &str) -> T {
         self.get_if(name, T::MUST_BE, |_| true)
     }
 
-    /// Like [`Options::get`], but the value must also pass `check`; `must_be`
-    /// completes the sentence "the value must be ...".
+    /// Returns the value of an option that must also pass `check`. `must_be` completes the message
+    /// "but must be …".
     pub fn get_if<T: Value>(&self, name: &str, must_be: &str, check: impl Fn(&T) -> bool) -> T {
         let option = self.declaration(name);
         let text = self.text(name);
@@ -152,24 +151,24 @@ impl Options {
         }
     }
 
-    /// A number that must be larger than 0.
+    /// Returns a number that must be larger than 0.
     pub fn positive(&self, name: &str) -> f64 {
         self.get_if(name, "larger than 0", |value: &f64| *value > 0.0)
     }
 
-    /// The value of an option as text, given or default.
+    /// Returns the value of an option as text.
     pub fn text(&self, name: &str) -> &str {
         let option = self.declaration(name);
         self.given.get(name).map_or(option.default, String::as_str)
     }
 
-    /// Whether a flag was given.
+    /// Returns whether an option was given.
     pub fn flag(&self, name: &str) -> bool {
         self.declaration(name);
         self.given.contains_key(name)
     }
 
-    /// Creates the output directory if needed and returns it.
+    /// Creates the output directory if necessary and returns it.
     pub fn out_dir(&self) -> PathBuf {
         let dir = PathBuf::from(self.text("out"));
         if let Err(error) = std::fs::create_dir_all(&dir) {
@@ -182,7 +181,7 @@ impl Options {
     fn declaration(&self, name: &str) -> Opt {
         match self.declared.iter().find(|o| o.name == name) {
             Some(option) => *option,
-            None => panic!("the example asks for --{name} but does not declare it"),
+            None => panic!("the option --{name} is not declared"),
         }
     }
 

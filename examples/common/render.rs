@@ -1,7 +1,9 @@
-//! Files for three-dimensional rendering: VTK polydata with a time series, and a tube as Wavefront OBJ.
+//! Files for three-dimensional rendering: VTK polydata with a time series, and a tube as Wavefront
+//! OBJ.
 //!
-//! `ParaView`, `PyVista` and Blender read these formats, which are short texts: a crate for them would add dependencies for about a
-//! hundred lines. The formats are described in *VTK File Formats* (Kitware) and in *Object Files (.obj)* (Wavefront, 1995).
+//! `ParaView` and `PyVista` read VTK files, and Blender reads OBJ files. Both are short text
+//! formats, so that no crate is needed for them. Their specifications are *VTK File Formats*
+//! (Kitware) and *Object Files (.obj)* (Wavefront, 1995).
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -10,10 +12,10 @@ use std::path::{Path, PathBuf};
 
 use super::file::write_whole;
 
-/// Vertices around a tube.
+/// Number of vertices around a tube.
 const SIDES: usize = 16;
 
-/// A cross-section of a shoot. Vectors are in the fixed frame.
+/// Cross-section of a shoot. Vectors are in the fixed frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Position of the centre line, m.
@@ -24,7 +26,7 @@ pub struct Station {
     pub semi_axes: [f64; 2],
 }
 
-/// A series of centre lines in time: one `.vtp` file for each time, and `shoot.pvd`, which lists them.
+/// Time series of centre lines: one `.vtp` file for each time, and `shoot.pvd`, which lists them.
 #[derive(Debug)]
 pub struct VtkSeries {
     folder: PathBuf,
@@ -43,7 +45,7 @@ impl VtkSeries {
         Ok(Self { folder, files: Vec::new() })
     }
 
-    /// Writes the centre line at a time (s) and the list of all times.
+    /// Writes the centre line at a time (s) and updates the list.
     ///
     /// # Errors
     /// Errors of the file system.
@@ -64,7 +66,7 @@ impl VtkSeries {
     }
 }
 
-/// A polyline with the semi-axes and the directors at its points.
+/// Returns a polyline with the semi-axes and the directors at its points.
 fn polydata(stations: &[Station]) -> String {
     let n = stations.len();
     let semi_axes = stations.iter().flat_map(|station| station.semi_axes);
@@ -74,7 +76,8 @@ fn polydata(stations: &[Station]) -> String {
     );
     let _ = writeln!(
         text,
-        "<PolyData>\n<Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"0\" NumberOfLines=\"1\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
+        "<PolyData>\n<Piece NumberOfPoints=\"{n}\" NumberOfVerts=\"0\" NumberOfLines=\"1\" \
+         NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
     );
     text += "<Points>\n";
     array(&mut text, "Float64", "position_m", 3, stations.iter().flat_map(|station| station.position));
@@ -105,7 +108,7 @@ fn array(
     text.push_str("\n</DataArray>\n");
 }
 
-/// Radius of the circle with the area of a section, m.
+/// Returns the radius of the circle with the area of a section, m.
 fn radius([a, b]: [f64; 2]) -> f64 {
     (a * b).sqrt()
 }
@@ -118,7 +121,7 @@ pub fn write_tube(file: impl AsRef<Path>, stations: &[Station]) -> io::Result<()
     write_whole(file.as_ref(), tube(stations))
 }
 
-/// Vertices in metres, quadrilaterals with outward normals, and one polygon at each end.
+/// Returns vertices in metres, quadrilaterals with outward normals, and one polygon at each end.
 fn tube(stations: &[Station]) -> String {
     let mut text = String::from("# lengths in metres\no shoot\n");
     for Station { position, directors: [d1, d2, _], semi_axes: [a, b] } in stations {
@@ -128,7 +131,7 @@ fn tube(stations: &[Station]) -> String {
             let _ = writeln!(text, "v {x} {y} {z}");
         }
     }
-    // OBJ counts vertices from one.
+    // Vertices are numbered from one.
     let vertex = |ring: usize, side: usize| 1 + ring * SIDES + side % SIDES;
     for ring in 1..stations.len() {
         for side in 0..SIDES {

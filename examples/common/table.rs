@@ -1,25 +1,27 @@
-//! Comma-separated tables of numbers, one header line with names and units.
+//! Comma-separated tables of numbers with a header line of names and units.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// A CSV file being written.
+/// Writer of a CSV file.
 pub struct Table {
     out: BufWriter<File>,
     columns: usize,
 }
 
 impl Table {
-    /// Creates the file and writes its header, e.g. `t_s`, `length_m`.
+    /// Creates the file and writes its header, for example `t_s`, `length_m`.
     pub fn create(file: impl AsRef<Path>, columns: &[&str]) -> io::Result<Self> {
-        // Refused rather than quoted: many plotting scripts split at commas.
+        // Many plotting scripts split lines at commas, even inside quotation marks.
         if let Some(name) = columns.iter().find(|c| c.contains([',', '"', '\n'])) {
-            return Err(invalid(format!("column name {name:?} breaks a CSV header")));
+            return Err(invalid(format!(
+                "the column name {name:?} contains a comma, a quotation mark or a line break"
+            )));
         }
         let file = file.as_ref();
         let created = File::create(file).map_err(|error| {
-            // The system's message alone does not name the file.
+            // The message of the system does not contain the file name.
             io::Error::new(error.kind(), format!("{}: {error}", file.display()))
         })?;
         let mut out = BufWriter::new(created);
@@ -27,10 +29,14 @@ impl Table {
         Ok(Self { out, columns: columns.len() })
     }
 
-    /// Writes one row; it must have as many values as there are columns.
+    /// Writes one row, which must have one value for each column.
     pub fn row(&mut self, values: &[f64]) -> io::Result<()> {
         if values.len() != self.columns {
-            return Err(invalid(format!("a row of {} values in a table of {} columns", values.len(), self.columns)));
+            return Err(invalid(format!(
+                "a row has {} values, but the table has {} columns",
+                values.len(),
+                self.columns
+            )));
         }
         for (i, &value) in values.iter().enumerate() {
             let comma = if i == 0 { "" } else { "," };
@@ -39,13 +45,13 @@ impl Table {
         writeln!(self.out)
     }
 
-    /// Writes what is still buffered; without this call an error would be lost.
+    /// Writes buffered rows. Without this call, an error would be ignored.
     pub fn finish(mut self) -> io::Result<()> {
         self.out.flush()
     }
 }
 
-/// Reads a table: rows of numbers after the header; lines that begin with `#` are remarks.
+/// Reads the rows of a table after its header. Lines that begin with `#` are comments.
 pub fn read(file: impl AsRef<Path>) -> io::Result<Vec<Vec<f64>>> {
     let file = file.as_ref();
     let wrong = |what: String| invalid(format!("{}: {what}", file.display()));
@@ -64,10 +70,9 @@ pub fn read(file: impl AsRef<Path>) -> io::Result<Vec<Vec<f64>>> {
         .collect()
 }
 
-/// Shortest text that reads back as the same number.
+/// Returns the shortest text that is parsed to the same number.
 ///
-/// The exponent form is kept for magnitudes where plain digits would be a long
-/// row of zeros.
+/// Very small and very large magnitudes have an exponent.
 pub fn number(value: f64) -> String {
     if value == 0.0 {
         "0".into()

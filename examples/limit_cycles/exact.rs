@@ -1,9 +1,13 @@
-//! The exact circular orbit of a shoot whose statoliths settle at once.
+//! Circular orbit of a shoot with settled statoliths, from an ordinary differential equation.
 //!
-//! Both memories are equal. In a frame that turns with the shoot at a rate ω they only multiply by a complex number, and at the
-//! rate that makes it real the shape is plane. With G = 1/(ω √(1 + ω²τm²)) and θ the angle from the vertical it solves
+//! The kernels of gravitropism and proprioception are equal. In a frame that rotates with the shoot
+//! at the rate ω, both memories multiply their stimulus by the same complex number. The shape is
+//! plane at the rate at which this number is real. With G = 1/(ω √(1 + ω²τm²)) and the angle θ from
+//! the vertical, the shape satisfies
 //!
-//!   E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0, θ(0) = 0, the bracket zero at s = ℓ.
+//!   E I d/ds[(1 − ηG/τg) θ' − (βG/(r τg)) sin θ] + q (ℓ − s) sin θ = 0,  θ(0) = 0,
+//!
+//! and the bracket vanishes at s = ℓ.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,18 +15,19 @@ use morphorod::tropism::Memory;
 
 use super::Parameters;
 
-/// The rate of turning, 1/s: ωτr + atan(ωτm) = π/2.
+/// Returns the rate of rotation ω, rad/s, from ωτr + atan(ωτm) = π/2.
 pub fn rate(memory: &Memory) -> f64 {
     zero(0.0, FRAC_PI_2 / memory.delay, |rate| rate * memory.delay + (rate * memory.time).atan() - FRAC_PI_2)
 }
 
-/// Radius and height of the tip's orbit, m; nothing below the onset of oscillations.
+/// Returns radius and height of the orbit of the tip, m, or `None` below the onset of oscillations.
 pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
     let omega = rate(&shoot.memory);
     let gain = 1.0 / (omega * (1.0 + (omega * shoot.memory.time).powi(2)).sqrt() * shoot.growth_time);
     // q/(E I) with q = ρ g π r² and I = π r⁴/4.
     let weight = 4.0 * shoot.density * 9.81 / (shoot.youngs_modulus * shoot.radius.powi(2));
-    // From the apex, where it leans by so much and the bracket is zero, to the base: the angle, the bracket, ∫ sin θ and ∫ cos θ.
+    // Integrate θ, the bracket, ∫ sin θ and ∫ cos θ from the apex, where θ is `angle`, to the base
+    // (Runge–Kutta method of order four).
     let from_apex = |angle: f64| {
         let slope = |z: f64, [theta, bracket, ..]: [f64; 4]| {
             let bend = (bracket + shoot.beta * gain / shoot.radius * theta.sin()) / (1.0 - shoot.eta * gain);
@@ -40,7 +45,8 @@ pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
         }
         y
     };
-    // The upright shape is a solution, too; the orbit's apex leans by more.
+    // The upright shape is a solution as well. The search for the orbit therefore begins at a
+    // positive angle.
     let at_base = |angle: f64| from_apex(angle)[0];
     let angles = (0..60).map(|k| 0.02 + 0.05 * f64::from(k));
     let low = angles.into_iter().find(|angle| at_base(*angle) * at_base(angle + 0.05) < 0.0)?;
@@ -48,7 +54,7 @@ pub fn exact_orbit(shoot: &Parameters) -> Option<[f64; 2]> {
     Some([radius, height])
 }
 
-/// A zero between two places where a function has unlike signs, by halving.
+/// Returns a zero of a function between two arguments at which its signs differ, by bisection.
 fn zero(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low).signum();
     for _ in 0..60 {

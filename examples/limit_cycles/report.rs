@@ -1,31 +1,34 @@
-//! What came out, printed and drawn.
+//! Printed results and figures.
 
 use std::error::Error;
 use std::path::Path;
 
 use morphorod::tracking::{Pattern, Track};
 
-use super::common::{Orbit, Series, Strip, Style, Table, frames_figure, orbits_figure, strips_figure};
-use super::{ACROSS, HOUR, MINUTE, PULL, Record, WINDOW};
+use super::common::{FramedPanel, Orbit, Series, Strip, Style, Table, frames_figure, orbits_figure, strips_figure};
+use super::{ACROSS, HOUR, MINUTE, PULSE, Record, WINDOW};
 
-/// Prints what the orbit is before the second pull, after it and at the end.
-pub fn tell(record: &Record, path: &Track, end: f64, exact: Option<[f64; 3]>) {
-    for (name, to) in [("in a plane", ACROSS), ("kicked across", ACROSS + PULL + WINDOW), ("at the end", end)] {
-        let Some(found) = record.read(path, to - WINDOW, to) else {
-            println!("{name}: left out, the run does not have {} h without a pull for it", WINDOW / HOUR);
+/// Prints the oscillations before the second pulse, after it, and at the end.
+pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) {
+    for (name, to) in
+        [("before the second pulse", ACROSS), ("after the second pulse", ACROSS + PULSE + WINDOW), ("at the end", end)]
+    {
+        let Some(found) = record.analyse(track, to - WINDOW, to) else {
+            println!("{name}: no analysis, it requires {} h without a pulse", WINDOW / HOUR);
             continue;
         };
         let Some(first) = found.oscillations.first() else { continue };
-        let name_of = match found.pattern() {
+        let kind = match found.pattern() {
             Pattern::Pendular => "pendular",
             Pattern::Elliptic => "elliptic",
             Pattern::Circular => "circular",
-            _ => "of two periods",
+            _ => "two periods",
         };
         let ellipse = first.ellipse;
-        let sense = ellipse.sense.map_or("no sense".into(), |sense| format!("{sense:?}").to_lowercase());
+        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| format!("{sense:?}").to_lowercase());
         println!(
-            "{name}, {:.1} to {:.1} h: {name_of}, every {:.5} min, semi-axes {:.5} and {:.5} mm, {sense}, roundness {:.6}",
+            "{name}, {:.1} to {:.1} h: {kind}, {sense}, period {:.5} min, \
+             semi-axes {:.5} and {:.5} mm, roundness {:.6}",
             (to - WINDOW) / HOUR,
             to / HOUR,
             first.period / MINUTE,
@@ -35,7 +38,7 @@ pub fn tell(record: &Record, path: &Track, end: f64, exact: Option<[f64; 3]>) {
         );
         if let (true, Some([radius, _, period])) = (to == end && ellipse.roundness() > 0.9, exact) {
             println!(
-                "  exactly: every {:.7} min, radius {:.6} mm; off by {:.0e} and {:.0e} of it",
+                "  reference: period {:.7} min, radius {:.6} mm; relative differences {:.0e} and {:.0e}",
                 period / MINUTE,
                 1e3 * radius,
                 (first.period / period - 1.0).abs(),
@@ -44,40 +47,49 @@ pub fn tell(record: &Record, path: &Track, end: f64, exact: Option<[f64; 3]>) {
         }
     }
     if let (Some(tip), Some(twist)) = (record.tips.last(), record.twist.last()) {
-        let height = exact.map_or(String::new(), |exact| format!(", on the exact orbit {:.6} mm", 1e3 * exact[1]));
-        println!("the tip is at last {:.6} mm high{height}; twist up to {twist:.1e} 1/m", 1e3 * tip.z);
+        let height = exact.map_or(String::new(), |exact| format!(" (reference: {:.6} mm)", 1e3 * exact[1]));
+        println!("at the end: height of the tip {:.6} mm{height}, largest twist {twist:.1e} 1/m", 1e3 * tip.z);
     }
 }
 
-/// Draws the path, the shapes, and the orbit through time.
+/// Draws the tip track, the shapes, and semi-axes and period over time.
 pub fn draw(
     out: &Path,
     record: &Record,
-    path: &Track,
+    track: &Track,
     end: f64,
     exact: Option<[f64; 3]>,
 ) -> Result<(), Box<dyn Error>> {
     let (opens, rounds) = (ACROSS + 8.0 * HOUR, end - 4.0 * HOUR);
     let parts = [
-        ("kicked: in a plane", 0.0, ACROSS),
-        ("kicked across: it opens", ACROSS, opens),
-        ("it gets rounder", opens, rounds),
-        ("the last four hours", rounds.max(opens), end),
+        ("first pulse: planar", 0.0, ACROSS.min(end)),
+        ("second pulse: elliptic", ACROSS, opens.min(end)),
+        ("increasingly circular", opens, rounds),
+        ("end of the run", rounds.max(opens), end),
     ];
     let orbits: Vec<Orbit> = parts
         .iter()
-        .map(|(name, from, to)| Orbit { name, path: record.between(*from, *to), behind: Vec::new() })
+        .map(|(name, from, to)| Orbit {
+            name: format!("{name}, {:.0} to {:.0} h", from / HOUR, to / HOUR),
+            path: record.between(*from, *to),
+            behind: Vec::new(),
+        })
         .filter(|orbit| orbit.path.len() > 1)
         .collect();
-    orbits_figure(out.join("tip.svg"), "The path of the tip from above", &orbits)?;
+    orbits_figure(out.join("tip.svg"), "Tip track, top view", &orbits)?;
 
     let period = exact.map_or(90.0 * MINUTE, |exact| exact[2]);
-    let (first, last) = (record.turn(ACROSS.min(end), period), record.turn(end, period));
-    let mut panels = vec![("a swing in a plane", first.as_slice())];
+    let panel = |name, end| FramedPanel {
+        name,
+        shapes: record.shapes_until(end, period),
+        track: record.tips_until(end, period),
+    };
+    let mut panels = vec![panel("planar oscillation", ACROSS.min(end))];
     if end > opens {
-        panels.push(("a turn of the circle", last.as_slice()));
+        panels.push(panel("circular oscillation", end));
     }
-    frames_figure(out.join("shapes.svg"), "Shapes in one period, with directors", &panels)?;
+    let title = "Eight shapes in one period, with directors at base and tip";
+    frames_figure(out.join("shapes.svg"), title, &panels)?;
 
     let mut table =
         Table::create(out.join("cycle.csv"), &["t_s", "period_s", "semi_major_m", "semi_minor_m", "roundness"])?;
@@ -85,8 +97,8 @@ pub fn draw(
     let mut middle = 0.5 * WINDOW;
     while middle + 0.5 * WINDOW <= end {
         let (from, to) = (middle - 0.5 * WINDOW, middle + 0.5 * WINDOW);
-        let found = record.read(path, from, to).and_then(|found| found.oscillations.first().copied());
-        // Where there is none the curves have a gap.
+        let found = record.analyse(track, from, to).and_then(|found| found.oscillations.first().copied());
+        // The curves have a gap where no analysis is possible.
         let hours = middle / HOUR;
         let [a, b, period] = found.map_or([f64::NAN; 3], |wave| [wave.ellipse.major, wave.ellipse.minor, wave.period]);
         major.push((hours, 1e3 * a));
@@ -99,7 +111,8 @@ pub fn draw(
     }
     table.finish()?;
     let (Some(from), Some(to)) = (major.first().map(|p| p.0), major.last().map(|p| p.0)) else { return Ok(()) };
-    let level = |value: f64| Series::new("exact circle", vec![(from, value), (to, value)], Style::Dashed, 6);
+    let level =
+        |value: f64| Series::new("reference: circular orbit", vec![(from, value), (to, value)], Style::Dashed, 6);
     let mut axes = vec![
         Series::new("semi-major axis", major, Style::Marked, 0),
         Series::new("semi-minor axis", minor, Style::Marked, 1),
@@ -112,7 +125,7 @@ pub fn draw(
     let strips = [Strip { label: "semi-axes (mm)", series: &axes }, Strip { label: "period (min)", series: &time }];
     strips_figure(
         out.join("cycle.svg"),
-        "The orbit, read over eight hours at a time: none where a kick lies between",
+        "Oscillation of the tip, from windows of 8 h without a pulse",
         "time (h)",
         &strips,
     )?;

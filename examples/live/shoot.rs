@@ -169,7 +169,7 @@ impl Live {
 
     /// The shoot as it is now.
     pub fn look(&self) -> Frame {
-        camera::look(&self.shoot, Some(0))
+        camera::frame_of(&self.shoot, Some(0))
     }
 
     /// The tip, m.

@@ -8,23 +8,23 @@ use plotters::prelude::{DrawingBackend, FontTransform, IntoFont, SVGBackend, Sha
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, RGBColor, TextStyle};
 
-/// A position in pixels, y pointing down.
+/// Position in pixels; y points down.
 pub type Point = (f64, f64);
 
-/// The backend takes whole units only. Drawing with ten units to the pixel
-/// keeps slow curves from turning into staircases.
+/// Number of backend units per pixel. The backend rounds coordinates to whole units, and ten units
+/// per pixel make the rounding invisible.
 const UNITS_PER_PIXEL: f64 = 10.0;
 
-/// Where and how a text is written.
+/// Position and appearance of a text.
 #[derive(Clone, Copy)]
 pub struct Label {
     /// Anchor position.
     pub at: Point,
     /// Font size in pixels.
     pub size: f64,
-    /// Side of the text at which the anchor lies.
+    /// Horizontal position of the anchor in the text.
     pub h: HPos,
-    /// Height of the text at which the anchor lies.
+    /// Vertical position of the anchor in the text.
     pub v: VPos,
     /// Whether the text runs upwards.
     pub upwards: bool,
@@ -33,7 +33,7 @@ pub struct Label {
 }
 
 impl Label {
-    /// A label of usual size centred at the position.
+    /// Returns a label of the default size, centred at the position.
     pub fn new(x: f64, y: f64) -> Self {
         Self {
             at: (x, y),
@@ -45,17 +45,18 @@ impl Label {
         }
     }
 
-    /// The same label, in a smaller font if `text` would exceed `width`.
+    /// Returns the label with a smaller font if `text` would exceed `width`.
     pub fn fitted(self, text: &str, width: f64) -> Self {
         let needed = text_width(text, self.size);
         let shrink = (width / needed.max(1.0)).min(1.0);
-        // Below 16 px a long text had better be cut than unreadable.
+        // Fonts below 16 px are illegible, so that a very long text may exceed the width.
         let size = (self.size * shrink).max(16.0_f64.min(self.size));
         Self { size, ..self }
     }
 }
 
-/// Width a text may take; the viewer's font is unknown, so a wide one is assumed.
+/// Returns an upper estimate of the width of a text. The font of the viewer is unknown; a wide one
+/// is assumed.
 pub fn text_width(text: &str, size: f64) -> f64 {
     0.61 * size * text.chars().count() as f64
 }
@@ -63,7 +64,7 @@ pub fn text_width(text: &str, size: f64) -> f64 {
 /// A figure under construction.
 pub struct Canvas<'a> {
     backend: SVGBackend<'a>,
-    // Kept until the end, so that drawing code is free of error handling.
+    // First error of the backend. `write_svg` returns it after drawing.
     error: Option<io::Error>,
 }
 
@@ -81,23 +82,24 @@ pub fn write_svg(file: &Path, width: f64, height: f64, draw: impl FnOnce(&mut Ca
             return Err(error);
         }
     }
-    // What is said of every line is said once: a path in changing colours has hundreds of them.
+    // Attributes that all elements share are set once on the root element, which makes the file
+    // smaller.
     let svg = svg.replace("<polyline fill=\"none\"", "<polyline").replace(" opacity=\"1\"", "");
-    // The view box stays in fine units; round ends close the joints of lines
-    // that are drawn piecewise in changing colours.
+    // The view box remains in backend units. Round caps close the joints of lines that are drawn
+    // piecewise in several colours.
     let fine = format!("width=\"{}\" height=\"{}\"", size.0, size.1);
     let shown = format!(
         "width=\"{width:.0}\" height=\"{height:.0}\" fill=\"none\" \
          stroke-linecap=\"round\" stroke-linejoin=\"round\""
     );
     fs::write(file, svg.replacen(&fine, &shown, 1)).map_err(|error| {
-        // The system's message alone does not name the file.
+        // The message of the system does not contain the file name.
         io::Error::new(error.kind(), format!("{}: {error}", file.display()))
     })
 }
 
 impl Canvas<'_> {
-    /// A line through the points; a single point becomes a dot.
+    /// Draws a line through the points, or a dot if there is only one point.
     pub fn line(&mut self, path: &[Point], colour: RGBColor, width: f64) {
         match path {
             [] => return,
@@ -111,7 +113,7 @@ impl Canvas<'_> {
         self.keep(result);
     }
 
-    /// A dashed line through the points.
+    /// Draws a dashed line through the points.
     pub fn dashed(&mut self, path: &[Point], colour: RGBColor, width: f64) {
         let (on, off) = (4.0 * width, 3.5 * width);
         let mut dash: Vec<Point> = path.first().copied().into_iter().collect();
@@ -141,27 +143,27 @@ impl Canvas<'_> {
         }
     }
 
-    /// A filled polygon.
+    /// Draws a filled polygon.
     pub fn area(&mut self, path: &[Point], colour: RGBColor) {
         let path: Vec<_> = path.iter().map(|p| fine(*p)).collect();
         let result = self.backend.fill_polygon(path, &colour);
         self.keep(result);
     }
 
-    /// A filled circle.
+    /// Draws a filled circle.
     pub fn dot(&mut self, centre: Point, radius: f64, colour: RGBColor) {
         self.circle(centre, radius, stroke(colour, 0.0), true);
     }
 
-    /// A circle filled with white.
+    /// Draws a circle filled with white.
     pub fn ring(&mut self, centre: Point, radius: f64, colour: RGBColor, width: f64) {
         self.dot(centre, radius, RGBColor(255, 255, 255));
         self.circle(centre, radius, stroke(colour, width), false);
     }
 
-    /// One line of text.
+    /// Draws one line of text.
     pub fn text(&mut self, text: &str, label: Label) {
-        // The backend divides the font size by 1.24.
+        // The backend divides font sizes by 1.24.
         let size = label.size * UNITS_PER_PIXEL * 1.24;
         let mut font = ("sans-serif", size).into_font();
         if label.upwards {
@@ -184,15 +186,15 @@ impl Canvas<'_> {
     }
 }
 
-/// Appends the points after the first without which the line would be visibly another, by the method of Ramer, Douglas
-/// and Peucker. Long smooth lines need few of their points.
+/// Simplifies a line by the algorithm of Ramer, Douglas and Peucker. Appends the points after the
+/// first that are needed.
 fn simplify(path: &[Point], kept: &mut Vec<Point>) {
-    /// Pixels that nobody sees.
-    const UNSEEN: f64 = 0.2;
+    /// Tolerance in pixels.
+    const TOLERANCE: f64 = 0.2;
     let (a, b) = (path[0], path[path.len() - 1]);
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let square = (dx * dx + dy * dy).max(f64::MIN_POSITIVE);
-    let (mut farthest, mut worst) = (0, UNSEEN);
+    let (mut farthest, mut worst) = (0, TOLERANCE);
     for (i, p) in path.iter().enumerate() {
         let along = (((p.0 - a.0) * dx + (p.1 - a.1) * dy) / square).clamp(0.0, 1.0);
         let off = (p.0 - a.0 - along * dx).hypot(p.1 - a.1 - along * dy);

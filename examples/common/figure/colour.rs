@@ -1,4 +1,4 @@
-//! Colours that people with a colour vision deficiency can tell apart.
+//! Colours that readers with a colour vision deficiency can distinguish.
 
 use plotters::style::RGBColor;
 
@@ -13,11 +13,11 @@ pub const FRAME: RGBColor = RGBColor(0x55, 0x55, 0x55);
 /// Grid lines.
 pub const GRID: RGBColor = RGBColor(0xE4, 0xE4, 0xE4);
 
-/// Areas, darker than the grid and lighter than any line.
+/// Filled areas: darker than the grid and lighter than all lines.
 pub const AREA: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
 
-/// The palette of Okabe and Ito, ordered so that the first few contrast most
-/// and yellow, faint on white, comes last.
+/// Palette of Okabe and Ito. The first colours have the strongest contrast; yellow, which is faint
+/// on white, is last.
 const OKABE_ITO: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xB2),
     RGBColor(0xD5, 0x5E, 0x00),
@@ -29,9 +29,14 @@ const OKABE_ITO: [RGBColor; 8] = [
     RGBColor(0xF0, 0xE4, 0x42),
 ];
 
-/// A colour of the categorical palette; the index wraps around.
+/// Returns a colour of the categorical palette; the index is taken modulo the number of colours.
 pub fn palette(index: usize) -> RGBColor {
     OKABE_ITO[index % OKABE_ITO.len()]
+}
+
+/// Returns a colour of the ordered scale; `place` is between 0 and 1.
+pub fn ordered(place: f64) -> RGBColor {
+    step_colour((place.clamp(0.0, 1.0) * (STEPS - 1) as f64).round() as usize)
 }
 
 /// Equidistant samples of the viridis colour map.
@@ -47,21 +52,21 @@ const VIRIDIS: [[f64; 3]; 9] = [
     [253.0, 231.0, 37.0],
 ];
 
-/// Number of distinct colours along the time scale; finer steps are not seen
-/// but would break a line into needlessly many pieces.
+/// Number of colours along a colour scale. More colours would be indistinguishable and would divide
+/// lines into more pieces.
 const STEPS: usize = 96;
 
-/// A quantity that is shown by colour.
+/// Colour scale of a quantity.
 #[derive(Clone)]
 pub struct ColourScale {
     axis: Axis,
 }
 
 impl ColourScale {
-    /// A scale of time over the finite ones of the times.
+    /// Returns a scale of time, in hours, over the finite values of `hours`.
     pub fn time(hours: impl Iterator<Item = f64>) -> Self {
         let range = Range::of(hours);
-        // A single time is shown from time zero, not in a span around it.
+        // If there is a single time, the scale begins at zero.
         let range = match range.length() > 0.0 {
             true => range.not_empty(),
             false if range.centre() == 0.0 => Range { lo: 0.0, hi: 1.0 },
@@ -70,13 +75,13 @@ impl ColourScale {
         Self { axis: Axis::linear("time (h)", range) }
     }
 
-    /// A logarithmic scale; what lies outside is shown as its end.
+    /// Returns a logarithmic scale. Values outside have the colour of the nearer end.
     pub fn logarithmic(label: &str, lo: f64, hi: f64) -> Self {
         let range = Range { lo: lo.log10(), hi: hi.log10() };
         Self { axis: Axis { label: label.into(), range, log: true } }
     }
 
-    /// Colour of a value.
+    /// Returns the colour of a value.
     pub fn colour(&self, value: f64) -> RGBColor {
         step_colour(self.step(value))
     }
@@ -87,7 +92,7 @@ impl ColourScale {
         ((fraction * STEPS as f64).max(0.0) as usize).min(STEPS - 1)
     }
 
-    /// A line coloured by a value at each point; `None` is a gap.
+    /// Draws a line coloured by a value at each point; `None` is a gap.
     pub fn line(&self, canvas: &mut Canvas, path: &[(f64, Option<Point>)], width: f64) {
         let mut run: Vec<Point> = Vec::new();
         let mut run_step = 0;
@@ -103,7 +108,7 @@ impl ColourScale {
             match run.last() {
                 None => run_step = step,
                 Some(last) => {
-                    // Points that fall on the last would only swell the file.
+                    // Points close to the last one would only enlarge the file.
                     let near = (last.0 - point.0).hypot(last.1 - point.1) < MERGED;
                     if near && i + 1 < path.len() {
                         continue;
@@ -125,16 +130,16 @@ impl ColourScale {
         }
     }
 
-    /// The colour bar, its lower left corner at (`left`, `bottom`).
+    /// Draws the colour bar with its lower left corner at (`left`, `bottom`).
     pub fn draw_bar(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
         let right = left + 22.0;
         let Axis { range, log, label: name } = &self.axis;
-        // Of a logarithmic scale the ticks have logarithms for positions, as the range has.
+        // On a logarithmic scale, the positions of ticks and the range are logarithms.
         let y = |place: f64| bottom - (bottom - top) * (place - range.lo) / range.length();
         for step in 0..STEPS {
             let lower = bottom - (bottom - top) * step as f64 / STEPS as f64;
-            // Each area reaches to the top and is painted over by the next
-            // ones; areas that only touch would show seams.
+            // Each area extends to the top and the next ones cover it. Adjacent areas would show
+            // seams.
             let corners = [(left, lower), (right, lower), (right, top), (left, top)];
             canvas.area(&corners, step_colour(step));
         }
@@ -160,7 +165,7 @@ impl ColourScale {
 }
 
 fn step_colour(step: usize) -> RGBColor {
-    // The last tenth of the map is a yellow too faint on white.
+    // The last tenth of the map is a yellow that is too faint on white.
     let place = 0.92 * step as f64 / (STEPS - 1) as f64 * (VIRIDIS.len() - 1) as f64;
     let lower = place as usize;
     let part = place - lower as f64;

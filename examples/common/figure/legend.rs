@@ -7,9 +7,9 @@ use super::canvas::{Canvas, Label, Point, text_width};
 use super::colour::{AREA, palette};
 use super::lines::{Series, Style};
 
-/// Length of the line samples.
+/// Length of a line sample.
 const SAMPLE: f64 = 38.0;
-/// Greatest width of a line of text; longer labels are broken.
+/// Largest width of a line of text; longer labels are wrapped.
 const TEXT: f64 = 300.0;
 /// Height of a line of text.
 const LINE: f64 = 23.0;
@@ -17,14 +17,14 @@ const LINE: f64 = 23.0;
 /// Space between two entries.
 const GAP: f64 = 7.0;
 
-/// Height of a legend.
+/// Returns the height of a legend.
 pub fn legend_height(series: &[&Series]) -> f64 {
-    series.iter().map(|s| LINE * broken(&s.label).len() as f64 + GAP).sum()
+    series.iter().map(|s| LINE * wrapped(&s.label).len() as f64 + GAP).sum()
 }
 
-/// Width to keep free for the legend, zero if no series has a label.
+/// Returns the width of a legend, or zero if no series has a label.
 pub fn legend_width(series: &[&Series]) -> f64 {
-    let lines = series.iter().flat_map(|s| broken(&s.label));
+    let lines = series.iter().flat_map(|s| wrapped(&s.label));
     let widest = lines.map(|l| text_width(&l, TICK_SIZE)).fold(0.0, f64::max);
     if widest > 0.0 { SAMPLE + 10.0 + widest + 16.0 } else { 0.0 }
 }
@@ -34,7 +34,7 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
     let mut y = top + 0.5 * LINE;
     for one in series {
         let ends = [(left, y), (left + SAMPLE, y)];
-        let colour = palette(one.colour);
+        let colour = one.paint();
         match one.style {
             Style::Line => canvas.line(&ends, colour, 2.4),
             Style::Dashed => canvas.dashed(&ends, colour, 2.4),
@@ -46,12 +46,12 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
             Style::Points | Style::Badge | Style::Text | Style::Beside => {}
         }
         if matches!(one.style, Style::Points | Style::Marked) {
-            draw_marker(canvas, (left + 0.5 * SAMPLE, y), one.colour);
+            draw_marker(canvas, (left + 0.5 * SAMPLE, y), one);
         }
         if !one.text.is_empty() {
             draw_badge(canvas, (left + 0.5 * SAMPLE, y), &one.text, one.colour);
         }
-        for line in broken(&one.label) {
+        for line in wrapped(&one.label) {
             let label = Label { size: TICK_SIZE, h: HPos::Left, ..Label::new(left + SAMPLE + 10.0, y) };
             canvas.text(&line, label);
             y += LINE;
@@ -60,14 +60,14 @@ pub fn draw_legend(canvas: &mut Canvas, series: &[&Series], left: f64, top: f64)
     }
 }
 
-/// Draws the marker of a colour; shapes differ too, for prints without colour.
-pub fn draw_marker(canvas: &mut Canvas, centre: Point, colour: usize) {
+/// Draws the marker of a series. Its shape depends on the colour index, for prints without colour.
+pub fn draw_marker(canvas: &mut Canvas, centre: Point, series: &Series) {
     let polygon = |corners: &[Point]| -> Vec<Point> {
         let place = |c: &Point| (centre.0 + c.0, centre.1 + c.1);
         corners.iter().map(place).collect()
     };
-    let paint = palette(colour);
-    match colour % 4 {
+    let paint = series.paint();
+    match series.colour % 4 {
         0 => canvas.dot(centre, 5.0, paint),
         1 => {
             let square = [(-4.4, -4.4), (4.4, -4.4), (4.4, 4.4), (-4.4, 4.4)];
@@ -84,13 +84,13 @@ pub fn draw_marker(canvas: &mut Canvas, centre: Point, colour: usize) {
 /// Draws a short text in a circle.
 pub fn draw_badge(canvas: &mut Canvas, centre: Point, text: &str, colour: usize) {
     canvas.ring(centre, 9.0, palette(colour), 1.6);
-    // The middle of a line of text lies a little above that of its digits.
+    // The middle of a line of text is slightly above the middle of its digits.
     let label = Label { size: 0.85 * TICK_SIZE, ..Label::new(centre.0, centre.1 + 0.5) };
     canvas.text(text, label);
 }
 
-/// The label in lines that fit the legend; words are kept whole.
-fn broken(label: &str) -> Vec<String> {
+/// Wraps a label at spaces into lines that fit the legend.
+fn wrapped(label: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in label.split_whitespace() {
         match lines.last_mut() {

@@ -3,16 +3,17 @@
 use std::io;
 use std::path::Path;
 
+use plotters::style::RGBColor;
 use plotters::style::text_anchor::HPos;
 
 use super::canvas::{Canvas, Label, Point, write_svg};
-use super::colour::{AREA, palette};
+use super::colour::{AREA, ordered, palette};
 use super::legend::{draw_badge, draw_legend, draw_marker, legend_height, legend_width};
 use super::panel::{Axis, Panel, Rect};
 use super::range::Range;
 use super::{MERGED, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
 
-/// How a series is drawn.
+/// Kinds of series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// A solid line.
@@ -23,28 +24,30 @@ pub enum Style {
     Points,
     /// Markers joined by a thin line, in the order of the points.
     Marked,
-    /// The polygon with these corners, filled with light grey. The axes then end where the data do.
+    /// The polygon with these corners, filled with light grey. The axes then have no margin.
     Area,
-    /// The series' text in a circle at each point: the name of a curve, for prints without colour.
+    /// The text of the series in a circle at each point; identifies a curve in prints without
+    /// colour.
     Badge,
-    /// The series' text, centred at each point.
+    /// The text of the series, centred at each point.
     Text,
-    /// The series' text, right of each point.
+    /// The text of the series, right of each point.
     Beside,
 }
 
 /// Scales of the two axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
-    /// Both linear, each fitted to the data.
+    /// Two linear axes, each fitted to the data.
     Linear,
-    /// Both linear with the same scale, for positions in a plane; each panel is fitted to its own data.
+    /// Two linear axes with the same scale, for positions in a plane. Each panel is fitted to its
+    /// own data.
     Equal,
-    /// x linear, y logarithmic.
+    /// Linear x axis and logarithmic y axis.
     LogY,
-    /// x logarithmic, y linear.
+    /// Logarithmic x axis and linear y axis.
     LogX,
-    /// Both logarithmic, for errors over step sizes or run times.
+    /// Two logarithmic axes, for errors against step sizes or run times.
     LogLog,
 }
 
@@ -53,35 +56,48 @@ pub enum Axes {
 pub struct Series {
     /// Text in the legend; no entry if empty.
     pub label: String,
-    /// Points in the units of the axes; those that are not finite, or not
-    /// positive on a logarithmic axis, are left out.
+    /// Points in the units of the axes. Points that are not finite, or not positive on a
+    /// logarithmic axis, are omitted.
     pub points: Vec<(f64, f64)>,
-    /// How the series is drawn.
+    /// Kind of series.
     pub style: Style,
-    /// Index into the palette of eight colours; also selects the marker.
+    /// Index in the palette of eight colours; also selects the marker.
     pub colour: usize,
-    /// What is written at the points; in the legend, on the sample of the line.
+    /// Position on the ordered colour scale, from 0 to 1; replaces the colour of the palette.
+    pub rank: Option<f64>,
+    /// Text at the points; in the legend, text on the line sample.
     pub text: String,
 }
 
 impl Series {
-    /// A series of the given style.
+    /// Returns a series with a colour of the palette.
     pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style, colour: usize) -> Self {
-        Self { label: label.into(), points, style, colour, text: String::new() }
+        Self { label: label.into(), points, style, colour, rank: None, text: String::new() }
     }
 
-    /// Text at one place.
+    /// Returns a text at one place.
     pub fn text(text: impl Into<String>, at: (f64, f64), style: Style, colour: usize) -> Self {
-        Self { label: String::new(), points: vec![at], style, colour, text: text.into() }
+        Self { label: String::new(), points: vec![at], style, colour, rank: None, text: text.into() }
     }
 
-    /// The same series with a badge on its sample in the legend.
+    /// Adds a badge to the line sample in the legend.
     pub fn with_badge(self, text: impl Into<String>) -> Self {
         Self { text: text.into(), ..self }
     }
+
+    /// Colours one of `count` series of an ordered quantity: `index` 0 is dark and `count − 1` is
+    /// light.
+    pub fn ordered(self, index: usize, count: usize) -> Self {
+        Self { rank: Some(index as f64 / count.saturating_sub(1).max(1) as f64), ..self }
+    }
+
+    /// Returns the colour of the series.
+    pub fn paint(&self) -> RGBColor {
+        self.rank.map_or_else(|| palette(self.colour), ordered)
+    }
 }
 
-/// Draws several series in one panel, with the legend at its right.
+/// Draws several series in one panel with the legend at its right.
 pub fn lines_figure(
     file: impl AsRef<Path>,
     title: &str,
@@ -93,8 +109,9 @@ pub fn lines_figure(
     panels_figure(file, title, x_label, y_label, &[("", series)], axes)
 }
 
-/// Draws several panels side by side, with one legend: at the right of a single panel, below several. Panels with equal
-/// scales have each its own range, others share theirs.
+/// Draws several panels side by side with one legend. The legend is at the right of a single panel,
+/// or below several panels. Panels with [`Axes::Equal`] have their own ranges; other panels share
+/// theirs.
 pub fn panels_figure(
     file: impl AsRef<Path>,
     title: &str,
@@ -104,7 +121,7 @@ pub fn panels_figure(
     axes: Axes,
 ) -> io::Result<()> {
     let all: Vec<&Series> = panels.iter().flat_map(|(_, series)| series.iter()).collect();
-    // What several panels show has one entry.
+    // Series with equal labels have one entry.
     let mut listed: Vec<&Series> = Vec::new();
     for one in &all {
         if !one.label.is_empty() && listed.iter().all(|other| other.label != one.label) {
@@ -115,7 +132,7 @@ pub fn panels_figure(
     let single = panels.len() == 1;
     let beside = if single { legend_width(&listed) } else { 0.0 };
     let width = (WIDTH - beside) / panels.len() as f64;
-    // The title of the figure is the title of a single panel.
+    // A single panel has no title of its own.
     let top = if single { TITLE_BAND - 34.0 } else { TITLE_BAND };
     let bottom = 750.0;
     let columns: Vec<&[&Series]> = listed.chunks(listed.len().div_ceil(3).max(1)).collect();
@@ -148,7 +165,7 @@ pub fn panels_figure(
     })
 }
 
-/// Axes that show all of the series.
+/// Returns axes whose ranges contain all series.
 pub fn fitted_axes(x_label: &str, y_label: &str, series: &[&Series], axes: Axes) -> (Axis, Axis) {
     let (log_x, log_y) = match axes {
         Axes::Linear | Axes::Equal => (false, false),
@@ -173,7 +190,7 @@ fn usable(value: f64, log: bool) -> bool {
 
 fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool, padding: f64) -> Axis {
     let range = if log {
-        // Half a decade at least, or the ticks would have nothing to mark.
+        // The range is at least half a decade, so that it contains ticks.
         Range::of(values.map(f64::log10)).at_least(0.5)
     } else {
         Range::of(values).not_empty()
@@ -181,7 +198,7 @@ fn fitted_axis(label: &str, values: impl Iterator<Item = f64>, log: bool, paddin
     Axis { label: label.into(), range: range.padded(padding), log }
 }
 
-/// The points of a series that can be shown, in pixels. Points left out split a line instead of being bridged by it.
+/// Returns the visible points of a series in pixels. A point that is omitted divides the line.
 pub fn runs(panel: &Panel, series: &Series) -> Vec<Vec<Point>> {
     let mut runs: Vec<Vec<Point>> = vec![Vec::new()];
     for (x, y) in &series.points {
@@ -197,7 +214,7 @@ pub fn runs(panel: &Panel, series: &Series) -> Vec<Vec<Point>> {
 
 /// Draws a series in a panel.
 pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
-    let colour = palette(series.colour);
+    let colour = series.paint();
     for run in &runs(panel, series) {
         match series.style {
             Style::Line => canvas.line(&thinned(run), colour, 2.4),
@@ -208,7 +225,7 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
         }
         for point in thinned(run) {
             match series.style {
-                Style::Points | Style::Marked => draw_marker(canvas, point, series.colour),
+                Style::Points | Style::Marked => draw_marker(canvas, point, series),
                 Style::Badge => draw_badge(canvas, point, &series.text, series.colour),
                 Style::Text => canvas.text(&series.text, Label::new(point.0, point.1)),
                 Style::Beside => {
@@ -221,8 +238,7 @@ pub fn draw_series(canvas: &mut Canvas, panel: &Panel, series: &Series) {
     }
 }
 
-/// Without the points that fall on the one before: they would only swell the
-/// file.
+/// Omits points close to the preceding one, which would only enlarge the file.
 fn thinned(run: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(run.len());
     for (i, p) in run.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A quantity over two parameters, shown by colour.
+//! Maps: a quantity as a function of two parameters, shown by colour.
 
 use std::io;
 use std::path::Path;
@@ -13,30 +13,32 @@ use super::panel::{ABOVE, Axis, BELOW, Panel, Rect};
 use super::range::Range;
 use super::{BAR_COLUMN, TITLE_BAND, WIDTH, draw_title};
 
-/// Lower edge of the panel with its labels; the legend stands below it.
+/// Lower edge of the panel with its labels; the legend is below it.
 const BOTTOM: f64 = 760.0;
-/// Width of the white border of lines, which keeps them apart from any colour below.
+/// Width of the white border of lines, which separates them from the colours below.
 const HALO: f64 = 6.0;
-/// By how many pixels a cell reaches below its neighbours: cells that only touch would show seams.
+/// Overlap of adjacent cells in pixels. Cells without overlap would show seams.
 const OVERLAP: f64 = 0.6;
 
-/// A map: one value at every point of a grid.
+/// Values at the points of a grid.
 pub struct Map<'a> {
-    /// Quantity and unit of both axes.
+    /// Quantities and units of both axes.
     pub axes: [&'a str; 2],
-    /// The points along both axes, increasing and equally far apart; along a logarithmic one, by equal factors.
+    /// Points along both axes, increasing and equally spaced; on a logarithmic axis, with equal
+    /// ratios.
     pub points: [Vec<f64>; 2],
     /// Whether the second axis is logarithmic.
     pub log: bool,
-    /// The values, those of the first row (the first point of the second axis) first; one that is not a number is left grey.
+    /// Values, row by row from the first point of the second axis. NaN is drawn in grey.
     pub values: Vec<f64>,
     /// Quantity and unit of the values.
     pub label: &'a str,
-    /// Values at the ends of the logarithmic colour bar; what lies beyond has the colour of the end.
+    /// Values at the ends of the logarithmic colour bar. Values outside have the colour of the
+    /// nearer end.
     pub limits: [f64; 2],
 }
 
-/// Draws a map with a colour bar, and series over it with a legend below.
+/// Draws a map with a colour bar, series on top of it, and a legend below.
 pub fn map_figure(file: impl AsRef<Path>, title: &str, map: &Map, over: &[Series]) -> io::Result<()> {
     let x = Axis::linear(map.axes[0], cells(&map.points[0]));
     let upwards: Vec<f64> = map.points[1].iter().map(|value| if map.log { value.log10() } else { *value }).collect();
@@ -61,7 +63,7 @@ pub fn map_figure(file: impl AsRef<Path>, title: &str, map: &Map, over: &[Series
             canvas.area(&[(west, south), (east, south), (east, north), (west, north)], colour);
         }
         for one in over {
-            // Markers have none: it would join them.
+            // A border would join the markers of a series.
             for run in runs(&panel, one).iter().filter(|_| one.style != Style::Points) {
                 canvas.line(run, RGBColor(255, 255, 255), HALO);
             }
@@ -75,7 +77,7 @@ pub fn map_figure(file: impl AsRef<Path>, title: &str, map: &Map, over: &[Series
     })
 }
 
-/// The range that cells around equally spaced points cover.
+/// Returns the range of cells centred at equally spaced points.
 fn cells(points: &[f64]) -> Range {
     let range = Range::of(points.iter().copied());
     match points.len() {

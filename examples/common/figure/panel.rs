@@ -12,12 +12,12 @@ use super::{LABEL_SIZE, TICK_SIZE};
 pub const ABOVE: f64 = 34.0;
 /// Space below the frame of a panel, for tick labels and axis label.
 pub const BELOW: f64 = 66.0;
-/// Space right of the frame, for the outer half of the last tick label.
+/// Space to the right of the frame, for half of the last tick label.
 pub const RIGHT: f64 = 26.0;
-/// Least space left of the frame; a common value aligns panels in a column.
+/// Smallest space to the left of the frame. A common value aligns panels in a column.
 pub const LEFT: f64 = 92.0;
 
-/// A rectangle in pixels, y pointing down.
+/// Rectangle in pixels; y points down.
 #[derive(Clone, Copy)]
 pub struct Rect {
     /// Left edge.
@@ -42,33 +42,33 @@ impl Rect {
     }
 }
 
-/// What an axis shows.
+/// An axis of a panel.
 #[derive(Clone)]
 pub struct Axis {
     /// Quantity and unit.
     pub label: String,
-    /// Shown range; of logarithms to base ten if the axis is logarithmic.
+    /// Visible range; logarithms to base ten if the axis is logarithmic.
     pub range: Range,
     /// Whether the axis is logarithmic.
     pub log: bool,
 }
 
 impl Axis {
-    /// A linear axis.
+    /// Returns a linear axis.
     pub fn linear(label: &str, range: Range) -> Self {
         Self { label: label.into(), range, log: false }
     }
 
-    /// Ticks of the axis where labels stand one above the other.
+    /// Ticks of a vertical axis.
     fn ticks_upwards(&self, pixels: f64) -> Ticks {
-        let count = ((pixels / 55.0) as usize).max(2);
+        let count = ((pixels / 42.0) as usize).max(2);
         match self.log {
             true => log_ticks(self.range, count),
             false => linear_ticks(self.range, count),
         }
     }
 
-    /// Ticks of the axis where labels stand side by side.
+    /// Ticks of a horizontal axis.
     fn ticks_across(&self, pixels: f64) -> Ticks {
         match self.log {
             true => log_ticks(self.range, ((pixels / 75.0) as usize).max(2)),
@@ -84,7 +84,7 @@ impl Axis {
     }
 }
 
-/// A panel: its frame and its axes.
+/// Frame and axes of a panel.
 pub struct Panel {
     frame: Rect,
     x: Axis,
@@ -92,8 +92,8 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// A panel that fills a cell, labels included. With `equal`, one range is
-    /// widened until both axes have the same scale.
+    /// Returns a panel that fills a cell, labels included. With `equal`, one range is extended
+    /// until both axes have the same scale.
     pub fn new(cell: Rect, mut x: Axis, mut y: Axis, equal: bool) -> Self {
         let mut frame = Rect {
             left: cell.left + LEFT,
@@ -102,8 +102,8 @@ impl Panel {
             bottom: cell.bottom - BELOW,
         };
         let (x_data, y_data) = (x.range, y.range);
-        // Wide tick labels need a wider margin, which in turn may change the
-        // range and thereby the labels; the second round settles it.
+        // The margin depends on the width of the tick labels, and the labels depend on the margin
+        // through the range. Two iterations suffice.
         for _ in 0..2 {
             if equal {
                 let (width, height) = (frame.width(), frame.height());
@@ -117,7 +117,7 @@ impl Panel {
         Self { frame, x, y }
     }
 
-    /// Pixel position of a pair of values, if it can be shown.
+    /// Returns the pixel position of a pair of values, or `None` if it is outside the frame.
     pub fn at(&self, x: f64, y: f64) -> Option<Point> {
         let x = if self.x.log { x.log10() } else { x };
         let y = if self.y.log { y.log10() } else { y };
@@ -129,7 +129,7 @@ impl Panel {
         shown.then_some((px, py))
     }
 
-    /// Draws grid, frame, ticks, labels and the title above the frame.
+    /// Draws the grid, the frame, ticks, labels, and the title above the frame.
     pub fn draw(&self, canvas: &mut Canvas, title: &str) {
         let Rect { left, top, right, bottom } = self.frame;
         let x_ticks = self.x.ticks_across(self.frame.width());
@@ -173,7 +173,7 @@ impl Panel {
         canvas.text(title, above.fitted(title, self.frame.width() + LEFT));
     }
 
-    /// Draws the frame alone, once more where data have covered it.
+    /// Draws the frame. Maps call this again because their cells cover it.
     pub fn draw_frame(&self, canvas: &mut Canvas) {
         let Rect { left, top, right, bottom } = self.frame;
         let corners = [(right, top), (right, bottom), (left, bottom), (left, top)];
@@ -181,7 +181,7 @@ impl Panel {
         canvas.line(&outline, FRAME, 1.2);
     }
 
-    /// The frame of the panel.
+    /// Returns the frame of the panel.
     pub fn frame(&self) -> Rect {
         self.frame
     }

@@ -1,4 +1,4 @@
-//! The path of a point in space and its three projections.
+//! Track of a point in space and its three projections.
 
 use std::io;
 use std::path::Path;
@@ -17,12 +17,10 @@ use super::{BAR_COLUMN, MM_PER_M, TICK_SIZE, TITLE_BAND, WIDTH, draw_title};
 /// Names of the axes in space.
 pub const NAMES: [&str; 3] = ["x (mm)", "y (mm)", "z (mm)"];
 
-/// Draws the path of the tip, coloured by time: a view in space and the
-/// projections from above and from two sides. Under it stand strips over time,
-/// if there are any.
+/// Draws a track coloured by time: a view in space, a top view, a front view and a side view.
+/// Strips over time are drawn below.
 ///
-/// `points` are in metres, one for each time. Points that are not finite leave
-/// a gap.
+/// `points` are in metres, one for each time. Points that are not finite are gaps.
 pub fn path_figure(
     file: impl AsRef<Path>,
     title: &str,
@@ -32,7 +30,10 @@ pub fn path_figure(
 ) -> io::Result<()> {
     if times_hours.len() != points.len() {
         let (times, points) = (times_hours.len(), points.len());
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("a path of {points} points at {times} times")));
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            format!("a track has {points} points but {times} times"),
+        ));
     }
     let path: Vec<(f64, [f64; 3])> =
         times_hours.iter().copied().zip(points.iter().map(|p| p.map(|c| c * MM_PER_M))).collect();
@@ -57,11 +58,11 @@ pub fn path_figure(
     };
 
     let view = View::new(cell(0, TITLE_BAND, split), ranges);
-    // Side views show the same heights at the same scale, hence the same width.
+    // Front view and side view have the same width and hence the same scale.
     let panels = [
-        (cell(1, TITLE_BAND, split), 0, x, 1, y, "from above"),
-        (cell(0, split, height), 0, x.at_least(side), 2, z, "from the front"),
-        (cell(1, split, height), 1, y.at_least(side), 2, z, "from the side"),
+        (cell(1, TITLE_BAND, split), 0, x, 1, y, "top view"),
+        (cell(0, split, height), 0, x.at_least(side), 2, z, "front view"),
+        (cell(1, split, height), 1, y.at_least(side), 2, z, "side view"),
     ];
     write_svg(file.as_ref(), WIDTH, height + strips_height(strips.len()), |canvas| {
         draw_title(canvas, title);
@@ -85,13 +86,13 @@ pub fn path_figure(
     })
 }
 
-/// Ranges of the coordinates with a margin. Each is at least a fraction of the
-/// largest, so that a straight path still spans a box.
+/// Returns the ranges of the coordinates with a margin. Each is at least a fraction of the largest,
+/// so that a straight track still spans a box.
 pub fn space_ranges(points: impl Iterator<Item = [f64; 3]> + Clone) -> [Range; 3] {
     let raw = [0, 1, 2].map(|i| Range::of(points.clone().map(move |p| p[i])));
     let largest = raw.iter().map(|r| r.length()).fold(0.0, f64::max);
     let magnitude = raw.iter().map(|r| r.magnitude()).fold(0.0, f64::max);
-    // Rounding errors of a point at rest are not to fill the picture.
+    // The rounding errors of a stationary point are not magnified.
     let largest = if magnitude < 1e-9 {
         1.0
     } else if largest < 1e-6 * magnitude {
@@ -102,8 +103,8 @@ pub fn space_ranges(points: impl Iterator<Item = [f64; 3]> + Clone) -> [Range; 3
     raw.map(|r| r.at_least(0.3 * largest).padded(0.06))
 }
 
-/// Height of a row of panels for data of the given height per width, within
-/// limits that keep the figure on a page.
+/// Returns the height of a row of panels for data with the given ratio of height to width. Limits
+/// keep the figure on a page.
 fn row_height(frame_width: f64, aspect: f64) -> f64 {
     (frame_width * aspect).clamp(280.0, 560.0)
 }

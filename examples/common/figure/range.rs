@@ -1,6 +1,6 @@
-//! Ranges of coordinates shown along an axis.
+//! Ranges of the coordinates of an axis.
 
-/// An interval of values; infinite and reversed while it holds no value.
+/// Interval of values. An empty interval has infinite, reversed ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
     /// Lower end.
@@ -10,36 +10,36 @@ pub struct Range {
 }
 
 impl Range {
-    /// The range of the finite ones of the values.
+    /// Returns the range of the finite values.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
         let nothing = Self { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
         values
-            // Lengths of even larger values would overflow.
+            // The lengths of larger ranges would overflow.
             .filter(|v| v.abs() < 1e300)
             .fold(nothing, |range, v| Self { lo: range.lo.min(v), hi: range.hi.max(v) })
     }
 
-    /// Length of the interval, zero if it holds no value.
+    /// Length of the interval, or zero if it is empty.
     pub fn length(self) -> f64 {
         (self.hi - self.lo).max(0.0)
     }
 
-    /// Middle of the interval, zero if it holds no value.
+    /// Midpoint of the interval, or zero if it is empty.
     pub fn centre(self) -> f64 {
         if self.lo <= self.hi {
-            // Halves first: the sum of two huge values would overflow.
+            // The sum of two large values would overflow.
             0.5 * self.lo + 0.5 * self.hi
         } else {
             0.0
         }
     }
 
-    /// Magnitude of the larger end, zero if it holds no value.
+    /// Largest magnitude in the interval, or zero if it is empty.
     pub fn magnitude(self) -> f64 {
         if self.lo <= self.hi { self.lo.abs().max(self.hi.abs()) } else { 0.0 }
     }
 
-    /// The interval widened about its centre to at least the given length.
+    /// Returns the interval extended about its centre to at least the given length.
     pub fn at_least(self, length: f64) -> Self {
         if self.lo <= self.hi && self.length() >= length {
             return self;
@@ -48,8 +48,8 @@ impl Range {
         Self { lo: centre - 0.5 * length, hi: centre + 0.5 * length }
     }
 
-    /// The interval widened so that it can serve as an axis: values that
-    /// differ by rounding only are shown as equal, not blown up to full size.
+    /// Returns the interval extended to a positive length. Differences due to rounding are not
+    /// magnified.
     pub fn not_empty(self) -> Self {
         let magnitude = self.magnitude();
         if magnitude < 1e-300 {
@@ -61,7 +61,7 @@ impl Range {
         self
     }
 
-    /// The interval widened by a share of its length at each end.
+    /// Returns the interval extended at each end by a fraction of its length.
     pub fn padded(self, share: f64) -> Self {
         self.at_least(self.length() * (1.0 + 2.0 * share))
     }

@@ -1,4 +1,4 @@
-//! Centre lines of the shoot at several times, from two sides.
+//! Centre lines of a shoot at several times in two projections.
 
 use std::io;
 use std::path::Path;
@@ -9,10 +9,9 @@ use super::panel::{ABOVE, Axis, BELOW, LEFT, Panel, RIGHT, Rect};
 use super::path::{NAMES, space_ranges};
 use super::{BAR_COLUMN, MM_PER_M, TITLE_BAND, WIDTH, draw_title};
 
-/// Draws the centre lines at several times, coloured by time, in the planes
-/// x-z and y-z with equal scales.
+/// Draws centre lines coloured by time in the planes x–z and y–z with equal scales.
 ///
-/// Each shape is a time in hours and the points of the centre line in metres.
+/// Each shape consists of a time in hours and the points of the centre line in metres.
 pub fn shapes_figure(file: impl AsRef<Path>, title: &str, shapes: &[(f64, Vec<[f64; 3]>)]) -> io::Result<()> {
     let shapes: Vec<(f64, Vec<[f64; 3]>)> = shapes
         .iter()
@@ -35,7 +34,7 @@ pub fn shapes_figure(file: impl AsRef<Path>, title: &str, shapes: &[(f64, Vec<[f
     };
     write_svg(file.as_ref(), WIDTH, height, |canvas| {
         draw_title(canvas, title);
-        for (col, range, name) in [(0, x, "from the front"), (1, y, "from the side")] {
+        for (col, range, name) in [(0, x, "front view"), (1, y, "side view")] {
             let across = Axis::linear(NAMES[col], range.at_least(side));
             let panel = Panel::new(cell(col), across, Axis::linear(NAMES[2], z), true);
             panel.draw(canvas, name);

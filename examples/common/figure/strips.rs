@@ -1,4 +1,4 @@
-//! Quantities one under the other, over the same axis.
+//! Strips: panels one below the other with a common horizontal axis.
 
 use std::io;
 use std::path::Path;
@@ -9,21 +9,21 @@ use super::lines::{Axes, Series, draw_series, fitted_axes};
 use super::panel::{ABOVE, BELOW, Panel, Rect};
 use super::{TITLE_BAND, WIDTH, draw_title};
 
-/// Height of the frame of a strip.
+/// Height of the frame of a strip in pixels.
 const FRAME: f64 = 190.0;
-/// Between the frames of two strips: the upper one's tick labels.
+/// Distance between the frames of two strips in pixels, for the tick labels of the upper one.
 const BETWEEN: f64 = 44.0;
 
-/// One quantity over the common axis.
+/// One quantity as a function of the common variable.
 #[derive(Clone, Copy)]
 pub struct Strip<'a> {
     /// Quantity and unit.
     pub label: &'a str,
-    /// What is shown; labels stand in a legend at the right.
+    /// Series of the strip; their labels are in a legend at the right.
     pub series: &'a [Series],
 }
 
-/// Draws strips one under the other over one axis.
+/// Draws strips one below the other.
 pub fn strips_figure(file: impl AsRef<Path>, title: &str, x_label: &str, strips: &[Strip]) -> io::Result<()> {
     let top = TITLE_BAND - ABOVE;
     write_svg(file.as_ref(), WIDTH, top + strips_height(strips.len()), |canvas| {
@@ -32,7 +32,7 @@ pub fn strips_figure(file: impl AsRef<Path>, title: &str, x_label: &str, strips:
     })
 }
 
-/// Height of so many strips with their labels.
+/// Returns the height of `count` strips with their labels.
 pub fn strips_height(count: usize) -> f64 {
     match count {
         0 => 0.0,
@@ -45,8 +45,8 @@ pub fn draw_strips(canvas: &mut Canvas, top: f64, x_label: &str, strips: &[Strip
     let all: Vec<&Series> = strips.iter().flat_map(|strip| strip.series).collect();
     let (x, _) = fitted_axes("", "", &all, Axes::Linear);
     let right = WIDTH - legend_width(&all);
-    // What several strips show has one entry.
-    let mut told: Vec<&str> = vec![""];
+    // Series with equal labels have one entry.
+    let mut entered: Vec<&str> = vec![""];
     for (i, strip) in strips.iter().enumerate() {
         let shown: Vec<&Series> = strip.series.iter().collect();
         let (_, y) = fitted_axes("", strip.label, &shown, Axes::Linear);
@@ -58,8 +58,8 @@ pub fn draw_strips(canvas: &mut Canvas, top: f64, x_label: &str, strips: &[Strip
         let panel = Panel::new(Rect { left: 0.0, top, right, bottom: top + ABOVE + FRAME + BELOW }, x, y, false);
         panel.draw(canvas, "");
         shown.iter().for_each(|one| draw_series(canvas, &panel, one));
-        let listed: Vec<&Series> = shown.into_iter().filter(|one| !told.contains(&one.label.as_str())).collect();
-        told.extend(listed.iter().map(|one| one.label.as_str()));
+        let listed: Vec<&Series> = shown.into_iter().filter(|one| !entered.contains(&one.label.as_str())).collect();
+        entered.extend(listed.iter().map(|one| one.label.as_str()));
         draw_legend(canvas, &listed, right, panel.frame().top);
     }
 }

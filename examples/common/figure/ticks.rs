@@ -1,27 +1,27 @@
-//! Ticks of axes: round values and short, exact labels.
+//! Ticks of axes: round values and exact labels.
 
 use super::canvas::text_width;
 use super::range::Range;
 
 /// Ticks along one axis.
 pub struct Ticks {
-    /// Positions, ascending, in the units of the data.
+    /// Positions in ascending order, in the units of the data.
     pub values: Vec<f64>,
     /// One label for each position.
     pub labels: Vec<String>,
-    /// Power of ten by which all labels are to be multiplied, like `10⁻⁶`.
+    /// Common factor of all labels, a power of ten such as `10⁻⁶`.
     factor: Option<String>,
 }
 
 impl Ticks {
-    /// Positions together with their labels.
+    /// Returns the positions with their labels.
     pub fn labelled(&self) -> impl Iterator<Item = (f64, &str)> {
         let labels = self.labels.iter().map(String::as_str);
         self.values.iter().copied().zip(labels)
     }
 
-    /// The label of the axis, a common factor of the ticks joined to its unit:
-    /// `x (mm)` becomes `x (10⁻³ mm)`.
+    /// Returns the label of the axis with the common factor of the ticks in its unit: `x (mm)`
+    /// becomes `x (10⁻³ mm)`.
     pub fn axis_label(&self, label: &str) -> String {
         let Some(factor) = &self.factor else {
             return label.into();
@@ -33,20 +33,20 @@ impl Ticks {
         }
     }
 
-    /// Width of the widest label.
+    /// Returns the width of the widest label.
     pub fn width(&self, size: f64) -> f64 {
         let widths = self.labels.iter().map(|l| text_width(l, size));
         widths.fold(0.0, f64::max)
     }
 }
 
-/// Multiples of 1, 2 or 5 times a power of ten, about `count` of them at most,
-/// but two at least: a single number would not tell the scale.
+/// Returns multiples of 1, 2 or 5 times a power of ten: at most about `count`, and at least two,
+/// which define the scale.
 pub fn linear_ticks(range: Range, count: usize) -> Ticks {
     let mut count = count.clamp(1, 20);
     let (step, first, last) = loop {
         let step = round_step(range.length() / count as f64);
-        // A little slack keeps a tick at the very end of the range.
+        // The tolerance keeps ticks at the ends of the range despite rounding.
         let first = (range.lo / step - 1e-6).ceil();
         let last = (range.hi / step + 1e-6).floor();
         if last > first || count >= 20 {
@@ -69,7 +69,7 @@ pub fn linear_ticks(range: Range, count: usize) -> Ticks {
     }
 }
 
-/// Linear ticks as dense as the labels allow when they stand side by side.
+/// Returns linear ticks of a horizontal axis, as many as the widths of the labels permit.
 pub fn linear_ticks_across(range: Range, pixels: f64, size: f64) -> Ticks {
     let mut count = ((pixels / 65.0) as usize).max(2);
     loop {
@@ -82,8 +82,7 @@ pub fn linear_ticks_across(range: Range, pixels: f64, size: f64) -> Ticks {
     }
 }
 
-/// Ticks of a logarithmic axis; the range holds the logarithms to base ten,
-/// and so do the positions.
+/// Returns the ticks of a logarithmic axis. The range and the positions are logarithms to base ten.
 pub fn log_ticks(range: Range, count: usize) -> Ticks {
     let (first, last) = (range.lo.ceil() as i32, range.hi.floor() as i32);
     let decades = (last - first + 1).max(0) as usize;
@@ -106,7 +105,7 @@ pub fn log_ticks(range: Range, count: usize) -> Ticks {
     }
 }
 
-/// Positions of the unlabelled ticks at 2, 3, ... 9 of each decade.
+/// Returns the positions of the unlabelled ticks at 2, 3, …, 9 times each power of ten.
 pub fn log_subticks(range: Range) -> Vec<f64> {
     let (first, last) = (range.lo.floor() as i32, range.hi.ceil() as i32);
     if last - first > 8 {
@@ -118,7 +117,8 @@ pub fn log_subticks(range: Range) -> Vec<f64> {
         .collect()
 }
 
-/// Too few powers of ten in sight: multiples of them, or else equal steps.
+/// Returns ticks of a range with fewer than two powers of ten: multiples of powers of ten, or equal
+/// steps.
 fn ticks_within_decade(range: Range, count: usize) -> Ticks {
     let (lo, hi) = (10f64.powf(range.lo), 10f64.powf(range.hi));
     let multiples = |of: &[u8]| -> Vec<(i32, u8)> {

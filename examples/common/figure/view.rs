@@ -1,4 +1,4 @@
-//! An orthographic view of a box in space with its three axes.
+//! Orthographic view of a box in space with three axes.
 
 use plotters::style::RGBColor;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -10,11 +10,11 @@ use super::range::Range;
 use super::ticks::linear_ticks;
 use super::{LABEL_SIZE, TICK_SIZE};
 
-/// Direction from which the box is seen: azimuth of the eye, then elevation.
-/// With these, x runs to the right, y into the picture and z upwards.
+/// Azimuth and elevation of the viewing direction, degrees. The x axis points to the right, y into
+/// the picture and z up.
 const EYE_DEG: (f64, f64) = (-60.0, 24.0);
 
-/// A view of the box spanned by three ranges, equally scaled in all directions.
+/// View of the box that three ranges span, with the same scale in all directions.
 pub struct View {
     ranges: [Range; 3],
     centre: Point,
@@ -23,7 +23,7 @@ pub struct View {
 }
 
 impl View {
-    /// The largest view of the box that fits into a cell, labels included.
+    /// Returns the largest view of the box that fits into a cell, labels included.
     pub fn new(cell: Rect, ranges: [Range; 3]) -> Self {
         let frame =
             Rect { left: cell.left + 92.0, top: cell.top + 34.0, right: cell.right - 75.0, bottom: cell.bottom - 62.0 };
@@ -36,7 +36,7 @@ impl View {
         }
     }
 
-    /// Pixel position of a point in space, if it can be shown.
+    /// Returns the pixel position of a point in space, or `None` if it is outside the box.
     pub fn at(&self, p: [f64; 3]) -> Option<Point> {
         let inside = |axis: usize| {
             let Range { lo, hi } = self.ranges[axis];
@@ -46,12 +46,12 @@ impl View {
         (0..3).all(inside).then(|| self.pixel(p))
     }
 
-    /// The point's foot on the floor of the box.
+    /// Returns the pixel position of the vertical projection of a point onto the floor of the box.
     pub fn foot(&self, p: [f64; 3]) -> Option<Point> {
         self.at(p).map(|_| self.pixel([p[0], p[1], self.ranges[2].lo]))
     }
 
-    /// Draws the floor and the two walls behind the data, with ticks.
+    /// Draws the floor and the two rear walls with ticks.
     pub fn draw(&self, canvas: &mut Canvas, labels: [&str; 3]) {
         let [x, y, z] = self.ranges;
         let faces = [
@@ -77,8 +77,8 @@ impl View {
     fn draw_axis(&self, canvas: &mut Canvas, axis: usize, label: &str) {
         let [x, y, z] = self.ranges;
         let (from, to) = (self.ranges[axis].lo, self.ranges[axis].hi);
-        // The edge that carries the ticks lies on the outline of the box; the
-        // grid lines run from it over the floor or a wall and up the next one.
+        // The edge with the ticks is part of the outline of the box. Grid lines extend from it over
+        // two faces.
         let along = |v: f64| match axis {
             0 => [[v, y.lo, z.lo], [v, y.hi, z.lo], [v, y.hi, z.hi]],
             1 => [[x.hi, v, z.lo], [x.lo, v, z.lo], [x.lo, v, z.hi]],
@@ -87,7 +87,7 @@ impl View {
         let (a, b) = (self.pixel(along(from)[0]), self.pixel(along(to)[0]));
         let length = (b.0 - a.0).hypot(b.1 - a.1);
         let ticks = linear_ticks(self.ranges[axis], ((length / 48.0) as usize).max(1));
-        // Direction away from the box in which the labels stand.
+        // Direction of the labels from the edge, pointing away from the box.
         let (out, h, v) = match axis {
             0 => ((-0.25, 1.0), HPos::Center, VPos::Top),
             1 => ((1.0, 0.45), HPos::Left, VPos::Center),
@@ -108,7 +108,7 @@ impl View {
         let (lx, ly) = match axis {
             0 => (middle.0 - 20.0, middle.1 + 36.0),
             1 => {
-                // A long label is shifted back into the cell, along the edge.
+                // A label that exceeds the cell is shifted back along the edge.
                 let x = middle.0 + 18.0 + width;
                 let excess = x + text_width(&text, LABEL_SIZE) - self.right;
                 (x - excess.max(0.0), middle.1 + 26.0 + 0.75 * excess.max(0.0))
@@ -131,15 +131,15 @@ impl View {
     }
 }
 
-/// Width and height of the projected box, in the units of the ranges.
+/// Returns width and height of the projected box in the units of the ranges.
 pub fn extent(ranges: [Range; 3]) -> (f64, f64) {
-    // All coefficients enter with their magnitude: opposite corners bound it.
+    // Two opposite corners of the box bound each component, hence the absolute values.
     let ((rx, ux), (ry, uy), (rz, uz)) = (project([1.0, 0.0, 0.0]), project([0.0, 1.0, 0.0]), project([0.0, 0.0, 1.0]));
     let sum = |c: [f64; 3]| (0..3).map(|i| c[i].abs() * ranges[i].length()).sum();
     (sum([rx, ry, rz]), sum([ux, uy, uz]))
 }
 
-/// Components of a vector along the picture's right and up directions.
+/// Returns the components of a vector along the right and up directions of the picture.
 fn project(p: [f64; 3]) -> (f64, f64) {
     let (sin_a, cos_a) = EYE_DEG.0.to_radians().sin_cos();
     let (sin_e, cos_e) = EYE_DEG.1.to_radians().sin_cos();

@@ -1,4 +1,4 @@
-//! Films: one HTML file each, which plays in a browser without a network.
+//! Films: HTML files that play in a browser without a network.
 
 mod frame;
 
@@ -10,26 +10,28 @@ pub use frame::Frame;
 
 use super::file::write_whole;
 
-/// Bytes of all frames at most: as text they are a third more.
+/// Largest size of all frames in bytes. Their text is longer by one third.
 const MOST_BYTES: usize = 2_000_000;
 
-/// Frames, and what is written over them.
+/// A sequence of frames with a title and a description.
 #[derive(Debug, Clone)]
 pub struct Film {
     title: String,
     about: String,
-    /// Hours of the shoot in a second of the film, at first.
+    /// Initial speed, in simulated hours per second.
     speed: f64,
     frames: Vec<Frame>,
 }
 
 impl Film {
-    /// A film without a frame. `speed` is one of those that the player offers: 0.1, 0.25, 0.5, 1, 2, 4, 8 h in a second.
+    /// Returns a film without frames. `speed` is one of the values of the player: 0.1, 0.25, 0.5,
+    /// 1, 2, 4 or 8 h per second.
     pub fn new(title: &str, about: &str, speed: f64) -> Self {
         Self { title: title.into(), about: about.into(), speed, frames: Vec::new() }
     }
 
-    /// Adds a frame, later than the last one and with as many points.
+    /// Adds a frame. Its time is later than that of the last frame, and its number of points is the
+    /// same.
     pub fn push(&mut self, frame: Frame) {
         self.frames.push(frame);
     }
@@ -37,7 +39,8 @@ impl Film {
     /// Writes the page.
     ///
     /// # Errors
-    /// Frames that differ in the number of their points, none at all, or the file system's.
+    /// Errors of the file system, frames with different numbers of points, and a film without
+    /// frames.
     pub fn write(&self, file: impl AsRef<Path>) -> io::Result<()> {
         let page = fill(
             include_str!("film.html"),
@@ -53,19 +56,21 @@ impl Film {
         write_whole(file.as_ref(), page)
     }
 
-    /// Of a long run every second frame, or fewer, so that the page stays below 3 MB.
+    /// Returns every n-th frame, where n is the smallest number for which the page is smaller than
+    /// 3 MB.
     fn kept(&self, bytes: usize) -> Vec<&Frame> {
         let every = (bytes * self.frames.len()).div_ceil(MOST_BYTES).max(1);
         self.frames.iter().step_by(every).collect()
     }
 
-    /// What the player reads: times, lengths, zones, and all vectors as 16-bit numbers.
+    /// Returns the data of the player: times, lengths, growth zones, and all vectors as 16-bit
+    /// numbers.
     fn data(&self) -> io::Result<String> {
         let wrong = |what: &str| io::Error::new(io::ErrorKind::InvalidInput, format!("a film {what}"));
-        let first = self.frames.first().ok_or_else(|| wrong("without a frame"))?;
+        let first = self.frames.first().ok_or_else(|| wrong("needs at least one frame"))?;
         let counts = |frame: &Frame| (frame.line.len(), frame.directors.len(), frame.piles.len());
         if self.frames.iter().any(|frame| counts(frame) != counts(first)) {
-            return Err(wrong("whose frames differ in the number of their points"));
+            return Err(wrong("needs frames with equal numbers of points"));
         }
         let (points, stations, piles) = counts(first);
         let frames = self.kept(6 * (points + 3 * stations + 2 * piles));
@@ -75,7 +80,7 @@ impl Film {
         let unit = furthest / most;
         let mut bytes = Vec::new();
         let mut put = |vector: &[f64; 3], unit: f64| {
-            // Out of range is taken to its end; nothing is further than the line by more than rounding.
+            // The conversion saturates. Positions exceed those of the centre line by rounding only.
             vector.iter().for_each(|x| bytes.extend(((x / unit).round() as i16).to_le_bytes()));
         };
         for frame in &frames {
@@ -108,17 +113,17 @@ impl Film {
     }
 }
 
-/// Draws a shoot in space; for other pages, too.
+/// Script that draws a shoot in space.
 pub const SCENE: &str = include_str!("scene.js");
-/// How pages look.
+/// Style sheet of the pages.
 pub const STYLE: &str = include_str!("page.css");
 
-/// Puts texts in the place of `{{name}}`.
+/// Replaces each `{{name}}` by its text.
 pub fn fill(page: &str, texts: &[(&str, &str)]) -> String {
     texts.iter().fold(page.to_string(), |page, (name, text)| page.replace(&format!("{{{{{name}}}}}"), text))
 }
 
-/// Bytes as text, by RFC 4648.
+/// Encodes bytes in base 64 (RFC 4648).
 pub fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

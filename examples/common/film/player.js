@@ -1,4 +1,4 @@
-// The player of a film. `#t=2.5` behind the address opens it at 2.5 h, paused.
+// Player of a film. The suffix `#t=2.5` of the address opens the film at 2.5 h and pauses it.
 const film = JSON.parse(document.getElementById("data").textContent);
 const frames = unpack(film);
 const view = new View(document.getElementById("view"), boxAround(frames.flatMap((frame) => frame.line)));
@@ -8,7 +8,7 @@ const last = frames.length - 1;
 let [time, playing, drawnAt] = [0, false, null];
 
 scrub.max = last;
-// Hours of the shoot in a second of the film.
+// Speeds in simulated hours per second.
 for (const hours of [0.1, 0.25, 0.5, 1, 2, 4, 8]) {
   const chosen = hours === film.speed;
   speed.add(new Option(`${hours} h per second`, hours, chosen, chosen));
@@ -18,7 +18,8 @@ for (const [name, words] of Object.entries(NAMES)) {
   document.getElementById("legend").append(legendItem(name, words));
 }
 
-// Frames are rows of 16-bit numbers: positions in units of film.unit (m), directions in 1/32767.
+// Decodes the frames. Vectors are 16-bit numbers: positions in units of film.unit (m), unit vectors in units of
+// 1/32767.
 function unpack({ data, unit, points, stations, piles, times, lengths, zones }) {
   const bytes = Uint8Array.from(atob(data), (c) => c.charCodeAt(0)), view = new DataView(bytes.buffer);
   let at = 0;
@@ -32,7 +33,7 @@ function unpack({ data, unit, points, stations, piles, times, lengths, zones }) 
   }));
 }
 
-// The last frame that is not later than the time.
+// Returns the index of the last frame that is not later than a time (h).
 function frameAt(hours) {
   let [low, high] = [0, last];
   while (low < high) {
@@ -50,7 +51,8 @@ function draw() {
   view.shoot(frame);
   scrub.value = i;
   scrub.setAttribute("aria-valuetext", `${frame.time.toFixed(2)} hours`);
-  read.textContent = `${frame.time.toFixed(2)} h · length ${(100 * frame.length).toFixed(2)} cm · grid ${distance(spacing)}`;
+  const length = (100 * frame.length).toFixed(2);
+  read.textContent = `${frame.time.toFixed(2)} h · length ${length} cm · grid spacing ${distance(spacing)}`;
   play.textContent = playing ? "Pause" : "Play";
   document.body.dataset.frame = i;
 }
@@ -82,7 +84,7 @@ play.addEventListener("click", () => run(!playing));
 scrub.addEventListener("input", () => { run(false); goTo(Number(scrub.value)); });
 document.getElementById("reset").addEventListener("click", () => view.reset());
 document.addEventListener("keydown", (event) => {
-  // A button or a list that has the focus answers to its own keys.
+  // Keys for a focused button or list are left to that element.
   const own = event.target.closest && event.target.closest("button, select");
   const step = event.shiftKey ? 10 : 1;
   if (event.key === " " && !own) run(!playing);
@@ -97,8 +99,8 @@ document.addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 
-const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
-if (Number.isFinite(asked)) time = Math.min(frames[last].time, Math.max(frames[0].time, asked));
+const requested = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? NaN);
+if (Number.isFinite(requested)) time = Math.min(frames[last].time, Math.max(frames[0].time, requested));
 draw();
-// Nothing moves unasked for who prefers less motion, or has asked for one moment.
-if (!Number.isFinite(asked) && !matchMedia("(prefers-reduced-motion: reduce)").matches) run(true);
+// The film does not start automatically if reduced motion is preferred or a time is given in the address.
+if (!Number.isFinite(requested) && !matchMedia("(prefers-reduced-motion: reduce)").matches) run(true);

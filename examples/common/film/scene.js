@@ -1,22 +1,24 @@
 "use strict";
-// A shoot in space on a canvas: a box with a floor and walls, the centre line, arrows, the tip's trace.
-// The view is parallel (no perspective), so that lengths may be compared; z points up.
+// Draws a shoot in space on a canvas: a box with a floor and walls, the centre line, arrows and the tip track.
+// The projection is parallel, so that lengths can be compared. The z axis points up.
 
-// Okabe and Ito's colours, told apart by colour-blind readers; what grows and what does not differ in width, too.
+// Colours of Okabe and Ito, which colour-blind readers can distinguish. Growing and mature tissue also differ in width.
 const COLOURS = {
   zone: "#009e73", mature: "#5b4636", d1: "#0072b2", d2: "#56b4e9", pile: "#e69f00",
-  trace: "#d55e00", shadow: "#e5b49a", old: "#f3ddd0", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a", text: "#222222", force: "#cc79a7",
+  trace: "#d55e00", shadow: "#e5b49a", old: "#f3ddd0", tip: "#d55e00", grid: "#d9d9d9", edge: "#8a8a8a",
+  text: "#222222", force: "#cc79a7",
 };
 
 // Names for the legend, by colour.
 const NAMES = {
-  mature: "mature tissue", zone: "growth zone", d1: "director d1", d2: "director d2", pile: "normal of statolith piles", trace: "path of the tip",
+  mature: "mature tissue", zone: "growth zone", d1: "director d1", d2: "director d2",
+  pile: "normal h of statoliths", trace: "tip track",
 };
 
-// The recent part of the path of the tip, which is drawn strongly, h.
+// Duration of the emphasised recent part of the tip track, h.
 const RECENT = 4;
 
-// The camera looks along a direction given by two angles, in degrees.
+// Parallel projection along a direction that is given by azimuth and elevation, in degrees.
 class View {
   constructor(canvas, box) {
     this.canvas = canvas;
@@ -28,7 +30,7 @@ class View {
     this.listen();
   }
 
-  // box: [[x0, x1], [y0, y1], [z0, z1]], m.
+  // Sets the visible box [[x0, x1], [y0, y1], [z0, z1]], m.
   setBox(box) {
     this.box = box;
     this.centre = box.map(([a, b]) => (a + b) / 2);
@@ -51,7 +53,7 @@ class View {
     let last = null;
     canvas.style.touchAction = "none";
     canvas.addEventListener("pointerdown", (event) => {
-      // A push by hand may take the pointer first.
+      // The page may use the pointer to apply a force.
       if (event.defaultPrevented) return;
       last = [event.clientX, event.clientY];
       canvas.setPointerCapture(event.pointerId);
@@ -73,7 +75,7 @@ class View {
     new ResizeObserver(() => this.onchange()).observe(canvas);
   }
 
-  // Makes the canvas as fine as the screen, and clears it.
+  // Sets the resolution of the canvas to that of the screen, clears it, and computes the projection.
   begin() {
     const { canvas, context } = this, ratio = window.devicePixelRatio || 1;
     const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
@@ -86,10 +88,10 @@ class View {
     const a = this.azimuth * Math.PI / 180, e = this.elevation * Math.PI / 180;
     this.right = [-Math.sin(a), Math.cos(a), 0];
     this.up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
-    // From the scene to the eye.
+    // Direction from the scene to the eye.
     this.towards = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
     this.size = [width, height];
-    // What the box needs on the screen, with a margin.
+    // The scale is the largest for which the box fits into the canvas with a margin.
     let [across, high] = [0, 0];
     for (let corner = 0; corner < 8; corner++) {
       const p = this.box.map(([lo, hi], k) => ((corner >> k) & 1 ? hi : lo) - this.centre[k]);
@@ -99,7 +101,7 @@ class View {
     this.scale = 0.94 * Math.min(width / (2 * across), height / (2 * high));
   }
 
-  // Where a point of space is on the canvas, in its pixels.
+  // Returns the pixel position of a point in space.
   at(p) {
     const q = p.map((x, k) => x - this.centre[k]);
     return [this.size[0] / 2 + this.scale * dot(q, this.right), this.size[1] / 2 - this.scale * dot(q, this.up)];
@@ -130,14 +132,14 @@ class View {
     c.fill();
   }
 
-  // An arrow of `length` metres.
+  // Draws an arrow of the given length, m.
   arrow(from, direction, length, colour, width = 1.8) {
     const to = from.map((x, k) => x + length * direction[k]);
     this.line([from, to], colour, width);
     const a = this.at(from), b = this.at(to), c = this.context;
     const [dx, dy] = [b[0] - a[0], b[1] - a[1]], seen = Math.hypot(dx, dy);
     const head = Math.min(6 * this.ratio, 0.5 * seen);
-    // Seen from its end an arrow is a point.
+    // An arrow along the viewing direction has no visible head.
     if (head < this.ratio) return;
     const [ux, uy] = [dx / seen, dy / seen];
     c.beginPath();
@@ -148,12 +150,12 @@ class View {
     c.fill();
   }
 
-  // The two walls at the back: for x and y, the side that is further from the eye.
+  // Returns the coordinates x and y of the two rear walls.
   walls() {
     return [0, 1].map((k) => this.box[k][this.towards[k] > 0 ? 0 : 1]);
   }
 
-  // Floor and walls with a grid of 1, 2 or 5 times a power of ten; returns its spacing, m.
+  // Draws floor and walls with a grid. Returns its spacing (m), which is 1, 2 or 5 times a power of ten.
   room() {
     const [bx, by, bz] = this.box, [wx, wy] = this.walls();
     const span = Math.max(bx[1] - bx[0], by[1] - by[0], bz[1] - bz[0]), spacing = nice(span / 8);
@@ -204,8 +206,8 @@ class View {
     c.fillText(words, x, y);
   }
 
-  // The shadows of a path on the floor and the walls. Those of its points from number `recent` on are strong, and they are drawn in
-  // space, too: what is older would hide them.
+  // Draws the projections of a track onto the floor and the walls. The part from index `recent` on has strong colours
+  // and is also drawn in space. The older part would hide it there.
   trace(path, recent = 0) {
     const [wx, wy] = this.walls(), floor = this.box[2][0];
     const now = path.slice(recent), before = path.slice(0, recent + 1);
@@ -217,7 +219,8 @@ class View {
     if (path.length) this.dot(flat[2](path[path.length - 1]), COLOURS.trace, 3);
   }
 
-  // A shoot: { line: points, zone: part of its length where growth begins, directors: [[at, d1, d2]], piles: [[at, h]] }.
+  // Draws a frame: { line: points of the centre line, zone: relative arc length of the lower end of the growth zone,
+  // directors: [[position, d1, d2]], piles: [[position, h]] }.
   shoot(frame) {
     const last = frame.line.length - 1, cut = frame.zone * last, whole = Math.floor(cut), part = cut - whole;
     const between = whole < last
@@ -239,13 +242,13 @@ function dot(a, b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// The nearest of 1, 2, 5 times a power of ten.
+// Returns the nearest value among 1, 2 and 5 times a power of ten.
 function nice(x) {
   const power = 10 ** Math.floor(Math.log10(x)), part = x / power;
   return power * (part < 1.5 ? 1 : part < 3.5 ? 2 : part < 7.5 ? 5 : 10);
 }
 
-// 0.02 → "2 cm".
+// Returns a length (m) as text: 0.02 gives "2 cm".
 function distance(metres) {
   const [size, unit] = metres < 0.00999 ? [1e3, "mm"] : [1e2, "cm"];
   return `${Number((metres * size).toPrecision(3))} ${unit}`;
@@ -263,7 +266,7 @@ function legendItem(name, words) {
   return item;
 }
 
-// A box that holds all points of some lines: a square floor round the base, with a margin.
+// Returns a box that contains all points with a margin. Its floor is a square centred at the base.
 function boxAround(points) {
   let [side, low, high] = [0.005, 0, 0.005];
   for (const [x, y, z] of points) {
