@@ -12,6 +12,7 @@
 //! circular orbits are stable. All planar orbits are stable against disturbances in their plane and unstable against
 //! disturbances out of it. The period of the circular orbit is independent of the parameter if the length is varied.
 //! The period of the planar orbit increases with the length, near the onset with the fourth power of the excursion.
+//! The figure shows the excursion A, its ratio to the exact radius R of the circular orbit, and the period.
 //!
 //! # Options
 //! - `--over eta --from 15 --to 25` varies the proprioceptive sensitivity, `--over tau-g --from 18 --to 24` the growth

@@ -160,26 +160,26 @@ fn series_of(curves: &[Curve], quantity: impl Fn(Complex<f64>) -> f64, onset: (f
     }
     series.extend(badges);
     series.push(Series::new("onset of oscillations", vec![onset], Style::Points, 3));
-    let label = "limit of the computed range; roots accumulate at the essential spectrum, outside this range";
+    let label = "limit of the computed roots: roots accumulate at the essential spectrum and are not computed near it";
     series.push(Series::new(if ends.is_empty() { "" } else { label }, ends, Style::Points, 6));
     series
 }
 
 /// Draws growth rates, with zero, the essential spectrum (1/s) and the self-buckling length.
 fn draw_growth_rates(file: &Path, curves: &[Curve], critical: f64, essential: Option<f64>) -> io::Result<()> {
-    let mut series = series_of(curves, |z| HOUR * z.re, (critical / CM, 0.0));
     let lengths = curves.iter().flatten().map(|(length, _)| length / CM);
     let (shortest, buckling) = (lengths.fold(critical / CM, f64::min), BUCKLING / CM);
     let level = |rate: f64| vec![(shortest, rate), (buckling, rate)];
     let rates = || curves.iter().flatten().map(|(_, z)| HOUR * z.re);
     let (least, most) = (rates().fold(0.0, f64::min), rates().fold(0.0, f64::max));
     let lowest = essential.map_or(least, |rate| HOUR * rate);
-    series.push(Series::new("zero: limit of stability", level(0.0), Style::Line, 6));
+    let mut series = vec![Series::new("stability limit, Re λ = 0", level(0.0), Style::Line, 6)];
     if essential.is_some() {
         series.push(Series::new("essential spectrum", level(lowest), Style::Dashed, 6));
     }
     let wall = vec![(buckling, lowest), (buckling, most)];
     series.push(Series::new("self-buckling length (Greenhill)", wall, Style::Dashed, 4));
+    series.extend(series_of(curves, |z| HOUR * z.re, (critical / CM, 0.0)));
     let title = "Growth rates of the characteristic roots of an upright shoot";
     lines_figure(file, title, "length (cm)", "growth rate Re λ (1/h)", &series, Axes::Linear)
 }

@@ -160,7 +160,9 @@ fn run() -> Result<(), Box<dyn Error>> {
             }
             let (centimetres, degrees) = (100.0 * rod.length(), off.to_degrees());
             progress.suspend(|| {
-                println!("{hours:5.1} h: length {centimetres:5.2} cm, angle between tip and lamp {degrees:5.1}°")
+                println!(
+                    "{hours:5.1} h: length {centimetres:5.2} cm, angle between apical tangent and lamp {degrees:5.1}°"
+                )
             });
         }
         if row > 0 && row % 120 == 0 {

@@ -7,7 +7,7 @@
 //!
 //! - *A: gravitropism alone*, without proprioception.
 //! - *B: microgravity*: proprioception alone, without weight.
-//! - *C: gravitropism and proprioception*.
+//! - *C: both responses*: gravitropism and proprioception, with weight.
 //!
 //! # Results
 //! The shoot is stable to the right of the solid curves and unstable in the grey area. Lengths are divided by the
@@ -107,7 +107,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let kinds = [
         ("A: gravitropism alone", kind(0.8, 0.0, false)),
         ("B: microgravity", kind(0.0, 20.0, true)),
-        ("C: gravitropism and proprioception", kind(0.8, 20.0, false)),
+        ("C: both responses", kind(0.8, 20.0, false)),
     ];
     let [_, weightless, both] = kinds.map(|(_, kind)| kind);
     let clock = Instant::now();
@@ -240,7 +240,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let panels: Vec<(&str, &[Series])> = panels.iter().map(|(name, series)| (*name, series.as_slice())).collect();
     panels_figure(
         out.join("stability_map.svg"),
-        "Stability of an upright shoot: growth time and length",
+        "Stability boundaries of an upright shoot",
         "growth time τg (h)",
         "length / self-buckling length, ℓ/ℓc",
         &panels,

@@ -14,7 +14,7 @@ const CM_PER_M: f64 = 1e2;
 /// Amplitudes are shown in millimetres.
 const MM_PER_M: f64 = 1e3;
 const HOUR: f64 = 3600.0;
-/// Amplitudes at the ends of the colour bar, mm. The upper limit exceeds the length of all shoots.
+/// Amplitudes at the ends of the colour bar, mm. The upper limit exceeds all lengths of the default grid.
 const LIMITS: [f64; 2] = [1e-4, 1e2];
 
 /// Writes all points as one table.

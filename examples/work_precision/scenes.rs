@@ -354,7 +354,7 @@ fn snap_through(quick: bool) -> Measured {
     Ok(Scene {
         name: "snap-through",
         error: "relative error of the time or of the tip",
-        what: "snap-through of a buckled shoot: time of passing the vertical, and tip after 6 h",
+        what: "snap-through of a buckled shoot",
         methods,
     })
 }
