@@ -10,8 +10,8 @@
 //! Both branches begin at the onset of oscillations. Near the onset, the excursion of the tip grows as the square root
 //! of the distance from it, and the excursion of the planar orbit is √(4/3) times that of the circular orbit. All
 //! circular orbits are stable. All planar orbits are stable against disturbances in their plane and unstable against
-//! disturbances out of it. The period of the circular orbit is independent of the parameter if the length is varied.
-//! The period of the planar orbit increases with the length, near the onset with the fourth power of the excursion.
+//! disturbances out of it. The period of the circular orbit depends only on the memories. The period of the planar
+//! orbit increases with the length, near the onset with the fourth power of the excursion.
 //! The figure shows the excursion A, its ratio to the exact radius R of the circular orbit, and the period.
 //!
 //! # Options

@@ -17,8 +17,8 @@
 //! - `--statoliths`: avalanche dynamics of the statoliths with a time constant of 2 min. This additional delay reduces
 //!   the critical length and increases the period.
 //! - `--eta 0`, a shoot without proprioception, and `--tau-g 40`, half the growth rate: larger critical lengths.
-//! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception alone. The program
-//!   reports that there is no onset.
+//! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception alone. There is no
+//!   onset, and the program ends with an error message that states the reason.
 
 mod common;
 
