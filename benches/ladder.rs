@@ -1,7 +1,9 @@
-//! A ladder of scenes, from a bare rod to the full shoot and its stability: what every mechanism adds to the time of a step.
+//! Run time of a sequence of scenes, each with one mechanism more, from a bare rod to the full shoot and its stability.
 //!
-//! `cargo bench --workspace --bench ladder`. Two hours in steps of 90 s (86 steps with those of the start), four elements; counts
-//! and bytes are those of `tests/time/ladder.rs`. And equilibria from 8 to 65,536 elements: cost is proportional to their number.
+//! Command: `cargo bench --workspace --bench ladder`. Each scene has four elements and simulates two hours with time
+//! steps of 90 s (86 steps, including the shorter ones at the start). `tests/time/ladder.rs` asserts the numbers of
+//! operations and allocated bytes. A second group computes equilibria with 8 to 65,536 elements, whose cost is
+//! proportional to this number.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 
@@ -24,19 +26,20 @@ const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
+/// Rod without weight, growth and tropisms.
 fn rod() -> ShootBuilder<Laws<LinearElastic>> {
     Shoot::builder(YOUNG).length(0.068).radius(5e-4).elements(4).scene(Still::tilted(0.1))
 }
 
-fn rungs(c: &mut Criterion) {
+fn scenes(c: &mut Criterion) {
     let mut group = c.benchmark_group("ladder, 2 h");
     group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
-    fn rung<M: Model + Clone>(
+    fn bench_scene<M: Model + Clone>(
         group: &mut criterion::BenchmarkGroup<'_, criterion::measurement::WallTime>,
         name: &str,
         builder: ShootBuilder<M>,
     ) {
-        let shoot = builder.build().expect("a shoot");
+        let shoot = builder.build().expect("valid parameters");
         let mut integrator = MethodOfSteps::new(90.0);
         group.bench_function(name, |b| {
             b.iter(|| {
@@ -51,34 +54,39 @@ fn rungs(c: &mut Criterion) {
     let slow = Gravitropism { sensitivity: 0.8, perception: Statoliths { avalanche_time: 120.0 } }.remembered(MEMORY);
     let bend = Proprioception { sensitivity: 20.0 }.remembered(MEMORY);
     let oscillator = Oscillator::new(0.2, 1440.0);
-    rung(&mut group, "1 rod", rod());
-    rung(&mut group, "2 and weight", rod().load(WEIGHT));
-    rung(&mut group, "3 and growth", rod().load(WEIGHT).growth(growth));
-    rung(&mut group, "4 and a memory", rod().load(WEIGHT).growth(growth).tropism(gravity));
-    rung(&mut group, "5 and another", rod().load(WEIGHT).growth(growth).tropism((gravity, bend)));
-    rung(&mut group, "6 and an oscillator", rod().load(WEIGHT).growth(growth).tropism((oscillator, gravity, bend)));
-    rung(&mut group, "7 and statoliths", rod().load(WEIGHT).growth(growth).tropism((oscillator, slow, bend)));
+    bench_scene(&mut group, "1 rod", rod());
+    bench_scene(&mut group, "2 with weight", rod().load(WEIGHT));
+    bench_scene(&mut group, "3 with growth", rod().load(WEIGHT).growth(growth));
+    bench_scene(&mut group, "4 with gravitropism", rod().load(WEIGHT).growth(growth).tropism(gravity));
+    bench_scene(&mut group, "5 with proprioception", rod().load(WEIGHT).growth(growth).tropism((gravity, bend)));
+    bench_scene(
+        &mut group,
+        "6 with an oscillator",
+        rod().load(WEIGHT).growth(growth).tropism((oscillator, gravity, bend)),
+    );
+    bench_scene(&mut group, "7 with statoliths", rod().load(WEIGHT).growth(growth).tropism((oscillator, slow, bend)));
     let wood = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 144.0 * HOUR };
     let whole = Shoot::builder(wood).length(0.068).radius(5e-4).elements(4).scene(Still::tilted(0.1)).load(WEIGHT);
-    rung(&mut group, "8 and lignification", whole.growth(growth).tropism((oscillator, slow, bend)));
+    bench_scene(&mut group, "8 with lignification", whole.growth(growth).tropism((oscillator, slow, bend)));
     let steady = || {
         let zone = Ongoing(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR });
         let shoot = Shoot::builder(YOUNG).length(0.068).radius(5e-4).elements(4).load(WEIGHT).growth(zone);
-        let mut shoot = shoot.tropism((gravity, bend)).build().expect("a shoot");
-        solve_steady_state(&mut shoot).expect("it is upright");
-        Linearisation::about(&shoot).and_then(|linear| linear.unstable()).expect("a count")
+        let mut shoot = shoot.tropism((gravity, bend)).build().expect("valid parameters");
+        solve_steady_state(&mut shoot).expect("a steady state");
+        Linearisation::about(&shoot).and_then(|linear| linear.unstable()).expect("a resolved number of roots")
     };
-    group.bench_function("9 stability asked for", |b| b.iter(steady));
+    group.bench_function("9 number of unstable roots", |b| b.iter(steady));
     group.finish();
 }
 
-fn scale(c: &mut Criterion) {
+fn equilibria(c: &mut Criterion) {
     let scene = Still::tilted(FRAC_PI_2);
     let environment = scene.environment(0.0);
-    let mut group = c.benchmark_group("an equilibrium of so many elements");
+    let mut group = c.benchmark_group("equilibrium, by number of elements");
     group.sample_size(10).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(1));
     for elements in [8_u32, 64, 512, 4096, 65536] {
-        let straight = Rod::uniform(0.0659, 5e-4, scene.base, elements as usize, Order::Eight).expect("a rod");
+        let straight =
+            Rod::uniform(0.0659, 5e-4, scene.base, elements as usize, Order::Eight).expect("valid parameters");
         let mut solver = NewtonSolver::default();
         group.throughput(Throughput::Elements(u64::from(elements)));
         group.bench_with_input(BenchmarkId::from_parameter(elements), &straight, |b, straight| {
@@ -92,5 +100,5 @@ fn scale(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, rungs, scale);
+criterion_group!(benches, scenes, equilibria);
 criterion_main!(benches);

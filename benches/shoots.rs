@@ -1,6 +1,6 @@
-//! Whole scenes: the growing shoot of the paper's video 2, the shoot that rights itself, the circular orbit.
+//! Run time of complete simulations: the growing shoot of the paper's video 2, and the righting of a horizontal shoot.
 //!
-//! `cargo bench --workspace --bench shoots`. The error of each setting is asserted by the test of the same scene in `tests/`.
+//! Command: `cargo bench --workspace --bench shoots`. Tests of the same scenes in `tests/` assert the errors.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 
@@ -22,7 +22,8 @@ const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
 const PROPRIOCEPTION: Proprioception = Proprioception { sensitivity: 20.0 };
 
-/// Video 2: grows from 6.8 cm, nutates, lignifies. Returns the tip, so that nothing is optimised away.
+/// Simulates the growing shoot of video 2, with all laws. Returns the tip, so that the compiler cannot remove the
+/// computation.
 fn growing_shoot(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
     let statoliths = Statoliths { avalanche_time: 120.0 };
     let mut shoot = Shoot::builder(Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * 24.0 * HOUR })
@@ -37,12 +38,12 @@ fn growing_shoot(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
         ))
         .load(Weight { density: 1000.0 })
         .build()
-        .expect("the parameters of the paper");
+        .expect("valid parameters");
     MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR).expect("a stable shoot");
     shoot.tip()
 }
 
-/// A shoot of constant length laid on its side.
+/// Simulates the righting of a horizontal shoot of constant length.
 fn righting(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
     let mut shoot = Shoot::builder(YOUNG)
         .length(0.05)
@@ -56,7 +57,7 @@ fn righting(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
         .load(Weight { density: 1000.0 })
         .scene(Still::tilted(FRAC_PI_2))
         .build()
-        .expect("the parameters of the paper");
+        .expect("valid parameters");
     MethodOfSteps::new(step).advance(&mut shoot, hours * HOUR).expect("a stable shoot");
     shoot.tip()
 }

@@ -1,8 +1,9 @@
-//! One linearisation, one count of unstable roots, one onset, one curve of the map of stability with 200 points; the example
-//! `stability_map` draws twelve such curves and says how long it took.
+//! Run time of a linearisation, of the number of unstable roots, of an onset, and of a stability boundary with 200
+//! points.
 //!
-//! `cargo bench --workspace --bench stability`. With three elements of order eight the length at onset is good to 1e-8, which
-//! `tests/stability/onset.rs` asserts for four.
+//! Command: `cargo bench --workspace --bench stability`. With three elements of order eight, the relative error of the
+//! critical length is 1e-8; `tests/stability/onset.rs` asserts it for four. The example `stability_map` computes twelve
+//! boundaries and prints its run time.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 
@@ -17,10 +18,12 @@ use morphorod::load::Weight;
 use morphorod::stability::{BoundarySettings, Linearisation, StabilityError, boundary, onset, solve_steady_state};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 
-fn linear_problem(length: f64) -> Result<Linearisation, StabilityError> {
+/// Linearisation about an upright shoot of given length, m.
+fn at_length(length: f64) -> Result<Linearisation, StabilityError> {
     upright(72e3, length, 3)
 }
 
+/// Linearisation about an upright shoot of given growth time, s, and length, m.
 fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
     let memory = Memory { time: 720.0, delay: 720.0 };
     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
@@ -41,10 +44,10 @@ fn upright(growth_time: f64, length: f64, elements: usize) -> Result<Linearisati
 fn stability(c: &mut Criterion) {
     let mut group = c.benchmark_group("stability, 3 elements");
     group.sample_size(20).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(2));
-    group.bench_function("linearisation", |b| b.iter(|| linear_problem(black_box(0.066))));
-    let linear = linear_problem(0.066).expect("an upright shoot below its buckling length");
+    group.bench_function("linearisation", |b| b.iter(|| at_length(black_box(0.066))));
+    let linear = at_length(0.066).expect("a length below the self-buckling length");
     group.bench_function("number of unstable roots", |b| b.iter(|| black_box(&linear).unstable()));
-    group.bench_function("onset", |b| b.iter(|| onset(linear_problem, black_box(0.06), 0.07)));
+    group.bench_function("onset", |b| b.iter(|| onset(at_length, black_box(0.06), 0.07)));
     let settings = BoundarySettings {
         start: [72e3, 0.0656],
         frequency: 0.0012,

@@ -1,18 +1,23 @@
-//! How far does a shoot swing, and which swing is stable? Its limit cycles, found at once instead of waited for.
+//! Branches of periodic orbits along a parameter, and their stability.
 //!
-//! A shoot that is longer than the onset of oscillations may swing to and fro in a plane or go round in a circle. Agostinelli, DeSimone
-//! and Noselli (2021), Front. Plant Sci. 12:608005, saw in simulations that the first is left and the second is kept. Here both are
-//! solved for, along a parameter and round folds if there are any, and their stability is a number: the multipliers of Floquet.
+//! A shoot that is longer than the critical length oscillates, in a vertical plane (planar orbit) or such that its tip
+//! describes a circle (circular orbit). In the simulations of Agostinelli, DeSimone and Noselli (2021), Front. Plant
+//! Sci. 12:608005, planar orbits are transient and circular orbits persist. This example solves the equations of both
+//! orbits directly, instead of simulating until transients have decayed. It follows both branches along a parameter by
+//! pseudo-arclength continuation, and computes the growth rates of disturbances (Floquet exponents) at each point.
 //!
-//! # What to see
-//! Both branches begin at the onset, with excursions that grow as the square root of the length beyond it; near it that of the plane
-//! swing is √(4/3) times that of the circle. The circle is stable all the way. The plane swing is stable in its plane and unstable out of it: a disturbance to
-//! the side grows, until the shoot goes round. The circle's period does not change with the length; that of the swing gets longer, near the onset with the
-//! fourth power of its excursion.
+//! # Results
+//! Both branches begin at the onset of oscillations. Near the onset, the excursion of the tip grows as the square root
+//! of the distance from it, and the excursion of the planar orbit is √(4/3) times that of the circular orbit. All
+//! circular orbits are stable. All planar orbits are stable against disturbances in their plane and unstable against
+//! disturbances out of it. The period of the circular orbit depends only on the memories. The period of the planar
+//! orbit increases with the length, near the onset with the fourth power of the excursion.
+//! The figure shows the excursion A, its ratio to the exact radius R of the circular orbit, and the period.
 //!
-//! # What to try
-//! - `--over eta --from 15 --to 25` and `--over tau-g --from 18 --to 24`: the sense of bending, or how slowly tissue grows.
-//! - `--elements 8 --intervals 16`: how accurate are the defaults?
+//! # Options
+//! - `--over eta --from 15 --to 25` varies the proprioceptive sensitivity, `--over tau-g --from 18 --to 24` the growth
+//!   time.
+//! - `--elements 8 --intervals 16` refines the discretisation, to check the accuracy of the default.
 
 mod common;
 #[path = "limit_cycles/exact.rs"]
@@ -20,6 +25,8 @@ mod exact;
 
 use std::error::Error;
 use std::f64::consts::PI;
+use std::io;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -37,15 +44,18 @@ use morphorod::{Model, ParameterError, Shoot};
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const MM: f64 = 1e-3;
-/// The tip of the first guess is so far from the axis, m.
+/// Excursion of the tip in the first initial guess, m.
 const FIRST: f64 = 4.0 * MM;
 
-/// The onset is looked for within the range over this before the first value.
+/// The onset is sought in an interval below the first value, whose length is the range divided by this number.
 const BEFORE: f64 = 10.0;
-/// The first step of the parameter is its range over this.
+/// Range of the parameter divided by its first step.
 const FIRST_STEP: f64 = 100.0;
+/// Excursion of planar orbits divided by that of circular orbits in the limit at the onset, squared.
+const PLANAR_RATIO_SQUARED: f64 = 4.0 / 3.0;
 
-/// A shoot of the reduced model: of constant length, all of it steering, with statoliths that settle at once.
+/// Parameters of the reduced model, with settled statoliths: the length is constant, and differential growth acts
+/// everywhere.
 struct Parameters {
     memory: Memory,
     growth_time: f64,
@@ -57,16 +67,18 @@ struct Parameters {
     length: f64,
 }
 
-/// The shoots, but for the parameter that is varied.
-struct Scene {
+/// Family of shoots with one varied parameter.
+struct Family {
     elements: usize,
+    /// Name of the varied parameter.
     over: String,
+    /// Length where another parameter is varied, cm.
     length: f64,
 }
 
-impl Scene {
+impl Family {
     fn parameters(&self, value: f64) -> Parameters {
-        let of = |name: &str, usual: f64| if self.over == name { value } else { usual };
+        let of = |name: &str, default: f64| if self.over == name { value } else { default };
         Parameters {
             memory: Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE },
             growth_time: HOUR * of("tau-g", 20.0),
@@ -97,38 +109,39 @@ impl Scene {
     }
 }
 
-/// A cycle at a value of the parameter.
-struct Found {
+/// Periodic orbit at one value of the parameter.
+struct Sample {
     parameter: f64,
-    /// Largest distance of the tip from the axis, m.
-    amplitude: f64,
-    /// s.
+    /// Largest distance of the tip from the vertical through the base, m.
+    excursion: f64,
+    /// Period, s.
     period: f64,
-    /// Growth rates of the two disturbances that grow most or decay least, 1/s: of a swing, one in its plane and one out of it. Not a
-    /// number if no second one is found.
+    /// Growth rates of the two leading disturbances, 1/s, the larger one first. For planar orbits, one is in the plane
+    /// and one out of it. NaN if no second one is computed.
     rates: [f64; 2],
+    /// Number of unstable disturbances.
     unstable: usize,
-    /// By how much what must be zero is not, over a period: what the intervals leave.
+    /// Largest modulus of the trivial exponents times the period. They are zero for exact orbits.
     defect: f64,
     iterations: usize,
     bifurcation: Option<Bifurcation>,
 }
 
-impl Found {
-    /// A place whose cycle is so many times what comes back, perhaps turned.
-    fn of<O>(point: &BranchPoint<O>, parts: f64, iterations: usize) -> Self {
+impl Sample {
+    /// Converts a point of a branch. A full period of the orbit consists of `parts` periods of the solver.
+    fn new<O>(point: &BranchPoint<O>, parts: f64, iterations: usize) -> Self {
         let mut rates: Vec<f64> = match &point.exponents {
             Disturbances::Planar { in_plane, out_of_plane } => {
                 [in_plane, out_of_plane].into_iter().filter_map(|list| list.first()).map(|x| x.re).collect()
             }
-            // One of a conjugate pair suffices.
+            // Of each conjugate pair, one exponent suffices.
             Disturbances::Spatial(all) => all.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect(),
         };
         rates.resize(2, f64::NAN);
         rates.sort_by(|a, b| b.total_cmp(a));
         Self {
             parameter: point.parameter,
-            amplitude: point.excursion,
+            excursion: point.excursion,
             period: parts * point.period,
             rates: [rates[0], rates[1]],
             unstable: point.unstable(),
@@ -139,62 +152,59 @@ impl Found {
     }
 }
 
-fn run() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse(
-        "bifurcation",
-        "limit cycles along a parameter: how far the tip swings, and which swings are stable",
-        &[
-            Opt::value("over", "NAME", "length", "parameter that is varied: length (cm), eta, beta or tau-g (h)"),
-            Opt::value("from", "X", "6.57", "its first value, beyond the onset"),
-            Opt::value("to", "X", "7.6", "its last value"),
-            Opt::value("step", "X", "0.044", "longest step along a branch, in rad of bend and in shares of the range"),
-            Opt::value("length", "CM", "6.8", "length of the shoot where something else is varied, cm"),
-            Opt::value("elements", "N", "4", "elements"),
-            Opt::value(
-                "intervals",
-                "N",
-                "8",
-                "intervals of half a swing at first, six points in each; doubled where they do not suffice",
-            ),
-        ],
-    );
-    let known = |name: &String| ["length", "eta", "beta", "tau-g"].contains(&name.as_str());
-    let over = options.get_if("over", "length, eta, beta or tau-g", known);
-    let scene = Scene { elements: options.get("elements"), over, length: options.positive("length") };
-    let (from, to) = (options.positive("from"), options.positive("to"));
-    let step = options.positive("step");
-    // After half a swing the shoot is where it was, turned by π: half the work.
-    let solver = PeriodicSolver { intervals: options.get("intervals"), angle: Some(PI), ..PeriodicSolver::default() };
-    let out = options.out_dir();
+/// Branches of circular and of planar orbits.
+struct Branches {
+    circular: Vec<Sample>,
+    planar: Vec<Sample>,
+    /// Parameter at the onset of oscillations, if it is close to the first value.
+    onset: Option<f64>,
+}
 
-    let (clock, progress) = (Instant::now(), Progress::new("bifurcation"));
-    let (within, first) = (from.min(to)..=from.max(to), (to - from) / FIRST_STEP);
-    let family = |value: f64| Ok(scene.at(value)?);
-    let shoot = scene.at(from)?;
-    let root = Linearisation::about(&shoot)?.rightmost()?;
-    // Where both branches begin, if that is just before the first value.
-    let before = from - (to - from) / BEFORE;
-    let begin = onset(|value| Linearisation::about(&scene.at(value)?), before, from).ok();
+/// Range of the parameter and settings of the continuation.
+struct Settings {
+    from: f64,
+    to: f64,
+    /// Largest step along a branch.
+    step: f64,
+    /// Intervals of half a period.
+    intervals: usize,
+}
+
+/// Follows both branches.
+fn branches(family: &Family, settings: &Settings) -> Result<Branches, Box<dyn Error>> {
+    let &Settings { from, to, step, intervals } = settings;
+    let progress = Progress::new("bifurcation");
     let done = |value: f64| progress.set(((value - from) / (to - from)).clamp(0.0, 1.0));
+    let (within, first) = (from.min(to)..=from.max(to), (to - from) / FIRST_STEP);
+    let at = |value: f64| Ok(family.at(value)?);
+    let shoot = family.at(from)?;
+    let root = Linearisation::about(&shoot)?.rightmost()?;
 
-    let circular = RotatingWaveSolver::default();
-    let circle = circular.from_mode(&shoot, &root, FIRST)?;
-    let mut circles = Vec::new();
-    for point in Continuation::from_orbit(circular, family, &circle, from, first, within.clone())?.largest_step(step)? {
+    let solver = RotatingWaveSolver::default();
+    let circle = solver.from_mode(&shoot, &root, FIRST)?;
+    let mut circular = Vec::new();
+    for point in Continuation::from_orbit(solver, at, &circle, from, first, within.clone())?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
-        circles.push(Found::of(&point, 1.0, point.orbit.iterations));
+        circular.push(Sample::new(&point, 1.0, point.orbit.iterations));
     }
-    // Near the onset it swings √(4/3) times as far as it goes round.
-    let start = solver.from_mode(&shoot, &root, (4.0_f64 / 3.0).sqrt() * circle.radius())?;
-    let mut planes = Vec::new();
-    for point in Continuation::from_orbit(solver, family, &start, from, first, within)?.largest_step(step)? {
+    // After half a period, the shoot has its initial shape, rotated by π. Solving for half a period halves the work.
+    let solver = PeriodicSolver { intervals, angle: Some(PI), ..PeriodicSolver::default() };
+    let start = solver.from_mode(&shoot, &root, PLANAR_RATIO_SQUARED.sqrt() * circle.radius())?;
+    let mut planar = Vec::new();
+    for point in Continuation::from_orbit(solver, at, &start, from, first, within)?.largest_step(step)? {
         let point = point?;
         done(point.parameter);
-        planes.push(Found::of(&point, 2.0, point.orbit.iterations));
+        planar.push(Sample::new(&point, 2.0, point.orbit.iterations));
     }
     progress.finish();
+    let before = from - (to - from) / BEFORE;
+    let onset = onset(|value| Linearisation::about(&family.at(value)?), before, from).ok();
+    Ok(Branches { circular, planar, onset: onset.map(|found| found.parameter) })
+}
 
+/// Writes both branches as a table.
+fn write_table(file: &Path, branches: &Branches) -> io::Result<()> {
     let columns = [
         "circular",
         "parameter",
@@ -206,113 +216,152 @@ fn run() -> Result<(), Box<dyn Error>> {
         "newton_iterations",
         "trivial_defect",
     ];
-    let mut table = Table::create(out.join("cycles.csv"), &columns)?;
-    for (circular, list) in [(1.0, &circles), (0.0, &planes)] {
-        for found in list {
-            let unstable = found.unstable as f64;
-            let [inside, outside] = found.rates;
-            let iterations = found.iterations as f64;
-            table.row(&[
-                circular,
-                found.parameter,
-                found.amplitude,
-                found.period,
-                unstable,
-                inside,
-                outside,
-                iterations,
-                found.defect,
-            ])?;
+    let mut table = Table::create(file, &columns)?;
+    for (circular, samples) in [(1.0, &branches.circular), (0.0, &branches.planar)] {
+        for Sample { parameter, excursion, period, rates, unstable, defect, iterations, .. } in samples {
+            let (unstable, iterations) = (*unstable as f64, *iterations as f64);
+            table
+                .row(&[circular, *parameter, *excursion, *period, unstable, rates[0], rates[1], iterations, *defect])?;
         }
     }
-    table.finish()?;
-    let unit = match scene.over.as_str() {
+    table.finish()
+}
+
+/// Series of a quantity along both branches: solid where the orbits are stable, with markers at bifurcations.
+fn lines(branches: &Branches, quantity: impl Fn(&Sample) -> f64) -> Vec<Series> {
+    let Branches { circular, planar, .. } = branches;
+    let mut series = Vec::new();
+    for (colour, name, samples) in [(0, "circular orbit", circular), (1, "planar orbit", planar)] {
+        let mut named = [false; 2];
+        // Pieces between bifurcations. The point at a bifurcation belongs to both pieces.
+        let mut from = 0;
+        for to in 1..samples.len() {
+            if samples[to].bifurcation.is_none() && to + 1 < samples.len() {
+                continue;
+            }
+            // The stability of a piece is that of its inner points.
+            let stable = samples[from..=to].iter().filter(|one| one.bifurcation.is_none()).all(|one| one.unstable == 0);
+            let (words, style) = if stable { ("stable", Style::Line) } else { ("unstable", Style::Dashed) };
+            let first = !std::mem::replace(&mut named[usize::from(stable)], true);
+            let label = if first { format!("{name}, {words}") } else { String::new() };
+            let points = samples[from..=to].iter().map(|one| (one.parameter, quantity(one))).collect();
+            series.push(Series::new(label, points, style, colour));
+            from = to;
+        }
+    }
+    let kinds = [Bifurcation::Fold, Bifurcation::Pitchfork, Bifurcation::PeriodDoubling, Bifurcation::Torus];
+    for (colour, kind) in (2..).zip(kinds) {
+        let here = circular.iter().chain(planar).filter(|one| one.bifurcation == Some(kind));
+        let points: Vec<_> = here.map(|one| (one.parameter, quantity(one))).collect();
+        if !points.is_empty() {
+            series.push(Series::new(name_of(kind), points, Style::Points, colour));
+        }
+    }
+    series
+}
+
+/// Draws excursion, its ratio to the exact circular orbit, and period.
+fn draw(file: &Path, family: &Family, branches: &Branches) -> io::Result<()> {
+    let unit = match family.over.as_str() {
         "length" => "length ℓ (cm)",
         "eta" => "proprioceptive sensitivity η",
         "beta" => "gravitropic sensitivity β",
         _ => "growth time τg (h)",
     };
-    let lines = |of: &dyn Fn(&Found) -> f64| {
-        let mut series = Vec::new();
-        for (colour, name, list) in [(0, "circular orbit", &circles), (1, "swing in a plane", &planes)] {
-            let mut named = [false; 2];
-            // Pieces between the places at which the stability changes, which belong to both.
-            let mut from = 0;
-            for to in 1..list.len() {
-                if list[to].bifurcation.is_none() && to + 1 < list.len() {
-                    continue;
-                }
-                // The number of disturbances is that of a place inside; the ends are on the edge.
-                let stable =
-                    list[from..=to].iter().filter(|one| one.bifurcation.is_none()).all(|one| one.unstable == 0);
-                let (words, style) = if stable { ("stable", Style::Line) } else { ("unstable", Style::Dashed) };
-                let first = !std::mem::replace(&mut named[usize::from(stable)], true);
-                let name = if first { format!("{name}, {words}") } else { String::new() };
-                let points: Vec<_> = list[from..=to].iter().map(|one| (one.parameter, of(one))).collect();
-                series.push(Series::new(name, points, style, colour));
-                from = to;
-            }
-        }
-        for (colour, kind) in
-            (2..).zip([Bifurcation::Fold, Bifurcation::Pitchfork, Bifurcation::PeriodDoubling, Bifurcation::Torus])
-        {
-            let here = circles.iter().chain(&planes).filter(|one| one.bifurcation == Some(kind));
-            let points: Vec<_> = here.map(|one| (one.parameter, of(one))).collect();
-            if !points.is_empty() {
-                series.push(Series::new(words(kind).to_string(), points, Style::Points, colour));
-            }
-        }
-        series
-    };
-    let mut amplitudes = lines(&|found| found.amplitude / MM);
-    let exact = circles.iter().step_by(2).filter_map(|found| {
-        let [radius, _] = exact_orbit(&scene.parameters(found.parameter))?;
-        Some((found.parameter, radius / MM))
-    });
-    amplitudes.push(Series::new("circular, exact", exact.collect(), Style::Points, 0));
-    if let Some(begin) = begin {
-        amplitudes.push(Series::new("onset of oscillations", vec![(begin.parameters[0], 0.0)], Style::Points, 7));
-        println!("oscillations begin at {:.6}", begin.parameters[0]);
+    let radius = |parameter: f64| exact_orbit(&family.parameters(parameter)).map(|[radius, _]| radius);
+    let mut excursions = lines(branches, |one| one.excursion / MM);
+    let mut ratios = lines(branches, |one| radius(one.parameter).map_or(f64::NAN, |exact| one.excursion / exact));
+    let some = branches.circular.iter().step_by(2);
+    let exact = some.filter_map(|one| Some((one.parameter, radius(one.parameter)? / MM))).collect();
+    excursions.push(Series::new("exact radius R of the circular orbit", exact, Style::Points, 0));
+    if let Some(onset) = branches.onset {
+        let label = "onset of oscillations, with the limit √(4/3) of A/R for planar orbits";
+        excursions.push(Series::new(label, vec![(onset, 0.0)], Style::Points, 6));
+        ratios.push(Series::new(label, vec![(onset, PLANAR_RATIO_SQUARED.sqrt())], Style::Points, 6));
     }
     let strips = [
-        Strip { label: "excursion (mm)", series: &amplitudes },
-        Strip { label: "period (min)", series: &lines(&|found| found.period / MINUTE) },
+        Strip { label: "excursion A (mm)", series: &excursions },
+        Strip { label: "A/R", series: &ratios },
+        Strip { label: "period (min)", series: &lines(branches, |one| one.period / MINUTE) },
     ];
-    strips_figure(out.join("cycles.svg"), "The limit cycles of a shoot, and which are stable", unit, &strips)?;
+    strips_figure(file, "Circular and planar periodic orbits of a shoot, and their stability", unit, &strips)
+}
 
-    for (name, list) in [("circular orbits", &circles), ("swings in a plane", &planes)] {
-        let stable = list.iter().filter(|found| found.unstable == 0).count();
-        println!("{name}: {}, of which {stable} are stable", list.len());
-        let edges = list.iter().filter_map(|found| Some((found.parameter, found.bifurcation?)));
-        for (parameter, special) in edges {
-            println!("  at {parameter:.6}: {}", words(special));
+/// Prints the numbers of stable orbits, the bifurcations, and the first and the last orbit of each branch.
+fn print(branches: &Branches) {
+    if let Some(onset) = branches.onset {
+        println!("onset of oscillations: {onset:.6}");
+    }
+    for (name, samples) in [("circular orbits", &branches.circular), ("planar orbits", &branches.planar)] {
+        let stable = samples.iter().filter(|one| one.unstable == 0).count();
+        println!("{name}: {} computed, {stable} stable", samples.len());
+        for (parameter, kind) in samples.iter().filter_map(|one| Some((one.parameter, one.bifurcation?))) {
+            println!("  at {parameter:.6}: {}", name_of(kind));
         }
-        for found in [list.first(), list.last()].into_iter().flatten() {
-            let rates: Vec<String> =
-                found.rates.iter().filter(|r| r.is_finite()).map(|r| format!("{:+.8}", HOUR * r)).collect();
+        for one in [samples.first(), samples.last()].into_iter().flatten() {
+            let rates = one.rates.iter().filter(|rate| rate.is_finite());
+            let rates: Vec<String> = rates.map(|rate| format!("{:+.8}", HOUR * rate)).collect();
             println!(
-                "  at {:.4}: excursion {:.8} mm, period {:.8} min, leading rates {} per h, trivial ones off by {:.0e}",
-                found.parameter,
-                found.amplitude / MM,
-                found.period / MINUTE,
+                "  at {:.4}: excursion {:.8} mm, period {:.8} min, leading growth rates {} per h, error of the trivial \
+                 exponents {:.0e}",
+                one.parameter,
+                one.excursion / MM,
+                one.period / MINUTE,
                 rates.join(" and "),
-                found.defect,
+                one.defect,
             );
         }
     }
-    println!("{:.1} s; cycles.csv and cycles.svg are in {}", clock.elapsed().as_secs_f64(), out.display());
-    Ok(())
 }
 
-fn words(special: Bifurcation) -> &'static str {
-    match special {
+fn name_of(kind: Bifurcation) -> &'static str {
+    match kind {
         Bifurcation::Fold => "fold",
         Bifurcation::Pitchfork => "pitchfork",
         Bifurcation::PeriodDoubling => "period doubling",
-        Bifurcation::Torus => "torus",
+        Bifurcation::Torus => "torus bifurcation",
         _ => "another change of stability",
     }
 }
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "bifurcation",
+        "branches of circular and planar periodic orbits along a parameter, and their stability",
+        &[
+            Opt::value("over", "NAME", "length", "varied parameter: length (cm), eta, beta or tau-g (h)"),
+            Opt::value("from", "X", "6.57", "first value of the parameter, beyond the onset of oscillations"),
+            Opt::value("to", "X", "7.6", "last value of the parameter"),
+            Opt::value("step", "X", "0.044", STEP_HELP),
+            Opt::value("length", "CM", "6.8", "length of the shoot if another parameter is varied, cm"),
+            Opt::value("elements", "N", "4", "elements"),
+            Opt::value("intervals", "N", "8", INTERVALS_HELP),
+        ],
+    );
+    let known = |name: &String| ["length", "eta", "beta", "tau-g"].contains(&name.as_str());
+    let over = options.get_if("over", "length, eta, beta or tau-g", known);
+    let family = Family { elements: options.get("elements"), over, length: options.positive("length") };
+    let settings = Settings {
+        from: options.positive("from"),
+        to: options.positive("to"),
+        step: options.positive("step"),
+        intervals: options.get("intervals"),
+    };
+    let out = options.out_dir();
+
+    let clock = Instant::now();
+    let branches = branches(&family, &settings)?;
+    write_table(&out.join("cycles.csv"), &branches)?;
+    draw(&out.join("cycles.svg"), &family, &branches)?;
+    print(&branches);
+    println!("{:.1} s; wrote cycles.csv and cycles.svg to {}", clock.elapsed().as_secs_f64(), out.display());
+    Ok(())
+}
+
+const STEP_HELP: &str = "largest step along a branch: root of the sum of squares of the mean change of bending (rad) \
+    and of the change of the parameter divided by its range";
+const INTERVALS_HELP: &str = "initial number of intervals in half a period of a planar orbit, with six points each; \
+    doubled until the estimated relative error is below 1e-6";
 
 fn main() -> ExitCode {
     common::finish(run())

@@ -1,28 +1,31 @@
-//! At what length does a shoot begin to swing by itself? Its characteristic roots as it gets longer.
+//! Characteristic roots of an upright shoot against its length, and the onset of oscillations.
 //!
-//! A small tilt of the upright shoot develops as a sum of exp(λt) with many complex λ. Re λ is a growth rate: negative if
-//! the tilt dies out. Im λ makes it a swing of period 2π/Im λ. The shoot steers itself upright, but by what it sensed a
-//! while ago; a long shoot that sags under its own weight answers too strongly and too late. The length at which the
-//! rightmost root crosses the axis is the onset of nutations in the model of Agostinelli, DeSimone and Noselli (2021),
-//! Front. Plant Sci. 12:608005: 6.56 cm with the values that are the defaults here.
+//! A small tilt of the upright shoot is a sum of modes exp(λt), whose λ are the roots of the characteristic matrix. Re
+//! λ is the growth rate of a mode, and 2π/Im λ its period. Gravitropism and proprioception act with a delay. With
+//! increasing length, the weight amplifies the delayed response, until one mode grows. The length at which the
+//! rightmost root crosses the imaginary axis is the critical length of the model of Agostinelli, DeSimone and Noselli
+//! (2021), Front. Plant Sci. 12:608005. It is 6.56 cm for the default parameters.
 //!
-//! # What to see
-//! One root crosses at the critical length, and the others stay far left. Past it the growth rate rises steeply and the
-//! period gets shorter. Curves begin (triangles) where roots are looked for: further left, infinitely many pile up at
-//! the essential spectrum, where waves are so short that neither weight nor length matters.
+//! # Results
+//! One root crosses the imaginary axis at the critical length, and all other roots stay to the left of it. Beyond the
+//! critical length, the growth rate increases steeply and the period decreases. Infinitely many roots accumulate at the
+//! essential spectrum, which depends neither on the weight nor on the length. Roots close to it have wavelengths that
+//! no mesh resolves. Roots are therefore computed only to the right of a line between the essential spectrum and the
+//! axis. Triangles mark the points at which a root crosses this line.
 //!
-//! # What to try
-//! - `--statoliths`: the pile of statoliths in a cell takes 2 min to turn, one more delay; the shoot swings sooner and more
-//!   slowly.
-//! - `--eta 0`, a shoot that does not sense its own bending, and `--tau-g 40`, one that grows half as fast: both stay
-//!   upright for longer.
-//! - `--tau-g 3`: sensing its bending alone makes the shoot unstable, at any length. There is no onset then, and the
-//!   program says why.
+//! # Options
+//! - `--statoliths`: avalanche dynamics of the statoliths with a time constant of 2 min. This additional delay reduces
+//!   the critical length and increases the period.
+//! - `--eta 0`, a shoot without proprioception, and `--tau-g 40`, half the growth rate: larger critical lengths.
+//! - `--tau-g 3`: the essential spectrum is unstable at every length, because of proprioception alone. There is no
+//!   onset, and the program ends with an error message that states the reason.
 
 mod common;
 
 use std::error::Error;
 use std::f64::consts::TAU;
+use std::io;
+use std::path::Path;
 use std::process::ExitCode;
 
 use common::{Axes, Opt, Options, Series, Style, Table, lines_figure};
@@ -38,12 +41,16 @@ const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const CM: f64 = 0.01;
 const MEMORY: Memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
-/// Lengths that are looked at, m. An upright shoot of more than 7.93 cm buckles under its weight.
+/// Shortest and longest shoot, m.
 const LENGTHS: [f64; 2] = [0.03, 0.0785];
-/// How many steps from the first to the last.
+/// Self-buckling length of the upright shoot (Greenhill 1881), m.
+const BUCKLING: f64 = 0.079_334;
+/// Number of intervals between the shortest and the longest shoot.
 const STEPS: usize = 99;
+/// Real part of the line to the right of which roots are computed, divided by that of the essential spectrum.
+const LINE: f64 = 0.6;
 
-/// The shoots that are compared: everything but the length.
+/// Parameters of a family of shoots that differ in length.
 struct Kind {
     growth_time: f64,
     gravitropism: f64,
@@ -53,18 +60,18 @@ struct Kind {
 }
 
 impl Kind {
-    /// The linearisation of the upright shoot of a length.
+    /// Linearisation about the upright shoot.
     fn at(&self, length: f64, elements: usize) -> Result<Linearisation, StabilityError> {
         let shoot = Shoot::builder(LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 })
             .length(length)
             .radius(0.5e-3)
             .elements(elements)
-            // All of the shoot is growth zone; it differentiates, but does not get longer.
+            // Differential growth acts on the whole shoot, and the length is constant.
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * LENGTHS[1], time: self.growth_time }))
             .load(Weight { density: 1000.0 });
         let bending = Proprioception { sensitivity: self.proprioception }.remembered(MEMORY);
         let sensitivity = self.gravitropism;
-        // An upright shoot is in a steady state when it is built. solve_steady_state finds that of a tilted one.
+        // The upright shoot is a steady state. A tilted one would need solve_steady_state.
         if self.statoliths {
             let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
             Linearisation::about(
@@ -82,13 +89,17 @@ impl Kind {
         }
     }
 
-    /// The roots right of a line that stands off what piles up; none if two meshes do not resolve the waves that matter.
+    /// Real part of the essential spectrum, 1/s, or `None` without proprioception.
+    fn essential(&self) -> Result<Option<f64>, StabilityError> {
+        Ok(self.at(LENGTHS[0], self.elements)?.essential_spectrum()?.first().map(|root| root.re))
+    }
+
+    /// Roots to the right of the line, or `None` if neither of two meshes resolves their wavelengths.
     fn roots(&self, length: f64) -> Result<Option<Vec<Root>>, StabilityError> {
         for elements in [self.elements, 2 * self.elements] {
             let linear = self.at(length, elements)?;
-            // Isolated roots lie right of the essential spectrum, where ever shorter waves pile up that no mesh
-            // resolves. Without proprioception they pile up at zero instead.
-            let line = linear.essential_spectrum()?.first().map_or(0.002 / MEMORY.time, |root| 0.6 * root.re);
+            // Without proprioception, roots accumulate at zero.
+            let line = linear.essential_spectrum()?.first().map_or(0.002 / MEMORY.time, |root| LINE * root.re);
             match linear.roots(line) {
                 Err(StabilityError::UnderResolved { .. }) => {}
                 other => return other.map(Some),
@@ -98,39 +109,13 @@ impl Kind {
     }
 }
 
-fn run() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse(
-        "onset",
-        "the characteristic roots of an upright shoot as it gets longer, and where it begins to oscillate",
-        &[
-            Opt::value("tau-g", "H", "20", "growth time, h"),
-            Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
-            Opt::value("eta", "E", "20", "proprioceptive sensitivity"),
-            Opt::value("elements", "N", "6", "elements of a shoot; fast growth needs more"),
-            Opt::flag("statoliths", "statoliths that turn within 2 min, not at once"),
-        ],
-    );
-    let kind = Kind {
-        growth_time: HOUR * options.positive("tau-g"),
-        gravitropism: options.get("beta"),
-        proprioception: options.get_if("eta", "0 or larger", |eta: &f64| *eta >= 0.0),
-        statoliths: options.flag("statoliths"),
-        elements: options.get_if("elements", "larger than 0", |n: &usize| *n > 0),
-    };
-    let out = options.out_dir();
+/// Lengths and values of one root.
+type Curve = Vec<(f64, Complex<f64>)>;
 
-    let mut linearisations = 0;
-    let family = |length| {
-        linearisations += 1;
-        kind.at(length, kind.elements)
-    };
-    let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
-    println!("critical length  {:.8} cm", critical.parameters[0] / CM);
-    println!("period there     {:.6} min", critical.period() / MINUTE);
-    println!("found with {linearisations} linearisations");
-    // Roots of neighbouring lengths that are closest to each other belong to one curve.
-    let mut table = Table::create(out.join("roots.csv"), &["length_m", "root", "growth_rate_per_s", "period_s"])?;
-    let mut curves: Vec<Vec<(f64, Complex<f64>)>> = Vec::new();
+/// Computes the roots for all lengths, writes them as a table, and returns one curve for each root.
+fn follow_roots(kind: &Kind, file: &Path) -> Result<Vec<Curve>, Box<dyn Error>> {
+    let mut table = Table::create(file, &["length_m", "root", "growth_rate_per_s", "period_s"])?;
+    let mut curves: Vec<Curve> = Vec::new();
     let mut unresolved = 0;
     for i in 0..=STEPS {
         let length = LENGTHS[0] + (LENGTHS[1] - LENGTHS[0]) * i as f64 / STEPS as f64;
@@ -138,6 +123,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             unresolved += 1;
             continue;
         };
+        // A root continues the curve whose last value is closest.
         let mut free: Vec<usize> = (0..curves.len()).collect();
         for root in roots {
             let distance = |k: &usize| curves[*k].last().map_or(f64::MAX, |(_, z)| (z - root.value).norm());
@@ -156,46 +142,89 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     if unresolved > 0 {
-        println!(
-            "{unresolved} of {} lengths have waves that the mesh does not resolve; --elements takes more",
-            STEPS + 1
-        );
+        println!("{unresolved} of {} lengths are not resolved by the mesh; increase --elements", STEPS + 1);
     }
+    Ok(curves)
+}
 
-    let draw = |file: &str, title: &str, label: &str, of: &dyn Fn(Complex<f64>) -> f64, at: f64| {
-        let mut series: Vec<Series> = Vec::new();
-        let (mut names, mut cut, mut last) = (Vec::new(), Vec::new(), Vec::new());
-        for (k, curve) in curves.iter().enumerate() {
-            let line: Vec<(f64, f64)> = curve.iter().map(|(length, z)| (length / CM, of(*z))).collect();
-            let name = (k + 1).to_string();
-            names.push(Series::text(&name, line[line.len() / 3], Style::Badge, k));
-            for end in [line[0], line[line.len() - 1]] {
-                if end.0 > 0.9999 * LENGTHS[1] / CM {
-                    last.push(end)
-                } else if end.0 > 1.0001 * LENGTHS[0] / CM {
-                    cut.push(end)
-                }
-            }
-            series.push(Series::new(format!("root {name}"), line, Style::Line, k).with_badge(name));
-        }
-        series.extend(names);
-        series.push(Series::new("onset", vec![(critical.parameters[0] / CM, at)], Style::Points, 3));
-        let near = "begins or ends: beyond it roots pile up, and none is looked for";
-        series.push(Series::new(if cut.is_empty() { "" } else { near }, cut, Style::Points, 6));
-        let buckles = "the last length that is looked at: soon after it, the shoot buckles";
-        series.push(Series::new(if last.is_empty() { "" } else { buckles }, last, Style::Points, 5));
-        lines_figure(out.join(file), title, "length (cm)", label, &series, Axes::Linear)
-    };
-    draw("growth_rate.svg", "Characteristic roots: how fast a tilt grows", "growth rate (1/h)", &|z| HOUR * z.re, 0.0)?;
+/// Series of a quantity along all curves, with the point at the onset.
+fn series_of(curves: &[Curve], quantity: impl Fn(Complex<f64>) -> f64, onset: (f64, f64)) -> Vec<Series> {
+    let (mut series, mut badges, mut ends) = (Vec::new(), Vec::new(), Vec::new());
+    for (k, curve) in curves.iter().enumerate() {
+        let line: Vec<(f64, f64)> = curve.iter().map(|(length, z)| (length / CM, quantity(*z))).collect();
+        let name = (k + 1).to_string();
+        badges.push(Series::text(&name, line[line.len() / 2], Style::Badge, k));
+        let inside = |at: &f64| *at > 1.0001 * LENGTHS[0] / CM && *at < 0.9999 * LENGTHS[1] / CM;
+        ends.extend([line[0], line[line.len() - 1]].into_iter().filter(|(length, _)| inside(length)));
+        series.push(Series::new(format!("root {name}"), line, Style::Line, k).with_badge(name));
+    }
+    series.extend(badges);
+    series.push(Series::new("onset of oscillations", vec![onset], Style::Points, 3));
+    let label = "limit of the computed roots: roots accumulate at the essential spectrum and are not computed near it";
+    series.push(Series::new(if ends.is_empty() { "" } else { label }, ends, Style::Points, 6));
+    series
+}
+
+/// Draws growth rates, with zero, the essential spectrum (1/s) and the self-buckling length.
+fn draw_growth_rates(file: &Path, curves: &[Curve], critical: f64, essential: Option<f64>) -> io::Result<()> {
+    let lengths = curves.iter().flatten().map(|(length, _)| length / CM);
+    let (shortest, buckling) = (lengths.fold(critical / CM, f64::min), BUCKLING / CM);
+    let level = |rate: f64| vec![(shortest, rate), (buckling, rate)];
+    let rates = || curves.iter().flatten().map(|(_, z)| HOUR * z.re);
+    let (least, most) = (rates().fold(0.0, f64::min), rates().fold(0.0, f64::max));
+    let lowest = essential.map_or(least, |rate| HOUR * rate);
+    let mut series = vec![Series::new("stability limit, Re λ = 0", level(0.0), Style::Line, 6)];
+    if essential.is_some() {
+        series.push(Series::new("essential spectrum", level(lowest), Style::Dashed, 6));
+    }
+    let wall = vec![(buckling, lowest), (buckling, most)];
+    series.push(Series::new("self-buckling length (Greenhill)", wall, Style::Dashed, 4));
+    series.extend(series_of(curves, |z| HOUR * z.re, (critical / CM, 0.0)));
+    let title = "Growth rates of the characteristic roots of an upright shoot";
+    lines_figure(file, title, "length (cm)", "growth rate Re λ (1/h)", &series, Axes::Linear)
+}
+
+fn draw_periods(file: &Path, curves: &[Curve], critical: (f64, f64)) -> io::Result<()> {
     let period = |z: Complex<f64>| if z.im > 0.0 { TAU / z.im / MINUTE } else { f64::NAN };
-    draw(
-        "period.svg",
-        "Characteristic roots: how long a swing takes",
-        "period (min)",
-        &period,
-        critical.period() / MINUTE,
-    )?;
-    println!("roots.csv, growth_rate.svg and period.svg are in {}", out.display());
+    let series = series_of(curves, period, (critical.0 / CM, critical.1 / MINUTE));
+    let title = "Periods of the characteristic roots of an upright shoot";
+    lines_figure(file, title, "length (cm)", "period 2π/Im λ (min)", &series, Axes::Linear)
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse(
+        "onset",
+        "characteristic roots of an upright shoot against its length, and the onset of oscillations",
+        &[
+            Opt::value("tau-g", "H", "20", "growth time, h"),
+            Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
+            Opt::value("eta", "E", "20", "proprioceptive sensitivity"),
+            Opt::value("elements", "N", "6", "elements; fast growth requires more"),
+            Opt::flag("statoliths", "statoliths with avalanche dynamics, with a time constant of 2 min"),
+        ],
+    );
+    let kind = Kind {
+        growth_time: HOUR * options.positive("tau-g"),
+        gravitropism: options.get("beta"),
+        proprioception: options.get_if("eta", "0 or larger", |eta: &f64| *eta >= 0.0),
+        statoliths: options.flag("statoliths"),
+        elements: options.get_if("elements", "larger than 0", |n: &usize| *n > 0),
+    };
+    let out = options.out_dir();
+
+    let mut linearisations = 0;
+    let family = |length| {
+        linearisations += 1;
+        kind.at(length, kind.elements)
+    };
+    let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
+    println!("critical length           {:.8} cm", critical.parameter / CM);
+    println!("period at this length     {:.6} min", critical.period() / MINUTE);
+    println!("number of linearisations  {linearisations}");
+    let curves = follow_roots(&kind, &out.join("roots.csv"))?;
+    draw_growth_rates(&out.join("growth_rate.svg"), &curves, critical.parameter, kind.essential()?)?;
+    draw_periods(&out.join("period.svg"), &curves, (critical.parameter, critical.period()))?;
+    println!("wrote roots.csv, growth_rate.svg and period.svg to {}", out.display());
     Ok(())
 }
 

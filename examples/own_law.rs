@@ -1,16 +1,18 @@
-//! Three laws of your own: a growth profile, a tropism with a memory, an elastic law.
+//! A shoot that bends towards a lamp, with three laws that are defined in this example.
 //!
-//! A shoot bends towards a lamp that stands beside it. Nothing of what makes it do so is in the library: the profile of its
-//! growth, its sense of light and the stiffening of its tissue are written here, and stand beside the library's own
-//! laws as equals. The guide `docs/own-laws.md` builds this program step by step and derives the equations.
+//! The laws are a growth profile, a phototropism with memory, and an elastic law for tissue that stiffens under strain
+//! and with age. They implement the traits of the library and are used like its own laws. The chapter
+//! `docs/own-laws.md` derives the equations and develops this program step by step.
 //!
-//! # What to see
-//! The youngest part turns to the lamp, while gravity and the shoot's own straightness hold against it, so that it looks
-//! above the lamp for good. What has left the growth zone keeps its bend, and grows too stiff to hang down.
+//! # Results
+//! The apical part of the shoot turns towards the lamp. Gravitropism and proprioception counteract phototropism, so
+//! that the tip points to a place above the lamp. Tissue that has left the growth zone retains its curvature, and its
+//! stiffness increases so fast that the shoot does not sag.
 //!
-//! # What to try
-//! `--lamp-x 4 --lamp-z 3`, a lamp that the shoot grows past; `--sensitivity 0`, no sense of light at all; a lamp that moves,
-//! for which [`Lamp::sense`](Perception::sense) finds the time in `site.environment`.
+//! # Options
+//! - `--lamp-x 4 --lamp-z 3`: the shoot grows past the lamp.
+//! - `--sensitivity 0`: no phototropism.
+//! - For a moving lamp, change [`Lamp::sense`](Perception::sense); `site.environment` contains the time.
 
 mod common;
 
@@ -32,11 +34,12 @@ use nalgebra::{Matrix3, Vector3};
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 
-/// REGR = (3/2) (1 − (σ/ℓg)²)/τg at distance σ from the apex: fastest at the apex, fading to nothing where the zone ends.
+/// Growth with REGR = (3/2) (1 − (σ/ℓg)²)/τg at distance σ from the apex. It is largest at the apex and zero at the end
+/// of the growth zone.
 struct FadingGrowth {
-    /// ℓg, m.
+    /// Length of the growth zone ℓg, m.
     zone_length: f64,
-    /// τg, s: the mean of REGR over the zone is 1/τg.
+    /// Growth time τg, s. The mean of REGR over the growth zone is 1/τg.
     time: f64,
 }
 
@@ -50,9 +53,10 @@ impl GrowthLaw for FadingGrowth {
     }
 }
 
-/// Tissue perceives where a lamp is: the signal is (l1, l2), with l the unit vector from the point to the lamp and lj = l·dj.
+/// Perception of the direction of a lamp. The signal is (l1, l2), where l is the unit vector from the point to the
+/// lamp, and lj = l·dj.
 struct Lamp {
-    /// Where the lamp is, in the fixed frame with the base at its origin, m.
+    /// Position of the lamp in the fixed frame, whose origin is the base, m.
     position: Vector3<f64>,
 }
 
@@ -69,14 +73,15 @@ impl Perception for Lamp {
     }
 }
 
-/// W = (B/2) (κ² + κ⁴/(2 κ0²)) + (B/3) τ², with κ the elastic curvature, τ the elastic twist and B = E I: tissue that
-/// resists the more the further it is bent, and hardens as it ages, E = E0 (1 + age/hardening).
+/// Elastic law with the energy W = (B/2) (κ² + κ⁴/(2 κ0²)) + (B/3) τ², where κ is the elastic curvature, τ the elastic
+/// twist and B = E I. The bending stiffness increases with the curvature. Young's modulus increases with the age of the
+/// tissue, E = E0 (1 + age/hardening).
 struct StrainStiffening {
-    /// E0, Pa.
+    /// Young's modulus E0 of tissue in the growth zone, Pa.
     youngs_modulus: f64,
-    /// κ0, 1/m: here the couple is twice what it would be without stiffening.
+    /// Curvature κ0 at which stiffening doubles the couple, 1/m.
     curvature: f64,
-    /// Time in which mature tissue gains another E0, s.
+    /// Time in which the modulus of mature tissue increases by E0, s.
     hardening: f64,
 }
 
@@ -99,7 +104,7 @@ impl Constitutive for StrainStiffening {
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "own_law",
-        "a shoot that bends towards a lamp, by laws that are written in the example",
+        "a shoot that bends towards a lamp, with laws that are defined in the example",
         &[
             Opt::value("hours", "H", "40", "time to simulate, h"),
             Opt::value("lamp-x", "CM", "12", "distance of the lamp from the base, cm"),
@@ -111,7 +116,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let lamp = Vector3::new(options.get("lamp-x"), 0.0, options.get("lamp-z")) / 100.0;
     let out = options.out_dir();
 
-    // A plant does not answer at once: its memory of the light has two stages in a row, and then a reaction time.
+    // The response to light is filtered by two memories in series, and delayed by a reaction time.
     let phototropism =
         DirectionalTropism { sensitivity: options.get("sensitivity"), perception: Lamp { position: lamp } }
             .remembered(Memory { time: 10.0 * MINUTE, delay: 0.0 })
@@ -131,7 +136,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut integrator = MethodOfSteps::new(2.0 * MINUTE);
 
     let mut table = Table::create(out.join("tip.csv"), &["t_s", "length_m", "x_m", "y_m", "z_m", "off_lamp_rad"])?;
-    // What happens first happens within little room, and has a panel of its own.
+    // The first tenth of the time has a panel of its own.
     let (mut first, mut whole, mut tips, mut path) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let progress = Progress::new("own law");
     for row in 0..=480 {
@@ -154,7 +159,11 @@ fn run() -> Result<(), Box<dyn Error>> {
                 first.extend([Series::new("", points, Style::Line, colour), tip]);
             }
             let (centimetres, degrees) = (100.0 * rod.length(), off.to_degrees());
-            progress.suspend(|| println!("{hours:5.1} h: {centimetres:5.2} cm long, tip {degrees:5.1}° off the lamp"));
+            progress.suspend(|| {
+                println!(
+                    "{hours:5.1} h: length {centimetres:5.2} cm, angle between apical tangent and lamp {degrees:5.1}°"
+                )
+            });
         }
         if row > 0 && row % 120 == 0 {
             tips.extend([Series::new("", vec![at], Style::Points, 4), clock]);
@@ -163,17 +172,24 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     progress.finish();
     table.finish()?;
-    let early = format!("the first {} h", end / HOUR / 10.0);
-    let late = format!("all {} h, with the tip at four times", end / HOUR);
-    first.push(Series::new("path of the tip", path[..=48].to_vec(), Style::Dashed, 5));
-    whole.push(Series::new("path of the tip", path, Style::Dashed, 5));
+    let early = format!("0 to {} h", end / HOUR / 10.0);
+    let late = format!("0 to {} h, markers: tip at four times", end / HOUR);
+    first.push(Series::new("tip track", path[..=48].to_vec(), Style::Dashed, 5));
+    whole.push(Series::new("tip track", path, Style::Dashed, 5));
     whole.append(&mut tips);
     let (x, z) = (100.0 * lamp.x, 100.0 * lamp.z);
     whole.push(Series::new("", vec![(x, z)], Style::Points, 3));
     whole.push(Series::text("lamp", (x - 0.5, z + 0.5), Style::Text, 3));
     let panels = [(early.as_str(), first.as_slice()), (late.as_str(), whole.as_slice())];
-    panels_figure(out.join("shapes.svg"), "A shoot and a lamp", "x (cm)", "z (cm)", &panels, Axes::Equal)?;
-    println!("tip.csv and shapes.svg are in {}", out.display());
+    panels_figure(
+        out.join("shapes.svg"),
+        "Shapes and tip track of a shoot beside a lamp",
+        "x (cm)",
+        "z (cm)",
+        &panels,
+        Axes::Equal,
+    )?;
+    println!("wrote tip.csv and shapes.svg to {}", out.display());
     Ok(())
 }
 

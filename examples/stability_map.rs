@@ -1,33 +1,36 @@
-//! When does an upright shoot begin to oscillate? The map of growth time against length, for three kinds of shoot.
+//! Stability boundaries of an upright shoot in the plane of growth time and length.
 //!
-//! This is figure 4 of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front. Plant Sci. 12:608005.
-//! The upright shoot of the reduced model (all of it differentiates, none of it elongates) is always in equilibrium. It
-//! stays upright if every small tilt dies out. If not, the delay between sensing and growing makes it swing: a root of
-//! its characteristic matrix has crossed the imaginary axis. Each curve is where one root does.
+//! This example reproduces figure 4 of Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front.
+//! Plant Sci. 12:608005. The upright shoot of the reduced model is a steady state: its length is constant, and
+//! differential growth acts everywhere. It is stable if all characteristic roots have negative real parts. On each
+//! curve of the map, one pair of roots lies on the imaginary axis. There are three kinds of shoot:
 //!
-//! - *A, gravity alone*: the shoot senses gravity but not its own bending.
-//! - *B, microgravity*: it senses its bending but not gravity, and has no weight.
-//! - *C, both*.
+//! - *A: gravitropism alone*, without proprioception.
+//! - *B: microgravity*: proprioception alone, without weight.
+//! - *C: both responses*: gravitropism and proprioception, with weight.
 //!
-//! # What to see
-//! Right of the solid curves the shoot is stable, in the grey area it is not. Lengths are in units of Greenhill's ℓc, where an upright shoot buckles
-//! under its weight whatever it senses; in A and C oscillations begin before that, sooner the faster the shoot grows.
-//! Curve 1, which rises up to ℓc, is a swing of the whole shoot, with the same period of 87.6 min at every point of it. 2 and
-//! 3 are shorter waves, and f, close to ℓc, fast ones (11.7, 6.0, 4.0 min) that answer one turn too late, or two, or three.
-//! They are dashed where something else is unstable already; in A one of them is the boundary for short shoots. There are
-//! infinitely many more.
-//! In B (curve ∞) waves of every length become unstable at once, at the same growth time whatever the shoot's length: not
-//! a root crosses but the *essential spectrum*. It does so in C, too: the branches pile up at this line, and left of it
-//! infinitely many roots are unstable.
+//! # Results
+//! The shoot is stable to the right of the solid curves and unstable in the grey area. Lengths are divided by the
+//! self-buckling length ℓc of Greenhill (1881). In A and C, oscillations begin below this length. The critical length
+//! increases with the growth time.
 //!
-//! The markers are the three numbers that the paper prints.
+//! - Curve 1 is the mode with the longest wavelength. Its period is 87.6 min at every point of the curve.
+//! - Curves 2 and 3 are modes of shorter wavelength. In A, curve 2 is the boundary for short shoots. There are
+//!   infinitely many further modes of this kind.
+//! - Curves f are modes with short periods (11.7, 6.0 and 4.0 min) close to ℓc. The phase lag of the delayed response
+//!   contains one, two or three additional full cycles.
+//! - Curve ∞ is the *essential spectrum*. In B, modes of all wavelengths become unstable at the same growth time,
+//!   independently of the length. In C, curves 1, 2, 3, … approach this line for short shoots, and infinitely many
+//!   roots are unstable to the left of it.
 //!
-//! # What to try
-//! `--tolerance 1e-4`: how many elements do the curves need, and how long does it take? Fast growth makes short waves; each
-//! curve is followed with few elements and corrected with as many as it needs. The column `mesh_error` is what the mesh puts the
-//! length off, relative to it (in B the growth time), as the crate estimates it. Where the count of other unstable roots is not resolved, the
-//! column `others_unstable` says NaN, and what is dashed is told by the other curves. The example `onset` looks at
-//! one growth time more closely.
+//! A curve is dashed where other roots are unstable. The markers are the three numbers that the paper states.
+//!
+//! # Options
+//! `--tolerance 1e-4` computes the curves on coarser meshes in less time. Each curve is followed on a coarse mesh and
+//! corrected on finer meshes up to the tolerance. The column `mesh_error` is the estimated relative error of the length
+//! (in B, of the growth time). The column `others_unstable` is NaN where the mesh does not resolve the number of other
+//! unstable roots; the other curves then determine whether a curve is dashed. The example `onset` shows the roots for
+//! one growth time.
 
 mod common;
 #[path = "stability_map/curves.rs"]
@@ -46,41 +49,41 @@ use morphorod::tropism::Memory;
 
 const MINUTE: f64 = 60.0;
 
-/// A wave that has a curve: its name in the picture, label in the legend, and colour.
-type Wave = (&'static str, &'static str, usize);
-/// Waves with a slow swing, and the length over Greenhill's at which their names stand.
-const WAVES: [(Wave, f64); 3] = [
-    (("1", "the whole shoot swings, slowly", 0), 0.72),
-    (("2", "a shorter wave", 1), 0.8),
-    (("3", "one that is shorter still", 2), 0.91),
+/// Name of a mode in the picture, its label in the legend, and its colour.
+type Mode = (&'static str, &'static str, usize);
+/// Modes with long periods, and the relative lengths at which their names are placed.
+const SLOW: [(Mode, f64); 3] = [
+    (("1", "mode with the longest wavelength", 0), 0.72),
+    (("2", "second wavelength", 1), 0.8),
+    (("3", "third wavelength", 2), 0.91),
 ];
-/// Fast swings, and growth times, h, at which their names stand: next to each other, as the curves are close.
-const FAST: (Wave, [f64; 3]) = (("f", "fast swings, a turn or more too late", 5), [2.6, 1.25, 1.8]);
-/// The essential spectrum.
-const ESSENTIAL: (Wave, f64) = (("∞", "waves of every length at once", 6), 0.72);
+/// Modes with short periods, and the growth times, h, at which their names are placed so that they do not overlap.
+const FAST: (Mode, [f64; 3]) = (("f", "modes with periods of 12 min and less", 5), [2.6, 1.25, 1.8]);
+/// Essential spectrum.
+const ESSENTIAL: (Mode, f64) = (("∞", "essential spectrum: all wavelengths", 6), 0.72);
 
-/// A place on every curve of a panel, and the number of linearisations. `micro` is the onset in weightlessness.
-fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), StabilityError> {
+/// Returns one point on each curve of a panel, and the number of linearisations. `micro` is the onset in microgravity.
+fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), StabilityError> {
     if kind.weightless {
         return Ok((vec![([micro.parameters[0], 0.6], micro.frequency)], 0));
     }
-    // The lowest branch, then all others that cross one line.
+    // Curve 1, then all other curves that cross one horizontal line.
     let linearisations = Cell::new(0);
     let at = |hours: f64, ratio: f64, n: usize| {
         linearisations.set(linearisations.get() + 1);
         kind.at(hours, ratio, n)
     };
     let main = onset(|ratio| at(20.0, ratio, kind.refinement.first), 0.3, 0.99)?;
-    let mut starts = vec![([20.0, main.parameters[0]], main.frequency)];
-    // The fast one comes close to Greenhill's length at any growth time.
+    let mut starts = vec![BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency }];
+    // The modes with short periods are close to the self-buckling length at every growth time.
     let fast = kind.crossings(|ratio, n| at(20.0, ratio, n), 0.99, 0.9995)?;
     let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
     let others = kind.crossings(|hours, n| at(hours, 0.985, n), quickest, 60.0)?;
-    starts.extend(fast.iter().map(|at| ([20.0, at.parameters[0]], at.frequency)));
-    // The fast ones cross that line, too; they have the same period everywhere.
-    let known = |at: &Crossing<1>| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
-    let others: Vec<Crossing<1>> = others.into_iter().filter(|at| !known(at)).collect();
-    let place = |at: &Crossing<1>| ([at.parameters[0], 0.985], at.frequency);
+    starts.extend(fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }));
+    // These modes cross the horizontal line, too. Their periods are constant along the curves.
+    let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
+    let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
+    let place = |at: &Onset| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency };
     starts.extend(others.iter().rev().map(place));
     Ok((starts, linearisations.get()))
 }
@@ -88,8 +91,8 @@ fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), Stabil
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "stability_map",
-        "boundaries of stability of an upright shoot, growth time against length",
-        &[Opt::value("tolerance", "X", "3e-7", "largest error of the mesh, relative to growth time and length")],
+        "stability boundaries of an upright shoot in the plane of growth time and length",
+        &[Opt::value("tolerance", "X", "3e-7", "largest relative error of growth time and length due to the mesh")],
     );
     let tolerance = options.get_if("tolerance", "between 1e-9 and 1", |x: &f64| *x >= 1e-9 && *x < 1.0);
     let refinement = Refinement::to(tolerance);
@@ -102,33 +105,33 @@ fn run() -> Result<(), Box<dyn Error>> {
         refinement,
     };
     let kinds = [
-        ("A: gravity alone", kind(0.8, 0.0, false)),
+        ("A: gravitropism alone", kind(0.8, 0.0, false)),
         ("B: microgravity", kind(0.0, 20.0, true)),
-        ("C: both", kind(0.8, 20.0, false)),
+        ("C: both responses", kind(0.8, 20.0, false)),
     ];
     let [_, weightless, both] = kinds.map(|(_, kind)| kind);
     let clock = Instant::now();
     let mut cost = Cost::default();
 
-    // The three numbers of the paper.
+    // The three numbers that the paper states.
     let micro = refinement.onset(|hours, n| weightless.at(hours, 0.6, n), 2.0, 6.0)?;
-    println!("microgravity: growth time    {:.8} h, paper 3.5 h", micro.parameters[0]);
-    let mut printed = vec![(micro.parameters[0], 0.6)];
+    println!("microgravity: critical growth time {:.8} h (paper: 3.5 h)", micro.parameter);
+    let mut stated = vec![(micro.parameter, 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
         let at = refinement.onset(|ratio, n| both.at(hours, ratio, n), 0.3, 0.99)?;
         let length = 100.0 * at.parameters[0] * greenhill();
         println!(
-            "both, {hours} h: critical length {length:.8} cm, paper {paper} cm, period {:.4} min",
+            "growth time {hours} h: critical length {length:.8} cm (paper: {paper} cm), period {:.4} min",
             at.period() / MINUTE
         );
-        printed.push((hours, at.parameters[0]));
+        stated.push((hours, at.parameter));
     }
 
     let columns =
         ["panel", "branch", "growth_time_s", "length_m", "period_s", "others_unstable", "mesh_error", "elements"];
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
     let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
-    // The panels at once: what one core is at when the others are done is short.
+    // The panels are computed concurrently, so that all cores are used.
     let found = std::thread::scope(|scope| {
         let threads = kinds.map(|(_, kind)| {
             scope.spawn(move || -> Result<(Vec<Curve>, usize), StabilityError> {
@@ -152,14 +155,15 @@ fn run() -> Result<(), Box<dyn Error>> {
             for ((point, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
-                    Some(number) => (*number, *number == 0.0),
-                    // The mesh does not tell; the other curves do, as far as they are known.
-                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point.parameters))),
+                    Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
+                    Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
+                    // The mesh does not resolve the number. The other curves determine the style.
+                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point))),
                 };
                 let period = point.period();
                 let (length, elements) = (ratio * greenhill(), point.elements as f64);
                 table.row(&[panel as f64, branch as f64, HOUR * hours, length, period, others, *error, elements])?;
-                // Each point is drawn once; the other style has a gap there.
+                // Each point belongs to one of the two styles; NaN is a gap in the other.
                 pieces[usize::from(first)].push((hours, ratio));
                 pieces[usize::from(!first)].push((f64::NAN, f64::NAN));
                 edge.extend(first.then_some((hours, ratio)));
@@ -169,10 +173,11 @@ fn run() -> Result<(), Box<dyn Error>> {
             let elements = points.iter().map(|p| p.elements).max().unwrap_or_default();
             let error = curve.errors.iter().copied().fold(0.0, f64::max);
             println!(
-                "{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min, {elements} elements, error {error:.1e}",
+                "{name}, branch {branch}: {} points, periods {least:.1} to {most:.1} min, at most {elements} elements, \
+                 error {error:.1e}",
                 points.len()
             );
-            // The name stands at a place along one of the axes.
+            // The name is placed at a given growth time (axis 0) or relative length (axis 1).
             let ((badge, label, colour), axis, place) = if kind.weightless {
                 (ESSENTIAL.0, 1, ESSENTIAL.1)
             } else if most < 20.0 {
@@ -180,8 +185,8 @@ fn run() -> Result<(), Box<dyn Error>> {
                 (FAST.0, 0, FAST.1[(quick - 1) % 3])
             } else {
                 slow += 1;
-                let (wave, ratio) = WAVES[(slow - 1).min(2)];
-                (wave, 1, ratio)
+                let (mode, ratio) = SLOW[(slow - 1).min(2)];
+                (mode, 1, ratio)
             };
             let off = |p: &Crossing<2>| (p.parameters[axis] - place).abs();
             let named = points.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
@@ -190,7 +195,7 @@ fn run() -> Result<(), Box<dyn Error>> {
                 Series::new(label, solid, Style::Line, colour).with_badge(badge),
                 Series::new("", dashed, Style::Dashed, colour),
             ];
-            // In the legend the slow ones come first.
+            // In the legend, modes with long periods come first.
             if axis == 1 {
                 series.extend(drawn)
             } else {
@@ -200,14 +205,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         }
         series.extend(swift);
         series.extend(badges);
-        // Unstable is what lies left of the solid curves and above them.
+        // The unstable area extends to the left of the solid curves and above them.
         edge.sort_by(|a, b| a.1.total_cmp(&b.1));
         let [[left, bottom], [right, _]] = WINDOW;
         let end = if kind.weightless { micro.parameters[0] } else { right };
         edge.extend([(end, 1.0), (left, 1.0), (left, bottom)]);
-        let area = if panel == 2 { "unstable: small tilts grow" } else { "" };
+        let area = if panel == 2 { "unstable: a small tilt grows" } else { "" };
         series.push(Series::new(area, edge, Style::Area, 6));
-        // Where there is room for it between the curves; the legend says it of the grey area, too.
+        // The places are free of curves.
         if let Some(place) = [Some((2.6, 0.88)), None, Some((17.0, 0.95))][panel] {
             series.push(Series::text("unstable", place, Style::Text, 6));
         }
@@ -216,31 +221,31 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     table.finish()?;
     println!(
-        "{} points of curves off by {:.1e} of their length at most, {} linearisations, {:.2} s",
+        "{} points, largest relative error {:.1e}, {} linearisations, {:.2} s",
         cost.points,
         cost.error,
         cost.linearisations,
         clock.elapsed().as_secs_f64()
     );
 
-    // In C the essential spectrum is that of B.
+    // The essential spectrum in C is that in B.
     let ((badge, _, colour), at) = ESSENTIAL;
     let essential = panels[1].1[0].points.clone();
     panels[2].1.push(Series::new("", essential, Style::Dashed, colour));
-    panels[2].1.push(Series::text(badge, (micro.parameters[0], at), Style::Badge, colour));
-    panels[2].1.push(Series::new("dashed: something else is unstable already", Vec::new(), Style::Dashed, 6));
-    panels[1].1.push(Series::new("", printed[..1].to_vec(), Style::Points, 3));
-    panels[2].1.push(Series::new("numbers that the paper prints", printed[1..].to_vec(), Style::Points, 3));
+    panels[2].1.push(Series::text(badge, (micro.parameter, at), Style::Badge, colour));
+    panels[2].1.push(Series::new("dashed: other roots are unstable", Vec::new(), Style::Dashed, 6));
+    panels[1].1.push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
+    panels[2].1.push(Series::new("values stated in the paper", stated[1..].to_vec(), Style::Points, 3));
     let panels: Vec<(&str, &[Series])> = panels.iter().map(|(name, series)| (*name, series.as_slice())).collect();
     panels_figure(
         out.join("stability_map.svg"),
-        "Where an upright shoot begins to oscillate",
-        "growth time (h)",
-        "length over Greenhill's, ℓ/ℓc",
+        "Stability boundaries of an upright shoot",
+        "growth time τg (h)",
+        "length / self-buckling length, ℓ/ℓc",
         &panels,
         Axes::LogX,
     )?;
-    println!("stability_map.csv and stability_map.svg are in {}", out.display());
+    println!("wrote stability_map.csv and stability_map.svg to {}", out.display());
     Ok(())
 }
 

@@ -1,10 +1,15 @@
-//! The rod by shooting with the crate `differential-equations`, in three dimensions: position, frame (a quaternion) and couple along
-//! the rod as an initial value problem, and the couple at the base such that none is left at the tip.
+//! Solution of the problem by shooting, with the crate `differential-equations`.
 //!
-//! Twice. First by the crate's solver of boundary value problems, as a user would ([`offered`]): it seeks all ten numbers at the base by
-//! Newton's method with differences. Then by its integrators alone, under a search made for this problem ([`tailored`]):
-//! three unknowns, no trajectory stored, the method prepared once. Both know the force beforehand, have units in which no factor is
-//! left, and a right-hand side for equal bending stiffnesses, all of which `morphorod` does not presume.
+//! The initial value problem integrates position, frame (a quaternion) and couple along the rod. The unknown couple at
+//! the base is determined such that the couple at the tip is zero. There are two variants:
+//!
+//! - [`general`] uses the crate's solver for boundary value problems. It determines all ten variables at the base by
+//!   Newton's method with finite differences.
+//! - [`tailored`] uses the integrators of the crate with a search for this problem. It has three unknowns, stores no
+//!   trajectory and constructs the integrator once.
+//!
+//! Both use that the force is known in advance, that the bending stiffnesses are equal, and that the problem is
+//! dimensionless. `morphorod` uses none of these properties.
 
 use differential_equations::control::ControlFlag;
 use differential_equations::interpolate::Interpolation;
@@ -14,26 +19,28 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::problem::{Candidate, POISSON};
 
-/// What the two are called in tables.
-const OFFERED: &str = "differential-equations BVP";
+/// Name of the first variant in tables.
+const GENERAL: &str = "differential-equations BVP";
+/// Name of the second variant in tables.
 const TAILORED: &str = "differential-equations IVP";
-/// Tolerances, relative and absolute, that are tried.
+/// Relative and absolute tolerances.
 const TOLERANCES: [f64; 8] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12];
-/// First guesses of the couple at the base, over that of a straight rod: it, and half of it, which is closer to a bent rod's.
+/// Initial guesses of the couple at the base, divided by that of a straight rod. The second is closer to that of a bent
+/// rod.
 const GUESSES: [f64; 2] = [1.0, 0.5];
-/// Pieces of the rod in multiple shooting.
+/// Number of segments in multiple shooting.
 const SEGMENTS: usize = 4;
-/// Shots in a search at most; good ones take a dozen.
-const MOST_SHOTS: usize = 100;
-/// Newton iterations of the crate's solver at most; good ones take half a dozen.
-const MOST_ITERATIONS: usize = 25;
-/// Differences for the derivative by the base couple: the root of the rounding error.
+/// Largest number of integrations in a search. Successful searches need about twelve.
+const MAX_INTEGRATIONS: usize = 100;
+/// Largest number of Newton iterations of the crate's solver. Successful runs need about six.
+const MAX_ITERATIONS: usize = 25;
+/// Relative step of finite differences with respect to the base couple, the square root of the rounding error.
 const DIFFERENCE: f64 = 1.5e-8;
 
-/// Position, quaternion (scalar first) of the frame, couple, in the fixed frame; over the length and E I.
+/// Position, quaternion of the frame (scalar first) and couple in the fixed frame, in units of the length and of E I.
 type State = [f64; 10];
 
-/// The right-hand side, with arc length for time.
+/// Right-hand side, with the arc length as independent variable.
 struct Rod {
     load: f64,
 }
@@ -42,10 +49,10 @@ impl ODE<f64, State> for Rod {
     fn diff(&self, s: f64, y: &State, rate: &mut State) {
         let [_, _, _, w, x, yy, z, mx, my, mz] = *y;
         let tangent = [2.0 * (x * z + w * yy), 2.0 * (yy * z - w * x), 1.0 - 2.0 * (x * x + yy * yy)];
-        // K⁻¹ m for equal bending stiffnesses: 1 across the tangent, E I/(G J) = 1 + ν along it.
+        // K⁻¹ m for equal bending stiffnesses: the factor is 1 normal to the tangent, and E I/(G J) = 1 + ν along it.
         let along = POISSON * (mx * tangent[0] + my * tangent[1] + mz * tangent[2]);
         let [a, b, c] = [mx + along * tangent[0], my + along * tangent[1], mz + along * tangent[2]];
-        // The weight beyond, downwards; m' = −d3 × n.
+        // Force n, the weight of the part beyond s; m' = −d3 × n.
         let n = -self.load * (1.0 - s);
         *rate = [
             tangent[0],
@@ -63,22 +70,22 @@ impl ODE<f64, State> for Rod {
 }
 
 impl Boundary<f64, State> for Rod {
-    fn boundary(&self, base: &State, tip: &State, left: &mut State) {
+    fn boundary(&self, base: &State, tip: &State, residual: &mut State) {
         let clamp = start(Vector3::zeros());
         for k in 0..7 {
-            left[k] = base[k] - clamp[k];
+            residual[k] = base[k] - clamp[k];
         }
-        left[7..].copy_from_slice(&tip[7..]);
+        residual[7..].copy_from_slice(&tip[7..]);
     }
 }
 
-/// The state at the base, with the frame that turns the vertical d3 outwards.
+/// State at the base. The frame is rotated such that d3 is horizontal.
 fn start(couple: Vector3<f64>) -> State {
     let half = 0.5_f64.sqrt();
     [0.0, 0.0, 0.0, half, 0.0, half, 0.0, couple.x, couple.y, couple.z]
 }
 
-/// Stores nothing.
+/// Output handler that stores nothing.
 struct Quiet;
 
 impl Solout<f64, State> for Quiet {
@@ -95,20 +102,20 @@ impl Solout<f64, State> for Quiet {
     }
 }
 
-/// How the base couple is improved from shot to shot.
+/// Iteration for the base couple.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Search {
-    /// Newton's method: the derivative by differences, three shots more each time.
+    /// Newton's method with finite differences, three more integrations in each iteration.
     Newton,
-    /// Broyden's method: the derivative by differences once, then from what the shots show.
+    /// Broyden's method, with finite differences in the first iteration only.
     Broyden,
 }
 
-/// All methods, tolerances, searches and guesses under a load q̂.
+/// Candidates with all integrators, tolerances, searches and initial guesses for a load q̂.
 pub fn candidates(load: f64) -> Vec<Candidate> {
     let mut out = Vec::new();
     for (tolerance, guess) in TOLERANCES.into_iter().flat_map(|tolerance| GUESSES.map(|guess| (tolerance, guess))) {
-        // A straight rod's weight has an arm of half the length.
+        // The weight of a straight rod acts at half the length.
         let couple = Vector3::new(0.0, 0.5 * guess * load, 0.0);
         macro_rules! push {
             ($($method:ident),*) => {$({
@@ -119,15 +126,15 @@ pub fn candidates(load: f64) -> Vec<Candidate> {
                     let solve = Box::new(move || tailored(method.clone(), load, couple, tolerance, search));
                     out.push(Candidate { peer: TAILORED.into(), setting: format!("{name}; {search:?}"), solve });
                 }
-                // No closer than the integration itself, as in the other search.
+                // The tolerance of the search is that of the integration, as in the other variant.
                 let close = tolerance * load;
-                let single = Shooting::single(method.clone()).max_iterations(MOST_ITERATIONS).tolerance(close);
-                let solve = Box::new(move || offered(single.clone(), load, couple));
-                out.push(Candidate { peer: OFFERED.into(), setting: format!("{name}; single"), solve });
-                let multiple = Shooting::multiple(method).max_iterations(MOST_ITERATIONS);
+                let single = Shooting::single(method.clone()).max_iterations(MAX_ITERATIONS).tolerance(close);
+                let solve = Box::new(move || general(single.clone(), load, couple));
+                out.push(Candidate { peer: GENERAL.into(), setting: format!("{name}; single"), solve });
+                let multiple = Shooting::multiple(method).max_iterations(MAX_ITERATIONS);
                 let multiple = multiple.segments(SEGMENTS).tolerance(close);
-                let solve = Box::new(move || offered(multiple.clone(), load, couple));
-                out.push(Candidate { peer: OFFERED.into(), setting: format!("{name}; multiple"), solve });
+                let solve = Box::new(move || general(multiple.clone(), load, couple));
+                out.push(Candidate { peer: GENERAL.into(), setting: format!("{name}; multiple"), solve });
             })*};
         }
         push!(dopri5, dop853, rkv655e, rkv766e, rkv877e, rkv988e);
@@ -135,15 +142,15 @@ pub fn candidates(load: f64) -> Vec<Candidate> {
     out
 }
 
-/// The tip by the crate's own solver of boundary value problems, from a guess of the couple at the base.
-fn offered(method: impl BVPMethod<f64, State>, load: f64, couple: Vector3<f64>) -> Option<Vector3<f64>> {
+/// Tip by the crate's solver for boundary value problems, from an initial guess of the couple at the base.
+fn general(method: impl BVPMethod<f64, State>, load: f64, couple: Vector3<f64>) -> Option<Vector3<f64>> {
     let rod = Rod { load };
     let found = BVP::ode(&rod, 0.0, 1.0, start(couple)).method(method).solve().ok()?;
     let (_, tip) = found.last().ok()?;
     Some(Vector3::new(tip[0], tip[1], tip[2]))
 }
 
-/// The tip by a search for the base couple alone.
+/// Tip by a search for the base couple.
 fn tailored<M>(
     mut method: M,
     load: f64,
@@ -155,18 +162,18 @@ where
     M: OrdinaryNumericalMethod<f64, State> + Interpolation<f64, State>,
 {
     let rod = Rod { load };
-    let mut shot = |couple: Vector3<f64>| -> Option<(Vector3<f64>, Vector3<f64>)> {
+    let mut integrate = |couple: Vector3<f64>| -> Option<(Vector3<f64>, Vector3<f64>)> {
         solve_ode(&mut method, &rod, 0.0, 1.0, &start(couple), &mut Quiet).ok()?;
         let end = method.y();
-        let left = Vector3::new(end[7], end[8], end[9]);
-        left.iter().all(|part| part.is_finite()).then(|| (left, Vector3::new(end[0], end[1], end[2])))
+        let residual = Vector3::new(end[7], end[8], end[9]);
+        residual.iter().all(|part| part.is_finite()).then(|| (residual, Vector3::new(end[0], end[1], end[2])))
     };
-    let (mut left, mut tip) = shot(couple)?;
-    let mut shots = 1;
+    let (mut residual, mut tip) = integrate(couple)?;
+    let mut integrations = 1;
     let mut derivative = None;
-    while shots < MOST_SHOTS {
-        // No closer than the integration itself.
-        if left.norm() <= tolerance * couple.norm() {
+    while integrations < MAX_INTEGRATIONS {
+        // The tolerance of the search is that of the integration.
+        if residual.norm() <= tolerance * couple.norm() {
             return Some(tip);
         }
         let slope = match derivative.filter(|_| search == Search::Broyden) {
@@ -177,18 +184,18 @@ where
                 for k in 0..3 {
                     let mut beside = couple;
                     beside[k] += step;
-                    slope.set_column(k, &((shot(beside)?.0 - left) / step));
+                    slope.set_column(k, &((integrate(beside)?.0 - residual) / step));
                 }
-                shots += 3;
+                integrations += 3;
                 slope
             }
         };
-        let change = -slope.lu().solve(&left)?;
+        let change = -slope.lu().solve(&residual)?;
         couple += change;
-        let before = left;
-        (left, tip) = shot(couple)?;
-        shots += 1;
-        derivative = Some(slope + (left - before - slope * change) * change.transpose() / change.norm_squared());
+        let before = residual;
+        (residual, tip) = integrate(couple)?;
+        integrations += 1;
+        derivative = Some(slope + (residual - before - slope * change) * change.transpose() / change.norm_squared());
     }
     None
 }

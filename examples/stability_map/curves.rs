@@ -1,4 +1,4 @@
-//! The curves of the map: where a root crosses the axis, on meshes that are fine enough, and what else is unstable there.
+//! Curves of the map: roots on the imaginary axis on refined meshes, and the number of unstable roots beside them.
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,17 +10,14 @@ use morphorod::stability::{BoundarySettings, Crossing, Linearisation, Refinement
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 use morphorod::{Scene, Shoot, Still};
 
-/// s.
+/// One hour, s.
 pub const HOUR: f64 = 3600.0;
-/// The window of the map: growth time, h, and length over Greenhill's, up to where the shoot would buckle.
+/// Corners of the map: growth time, h, and length divided by the self-buckling length.
 pub const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
-/// Step along a curve, in fractions of the window's sides: more than 200 points a curve.
+/// Step along a curve, relative to the sides of the map. A curve has more than 200 points.
 const STEP: f64 = 0.0045;
 
-/// A point of a curve: the parameters and the frequency, 1/s.
-pub type Start = ([f64; 2], f64);
-
-/// The shoots of one panel: everything but growth time and length.
+/// Parameters of the shoots of one panel, which differ in growth time and length.
 #[derive(Clone, Copy)]
 pub struct Kind {
     pub gravitropism: f64,
@@ -31,7 +28,8 @@ pub struct Kind {
 }
 
 impl Kind {
-    /// The linearisation of a shoot: growth time in hours, length over Greenhill's, and elements.
+    /// Linearisation about an upright shoot. `hours` is the growth time, `ratio` the length divided by the
+    /// self-buckling length.
     pub fn at(self, hours: f64, ratio: f64, elements: usize) -> Result<Linearisation, StabilityError> {
         let length = ratio * greenhill();
         let gravitropism =
@@ -41,11 +39,11 @@ impl Kind {
             .length(length)
             .radius(RADIUS)
             .elements(elements)
-            // The whole shoot is growth zone.
+            // Differential growth acts on the whole shoot, and the length is constant.
             .growth(Ongoing(UniformGrowth { zone_length: 2.0 * length, time: HOUR * hours }))
             .tropism((gravitropism, proprioception))
             .load(WEIGHT);
-        // The upright shoot is in a steady state when it is built; solve_steady_state finds those of other shoots.
+        // The upright shoot is a steady state. Other shoots would need solve_steady_state.
         if self.weightless {
             Linearisation::about(&shoot.scene(Still::weightless()).build()?)
         } else {
@@ -53,9 +51,8 @@ impl Kind {
         }
     }
 
-    /// Number of unstable roots at a growth time and length, infinity included, on the first of some meshes that resolves the
-    /// waves that matter; none if not even the finest does.
-    pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<f64>, StabilityError> {
+    /// Number of unstable roots on the first of two meshes that resolves their wavelengths, or `None` if neither does.
+    pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
         let few = self.refinement.first;
         for elements in [few, 2 * few] {
             match self.at(hours, ratio, elements)?.unstable() {
@@ -68,7 +65,7 @@ impl Kind {
         Ok(None)
     }
 
-    /// Where roots cross the axis, on the first of some meshes that resolves the waves that matter.
+    /// Points at which roots cross the imaginary axis, on the first mesh that resolves their wavelengths.
     pub fn crossings(
         self,
         family: impl Fn(f64, usize) -> Result<Linearisation, StabilityError>,
@@ -84,8 +81,9 @@ impl Kind {
         }
     }
 
-    /// The curve through a crossing of the axis, both ways, and how many roots are unstable just right of each point.
-    pub fn curve(self, (start, frequency): Start) -> Result<Curve, StabilityError> {
+    /// Follows the curve through a point in both directions, and counts the unstable roots just to the right of each
+    /// point.
+    pub fn curve(self, start: BoundaryPoint) -> Result<Curve, StabilityError> {
         let [low, high] = WINDOW;
         let up = BoundarySettings { start, frequency, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
         let follow = |settings| -> Result<(Vec<Crossing<2>>, usize), StabilityError> {
@@ -97,7 +95,7 @@ impl Kind {
             Ok((self.refinement.boundary(family, settings)?, linearisations))
         };
         let down = BoundarySettings { direction: [0.0, -1.0], ..up };
-        // Both ways at once: the last curve then keeps two cores busy.
+        // Both directions are computed concurrently, so that the last curve occupies two cores.
         let (down, up) = std::thread::scope(|scope| {
             let down = scope.spawn(|| follow(&down));
             let up = follow(&up);
@@ -112,11 +110,10 @@ impl Kind {
         Ok(Curve { points, errors, unstable, linearisations })
     }
 
-    /// What the mesh puts the length of a point off at its growth time, relative to it; in weightlessness, where length does
-    /// not matter, the growth time.
-    fn mesh_error(self, points: &[Crossing<2>], k: usize) -> f64 {
-        let point = points[k];
-        let [hours, ratio] = point.parameter_errors.unwrap_or([f64::NAN; 2]);
+    /// Estimated relative error of the length of a point at its growth time. In microgravity, where the length has no
+    /// effect, it is that of the growth time.
+    fn mesh_error(self, points: &[RefinedPoint], k: usize) -> f64 {
+        let RefinedPoint { point, parameter_errors: [hours, ratio], .. } = points[k];
         if self.weightless {
             return hours / point.parameters[0];
         }
@@ -125,11 +122,12 @@ impl Kind {
         (ratio + hours * slope.abs()) / point.parameters[1]
     }
 
-    /// How many roots are unstable just right of each point of a curve.
-    fn unstable_along(self, points: &[Crossing<2>]) -> Result<Vec<Option<f64>>, StabilityError> {
-        // The number changes only where curves cross: look at every 32nd point, and between two that differ.
-        let mut numbers: Vec<Option<Option<f64>>> = vec![None; points.len()];
-        let at = |k: usize, numbers: &mut [Option<Option<f64>>]| -> Result<Option<f64>, StabilityError> {
+    /// Number of unstable roots just to the right of each point of a curve.
+    fn unstable_along(self, points: &[RefinedPoint]) -> Result<Vec<Option<Unstable>>, StabilityError> {
+        // The number changes only where curves cross. It is computed at every 32nd point, and by bisection between two
+        // points that differ.
+        let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
+        let at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
             if let Some(known) = numbers[k] {
                 return Ok(known);
             }
@@ -152,12 +150,13 @@ impl Kind {
     }
 }
 
-/// A curve, point by point.
+/// Points of a curve.
 pub struct Curve {
-    pub points: Vec<Crossing<2>>,
-    /// What the mesh puts the length or the growth time off, relative to it.
+    pub points: Vec<RefinedPoint>,
+    /// Estimated relative error of the length or of the growth time, for each point.
     pub errors: Vec<f64>,
-    pub unstable: Vec<Option<f64>>,
+    /// Number of unstable roots just to the right of each point, if the mesh resolves it.
+    pub unstable: Vec<Option<Unstable>>,
     pub linearisations: usize,
 }
 
@@ -165,8 +164,9 @@ const RADIUS: f64 = 0.5e-3;
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
-/// Whether a curve passes right of a point, at the same length.
-pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
+/// Whether a curve passes to the right of a point at the same length.
+pub fn is_right_of(curve: &Curve, point: BoundaryPoint) -> bool {
+    let [hours, ratio] = point.parameters;
     curve.points.windows(2).any(|pair| {
         let ([x0, y0], [x1, y1]) = (pair[0].parameters, pair[1].parameters);
         let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
@@ -174,17 +174,19 @@ pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
     })
 }
 
-/// Greenhill's self-buckling length, m.
+/// Self-buckling length of Greenhill (1881), m.
 pub fn greenhill() -> f64 {
     let gravity = Still::upright().environment(0.0).gravity.norm();
     let per_length = WEIGHT.density * gravity * std::f64::consts::PI * RADIUS * RADIUS;
     (Weight::GREENHILL * TISSUE.stiffness(RADIUS).x / per_length).cbrt()
 }
 
+/// Totals of all curves.
 #[derive(Default)]
 pub struct Cost {
     pub points: usize,
     pub linearisations: usize,
+    /// Largest estimated relative error.
     pub error: f64,
 }
 
@@ -196,8 +198,8 @@ impl Cost {
     }
 }
 
-/// The curves through some crossings, each by itself: as many at a time as there are cores.
-pub fn curves_of(kind: Kind, starts: &[Start]) -> Result<Vec<Curve>, StabilityError> {
+/// Follows the curves through several points, with one thread for each core.
+pub fn curves_of(kind: Kind, starts: &[BoundaryPoint]) -> Result<Vec<Curve>, StabilityError> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
     let work = || {

@@ -1,23 +1,23 @@
-//! The grid of a sweep: which shoots are looked at.
+//! Grid of parameters of a sweep.
 
 /// Equally spaced values of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// The first value.
+    /// First value.
     pub from: f64,
-    /// The last value.
+    /// Last value.
     pub to: f64,
-    /// How many there are, two at least.
+    /// Number of values, at least two.
     pub count: usize,
 }
 
 impl Span {
-    /// The value of a number counted from zero.
+    /// Value with index `k`.
     #[must_use]
     pub fn at(&self, k: usize) -> f64 {
-        let share = k as f64 / (self.count - 1) as f64;
-        // Exact at both ends.
-        self.from * (1.0 - share) + self.to * share
+        let fraction = k as f64 / (self.count - 1) as f64;
+        // This formula is exact at both ends.
+        self.from * (1.0 - fraction) + self.to * fraction
     }
 
     /// All values.
@@ -27,27 +27,27 @@ impl Span {
     }
 }
 
-/// Everything that the numbers of a sweep depend on.
+/// Grid and settings, which determine all results of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
-    /// Lengths of the shoots, m: the points of a row.
+    /// Lengths of the shoots in a row, m.
     pub lengths: Span,
-    /// Proprioceptive sensitivities: one for each row.
+    /// Proprioceptive sensitivities, one for each row.
     pub etas: Span,
-    /// Gravitropic sensitivity of all.
+    /// Gravitropic sensitivity.
     pub beta: f64,
-    /// Growth time of all, s.
+    /// Growth time, s.
     pub growth_time: f64,
     /// Simulated time, s.
     pub time: f64,
     /// Time step, s.
     pub step: f64,
-    /// Elements of a shoot.
+    /// Number of elements of a shoot.
     pub elements: usize,
 }
 
 impl Grid {
-    /// The settings in words, a line each: what a file of results must agree with to belong to this sweep.
+    /// Describes the settings, one in each line. A file of results belongs to this sweep if it contains the same lines.
     #[must_use]
     pub fn settings(&self) -> Vec<String> {
         let span = |name: &str, unit: &str, Span { from, to, count }: Span| {
@@ -65,20 +65,20 @@ impl Grid {
     }
 }
 
-/// A part of the rows, for one of several processes: every `of`-th, beginning with number `number`.
+/// Part of the rows for one of several processes: row `number` and every `of`-th row after it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Part {
-    /// Which part, counted from one.
+    /// Number of the part, counted from one.
     pub number: usize,
-    /// How many parts there are.
+    /// Number of parts.
     pub of: usize,
 }
 
 impl Part {
-    /// All of it.
+    /// All rows.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Reads `number/of`.
+    /// Parses `number/of`.
     #[must_use]
     pub fn read(text: &str) -> Option<Self> {
         let (number, of) = text.split_once('/')?;
@@ -86,7 +86,7 @@ impl Part {
         (1..=part.of).contains(&part.number).then_some(part)
     }
 
-    /// Whether a row, counted from zero, belongs to it.
+    /// Whether the part contains a row, counted from zero.
     #[must_use]
     pub fn has(&self, row: usize) -> bool {
         row % self.of == self.number - 1
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn span_ends_exactly_at_its_last_value() {
-        // 0.1 and 0.7 have no exact binary representation: a sum of steps would miss the end.
+        // 0.1 and 0.7 have no exact binary representation, so that a sum of steps would differ from the last value.
         let span = Span { from: 0.1, to: 0.7, count: 7 };
         assert_eq!((span.at(0), span.at(6), span.values().len()), (0.1, 0.7, 7));
     }

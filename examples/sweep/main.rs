@@ -1,26 +1,27 @@
-//! Which shoots begin to swing, and how far? A map of length against the sensitivity to one's own bending.
+//! Onset and amplitude of oscillations for a grid of lengths and proprioceptive sensitivities.
 //!
-//! Upright shoots of constant length, steered by gravity and by their own bending, both after a delay. Of each point of the
-//! grid the characteristic roots say whether a small tilt dies out, and a run in time says what becomes of a small kick. Bending
-//! is what a shoot must sense in order to straighten itself; but it senses it late, and the better it does, the sooner it begins to
-//! swing.
+//! The shoots are upright and of constant length, with delayed gravitropism and proprioception. For each point of the
+//! grid, the program computes the leading characteristic root of the upright shoot and the number of unstable roots. It
+//! also simulates the response to a small perturbation of the intrinsic curvature. All cores of the machine are used.
 //!
-//! # What to see
-//! Left of the black curve the kick dies out, right of it the shoot swings by centimetres. The colours come from runs
-//! in time, the curve from the linear problem alone, two parts of the library that share little; the one must change where the
-//! other runs. Right of the dashed line the shoot buckles, whatever it senses.
+//! # Results
+//! The colours show the amplitude of the tip at the end of the simulations. The black curve is the critical length,
+//! computed from the characteristic roots. To the left of this curve, the perturbation decays. To the right of it, the
+//! shoot oscillates with an amplitude of centimetres. The colours and the curve are computed by largely independent
+//! parts of the library, and the colours change at the curve. A larger proprioceptive sensitivity reduces the critical
+//! length, because the response is delayed. To the right of the dashed line, the shoot buckles under its weight.
 //!
-//! # Stop and go on
-//! Every row of the grid becomes a file of its own, at once or not at all. Start the same command again after whatever has
-//! ended it, and it goes on; the table in the end is the same byte for byte, on however many threads, in however many parts and
-//! attempts. (On machines of the same kind: mathematical functions may differ in the last bit between kinds.)
+//! # Interruption
+//! Each row of the grid is a separate file, which is written as a whole. An interrupted sweep is resumed by the same
+//! command. The final table is identical byte for byte for all numbers of threads, parts and interruptions, on machines
+//! of the same kind. On other machines, mathematical functions may differ in the last bit.
 //!
-//! # Many machines
-//! `--shard i/n` computes every n-th row beginning with the i-th. The jobs of an array on a cluster share one folder:
+//! # Several machines
+//! `--shard i/n` computes row i and every n-th row after it. The jobs of a job array share one folder:
 //!
 //! ```sh
 //! sweep --shard $INDEX/$COUNT --out /shared/map     # each job
-//! sweep --merge --out /shared/map                   # afterwards: what is missing, or table and picture
+//! sweep --merge --out /shared/map                   # afterwards: writes table and picture, or reports missing rows
 //! ```
 
 #[path = "../common/mod.rs"]
@@ -41,46 +42,46 @@ use std::time::Instant;
 use common::options::Value;
 use common::{Opt, Options, Progress, finish};
 use grid::{Grid, Part, Span};
-use point::{Numbers, critical_length, look_at};
+use point::{Numbers, compute_point, critical_length};
 use store::Store;
 
 const HOUR: f64 = 3600.0;
 const CM: f64 = 0.01;
 
-/// What goes wrong in a thread.
+/// Error in a thread.
 type Failure = Box<dyn Error + Send + Sync>;
 
-/// A part on the command line.
+/// Part that is given on the command line.
 struct Shard(Part);
 
 impl Value for Shard {
     const MUST_BE: &'static str = "i/n with whole numbers and 1 <= i <= n, like 2/8";
     fn read(text: &str) -> Option<Self> {
-        // Without the option: all.
+        // Without the option, all rows.
         if text.is_empty() { Some(Self(Part::WHOLE)) } else { Part::read(text).map(Self) }
     }
 }
 
 const OPTIONS: [Opt; 14] = [
-    Opt::value("length-from", "CM", "4", "shortest shoot, cm"),
-    Opt::value("length-to", "CM", "9", "longest shoot, cm"),
+    Opt::value("length-from", "CM", "4", "smallest length, cm"),
+    Opt::value("length-to", "CM", "9", "largest length, cm"),
     Opt::value("lengths", "N", "41", "number of lengths"),
     Opt::value("eta-from", "E", "0", "smallest proprioceptive sensitivity"),
     Opt::value("eta-to", "E", "80", "largest proprioceptive sensitivity"),
-    Opt::value("etas", "N", "33", "number of sensitivities, the rows of the grid"),
-    Opt::value("beta", "B", "0.8", "gravitropic sensitivity of all"),
-    Opt::value("tau-g", "H", "20", "growth time of all, h"),
+    Opt::value("etas", "N", "33", "number of sensitivities, which are the rows of the grid"),
+    Opt::value("beta", "B", "0.8", "gravitropic sensitivity"),
+    Opt::value("tau-g", "H", "20", "growth time, h"),
     Opt::value("hours", "H", "24", "simulated time, h"),
     Opt::value("step", "S", "120", "time step, s"),
     Opt::value("elements", "N", "6", "elements of a shoot"),
-    Opt::value("threads", "N", "", "threads; without it, as many as the machine has cores"),
+    Opt::value("threads", "N", "", "number of threads; by default, the number of cores"),
     Opt::value(
         "shard",
         "I/N",
         "",
-        "compute every N-th row from the I-th (1 to N) only, and merge nothing: with the same grid in all parts",
+        "compute only row I (1 to N) and every N-th row after it; all parts need the same grid",
     ),
-    Opt::flag("merge", "compute nothing: make table and picture of what is there, or say what is missing"),
+    Opt::flag("merge", "write table and picture from existing rows, or report missing rows"),
 ];
 
 fn main() -> ExitCode {
@@ -109,7 +110,7 @@ fn grid(options: &Options) -> Grid {
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "sweep",
-        "which shoots begin to swing, and how far: a grid of shoots on all cores, which can be stopped and resumed",
+        "onset and amplitude of oscillations for a grid of shoots; can be interrupted and resumed",
         &OPTIONS,
     );
     let grid = grid(&options);
@@ -120,7 +121,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let Shard(part) = options.get("shard");
     let (merge, whole) = (options.flag("merge"), options.text("shard").is_empty());
     if merge && !whole {
-        return Err("--merge takes all rows, --shard some: give one of the two".into());
+        return Err("--merge and --shard exclude each other".into());
     }
     let out = options.out_dir();
     let store = Store::open(&out, grid)?;
@@ -134,7 +135,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     if whole { publish(&grid, &store, cores, &out) } else { Ok(()) }
 }
 
-/// Computes rows. A row is written when its last point is there; threads share points, not rows, so that all are busy to the end.
+/// Computes rows. A row is written when its last point is computed. Threads share points instead of rows, so that all
+/// threads have work until the end.
 fn compute(grid: &Grid, store: &Store, rows: &[usize], cores: usize) -> Result<(), Failure> {
     let clock = Instant::now();
     let across = grid.lengths.count;
@@ -145,7 +147,7 @@ fn compute(grid: &Grid, store: &Store, rows: &[usize], cores: usize) -> Result<(
     threads::share(
         cores,
         points,
-        |k| look_at(grid, grid.lengths.at(k % across), grid.etas.at(rows[k / across])),
+        |k| compute_point(grid, grid.lengths.at(k % across), grid.etas.at(rows[k / across])),
         |k, numbers| {
             let row = &mut open[k / across];
             row[k % across] = Some(numbers);
@@ -162,7 +164,7 @@ fn compute(grid: &Grid, store: &Store, rows: &[usize], cores: usize) -> Result<(
     Ok(())
 }
 
-/// Table and picture of all rows.
+/// Writes table and picture of all rows.
 fn publish(grid: &Grid, store: &Store, cores: usize, out: &Path) -> Result<(), Box<dyn Error>> {
     let found = store.read()?;
     let missing: Vec<String> = (1..=found.len()).filter(|k| found[k - 1].is_none()).map(|k| k.to_string()).collect();
@@ -180,6 +182,6 @@ fn publish(grid: &Grid, store: &Store, cores: usize, out: &Path) -> Result<(), B
     };
     threads::share(cores, rows.len(), work, take).map_err(|error| -> Box<dyn Error> { error })?;
     picture::draw(&out.join("sweep.svg"), grid, &rows, &onsets)?;
-    println!("sweep.csv and sweep.svg are in {}", out.display());
+    println!("wrote sweep.csv and sweep.svg to {}", out.display());
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Table and picture of a whole sweep.
+//! Table and picture of a complete sweep.
 
 use std::io;
 use std::path::Path;
@@ -9,17 +9,18 @@ use crate::common::file::write_whole;
 use crate::common::table::number;
 use crate::common::{Map, Series, Style, map_figure};
 
-/// Lengths are shown in centimetres and amplitudes in millimetres.
+/// Lengths are shown in centimetres.
 const CM_PER_M: f64 = 1e2;
+/// Amplitudes are shown in millimetres.
 const MM_PER_M: f64 = 1e3;
 const HOUR: f64 = 3600.0;
-/// Amplitudes at the ends of the colour bar, mm: a swing that nobody sees, and more than any shoot of the map can swing.
+/// Amplitudes at the ends of the colour bar, mm. The upper limit exceeds all lengths of the default grid.
 const LIMITS: [f64; 2] = [1e-4, 1e2];
 
 /// Writes all points as one table.
 ///
 /// # Errors
-/// Those of the file system.
+/// Returns errors of the file system.
 pub fn write_table(file: &Path, rows: &[Vec<Numbers>]) -> io::Result<()> {
     let mut text = format!("{}\n", COLUMNS.join(","));
     for point in rows.iter().flatten() {
@@ -28,33 +29,33 @@ pub fn write_table(file: &Path, rows: &[Vec<Numbers>]) -> io::Result<()> {
     write_whole(file, text)
 }
 
-/// Draws the map: amplitudes by colour, over them where the growth rate is zero. `onsets` are critical lengths, m, one for each
-/// row where there is one.
+/// Draws the amplitudes as colours, with the critical lengths and the self-buckling length. `onsets` are the critical
+/// lengths of the rows, m.
 ///
 /// # Errors
-/// Those of the file system.
+/// Returns errors of the file system.
 pub fn draw(file: &Path, grid: &Grid, rows: &[Vec<Numbers>], onsets: &[Option<f64>]) -> io::Result<()> {
     let etas = grid.etas.values();
-    let place = |length: f64, eta: f64| (CM_PER_M * length, eta);
-    let curve = onsets.iter().zip(&etas).map(|(length, eta)| place(length.unwrap_or(f64::NAN), *eta)).collect();
-    let buckling = [etas[0], etas[etas.len() - 1]].map(|eta| place(buckling_length(), eta));
+    let point_at = |length: f64, eta: f64| (CM_PER_M * length, eta);
+    let curve = onsets.iter().zip(&etas).map(|(length, eta)| point_at(length.unwrap_or(f64::NAN), *eta)).collect();
+    let buckling = [etas[0], etas[etas.len() - 1]].map(|eta| point_at(buckling_length(), eta));
     let amplitudes: Vec<f64> = rows.iter().flatten().map(|point| MM_PER_M * point[COLUMNS.len() - 1]).collect();
     let mut over = vec![
-        Series::new("onset: the growth rate of small swings is zero", curve, Style::Line, 6),
-        Series::new("from here on the shoot buckles under its weight", buckling.to_vec(), Style::Dashed, 1),
+        Series::new("onset of oscillations", curve, Style::Line, 6),
+        Series::new("self-buckling length (Greenhill)", buckling.to_vec(), Style::Dashed, 1),
     ];
     if amplitudes.iter().any(|amplitude| amplitude.is_nan()) {
-        let label = "the shoot curls up, and the elements do not follow";
+        let label = "no equilibrium on this mesh: strongly curved shoots";
         over.push(Series::new(label, Vec::new(), Style::Area, 0));
     }
     let hours = grid.time / HOUR;
     let map = Map {
-        axes: ["length of the shoot (cm)", "proprioceptive sensitivity η (1)"],
+        axes: ["length of the shoot (cm)", "proprioceptive sensitivity η"],
         points: [grid.lengths.values().iter().map(|length| CM_PER_M * length).collect(), etas],
         log: false,
         values: amplitudes,
-        label: &format!("tip's largest swing in the last {} h (mm)", LAST.min(grid.time) / HOUR),
+        label: &format!("amplitude of the tip in the last {} h (mm)", LAST.min(grid.time) / HOUR),
         limits: LIMITS,
     };
-    map_figure(file, &format!("What becomes of a small kick within {hours} hours"), &map, &over)
+    map_figure(file, &format!("Oscillation amplitude {hours} h after a small perturbation"), &map, &over)
 }

@@ -1,24 +1,24 @@
-//! A row of the grid as text, and back: the file that a killed sweep goes on from.
+//! File format of a row of the grid, from which an interrupted sweep is resumed.
 //!
 //! ```text
 //! morphorod sweep, format 1
-//! # lengths: 48 from 4e-2 m to 9e-2 m        the settings, a line each
+//! # lengths: 48 from 4e-2 m to 9e-2 m        settings, one in each line
 //! # row: 3 of 36
-//! length_m,eta,growth_rate_per_s,...         a table as any other
+//! length_m,eta,growth_rate_per_s,...         comma-separated table
 //! ...
-//! # checksum: 0123456789abcdef               of everything before it
+//! # checksum: 0123456789abcdef               of all preceding text
 //! ```
 
 use super::grid::Grid;
 use super::point::{COLUMNS, Numbers};
 use crate::common::table::number;
 
-/// The first line. The format's number changes whenever the meaning of a number in a row does.
+/// First line without the number of the format, which changes with the meaning of the results.
 const NAME: &str = "morphorod sweep, format ";
 const FORMAT: &str = "1";
 const CHECKSUM: &str = "# checksum: ";
 
-/// A row, counted from zero, as text. Numbers are written so that they read back as the same bits.
+/// Formats a row, counted from zero. Numbers are written with sufficient digits to be read back exactly.
 #[must_use]
 pub fn write(grid: &Grid, row: usize, points: &[Numbers]) -> String {
     let mut text = format!("{NAME}{FORMAT}\n");
@@ -33,38 +33,41 @@ pub fn write(grid: &Grid, row: usize, points: &[Numbers]) -> String {
     text + &format!("{CHECKSUM}{sum:016x}\n")
 }
 
-/// Reads a row that [`write`] has written for the same grid.
+/// Parses a row that [`write`] has formatted for the same grid.
 ///
 /// # Errors
-/// Why the text is none: another format, damaged, cut short, or of other settings.
+/// Returns the reason if the text has another format, is damaged or truncated, or belongs to other settings.
 pub fn read(grid: &Grid, row: usize, text: &str) -> Result<Vec<Numbers>, String> {
     let format = text.lines().next().and_then(|line| line.strip_prefix(NAME));
     match format {
-        None => return Err("it is no row of a sweep, or its beginning is damaged".into()),
+        None => return Err("the file is no row of a sweep, or its beginning is damaged".into()),
         Some(FORMAT) => {}
-        Some(other) => return Err(format!("it has format {other:?}, and this program reads {FORMAT}")),
+        Some(other) => return Err(format!("the file has format {other:?}, but this program reads format {FORMAT:?}")),
     }
     let Some((before, sum)) = text.rsplit_once(CHECKSUM) else {
-        return Err("it is cut short: the checksum at its end is missing".into());
+        return Err("the file is cut short: the checksum at its end is missing".into());
     };
     if sum != format!("{:016x}\n", checksum(before)) {
-        return Err("it is damaged: it does not agree with its checksum".into());
+        return Err("the file is damaged: its checksum differs".into());
     }
-    // What follows was written by this program; it may still be of another sweep.
+    // The file is intact, but may belong to another sweep.
     let mut lines = before.lines().skip(1);
-    for here in settings(grid, row) {
+    for expected in settings(grid, row) {
         match lines.next() {
-            Some(there) if there == here => {}
-            there => {
-                let [here, there] = [here.as_str(), there.unwrap_or("")].map(|line| line.trim_start_matches("# "));
-                return Err(format!("it belongs to another sweep: it says \"{there}\", this one has \"{here}\""));
+            Some(found) if found == expected => {}
+            found => {
+                let [expected, found] =
+                    [expected.as_str(), found.unwrap_or("")].map(|line| line.trim_start_matches("# "));
+                return Err(format!(
+                    "the file belongs to another sweep: its setting is \"{found}\" instead of \"{expected}\""
+                ));
             }
         }
     }
     let points: Option<Vec<Numbers>> = lines.skip(1).map(numbers).collect();
     match points {
         Some(points) if points.len() == grid.lengths.count => Ok(points),
-        _ => Err(format!("it does not hold {} points of {} numbers", grid.lengths.count, COLUMNS.len())),
+        _ => Err(format!("the file does not contain {} points of {} numbers", grid.lengths.count, COLUMNS.len())),
     }
 }
 
@@ -79,8 +82,8 @@ fn numbers(line: &str) -> Option<Numbers> {
     values?.try_into().ok()
 }
 
-/// FNV-1a, 64 bits (Fowler, Noll and Vo, RFC 9923): it notices every change of one byte, for each of its steps can be undone,
-/// and any other with a probability of 1 − 2⁻⁶⁴.
+/// Checksum FNV-1a with 64 bits (Fowler, Noll and Vo, RFC 9923). It detects every change of a single byte, because each
+/// step is invertible, and other random changes with a probability of 1 − 2⁻⁶⁴.
 fn checksum(text: &str) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;

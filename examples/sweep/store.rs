@@ -1,4 +1,4 @@
-//! The folder of a sweep: one file for each row of the grid, whole or not there.
+//! Folder of a sweep, with one complete file for each computed row of the grid.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -9,32 +9,32 @@ use super::point::Numbers;
 use super::row;
 use crate::common::file::{named, write_whole};
 
-/// The files of the rows of one sweep. Several processes may share the folder.
+/// Row files of one sweep. Several processes may share the folder.
 pub struct Store {
     folder: PathBuf,
     grid: Grid,
 }
 
 impl Store {
-    /// The rows of a grid below `out`.
+    /// Opens or creates the folder `rows` in `out`.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// Returns an error if the folder cannot be created.
     pub fn open(out: &Path, grid: Grid) -> io::Result<Self> {
         let folder = out.join("rows");
         fs::create_dir_all(&folder).map_err(|error| named(&folder, &error))?;
         Ok(Self { folder, grid })
     }
 
-    /// The file of a row, counted from zero.
+    /// Path of the file of a row, counted from zero.
     fn file(&self, row: usize) -> PathBuf {
         self.folder.join(format!("row-{:04}.csv", row + 1))
     }
 
-    /// All rows that are there.
+    /// Reads all existing rows.
     ///
     /// # Errors
-    /// The first file that is no sound row of this sweep, with the reason. No file is changed.
+    /// Returns the first file that is not a valid row of this sweep, with the reason. No file is changed.
     pub fn read(&self) -> io::Result<Vec<Option<Vec<Numbers>>>> {
         (0..self.grid.etas.count).map(|row| self.read_row(row)).collect()
     }
@@ -48,17 +48,17 @@ impl Store {
         };
         let refused = |reason: &str| {
             let what =
-                format!("{}: {reason}; nothing was changed: move it away, or take another --out", file.display());
+                format!("{}: {reason}; no file was changed; move this file or choose another --out", file.display());
             io::Error::new(ErrorKind::InvalidData, what)
         };
-        let text = String::from_utf8(bytes).map_err(|_| refused("it is damaged: it is not text"))?;
+        let text = String::from_utf8(bytes).map_err(|_| refused("the file is damaged: it is not text"))?;
         row::read(&self.grid, row, &text).map(Some).map_err(|reason| refused(&reason))
     }
 
-    /// Writes a row. If another process has written it meanwhile, that one stays: both are the same.
+    /// Writes a row. If another process has written the same row in the meantime, its file is kept.
     ///
     /// # Errors
-    /// A file that cannot be written, or one that is in its place and no sound row of this sweep.
+    /// Returns an error if the file cannot be written, or if an existing file is not a valid row of this sweep.
     pub fn write(&self, row: usize, points: &[Numbers]) -> io::Result<()> {
         if self.read_row(row)?.is_some() {
             return Ok(());

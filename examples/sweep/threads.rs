@@ -1,17 +1,18 @@
-//! Work for all threads.
+//! Distribution of work over threads.
 //!
-//! Scoped threads of the standard library, and not `rayon`: pieces of work are independent, take milliseconds each, and need
-//! nothing that a shared counter does not give. Work stealing would not make them faster, and is a dependency more.
+//! The tasks are independent and take milliseconds each, so that a shared counter distributes them sufficiently well
+//! over scoped threads of the standard library. Work stealing, as in `rayon`, would not be faster and would add a
+//! dependency.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-/// Does `count` pieces of work on `threads` threads, in order as far as there are threads, and hands every result with its
-/// number to `take`, on the thread of the caller, as it comes.
+/// Computes `count` tasks on `threads` threads, which start them in order. Each result is passed with its number to
+/// `take` on the thread of the caller, in the order of completion.
 ///
 /// # Errors
-/// The first error of a piece or of `take`; no piece is begun after it.
+/// Returns the first error of a task or of `take`. No task starts after an error.
 pub fn share<R: Send, E: Send>(
     threads: usize,
     count: usize,
@@ -33,14 +34,14 @@ pub fn share<R: Send, E: Send>(
                     if result.is_err() {
                         stop.store(true, Ordering::Relaxed);
                     }
-                    // Nobody listens any more after an error.
+                    // After an error, the receiver no longer exists.
                     if to.send((k, result)).is_err() {
                         break;
                     }
                 }
             });
         }
-        // The loop below ends when the last thread has dropped its end of the channel.
+        // The loop below ends when the last thread has dropped its sender.
         drop(to);
         for (k, result) in results {
             if let Err(error) = result.and_then(|result| take(k, result)) {
@@ -57,10 +58,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_piece_of_work_is_done_once() {
+    fn every_task_is_computed_once() {
         for threads in [1, 2, 7] {
             let mut seen = vec![0; 100];
-            let done: Result<(), ()> = share(
+            let outcome: Result<(), ()> = share(
                 threads,
                 seen.len(),
                 |k| Ok(3 * k),
@@ -70,21 +71,21 @@ mod tests {
                     Ok(())
                 },
             );
-            assert_eq!(done, Ok(()));
+            assert_eq!(outcome, Ok(()));
             assert_eq!(seen, vec![1; 100]);
         }
     }
 
     #[test]
-    fn error_of_a_piece_or_of_the_caller_ends_the_work() {
-        let begun = AtomicUsize::new(0);
+    fn error_of_a_task_or_of_the_caller_ends_the_work() {
+        let started = AtomicUsize::new(0);
         let work = |k: usize| {
-            begun.fetch_add(1, Ordering::Relaxed);
+            started.fetch_add(1, Ordering::Relaxed);
             if k == 3 { Err("three") } else { Ok(k) }
         };
         assert_eq!(share(1, 1_000_000, work, |_, _| Ok(())), Err("three"));
-        // A single thread does the pieces in order, and no piece after its own error.
-        assert_eq!(begun.into_inner(), 4);
+        // A single thread computes the tasks in order, and starts none after an error.
+        assert_eq!(started.into_inner(), 4);
         assert_eq!(share(2, 1000, Ok, |k, _| if k == 5 { Err("five") } else { Ok(()) }), Err("five"));
     }
 }

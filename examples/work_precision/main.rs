@@ -1,16 +1,19 @@
-//! Error against run time: how long must one wait for so many digits?
+//! Error against run time of equilibria and of simulations in time.
 //!
-//! Eight scenes, from a horizontal rod at rest to ten hours of growth and a shoot that is led over. Each is computed at many fixed resolutions, of every
-//! order and with every integrator that takes it, and by tolerance. Errors are true ones, against closed forms or far finer runs of
-//! another resolution; a run time is the shortest of eight, of fewer where they are long.
+//! The example computes eight scenes, from a horizontal rod in equilibrium to ten hours of growth and a snap-through.
+//! Each scene is computed at many fixed resolutions, with all orders of elements and with all integrators that can
+//! compute it, and to several tolerances. Errors are differences from closed forms or from much finer runs. A run time
+//! is the shortest of eight, or of fewer if a run takes long.
 //!
-//! # What to see
-//! One figure a scene, with logarithmic axes: lower and further left is better. The slope of a series is minus its order over the
-//! power of its cost, until something else than what is varied limits the error. The runs that were given a tolerance should lie next to the best of the
-//! others, though these had to be found by trying.
+//! # Results
+//! There is one figure for each scene, with logarithmic axes. A method is better if its curve is further to the left
+//! and lower. As long as the varied setting determines the error, the slope of a curve is minus the order of
+//! convergence divided by the exponent of the cost. Runs by tolerance take a few times as long as the best fixed
+//! resolution with the same error, which is not known in advance.
 //!
-//! # What to try
-//! - `--scene growing`, one scene alone. `--write docs/accuracy.md` puts the tables into that chapter.
+//! # Options
+//! - `--scene growing` computes one scene only.
+//! - `--write docs/accuracy.md` writes a summary into that chapter.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -27,11 +30,11 @@ use report::Scene;
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(
         "work_precision",
-        "error against run time, scene by scene",
+        "error against run time of eight scenes",
         &[
-            Opt::value("scene", "NAME", "", "one scene alone: its first word"),
-            Opt::value("write", "FILE", "", "a chapter into which the tables are put, between its two marks"),
-            Opt::flag("quick", "a few settings, each run once: whether it works, not how fast"),
+            Opt::value("scene", "NAME", "", "compute only scenes whose names begin with NAME"),
+            Opt::value("write", "FILE", "", "chapter into which the summary is written, between two marks"),
+            Opt::flag("quick", "few settings, each run once: a test of the program, not a measurement"),
         ],
     );
     let out = options.out_dir();
@@ -40,7 +43,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut scenes: Vec<Scene> = Vec::new();
     let chosen: Vec<_> = scenes::ALL.iter().filter(|(name, _)| name.starts_with(options.text("scene"))).collect();
     if chosen.is_empty() {
-        return Err(format!("no scene {:?}", options.text("scene")).into());
+        return Err(format!("no scene has a name that begins with {:?}", options.text("scene")).into());
     }
     for (i, (_, measure)) in chosen.iter().enumerate() {
         let scene = measure(quick)?;
@@ -55,7 +58,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     if !options.text("write").is_empty() {
         report::write_chapter(&scenes, options.text("write").as_ref())?;
     }
-    println!("tables and figures in {}", out.display());
+    println!("wrote work_precision.csv and one figure for each scene to {}", out.display());
     Ok(())
 }
 

@@ -1,27 +1,29 @@
-//! The run time of a piece of work.
+//! Measurement of run times.
 
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Runs of which the shortest counts.
+/// Largest number of repetitions after the first run.
 const RUNS: usize = 7;
-/// Of long runs fewer do: they are repeated for this time (s), and so often at least. What disturbs a run is a small part of a long one.
+/// Duration after which no further repetition begins, s. The relative disturbance by other programs is small for long
+/// runs.
 const ENOUGH: f64 = 0.1;
+/// Smallest number of repetitions after the first run.
 const LEAST: usize = 1;
-/// Work that is done in less than this is timed several times together, s.
+/// Smallest measured duration, s. Shorter runs are repeated and timed together.
 const LONG_ENOUGH: f64 = 2e-3;
 
-/// What `work` returns, and the time (s) that it takes: the shortest of some runs, a single one if it is `quick`.
+/// Returns the result of `work` and its shortest run time, s. If `quick`, `work` runs once.
 pub fn measure<T>(
     quick: bool,
     mut work: impl FnMut() -> Result<T, Box<dyn Error>>,
 ) -> Result<(T, f64), Box<dyn Error>> {
     let clock = Instant::now();
-    let answer = work()?;
+    let result = work()?;
     let mut best = clock.elapsed().as_secs_f64();
     if quick {
-        return Ok((answer, best));
+        return Ok((result, best));
     }
     let together = (LONG_ENOUGH / best).ceil().max(1.0) as usize;
     let all = Instant::now();
@@ -35,5 +37,5 @@ pub fn measure<T>(
         }
         best = best.min(clock.elapsed().as_secs_f64() / together as f64);
     }
-    Ok((answer, best))
+    Ok((result, best))
 }

@@ -1,4 +1,4 @@
-//! The measurements as a table, as figures, and as a summary in a chapter.
+//! Measurements as a table, as figures, and as a summary in a chapter.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -10,28 +10,32 @@ use crate::common::{Axes, Series, Style, lines_figure};
 /// Errors below this are rounding errors, which show no order of convergence.
 const ROUNDING: f64 = 2e-13;
 
-/// One way to compute a scene.
+/// Result of one setting.
 pub struct Point {
     pub setting: String,
-    /// True error, relative to the length (or to the time, of an event).
+    /// True error, relative to the length (or to the time, for the time of an event).
     pub error: f64,
-    /// Error estimate of the integrator, if it gives one.
+    /// Relative error estimate of the integrator, if it returns one.
     pub estimate: Option<f64>,
-    /// s.
+    /// Run time, s.
     pub seconds: f64,
 }
 
-/// Ways that differ in one setting.
+/// Results that differ in one setting.
 pub struct Method {
     pub name: String,
-    /// Whether a tolerance was given instead of a resolution.
-    pub driven: bool,
+    /// Whether the setting is a tolerance instead of a resolution.
+    pub by_tolerance: bool,
     pub points: Vec<Point>,
 }
 
+/// Scene and its results.
 pub struct Scene {
     pub name: &'static str,
+    /// Description of the scene for titles.
     pub what: &'static str,
+    /// Description of the error, for the axis of the figure.
+    pub error: &'static str,
     pub methods: Vec<Method>,
 }
 
@@ -40,7 +44,7 @@ impl Scene {
         println!("{}: {}", self.name, self.what);
         for method in &self.methods {
             for point in &method.points {
-                let estimate = point.estimate.map_or(String::new(), |e| format!("  estimated {e:.1e}"));
+                let estimate = point.estimate.map_or(String::new(), |e| format!("  estimate {e:.1e}"));
                 println!(
                     "  {:<24} {:<22} error {:.1e}  {:>10.3} ms{estimate}",
                     method.name,
@@ -63,15 +67,16 @@ impl Scene {
             })
             .collect();
         let file = out.join(format!("{}.svg", self.name.replace(' ', "_")));
-        let title = capitalised(self.what);
-        lines_figure(file, &title, "run time (ms)", "true error, relative", &series, Axes::LogLog)?;
+        let title = format!("Error against run time: {}", self.what);
+        lines_figure(file, &title, "run time (ms)", self.error, &series, Axes::LogLog)?;
         Ok(())
     }
 
-    /// The shortest time (s) in which a fixed resolution reaches an error: between two settings by interpolation in the logarithms.
+    /// Shortest run time (s) in which a fixed resolution reaches an error, by logarithmic interpolation between
+    /// settings.
     fn fixed_time(&self, error: f64) -> Option<f64> {
         let mut best: Option<f64> = None;
-        for method in self.methods.iter().filter(|method| !method.driven) {
+        for method in self.methods.iter().filter(|method| !method.by_tolerance) {
             for pair in method.points.windows(2) {
                 let (a, b) = (&pair[0], &pair[1]);
                 let time = if b.error <= error && error <= a.error && b.error < a.error {
@@ -88,23 +93,23 @@ impl Scene {
         best
     }
 
-    /// The fastest fixed resolution whose error is not above `level`.
+    /// Fastest fixed resolution whose error is at most `level`.
     fn fastest_fixed(&self, level: f64) -> Option<(&Method, &Point)> {
-        let fixed = self.methods.iter().filter(|method| !method.driven);
+        let fixed = self.methods.iter().filter(|method| !method.by_tolerance);
         let points = fixed.flat_map(|method| method.points.iter().map(move |point| (method, point)));
         points.filter(|(_, p)| p.error <= level).min_by(|(_, a), (_, b)| a.seconds.total_cmp(&b.seconds))
     }
 
-    /// The run with the tolerance `level`.
-    fn driven(&self, level: f64) -> Option<&Point> {
-        let mut driven = self.methods.iter().filter(|method| method.driven).flat_map(|method| &method.points);
-        driven.find(|point| point.setting == format!("tolerance {level:e}"))
+    /// Result for the tolerance `level`.
+    fn with_tolerance(&self, level: f64) -> Option<&Point> {
+        let mut points = self.methods.iter().filter(|method| method.by_tolerance).flat_map(|method| &method.points);
+        points.find(|point| point.setting == format!("tolerance {level:e}"))
     }
 
-    /// For each run by tolerance, its time over that of the best fixed resolution with the same true error.
+    /// Run times by tolerance, divided by that of the best fixed resolution with the same true error.
     fn ratios(&self) -> Vec<f64> {
-        let driven = self.methods.iter().filter(|method| method.driven).flat_map(|method| &method.points);
-        driven.filter_map(|p| Some(p.seconds / self.fixed_time(p.error.max(ROUNDING))?)).collect()
+        let points = self.methods.iter().filter(|method| method.by_tolerance).flat_map(|method| &method.points);
+        points.filter_map(|p| Some(p.seconds / self.fixed_time(p.error.max(ROUNDING))?)).collect()
     }
 }
 
@@ -169,25 +174,25 @@ pub fn write_chapter(scenes: &[Scene], file: &Path) -> Result<(), Box<dyn Error>
     writeln!(table, "|---|---|---|---|---|---|---|")?;
     for scene in scenes {
         for level in LEVELS {
-            let Some(driven) = scene.driven(level) else { continue };
+            let Some(point) = scene.with_tolerance(level) else { continue };
             let (setting, time) = match scene.fastest_fixed(level) {
-                Some((method, point)) => (format!("{}: {}", method.name, point.setting), duration(point.seconds)),
+                Some((method, fixed)) => (format!("{}: {}", method.name, fixed.setting), duration(fixed.seconds)),
                 None => ("–".to_owned(), "–".to_owned()),
             };
-            let estimate = driven.estimate.map_or("–".to_owned(), |e| format!("{e:.1e}"));
+            let estimate = point.estimate.map_or("–".to_owned(), |e| format!("{e:.1e}"));
             writeln!(
                 table,
                 "| {} | {level:e} | {setting} | {time} | {:.1e} | {estimate} | {} |",
                 capitalised(scene.name),
-                driven.error,
-                duration(driven.seconds)
+                point.error,
+                duration(point.seconds)
             )?;
         }
     }
     Ok(fs::write(file, format!("{head}{}\n\n{table}\n{}\n\n{}{tail}", MARKS[0], ratios(scenes), MARKS[1]))?)
 }
 
-/// A time with its unit, from s.
+/// Formats a time, s, with a unit.
 fn duration(seconds: f64) -> String {
     if seconds < 1e-3 { format!("{:.1} µs", 1e6 * seconds) } else { format!("{:.1} ms", 1e3 * seconds) }
 }

@@ -1,4 +1,4 @@
-//! The scenes: what is computed, how, and what is known of the answer.
+//! The scenes, their settings, and their reference solutions.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -23,14 +23,17 @@ const RADIUS: f64 = 5e-4;
 const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
-/// Tolerances of the runs by tolerance.
+/// Tolerances.
 const TOLERANCES: [f64; 7] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 
+/// Label of errors of the tip.
+const TIP: &str = "distance of the tip from the reference / length";
+
 type Measured = Result<Scene, Box<dyn Error>>;
-/// Computes a scene, quickly if that is all that is asked.
+/// Computes a scene. If the argument is true, few settings are run once.
 type Compute = fn(bool) -> Measured;
 
-/// Every scene, by its name.
+/// All scenes with their names.
 pub const ALL: [(&str, Compute); 8] = [
     ("horizontal base", horizontal_base),
     ("heavy base", heavy_base),
@@ -39,19 +42,20 @@ pub const ALL: [(&str, Compute); 8] = [
     ("growing shoot", growing_shoot),
     ("circular orbit", circular_orbit),
     ("fast statoliths", fast_statoliths),
-    ("led over", led_over),
+    ("snap-through", snap_through),
 ];
 
-/// The first of a list alone, if it is `quick`.
+/// Returns the first item only if `quick`, otherwise all items.
 fn some<T>(quick: bool, all: &[T]) -> &[T] {
     if quick { &all[..1] } else { all }
 }
 
+/// Distance of two tips, divided by the length of the shoot.
 fn distance(a: &Vector3<f64>, b: &Vector3<f64>, length: f64) -> f64 {
     (a - b).norm() / length
 }
 
-/// A rod of the default section on its side, with `q ℓ³/(E I)` from its length (m) and density (kg/m³).
+/// Equilibrium of a rod with a horizontal base, of given length (m) and density (kg/m³).
 fn lying(
     quick: bool,
     name: &'static str,
@@ -73,7 +77,7 @@ fn lying(
             let error = distance(&tip, &exact, length);
             points.push(Point { setting: format!("{elements} elements"), error, estimate: None, seconds });
         }
-        methods.push(Method { name: format!("order {}", order.exponent()), driven: false, points });
+        methods.push(Method { name: format!("order {}", order.exponent()), by_tolerance: false, points });
     }
     let mut points = Vec::new();
     for &tolerance in some(quick, &TOLERANCES) {
@@ -87,18 +91,19 @@ fn lying(
         let error = distance(&tip, &exact, length);
         points.push(Point { setting: format!("tolerance {tolerance:e}"), error, estimate: cost.error, seconds });
     }
-    methods.push(Method { name: "by tolerance".to_owned(), driven: true, points });
-    Ok(Scene { name, what, methods })
+    methods.push(Method { name: "by tolerance".to_owned(), by_tolerance: true, points });
+    Ok(Scene { name, what, error: TIP, methods })
 }
 
 fn horizontal_base(quick: bool) -> Measured {
-    // Quadrature of the elastica's initial value problem at 40 digits, see tests/statics/horizontal_base.rs.
+    // Initial value problem of the elastica, integrated with 40 digits; see tests/statics/horizontal_base.rs.
     let exact = Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89);
-    lying(quick, "horizontal base", "a rod of 6.59 cm on its side, at rest under its weight", (0.0659, 1000.0), exact)
+    lying(quick, "horizontal base", "equilibrium of a horizontal rod, q ℓ³/(E I) = 4.5", (0.0659, 1000.0), exact)
 }
 
 fn heavy_base(quick: bool) -> Measured {
-    // q ℓ³/(E I) = 300: the default rod, 66 times as dense. The reference: 400 elements, shorter by 1.02 from each to the next.
+    // The load is 66 times that of the horizontal base. The reference has 400 elements, whose lengths form a geometric
+    // sequence with ratio 1.02.
     let stiffness = YOUNG.stiffness(RADIUS).x;
     let per_length = 300.0 * stiffness / 0.0659_f64.powi(3);
     let density = per_length / (9.81 * std::f64::consts::PI * RADIUS * RADIUS);
@@ -109,14 +114,14 @@ fn heavy_base(quick: bool) -> Measured {
     let mut rod = Rod::straight(&nodes, |_| RADIUS, scene.base, Order::Eight)?;
     let _ =
         NewtonSolver::with_tolerance(1e-13).solve(&mut rod, &YOUNG, &Weight { density }, &scene.environment(0.0))?;
-    lying(quick, "heavy base", "the same rod, 66 times as heavy: q ℓ³/(E I) = 300", (0.0659, density), rod.tip())
+    lying(quick, "heavy base", "equilibrium of a heavy horizontal rod, q ℓ³/(E I) = 300", (0.0659, density), rod.tip())
 }
 
 fn helix(quick: bool) -> Measured {
-    // Ten turns on 10 cm: intrinsic curvature κ and twist τ with √(κ² + τ²) ℓ = 20 π.
+    // A helix of ten turns and 10 cm: intrinsic curvature κ and twist τ with √(κ² + τ²) ℓ = 20 π.
     let (length, turn) = (0.1, 20.0 * std::f64::consts::PI / 0.1);
     let (curvature, twist) = (0.6 * turn, 0.8 * turn);
-    // After whole turns the tip lies on the axis, (κ, 0, τ)/√(κ² + τ²), at ℓ τ/√(κ² + τ²).
+    // After an integer number of turns, the tip lies on the axis (κ, 0, τ)/√(κ² + τ²) at the distance ℓ τ/√(κ² + τ²).
     let exact = Vector3::new(0.6, 0.0, 0.8) * (0.8 * length);
     let mut methods = Vec::new();
     for order in Order::ALL {
@@ -134,22 +139,29 @@ fn helix(quick: bool) -> Measured {
             let error = distance(&tip, &exact, length);
             points.push(Point { setting: format!("{elements} elements"), error, estimate: None, seconds });
         }
-        methods.push(Method { name: format!("order {}", order.exponent()), driven: false, points });
+        methods.push(Method { name: format!("order {}", order.exponent()), by_tolerance: false, points });
     }
-    Ok(Scene { name: "helix", what: "a helix of ten turns, found from a straight rod: exact on any mesh", methods })
+    Ok(Scene {
+        error: TIP,
+        name: "helix",
+        what: "equilibrium of a rod with the intrinsic shape of a helix of ten turns",
+        methods,
+    })
 }
 
-/// How a scene in time is computed.
+/// Settings of a simulation in time.
 struct Course<'a> {
+    /// Simulated time, s.
     end: f64,
-    /// Elements of the series of fixed steps, and their steps, s.
+    /// Numbers of elements.
     elements: &'a [usize],
+    /// Fixed time steps, s.
     steps: &'a [f64],
     /// Number of elements and step (s) of the reference.
     fine: (usize, f64),
 }
 
-/// A run of a shoot to the time of the `exact` one.
+/// Runs a shoot to the time of the reference `exact`, and compares the tips.
 fn timed<M: Model>(
     quick: bool,
     shoot: &Shoot<M>,
@@ -169,7 +181,7 @@ where
     Ok(Point { setting, error, estimate: cost.error, seconds })
 }
 
-/// A scene in time: the tip at its end.
+/// Computes a scene in time. The error is that of the tip at the end.
 fn in_time<M: Model>(
     quick: bool,
     (name, what): (&'static str, &'static str),
@@ -189,20 +201,20 @@ where
         for &step in some(quick, course.steps) {
             points.push(timed(quick, &shoot, &mut MethodOfSteps::new(step), &exact, format!("{step} s"))?);
         }
-        methods.push(Method { name: format!("steps, {elements} elements"), driven: false, points });
+        methods.push(Method { name: format!("steps, {elements} elements"), by_tolerance: false, points });
     }
     let (shoot, mut points) = (make(8)?, Vec::new());
-    // The last is beyond the reference.
+    // The smallest tolerance is below the error of the reference.
     for &tolerance in some(quick, &TOLERANCES[..6]) {
         let setting = format!("tolerance {tolerance:e}");
         points.push(timed(quick, &shoot, &mut Adaptive::new(tolerance), &exact, setting)?);
     }
-    methods.push(Method { name: "by tolerance".to_owned(), driven: true, points });
-    Ok(Scene { name, what, methods })
+    methods.push(Method { name: "by tolerance".to_owned(), by_tolerance: true, points });
+    Ok(Scene { name, what, error: TIP, methods })
 }
 
-/// A shoot of constant length with the default steering, on a base that leans by `tilt` (rad).
-fn steering<P: Perception<Signal = [f64; 2]> + Clone>(
+/// Shoot of constant length with gravitropism and proprioception, whose base is tilted by an angle, rad.
+fn tropic_shoot<P: Perception<Signal = [f64; 2]> + Clone>(
     (length, tilt): (f64, f64),
     elements: usize,
     perception: P,
@@ -227,16 +239,16 @@ where
 fn righting(quick: bool) -> Measured {
     let course =
         Course { end: 1.5 * HOUR, elements: &[3, 4, 6, 8], steps: &[360.0, 180.0, 90.0, 45.0, 22.5], fine: (16, 2.0) };
-    let what = "a shoot laid on its side, after 1.5 h";
-    in_time(quick, ("righting", what), |n| steering((0.05, FRAC_PI_2), n, SettledStatoliths), &course)
+    let what = "righting of a horizontal shoot, after 1.5 h";
+    in_time(quick, ("righting", what), |n| tropic_shoot((0.05, FRAC_PI_2), n, SettledStatoliths), &course)
 }
 
 fn fast_statoliths(quick: bool) -> Measured {
     let course =
         Course { end: 1.5 * HOUR, elements: &[3, 4, 6, 8], steps: &[360.0, 180.0, 90.0, 45.0, 22.5], fine: (16, 2.0) };
-    let what = "the same with statoliths that settle in 1 ms";
+    let what = "righting with statolith avalanches of 1 ms, after 1.5 h";
     let statoliths = Statoliths { avalanche_time: 1e-3 };
-    in_time(quick, ("fast statoliths", what), |n| steering((0.05, FRAC_PI_2), n, statoliths), &course)
+    in_time(quick, ("fast statoliths", what), |n| tropic_shoot((0.05, FRAC_PI_2), n, statoliths), &course)
 }
 
 fn circular_orbit(quick: bool) -> Measured {
@@ -260,12 +272,7 @@ fn circular_orbit(quick: bool) -> Measured {
         steps: &[360.0, 180.0, 120.0, 90.0, 60.0, 45.0],
         fine: (12, 5.0),
     };
-    in_time(
-        quick,
-        ("circular orbit", "an upright shoot that is led round twice, then left to itself, after 10 h"),
-        make,
-        &course,
-    )
+    in_time(quick, ("circular orbit", "circular orbit started by a rotating force, after 10 h"), make, &course)
 }
 
 fn growing_shoot(quick: bool) -> Measured {
@@ -274,7 +281,8 @@ fn growing_shoot(quick: bool) -> Measured {
             .length(0.068)
             .radius(RADIUS)
             .elements(elements)
-            // From 1e-3 with three elements to 1e-6 with eight: what merging moves stays below what the elements err.
+            // From 1e-3 with three elements to 1e-6 with eight, so that the error of merging is below that of the
+            // elements.
             .merge_tolerance(1e-3 * 4_f64.powi(3 - elements as i32))
             .growth(UniformGrowth { zone_length: 0.07, time: 40.0 * HOUR })
             .tropism((
@@ -290,8 +298,8 @@ fn growing_shoot(quick: bool) -> Measured {
             .build()?)
     };
     let (hours, what) = match quick {
-        true => (1.0, "the second video of the paper, after an hour of growth"),
-        false => (10.0, "the second video of the paper, after 10 h of growth"),
+        true => (1.0, "growing shoot (video 2), after 1 h"),
+        false => (10.0, "growing shoot (video 2), after 10 h"),
     };
     let course = Course {
         end: hours * HOUR,
@@ -302,9 +310,10 @@ fn growing_shoot(quick: bool) -> Measured {
     in_time(quick, ("growing shoot", what), make, &course)
 }
 
-/// A shoot too long to stand. A force at its apex bends it to one side, fades and turns: the shoot swings round to the other side within
-/// moments, since nothing but a breath across holds it.
-fn led_over(quick: bool) -> Measured {
+/// Snap-through of a shoot that is longer than the self-buckling length. A horizontal force at its apex bends it to one
+/// side, decreases and reverses, until the shoot snaps to the other side. A small transverse force breaks the symmetry.
+/// Errors are those of the time at which the tip passes the vertical, and of the tip at the end.
+fn snap_through(quick: bool) -> Measured {
     let make = |elements: usize| -> Result<Shoot<_>, Box<dyn Error>> {
         let force = (|t: f64| Vector3::new(1e-5 * (1.0 - t / HOUR), 1e-8, 0.0)) as fn(f64) -> Vector3<f64>;
         Ok(Shoot::builder(YOUNG)
@@ -339,12 +348,13 @@ fn led_over(quick: bool) -> Measured {
                     seconds,
                 });
             }
-            methods.push(Method { name: format!("{name}, steps of {step} s"), driven: false, points });
+            methods.push(Method { name: format!("{name}, steps of {step} s"), by_tolerance: false, points });
         }
     }
     Ok(Scene {
-        name: "led over",
-        what: "a shoot too long to stand, led over: when it passes the middle, and the tip afterwards",
+        name: "snap-through",
+        error: "relative error of the time or of the tip",
+        what: "snap-through of a buckled shoot",
         methods,
     })
 }
