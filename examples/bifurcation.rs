@@ -200,7 +200,7 @@ fn branches(family: &Family, settings: &Settings) -> Result<Branches, Box<dyn Er
     progress.finish();
     let before = from - (to - from) / BEFORE;
     let onset = onset(|value| Linearisation::about(&family.at(value)?), before, from).ok();
-    Ok(Branches { circular, planar, onset: onset.map(|found| found.parameter) })
+    Ok(Branches { circular, planar, onset: onset.map(|found| found.parameters[0]) })
 }
 
 /// Writes both branches as a table.

@@ -218,12 +218,12 @@ fn run() -> Result<(), Box<dyn Error>> {
         kind.at(length, kind.elements)
     };
     let critical = onset(family, LENGTHS[0], LENGTHS[1])?;
-    println!("critical length           {:.8} cm", critical.parameter / CM);
+    println!("critical length           {:.8} cm", critical.parameters[0] / CM);
     println!("period at this length     {:.6} min", critical.period() / MINUTE);
     println!("number of linearisations  {linearisations}");
     let curves = follow_roots(&kind, &out.join("roots.csv"))?;
-    draw_growth_rates(&out.join("growth_rate.svg"), &curves, critical.parameter, kind.essential()?)?;
-    draw_periods(&out.join("period.svg"), &curves, (critical.parameter, critical.period()))?;
+    draw_growth_rates(&out.join("growth_rate.svg"), &curves, critical.parameters[0], kind.essential()?)?;
+    draw_periods(&out.join("period.svg"), &curves, (critical.parameters[0], critical.period()))?;
     println!("wrote roots.csv, growth_rate.svg and period.svg to {}", out.display());
     Ok(())
 }

@@ -63,7 +63,7 @@ const FAST: (Mode, [f64; 3]) = (("f", "modes with periods of 12 min and less", 5
 const ESSENTIAL: (Mode, f64) = (("∞", "essential spectrum: all wavelengths", 6), 0.72);
 
 /// Returns one point on each curve of a panel, and the number of linearisations. `micro` is the onset in microgravity.
-fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), StabilityError> {
+fn starts(kind: Kind, micro: &Crossing<1>) -> Result<(Vec<Start>, usize), StabilityError> {
     if kind.weightless {
         return Ok((vec![([micro.parameters[0], 0.6], micro.frequency)], 0));
     }
@@ -74,16 +74,16 @@ fn starts(kind: Kind, micro: &Onset) -> Result<(Vec<BoundaryPoint>, usize), Stab
         kind.at(hours, ratio, n)
     };
     let main = onset(|ratio| at(20.0, ratio, kind.refinement.first), 0.3, 0.99)?;
-    let mut starts = vec![BoundaryPoint { parameters: [20.0, main.parameter], frequency: main.frequency }];
+    let mut starts = vec![([20.0, main.parameters[0]], main.frequency)];
     // The modes with short periods are close to the self-buckling length at every growth time.
     let fast = kind.crossings(|ratio, n| at(20.0, ratio, n), 0.99, 0.9995)?;
     let quickest = if kind.proprioception > 0.0 { 5.5 } else { 6.5 };
     let others = kind.crossings(|hours, n| at(hours, 0.985, n), quickest, 60.0)?;
-    starts.extend(fast.iter().map(|at| BoundaryPoint { parameters: [20.0, at.parameter], frequency: at.frequency }));
+    starts.extend(fast.iter().map(|at| ([20.0, at.parameters[0]], at.frequency)));
     // These modes cross the horizontal line, too. Their periods are constant along the curves.
-    let known = |at: &Onset| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
-    let others: Vec<Onset> = others.into_iter().filter(|at| !known(at)).collect();
-    let place = |at: &Onset| BoundaryPoint { parameters: [at.parameter, 0.985], frequency: at.frequency };
+    let known = |at: &Crossing<1>| fast.iter().any(|other| (other.frequency / at.frequency - 1.0).abs() < 0.01);
+    let others: Vec<Crossing<1>> = others.into_iter().filter(|at| !known(at)).collect();
+    let place = |at: &Crossing<1>| ([at.parameters[0], 0.985], at.frequency);
     starts.extend(others.iter().rev().map(place));
     Ok((starts, linearisations.get()))
 }
@@ -115,8 +115,8 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     // The three numbers that the paper states.
     let micro = refinement.onset(|hours, n| weightless.at(hours, 0.6, n), 2.0, 6.0)?;
-    println!("microgravity: critical growth time {:.8} h (paper: 3.5 h)", micro.parameter);
-    let mut stated = vec![(micro.parameter, 0.6)];
+    println!("microgravity: critical growth time {:.8} h (paper: 3.5 h)", micro.parameters[0]);
+    let mut stated = vec![(micro.parameters[0], 0.6)];
     for (hours, paper) in [(20.0, 6.56), (40.0, 7.24)] {
         let at = refinement.onset(|ratio, n| both.at(hours, ratio, n), 0.3, 0.99)?;
         let length = 100.0 * at.parameters[0] * greenhill();
@@ -124,7 +124,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             "growth time {hours} h: critical length {length:.8} cm (paper: {paper} cm), period {:.4} min",
             at.period() / MINUTE
         );
-        stated.push((hours, at.parameter));
+        stated.push((hours, at.parameters[0]));
     }
 
     let columns =
@@ -155,10 +155,9 @@ fn run() -> Result<(), Box<dyn Error>> {
             for ((point, unstable), error) in points.iter().zip(&curve.unstable).zip(&curve.errors) {
                 let [hours, ratio] = point.parameters;
                 let (others, first) = match unstable {
-                    Some(Unstable::Finite(number)) => (*number as f64, *number == 0),
-                    Some(Unstable::Infinite { .. }) => (f64::INFINITY, false),
+                    Some(number) => (*number, *number == 0.0),
                     // The mesh does not resolve the number. The other curves determine the style.
-                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point))),
+                    None => (f64::NAN, !curves.iter().any(|other| is_right_of(other, point.parameters))),
                 };
                 let period = point.period();
                 let (length, elements) = (ratio * greenhill(), point.elements as f64);
@@ -232,7 +231,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let ((badge, _, colour), at) = ESSENTIAL;
     let essential = panels[1].1[0].points.clone();
     panels[2].1.push(Series::new("", essential, Style::Dashed, colour));
-    panels[2].1.push(Series::text(badge, (micro.parameter, at), Style::Badge, colour));
+    panels[2].1.push(Series::text(badge, (micro.parameters[0], at), Style::Badge, colour));
     panels[2].1.push(Series::new("dashed: other roots are unstable", Vec::new(), Style::Dashed, 6));
     panels[1].1.push(Series::new("", stated[..1].to_vec(), Style::Points, 3));
     panels[2].1.push(Series::new("values stated in the paper", stated[1..].to_vec(), Style::Points, 3));

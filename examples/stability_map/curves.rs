@@ -17,6 +17,9 @@ pub const WINDOW: [[f64; 2]; 2] = [[1.0, 0.2], [60.0, 0.9995]];
 /// Step along a curve, relative to the sides of the map. A curve has more than 200 points.
 const STEP: f64 = 0.0045;
 
+/// Initial point of a curve: growth time (h), length relative to Greenhill's, and frequency (1/s).
+pub type Start = ([f64; 2], f64);
+
 /// Parameters of the shoots of one panel, which differ in growth time and length.
 #[derive(Clone, Copy)]
 pub struct Kind {
@@ -52,7 +55,7 @@ impl Kind {
     }
 
     /// Number of unstable roots on the first of two meshes that resolves their wavelengths, or `None` if neither does.
-    pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<Unstable>, StabilityError> {
+    pub fn unstable(self, hours: f64, ratio: f64) -> Result<Option<f64>, StabilityError> {
         let few = self.refinement.first;
         for elements in [few, 2 * few] {
             match self.at(hours, ratio, elements)?.unstable() {
@@ -83,7 +86,7 @@ impl Kind {
 
     /// Follows the curve through a point in both directions, and counts the unstable roots just to the right of each
     /// point.
-    pub fn curve(self, start: BoundaryPoint) -> Result<Curve, StabilityError> {
+    pub fn curve(self, (start, frequency): Start) -> Result<Curve, StabilityError> {
         let [low, high] = WINDOW;
         let up = BoundarySettings { start, frequency, direction: [0.0, 1.0], low, high, step: STEP, points: 4000 };
         let follow = |settings| -> Result<(Vec<Crossing<2>>, usize), StabilityError> {
@@ -112,8 +115,9 @@ impl Kind {
 
     /// Estimated relative error of the length of a point at its growth time. In microgravity, where the length has no
     /// effect, it is that of the growth time.
-    fn mesh_error(self, points: &[RefinedPoint], k: usize) -> f64 {
-        let RefinedPoint { point, parameter_errors: [hours, ratio], .. } = points[k];
+    fn mesh_error(self, points: &[Crossing<2>], k: usize) -> f64 {
+        let point = points[k];
+        let [hours, ratio] = point.parameter_errors.unwrap_or([f64::NAN; 2]);
         if self.weightless {
             return hours / point.parameters[0];
         }
@@ -123,11 +127,11 @@ impl Kind {
     }
 
     /// Number of unstable roots just to the right of each point of a curve.
-    fn unstable_along(self, points: &[RefinedPoint]) -> Result<Vec<Option<Unstable>>, StabilityError> {
+    fn unstable_along(self, points: &[Crossing<2>]) -> Result<Vec<Option<f64>>, StabilityError> {
         // The number changes only where curves cross. It is computed at every 32nd point, and by bisection between two
         // points that differ.
-        let mut numbers: Vec<Option<Option<Unstable>>> = vec![None; points.len()];
-        let at = |k: usize, numbers: &mut [Option<Option<Unstable>>]| -> Result<Option<Unstable>, StabilityError> {
+        let mut numbers: Vec<Option<Option<f64>>> = vec![None; points.len()];
+        let at = |k: usize, numbers: &mut [Option<Option<f64>>]| -> Result<Option<f64>, StabilityError> {
             if let Some(known) = numbers[k] {
                 return Ok(known);
             }
@@ -152,11 +156,11 @@ impl Kind {
 
 /// Points of a curve.
 pub struct Curve {
-    pub points: Vec<RefinedPoint>,
+    pub points: Vec<Crossing<2>>,
     /// Estimated relative error of the length or of the growth time, for each point.
     pub errors: Vec<f64>,
     /// Number of unstable roots just to the right of each point, if the mesh resolves it.
-    pub unstable: Vec<Option<Unstable>>,
+    pub unstable: Vec<Option<f64>>,
     pub linearisations: usize,
 }
 
@@ -165,8 +169,7 @@ const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 10e6, poissons_rat
 const WEIGHT: Weight = Weight { density: 1000.0 };
 
 /// Whether a curve passes to the right of a point at the same length.
-pub fn is_right_of(curve: &Curve, point: BoundaryPoint) -> bool {
-    let [hours, ratio] = point.parameters;
+pub fn is_right_of(curve: &Curve, [hours, ratio]: [f64; 2]) -> bool {
     curve.points.windows(2).any(|pair| {
         let ([x0, y0], [x1, y1]) = (pair[0].parameters, pair[1].parameters);
         let between = (y0 - ratio) * (y1 - ratio) <= 0.0 && y0 != y1;
@@ -199,7 +202,7 @@ impl Cost {
 }
 
 /// Follows the curves through several points, with one thread for each core.
-pub fn curves_of(kind: Kind, starts: &[BoundaryPoint]) -> Result<Vec<Curve>, StabilityError> {
+pub fn curves_of(kind: Kind, starts: &[Start]) -> Result<Vec<Curve>, StabilityError> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let next = AtomicUsize::new(0);
     let work = || {

@@ -75,8 +75,8 @@ fn roots(grid: &Grid, length: f64, eta: f64) -> Result<[f64; 3], StabilityError>
         Err(error) => return Err(error),
     };
     let unstable = match linear.unstable() {
-        Ok(Unstable::Finite(number)) => number as f64,
-        Ok(_) => f64::INFINITY,
+        Ok(number) => number as f64,
+        Err(StabilityError::InfinitelyMany { .. }) => f64::INFINITY,
         Err(error) if is_unresolved(&error) => f64::NAN,
         Err(error) => return Err(error),
     };
@@ -120,7 +120,7 @@ pub fn critical_length(grid: &Grid, eta: f64) -> Option<f64> {
     }
     let family = |length: f64| Linearisation::about(&upright(grid, length, eta)?);
     // The curve has a gap if there is no crossing or if the mesh does not resolve it.
-    onset(family, grid.lengths.from, to).ok().map(|found| found.parameter)
+    onset(family, grid.lengths.from, to).ok().map(|found| found.parameters[0])
 }
 
 /// Self-buckling length of Greenhill (1881), m.

@@ -129,4 +129,3 @@ impl From<RitzError> for CycleError {
         })
     }
 }
-
