@@ -36,6 +36,8 @@ mod camera;
 mod common;
 #[path = "growing_shoot/oscillations.rs"]
 mod oscillations;
+#[path = "growing_shoot/stations.rs"]
+mod stations;
 
 use std::error::Error;
 use std::path::Path;
@@ -50,6 +52,7 @@ use morphorod::load::{ApicalForce, Distributed, Weight};
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, Statoliths};
 use morphorod::{Model, ParameterError, Shoot};
 use nalgebra::Vector3;
+use stations::stations;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
@@ -133,7 +136,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut saved = shoot.time();
     let mut show = |shoot: &Shoot<_>, record: &mut Record| -> Result<(), Box<dyn Error>> {
         if record.add(shoot) {
-            render.iter_mut().try_for_each(|series| series.push(shoot.time(), &camera::stations(shoot, 101)))?;
+            render.iter_mut().try_for_each(|series| series.push(shoot.time(), &stations(shoot, 101)))?;
         }
         film.iter_mut().for_each(|film| film.push(camera::frame_of(shoot, Some(0))));
         progress.set(shoot.time() / end);
@@ -209,7 +212,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     oscillations::print_last(&track);
     oscillations::print_shares(&shares);
     if options.flag("render") {
-        write_tube(out.join("shoot.obj"), &camera::stations(&shoot, 201))?;
+        write_tube(out.join("shoot.obj"), &stations(&shoot, 201))?;
         println!("wrote render/shoot.pvd and shoot.obj for three-dimensional rendering");
     }
     if let Some(film) = film {

@@ -1,12 +1,12 @@
-//! Conversion of a shoot to frames of a film and to cross-sections for rendering.
+//! Conversion of a shoot to frames of a film.
 
 // Each example compiles its own copy of this module and uses only a part of it.
 #![allow(dead_code)]
 
 use morphorod::nalgebra::Vector3;
-use morphorod::{Model, Place, Shoot};
+use morphorod::{Model, Shoot};
 
-use crate::common::{Frame, Station};
+use crate::common::Frame;
 
 /// Number of points of the centre line in a frame.
 const LINE: usize = 41;
@@ -40,16 +40,6 @@ pub fn frame_of(shoot: &Shoot<impl Model>, statoliths: Option<usize>) -> Frame {
         directors: directors.collect(),
         piles: piles.collect(),
     }
-}
-
-/// Returns equally spaced cross-sections from base to apex, for three-dimensional rendering.
-pub fn stations(shoot: &Shoot<impl Model>, count: usize) -> Vec<Station> {
-    let section = |place: Place| Station {
-        position: place.position.into(),
-        directors: [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| (place.frame * axis).into()),
-        semi_axes: [place.tissue.section.along_d1, place.tissue.section.along_d2],
-    };
-    shoot.profile().sample(count).into_iter().map(section).collect()
 }
 
 /// Returns the components of h along the directors at a distance (m) from the apex, interpolated
