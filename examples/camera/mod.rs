@@ -1,4 +1,4 @@
-//! Conversion of a shoot to frames of a film and to cross-sections for rendering.
+//! Conversion of a shoot to frames of a film.
 
 // Each example compiles its own copy of this module and uses only a part of it.
 #![allow(dead_code)]
