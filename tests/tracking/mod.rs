@@ -3,6 +3,7 @@
 mod drift_and_windows;
 mod error_bars;
 mod growing_amplitude;
+mod mechanism;
 mod oscillations;
 mod outliers;
 mod simulated_tracks;
