@@ -4,9 +4,9 @@
 //! branch. The kinds of orbits differ in their [`Equations`]; single orbits and points of a branch differ in their
 //! [`Conditions`].
 //!
-//! The stationary state solves the equations of a periodic orbit for any period. It is deflated for single orbits:
-//! Newton's method is applied to the residual divided by the norm of the strain (P. E. Farrell, Á. Birkisson & S.
-//! W. Funke 2015).
+//! The stationary state solves the equations of a periodic orbit for any period. For single orbits this solution is
+//! deflated: Newton's method is applied to the residual divided by the norm of the strain (P. E. Farrell, Á.
+//! Birkisson & S. W. Funke 2015). The deflation of eigenvectors in `spectrum` is another method.
 
 use std::borrow::Borrow;
 
@@ -36,7 +36,8 @@ pub struct Corrected<O, B> {
 /// Solves the extended system on one grid in time. The Jacobian is kept while the residual decreases fast.
 ///
 /// # Errors
-/// Errors of the evaluation at the initial guess. Later errors are returned as `NotConverged`.
+/// Errors of the evaluation at the initial guess. Equilibrium and parameter errors of later iterations are returned
+/// as `NotConverged`, all other errors unchanged.
 pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,

@@ -2,9 +2,9 @@
 //! others.
 //!
 //! Arnoldi's method finds one vector of each eigenvalue, and none that is absent from its first vector. Converged
-//! vectors are therefore deflated, and the method is repeated with another first vector until the largest remaining
-//! eigenvalue is smaller than those that were found. See Y. Saad, *Numerical methods for large eigenvalue
-//! problems*, 2nd ed. (2011), section 6.2.3.
+//! vectors are therefore deflated: their components are removed from all further vectors. The method is then repeated
+//! with another first vector until the largest remaining eigenvalue is smaller than those that were found. See Y.
+//! Saad, *Numerical methods for large eigenvalue problems*, 2nd ed. (2011), section 6.2.3.
 
 use nalgebra::{Complex, DMatrix, DVector};
 

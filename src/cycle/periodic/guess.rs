@@ -74,7 +74,7 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
     };
     let oldest = history.oldest().unwrap_or(now);
     let slope = |n: usize, stage: &f64| {
-        // Before the start of the run the oldest slopes are used.
+        // Before the beginning of the run the oldest slopes are used.
         let time = (now + (n as f64 - return_map.kept as f64 + stage) * length).max(oldest);
         read(history.slope(time)) * length
     };

@@ -34,7 +34,7 @@ pub struct Corotating<'a, M: Model> {
     solver: NewtonSolver,
     /// Rod in equilibrium at the first phase.
     pub rod: Rod,
-    /// Rate of rotation ν, 1/s, counterclockwise positive.
+    /// Rate of rotation ν, rad/s, counterclockwise positive.
     pub rate: f64,
     /// REGR of each point of the zone, 1/s.
     regr: Vec<f64>,
@@ -48,17 +48,17 @@ pub struct Corotating<'a, M: Model> {
 }
 
 impl<'a, M: Model> Corotating<'a, M> {
-    /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (1/s).
-    /// `shape` is the initial guess of the equilibrium.
+    /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (rad/s,
+    /// counterclockwise positive). `shape` is the initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
         let zone = rod.zone();
-        let (what, points) = ("number of strains of the start", strain.len() / 2);
+        let (what, points) = ("number of strains of the initial guess", strain.len() / 2);
         ParameterError::unless(points == zone.len(), what, points as f64, "that of the points of the zone")?;
-        ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the start", rate, "not zero (1/s)")?;
+        ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the initial guess", rate, "not zero (rad/s)")?;
         for (point, strain) in rod.points_mut()[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
-            ParameterError::finite("strain of the start", strain[0] + strain[1])?;
+            ParameterError::finite("strain of the initial guess", strain[0] + strain[1])?;
             (point.intrinsic.x, point.intrinsic.y) = (strain[0], strain[1]);
         }
         if strain.amax() == 0.0 {
@@ -229,7 +229,7 @@ impl<'a, M: Model> Corotating<'a, M> {
     }
 }
 
-/// Derivative of pairs by the angle of rotation: each pair rotated by a quarter turn.
+/// Derivative of pairs by the angle of rotation: each pair rotated by π/2.
 pub fn rotation_tangent(pairs: &DVector<f64>) -> DVector<f64> {
     DVector::from_fn(pairs.len(), |k, _| if k % 2 == 0 { -pairs[k + 1] } else { pairs[k - 1] })
 }

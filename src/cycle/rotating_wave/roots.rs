@@ -33,7 +33,7 @@ const REAL: f64 = 1e-9;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct WaveRoots {
-    /// Roots, rightmost first, without the trivial one.
+    /// Roots with Im λ ≥ 0, 1/s, rightmost first. Their conjugates and the trivial root are omitted.
     pub roots: Vec<Eigenvalue>,
     /// Real part to the right of which the list is complete, 1/s, negative.
     pub line: f64,
