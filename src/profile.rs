@@ -122,6 +122,7 @@ struct End {
 
 impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
     /// The profile of a rod in equilibrium with a material under a load, for the time and gravity of an environment.
+    /// There is no growth law: [`regr`](Place::regr) and [`speed`](Place::speed) are zero.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
         Profile::growing(rod, material, load, &(), *environment)

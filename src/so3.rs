@@ -10,7 +10,7 @@
 //! | map | c1 | c2 |
 //! |---|---|---|
 //! | exp(θ̂) | S1 | S2 |
-//! | Jr(θ), which turns θ' into the Darboux vector in the moving frame | −S2 | S3 |
+//! | Jr(θ), which maps θ' to the Darboux vector in the moving frame | −S2 | S3 |
 //! | Jr(θ)⁻¹ | ½ | (1 − S1/(2 S2))/x |
 //!
 //! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and so on. They

@@ -50,7 +50,8 @@ pub struct NewtonSolver {
     pub workspace: Workspace,
 }
 
-/// Memory that successive calls of a [`NewtonSolver`] reuse. A clone is empty.
+/// Memory that successive calls of a [`NewtonSolver`] reuse. A clone is empty. The type is not exported:
+/// `..NewtonSolver::default()` makes it.
 #[derive(Debug, Default)]
 pub struct Workspace {
     system: System,
@@ -72,13 +73,15 @@ impl Default for NewtonSolver {
 }
 
 impl NewtonSolver {
-    /// A solver with the given largest error of a frame, rad, and the other defaults.
+    /// A solver with the given largest error of a frame, rad, and the other defaults. The tolerance must be positive;
+    /// [`equilibrate`](EquilibriumSolver::equilibrate) returns an error otherwise.
     #[must_use]
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self { tolerance, ..Self::default() }
     }
 
-    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not.
+    /// The inertia of the second derivative of the energy by rotations of the frames at all nodes except the base, at
+    /// the current frames, in equilibrium or not.
     ///
     /// # Errors
     /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for

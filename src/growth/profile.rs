@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use super::{GrowthLaw, check_zone};
 use crate::error::ParameterError;
 
-/// Linear profile REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the basal end of the growth zone. Growth is
-/// fastest at the apex.
+/// Linear profile REGR = 2ξ/(τg ℓg), with ξ = ℓg − σ the distance from the basal end of the growth zone, and σ that
+/// from the apex. Growth is fastest at the apex.
 ///
 /// The shoot elongates at the rate ℓg/τg, as with [`UniformGrowth`](super::UniformGrowth). A point in the zone has
 /// the distance σ = 2ℓg/(1 + c exp(−2t/τg)) from the apex with c = 2ℓg/σ(0) − 1, and leaves the zone at (τg/2) ln
@@ -51,8 +51,8 @@ impl GrowthLaw for LinearProfile {
     }
 }
 
-/// Cosine profile REGR = (1 + cos(2π(ξ − ℓg/2)/ℓg))/τg with ξ = ℓg − σ. Growth is fastest in the middle of the
-/// zone.
+/// Cosine profile REGR = (1 + cos(2π(ξ − ℓg/2)/ℓg))/τg with ξ = ℓg − σ the distance from the basal end of the growth
+/// zone, and σ that from the apex. Growth is fastest in the middle of the zone.
 ///
 /// The shoot elongates at the rate ℓg/τg, as with [`UniformGrowth`](super::UniformGrowth).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -16,7 +16,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The source with an index larger by `k`.
+    /// The `k`-th stimulus or variable after this one; `Computed` is unchanged.
     #[must_use]
     #[inline]
     pub fn offset(self, k: usize) -> Self {
