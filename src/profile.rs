@@ -42,8 +42,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which is the curvature of
-    /// the centre line without shear and stretch.
+    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which is the curvature
+    /// of the centre line without shear and stretch.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         self.strain.xy().norm()
@@ -142,8 +142,9 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         profile
     }
 
-    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force
-    /// the value is that of one side.
+    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force the
+    /// load determines the side, up to the rounding of `s`; a [`PointForce`](crate::load::PointForce) acts only below
+    /// its point.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate(s)?;

@@ -87,7 +87,8 @@ impl Form {
         Self { c1: [0.5, 0.0, 0.0], c2: [c2, c2d, 0.0] }
     }
 
-    /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ = ∂(F(θ)ᵀ g)/∂θ.
+    /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ =
+    /// ∂(F(θ)ᵀ g)/∂θ.
     #[inline]
     pub(crate) fn transpose(&self) -> Self {
         Self { c1: self.c1.map(|c| -c), c2: self.c2 }

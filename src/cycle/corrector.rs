@@ -29,7 +29,7 @@ pub struct Corrected<O, B> {
     pub orbit: O,
     pub unknowns: Unknowns,
     /// Tangents of the symmetries at the state: the directions of a shift in time and of a rotation.
-    pub tangents: Vec<DVector<f64>>,
+    pub symmetry_tangents: Vec<DVector<f64>>,
     pub shoot: B,
 }
 
@@ -63,8 +63,8 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
         let (residual, size) = here.residual();
         if size <= newton.tolerance && (iterations > 0 || conditions.hold(&at, newton.tolerance)) {
             let effort = Effort { iterations, equilibria: equilibria + here.equilibria(), residual: size };
-            let (orbit, tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
-            return Ok(Corrected { orbit, unknowns: at, tangents, shoot });
+            let (orbit, symmetry_tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
+            return Ok(Corrected { orbit, unknowns: at, symmetry_tangents, shoot });
         }
         let failed = || CycleError::not_converged(iterations, size);
         if iterations == newton.max_iterations || !size.is_finite() {

@@ -162,9 +162,14 @@ pub struct Conditions {
 
 impl Conditions {
     /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its symmetries.
-    pub fn with_phases_of(mut self, reference: &Unknowns, tangents: &[DVector<f64>], weights: &DVector<f64>) -> Self {
+    pub fn with_phases_of(
+        mut self,
+        reference: &Unknowns,
+        symmetry_tangents: &[DVector<f64>],
+        weights: &DVector<f64>,
+    ) -> Self {
         let phase = |tangent: &DVector<f64>| Condition::through(weights.component_mul(tangent), 0.0, reference);
-        self.phases = tangents.iter().map(phase).collect();
+        self.phases = symmetry_tangents.iter().map(phase).collect();
         self
     }
 

@@ -12,7 +12,7 @@
 //! | part | task |
 //! |---|---|
 //! | `map` | the return map x(0) ↦ x(T) by collocation in time, and its derivative, the monodromy operator |
-//! | `harmonic` | periodic variables under periodic stimuli, by harmonic balance: for waves, and for guesses from modes |
+//! | `harmonic` | periodic variables by harmonic balance, for rotating waves and for guesses from modes |
 //! | `symmetry` | checks that a shoot is autonomous or periodic, and symmetric about its axis |
 //! | `extended` | unknowns, phase conditions and bordered linear systems |
 //! | `corrector` | Newton's method for any kind of orbit that implements `Equations` |

@@ -1,8 +1,8 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
-//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ rotates the whole
-//! element, θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`, "One
-//! element".
+//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ
+//! rotates the whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation:
+//! `docs/method.md`, "One element".
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

@@ -56,7 +56,9 @@ pub struct Equilibrium {
     pub evaluations: usize,
     /// Estimated largest error of a frame against the exact stationary point of the discrete energy, rad.
     pub error: f64,
-    /// Total energy, J; zero for [`Unloaded`], which does not evaluate it.
+    /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′ ds, the work of
+    /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not
+    /// evaluate it.
     pub energy: f64,
     /// Signs of the eigenvalues of the tangent at the equilibrium. For a solver without tangent the counts are zero
     /// and the margin is infinite.

@@ -46,12 +46,12 @@ pub struct NewtonSolver {
     /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
     /// step.
     pub stable_only: bool,
-    /// Memory that successive calls reuse, allocated by the first of them.
+    /// Memory that successive calls reuse, allocated by the first of them. Its type is not exported;
+    /// `..NewtonSolver::default()` sets it.
     pub workspace: Workspace,
 }
 
-/// Memory that successive calls of a [`NewtonSolver`] reuse. A clone is empty. The type is not exported:
-/// `..NewtonSolver::default()` makes it.
+/// Memory that successive calls of a [`NewtonSolver`] reuse. A clone is empty.
 #[derive(Debug, Default)]
 pub struct Workspace {
     system: System,
@@ -80,8 +80,9 @@ impl NewtonSolver {
         Self { tolerance, ..Self::default() }
     }
 
-    /// The inertia of the second derivative of the energy by rotations of the frames at all nodes except the base, at
-    /// the current frames, in equilibrium or not.
+    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not. The variables
+    /// are the rotations of the frames at the ends of the elements, except the base, and the rotation vectors of the
+    /// nodes inside the elements.
     ///
     /// # Errors
     /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for

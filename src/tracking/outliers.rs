@@ -8,8 +8,8 @@ use super::statistics::{median, median_gap};
 use crate::numerics::interpolation::lagrange;
 
 /// Distance of an outlier from the position expected there, over the median of such distances. Normal noise exceeds
-/// it with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is not an outlier if the
-/// time constant is longer than one interval.
+/// it with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is not an outlier if
+/// the time constant is longer than one interval.
 const FAR: f64 = 8.0;
 /// Number of positions on either side over which the median of distances is taken.
 const AROUND: usize = 15;

@@ -84,7 +84,7 @@ impl<O> BranchPoint<O> {
 #[derive(Debug, Clone)]
 struct BranchState {
     unknowns: Unknowns,
-    symmetries: Vec<DVector<f64>>,
+    symmetry_tangents: Vec<DVector<f64>>,
     exponents: Disturbances<Complex<f64>>,
 }
 
@@ -190,7 +190,7 @@ where
         found: Corrected<S::Orbit, Shoot<M>>,
     ) -> Result<Self, CycleError> {
         let (point, last) = observe(&solver, found)?;
-        let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetries));
+        let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetry_tangents));
         Ok(Self {
             solver,
             family,
@@ -276,7 +276,7 @@ where
             self.ended = true;
             return Ok(());
         }
-        if !self.rough && self.inner.wave_between(&self.last.symmetries, &found.tangents) {
+        if !self.rough && self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents) {
             self.ended = true;
             return Ok(());
         }
@@ -289,7 +289,7 @@ where
         }
         let turn = self.inner.product(&secant, &self.tangent) / size;
         // If the tangent is a guess, only its sign is compared. The secant must not lead along the symmetries.
-        let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetries));
+        let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetry_tangents));
         if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
             let what = "the direction of the branch changes by more than 26°";
             return Err(CycleError::Lost { what, parameter: self.last.unknowns.parameter, step });
@@ -300,7 +300,7 @@ where
             return Ok(());
         }
         self.bifurcations_between(&place)?;
-        self.tangent = self.inner.unit(&secant, &place.symmetries);
+        self.tangent = self.inner.unit(&secant, &place.symmetry_tangents);
         self.step = size * if turn > EASY { LONGER } else { 1.0 };
         (self.rough, self.ended) = (false, bound.is_some());
         self.last = place;
@@ -327,8 +327,8 @@ where
         mut conditions: Conditions,
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         if !self.rough {
-            let BranchState { unknowns, symmetries, .. } = &self.last;
-            conditions = self.inner.with_phases_of(conditions, unknowns, symmetries);
+            let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
+            conditions = self.inner.with_phases_of(conditions, unknowns, symmetry_tangents);
         }
         let found = correct(&self.solver, &mut self.family, guess, &conditions)?;
         self.solver.check_resolution(&found.orbit)?;
@@ -371,13 +371,13 @@ fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
     found: Corrected<S::Orbit, Shoot<M>>,
 ) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
-    let Corrected { orbit, unknowns, tangents: symmetries, shoot } = found;
+    let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
     let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, 2)?;
     let exponents = exponents.map(|mut list| {
         list.sort_by(|a, b| b.re.total_cmp(&a.re));
         list
     });
-    let place = BranchState { unknowns, symmetries, exponents: exponents.clone() };
+    let place = BranchState { unknowns, symmetry_tangents, exponents: exponents.clone() };
     let (parameter, trivial) = (place.unknowns.parameter, trivial * period);
     Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, bifurcation: None }, place))
 }

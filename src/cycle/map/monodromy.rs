@@ -43,8 +43,8 @@ struct Interval {
 struct Stage {
     /// Derivative of the stimuli by the strain.
     response: DMatrix<f64>,
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at the delayed
-    /// variables.
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at
+    /// the delayed variables.
     laws: Vec<[DMatrix<f64>; 4]>,
 }
 

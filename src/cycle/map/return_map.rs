@@ -326,8 +326,8 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         Err(CycleError::variables(PASSES, last))
     }
 
-    /// Matrix of the collocation equations of a point: I − h ∂rates/∂y ⊗ A, with the length h of an interval and
-    /// the integrals A.
+    /// Matrix of the collocation equations of a point: I − h ∂rates/∂y ⊗ A, with the length h of an interval
+    /// and the integrals A.
     pub fn matrix(&self, point: usize, length: f64, stages: &[Stage]) -> DMatrix<f64> {
         let (v, s) = (self.variables, self.grid.order());
         let mut out = DMatrix::identity(v * s, v * s);
@@ -341,7 +341,8 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         out
     }
 
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of all points.
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of
+    /// all points.
     pub fn derivatives(&self, point: usize, stage: &Stage, variables: &DVector<f64>) -> [DMatrix<f64>; 4] {
         let (v, m) = (self.variables, self.stimuli);
         let (y, x) = (&variables.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);

@@ -31,7 +31,8 @@ pub struct PeriodicOrbit {
     /// Euclidean norm of x(T) − R(φ) x(0) relative to the larger norm of both states: of all components, or of the
     /// strain alone if that is larger.
     pub residual: f64,
-    /// Estimate of the relative error of period and shape due to the grid in time.
+    /// Estimate of the relative error due to the grid in time: the largest of that of the period and that of the
+    /// strain along the orbit, by the Euclidean norm relative to the largest norm.
     pub error: f64,
     pub(crate) start: PhaseState,
     pub(crate) settings: PeriodicSolver,

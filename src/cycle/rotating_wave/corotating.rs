@@ -1,8 +1,8 @@
 //! The equations of a shoot in the corotating frame of a rotating wave, where the wave is stationary.
 //!
-//! The residual at each material point is ν ẑ × u*/REGR − gradient. The shape is rotated to seven phases, where the
-//! laws sense it, and harmonic balance gives the periodic variables. The laws therefore need not declare how their
-//! variables rotate.
+//! The residual at each material point is ν ẑ × u*/REGR − gradient. The shape is rotated to seven phases, where
+//! the laws sense it, and harmonic balance gives the periodic variables. The laws therefore need not declare how
+//! their variables rotate.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
@@ -42,7 +42,7 @@ pub struct Corotating<'a, M: Model> {
     /// Stimuli of each point, a column for each phase.
     stimuli: Vec<DMatrix<f64>>,
     /// Periodic variables of each point.
-    pub(in crate::cycle) steady: Vec<HarmonicVariables>,
+    pub(in crate::cycle) periodic: Vec<HarmonicVariables>,
     /// Growth gradients at the first phase.
     gradients: Vec<Vector3<f64>>,
 }
@@ -76,7 +76,7 @@ impl<'a, M: Model> Corotating<'a, M> {
             regr,
             places,
             stimuli: Vec::new(),
-            steady: Vec::new(),
+            periodic: Vec::new(),
             gradients: Vec::new(),
         })
     }
@@ -117,10 +117,10 @@ impl<'a, M: Model> Corotating<'a, M> {
         }
         self.stimuli = stimuli;
         let balance = self.balance();
-        let steady = balance.solve_all(&self.places, &self.stimuli)?;
-        let gradients = self.gradients_at(&balance, &steady, 0);
+        let periodic = balance.solve_all(&self.places, &self.stimuli)?;
+        let gradients = self.gradients_at(&balance, &periodic, 0);
         check_gradients(gradients.iter())?;
-        (self.steady, self.gradients) = (steady, gradients);
+        (self.periodic, self.gradients) = (periodic, gradients);
         Ok(())
     }
 
@@ -128,11 +128,11 @@ impl<'a, M: Model> Corotating<'a, M> {
     fn gradients_at(
         &self,
         balance: &HarmonicBalance<M::Tropism>,
-        steady: &[HarmonicVariables],
+        periodic: &[HarmonicVariables],
         phase: usize,
     ) -> Vec<Vector3<f64>> {
-        let all = self.places.iter().zip(steady).zip(&self.stimuli);
-        all.map(|((at, steady), stimuli)| balance.gradient(at, steady, stimuli, phase)).collect()
+        let all = self.places.iter().zip(periodic).zip(&self.stimuli);
+        all.map(|((at, periodic), stimuli)| balance.gradient(at, periodic, stimuli, phase)).collect()
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
@@ -158,8 +158,8 @@ impl<'a, M: Model> Corotating<'a, M> {
         let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
             let balance = HarmonicBalance::new(self.law(), &self.phases, self.rate + sign * change);
-            let steady = balance.solve_all(&self.places, &self.stimuli)?;
-            for (i, gradient) in self.gradients_at(&balance, &steady, 0).iter().enumerate() {
+            let periodic = balance.solve_all(&self.places, &self.stimuli)?;
+            for (i, gradient) in self.gradients_at(&balance, &periodic, 0).iter().enumerate() {
                 for c in 0..2 {
                     by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
@@ -173,8 +173,8 @@ impl<'a, M: Model> Corotating<'a, M> {
         stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.phases.angles)
     }
 
-    /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the laws are
-    /// singular.
+    /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the
+    /// laws are singular.
     pub fn matrix(&self, z: Complex<f64>, responses: &DMatrix<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
         let n = 2 * self.places.len();
         let mut value = DMatrix::from_diagonal_element(n, n, z);
@@ -187,8 +187,8 @@ impl<'a, M: Model> Corotating<'a, M> {
             value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
             value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
             let parts = match known.take() {
-                Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
-                _ => (i, balance.response(&self.steady[i], z)?),
+                Some((other, parts)) if self.periodic[i].is_like(&self.periodic[other]) => (other, parts),
+                _ => (i, balance.response(&self.periodic[i], z)?),
             };
             // One real product for components 1 and 2 of value and derivative, real and imaginary parts.
             let four = |row: usize, column: usize| {
@@ -220,7 +220,7 @@ impl<'a, M: Model> Corotating<'a, M> {
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
-            for (then, now) in self.gradients_at(&balance, &self.steady, j).iter().zip(&self.gradients) {
+            for (then, now) in self.gradients_at(&balance, &self.periodic, j).iter().zip(&self.gradients) {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
                 check_tropism((then - expected).norm() / largest)?;
             }

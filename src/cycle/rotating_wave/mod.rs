@@ -1,10 +1,10 @@
 //! Rotating waves (relative equilibria): shapes that rotate rigidly about the vertical while the base stays
 //! clamped.
 //!
-//! A rotating wave with the rate ν is stationary in the corotating frame: ν ẑ × u* = REGR · gradient at each material
-//! point, with the variables that periodic stimuli of the frequency ν cause, which harmonic balance gives. The
-//! leading multipliers of the return map are the initial guesses of Newton's method for the characteristic roots, det
-//! M(λ) = 0. See BifurcationKit, "modulated travelling waves".
+//! A rotating wave with the rate ν is stationary in the corotating frame: ν ẑ × u* = REGR · gradient at each
+//! material point, with the variables that periodic stimuli of the frequency ν cause, which harmonic balance gives.
+//! The leading multipliers of the return map are the initial guesses of Newton's method for the characteristic
+//! roots, det M(λ) = 0. See BifurcationKit, "modulated travelling waves".
 
 mod corotating;
 mod equations;

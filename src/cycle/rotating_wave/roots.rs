@@ -127,7 +127,7 @@ impl RotatingWave {
         let (period, problem) = (self.period(), &function.problem);
         let mut return_map = solver.return_map(shoot, period)?;
         let start =
-            state_of_waves(&return_map, &problem.phases, &problem.steady, problem.strain(), problem.rate * period);
+            state_of_waves(&return_map, &problem.phases, &problem.periodic, problem.strain(), problem.rate * period);
         let path = return_map.run(&start, period)?;
         let response = |time: f64| function.response_at(problem.rate * time);
         let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;

@@ -115,7 +115,8 @@ mod tests {
         let (nodes, tau) = (lobatto(ORDER - 1), 1e-8);
         let mut kernel = Kernel::default();
         kernel.set(0, &nodes, 1.0, tau);
-        // ∫ exp(−(c − t)/τ) p(t) dt = τ p(c) − τ² p'(c) + …, and the slope of a Lagrange polynomial is below ten.
+        // ∫ exp(−(c − t)/τ) p(t) dt = τ p(c) − τ² p'(c) + …, and the slope of a Lagrange polynomial is
+        // below ten.
         for j in 1..ORDER {
             for l in 0..ORDER {
                 let value = if j == l { 1.0 } else { 0.0 };

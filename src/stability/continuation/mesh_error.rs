@@ -11,8 +11,8 @@ use crate::stability::spectrum::Linearisation;
 /// assembled, in a parameter, a frequency or a root on a mesh that resolves the waves.
 pub(super) const ROUNDING: f64 = 1e-10;
 
-/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of
-/// the sides: ten times the rounding, which waves that are amplified along the shoot increase.
+/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of the
+/// sides: ten times the rounding, which waves that are amplified along the shoot increase.
 pub(super) const ACCURACY: f64 = 10.0 * ROUNDING;
 
 /// Returns an error unless a linearisation has more elements than the mesh whose error it is to estimate.

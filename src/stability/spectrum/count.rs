@@ -101,8 +101,8 @@ fn argument(
     if !(left.is_finite() && right.is_finite()) {
         return None;
     }
-    // |f'/f| is about the inverse distance of the nearest zero. Two zeros close to the line and to each other change the
-    // argument by 2π between samples with equal values and derivatives of the argument. Hence a panel must also be
+    // The inverse distance of the nearest zero is about |f'/f|. Two zeros close to the line and to each other change
+    // the argument by 2π between samples with equal values and derivatives of the argument. Hence a panel must also be
     // shorter than twice that distance. A zero beside its middle then changes the argument by π/2 at most.
     let steepest = [fa, fm, fb].map(|at| at.log_derivative.norm().max(at.nearness)).into_iter().fold(0.0, f64::max);
     if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 && (b - a) * steepest < 2.0 {
