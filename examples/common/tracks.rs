@@ -8,8 +8,6 @@ use std::error::Error;
 use std::fmt;
 use std::path::Path;
 
-const METRES_PER_MM: f64 = 1e-3;
-
 /// Description of a table.
 #[derive(Clone, Debug)]
 pub struct Layout<'a> {
@@ -26,8 +24,8 @@ pub struct Layout<'a> {
     /// 1 for a coordinate that increases to the right, upwards or towards the camera, −1 for the
     /// opposite direction, as for y of an image.
     pub signs: Option<Vec<f64>>,
-    /// Name of the column of the length of the shoot, mm.
-    pub length: Option<&'a str>,
+    /// Name of the column of the length of the shoot, and its unit, m.
+    pub length: Option<(&'a str, f64)>,
     /// Name of the column of the level of gravity, in multiples of 9.81 m/s².
     pub gravity: Option<&'a str>,
 }
@@ -237,10 +235,9 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     };
     let time = place(layout.time)?;
     let coordinates = layout.coordinates.iter().map(|name| place(name)).collect::<Result<Vec<_>, _>>()?;
-    let [track, length, gravity] = [layout.track, layout.length, layout.gravity];
-    let track = track.map(place).transpose()?;
-    let length = length.map(place).transpose()?;
-    let gravity = gravity.map(place).transpose()?;
+    let track = layout.track.map(place).transpose()?;
+    let length = layout.length.map(|(name, unit)| Ok((place(name)?, unit))).transpose()?;
+    let gravity = layout.gravity.map(place).transpose()?;
     let found = lines.map(|(line, text)| {
         let fields: Vec<&str> = text.split(',').map(bare).collect();
         if fields.len() != names.len() {
@@ -257,7 +254,7 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
             position[k] = signs[k] * number(*column, metres)?;
         }
         let track = track.map_or(String::new(), |column| fields[column].to_owned());
-        let length = length.map(|column| number(column, METRES_PER_MM)).transpose()?;
+        let length = length.map(|(column, unit)| number(column, unit)).transpose()?;
         if let Some(length) = length.filter(|length| *length <= 0.0) {
             return Err(TrackError::Invalid("a length of the shoot (m)", length));
         }

@@ -38,6 +38,9 @@ const NEAR: f64 = 0.02;
 /// Relative difference from a combination of frequencies that a frequency may have beside its
 /// error.
 const COMBINED: f64 = 5e-3;
+/// The same for odd harmonics. An upright shoot is symmetric and has no others, and a growing
+/// amplitude changes the ratio of both fitted periods by up to 3 %.
+const ODD: f64 = 0.04;
 /// Largest ratio of periods of one oscillation at two levels of gravity.
 const SAME: f64 = 1.15;
 
@@ -315,15 +318,16 @@ pub fn ratio_of_periods(first: &Component, second: &Component) -> Option<(String
 /// or a difference of small multiples of two.
 pub fn relation(component: &Component, larger: &[&Component]) -> Option<String> {
     let minutes = |component: &Component| component.period[0] / MINUTE;
+    let tolerance = |order: i32| if order % 2 == 1 { ODD } else { COMBINED };
     for one in larger {
-        if let Some(order) = (2..=7).find(|order| agrees(component, [(*order, one), (0, one)])) {
+        if let Some(order) = (2..=7).find(|order| agrees(component, [(*order, one), (0, one)], tolerance(*order))) {
             return Some(format!("harmonic {order} of {:.1} min", minutes(one)));
         }
     }
     for (k, one) in larger.iter().enumerate() {
         for other in &larger[k + 1..] {
             for (m, n) in [(1, -1), (1, 1), (2, -1), (1, -2), (2, 1), (1, 2)] {
-                if agrees(component, [(m, one), (n, other)]) {
+                if agrees(component, [(m, one), (n, other)], COMBINED) {
                     let (m, n) = if m * n < 0 { (m.abs(), -n.abs()) } else { (m, n) };
                     let sign = if n < 0 { '−' } else { '+' };
                     let [one, other] = [minutes(one), minutes(other)];
@@ -338,9 +342,9 @@ pub fn relation(component: &Component, larger: &[&Component]) -> Option<String> 
     None
 }
 
-/// Whether the frequency of a component is that of a combination in most windows that show both.
-fn agrees(component: &Component, terms: [(i32, &Component); 2]) -> bool {
-    let (mut agreeing, mut all) = (0, 0);
+/// Whether the frequency of a component is that of a combination in most windows that show it.
+fn agrees(component: &Component, terms: [(i32, &Component); 2], tolerance: f64) -> bool {
+    let mut agreeing = 0;
     for (k, wave) in &component.waves {
         let relative = |wave: &Wave| wave.period[1] / wave.period[0].powi(2);
         let (mut sum, mut error) = (0.0, relative(wave));
@@ -351,11 +355,9 @@ fn agrees(component: &Component, terms: [(i32, &Component); 2]) -> bool {
                 true
             })
         });
-        if known {
-            let off = (1.0 / wave.period[0] - sum.abs()).abs();
-            all += 1;
-            agreeing += usize::from(off < SIGNIFICANT * error + COMBINED / wave.period[0]);
-        }
+        // A component without its parents has another source.
+        let off = (1.0 / wave.period[0] - sum.abs()).abs();
+        agreeing += usize::from(known && off < SIGNIFICANT * error + tolerance / wave.period[0]);
     }
-    2 * agreeing > all
+    2 * agreeing > component.waves.len()
 }

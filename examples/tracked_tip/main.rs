@@ -73,7 +73,8 @@ fn options() -> Options {
                 "sign and column of each coordinate, + to the right, up, or towards the camera: +x,-y for images",
             ),
             Opt::value("seen-along", "X,Y,Z", "0,0,1", "axis towards the observer, for three coordinates"),
-            Opt::value("lengths", "NAME", "", "column of the length of the shoot, mm"),
+            Opt::value("lengths", "NAME", "", "column of the length of the shoot"),
+            Opt::value("lengths-mm", "MM", "1", "unit of the lengths, mm"),
             Opt::value(
                 "base",
                 "MM",

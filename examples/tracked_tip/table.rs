@@ -25,7 +25,7 @@ pub fn layout(options: &Options) -> Result<Layout<'_>, String> {
             "" => shipped.then(|| vec![1.0, -1.0]),
             text => Some(signs(text, &columns)?),
         },
-        length: named("lengths"),
+        length: named("lengths").map(|name| (name, M_PER_MM * options.positive("lengths-mm"))),
         gravity: named("gravity"),
         coordinates: columns,
     })

@@ -65,7 +65,7 @@ fn positions_in_space_and_several_tracks_are_read() {
 
 #[test]
 fn lengths_and_levels_of_gravity_are_read() {
-    let layout = Layout { track: Some("id"), length: Some("mm"), gravity: Some("g"), ..pixels() };
+    let layout = Layout { track: Some("id"), length: Some(("mm", 1e-3)), gravity: Some("g"), ..pixels() };
     let found = tracks("frame,id,x,y,mm,g\n0,a,1,1,50,1\n1,a,2,2,51,1\n0,b,1,1,40,0\n", &layout).unwrap();
     assert_eq!(found.iter().map(|track| track.gravity).collect::<Vec<_>>(), [Some(1.0), Some(0.0)]);
     assert_relative_eq!(found[0].lengths[1], 0.051, epsilon = 0.0, max_relative = 1e-15);
