@@ -3,11 +3,11 @@
 mod drift_and_windows;
 mod error_bars;
 mod growing_amplitude;
-mod mechanism;
 mod oscillations;
 mod outliers;
 mod simulated_tracks;
 mod swings;
 mod tracked_files;
+mod tracked_mechanism;
 mod tracked_noise;
 mod tracked_paths;
