@@ -152,7 +152,7 @@ impl Live {
         Ok(())
     }
 
-    /// Goes on for so many seconds.
+    /// Advances the simulation by a number of seconds.
     pub fn advance(&mut self, seconds: f64) -> Result<(), Failure> {
         let (until, mut integrator) = (self.shoot.time() + seconds, integrator(&self.values));
         loop {

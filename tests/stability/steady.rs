@@ -81,7 +81,7 @@ fn stationary_shape_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
 }
 
 #[test]
-fn linear_problem_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
+fn linearisation_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     let mut right = shoot(RIGHT, 0.3);
     solve_steady_state(&mut right).unwrap();
     assert!(Linearisation::about(&right).is_ok());
