@@ -65,7 +65,7 @@ pub extern "C" fn live_restart() -> i32 {
     with(|live, _| live.restart())
 }
 
-/// Goes on for so many seconds.
+/// Advances the simulation by a number of seconds.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_advance(seconds: f64) -> i32 {
     with(|live, _| live.advance(seconds))
@@ -114,19 +114,19 @@ pub extern "C" fn live_critical() -> i32 {
     })
 }
 
-/// Where the numbers are.
+/// Returns the address of the numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_numbers() -> *const f64 {
     DESK.with_borrow(|desk| desk.numbers.as_ptr())
 }
 
-/// How many they are.
+/// Returns their count.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_count() -> usize {
     DESK.with_borrow(|desk| desk.numbers.len())
 }
 
-/// Where the last message is, UTF-8.
+/// Returns the address of the last message, in UTF-8.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_message() -> *const u8 {
     DESK.with_borrow(|desk| desk.message.as_ptr())

@@ -1,4 +1,4 @@
-//! The shoot of the live page: parameters by their numbers, time that goes on while they change, what the page draws.
+//! The shoot of the live page: parameters by their numbers, their change during the simulation, what the page draws.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -126,7 +126,8 @@ impl Live {
         self.values.get(number).copied()
     }
 
-    /// Changes a parameter while the shoot goes on; length, growth and kick count from the next start.
+    /// Changes a parameter during the simulation. Length, growth and pulse take effect at the next
+    /// start.
     pub fn set(&mut self, number: usize, value: f64) -> Result<(), Failure> {
         let mut values = self.values;
         *values.get_mut(number).ok_or_else(|| format!("there is no parameter {number}"))? = value;
@@ -151,7 +152,7 @@ impl Live {
         Ok(())
     }
 
-    /// Goes on for so many seconds.
+    /// Advances the simulation by a number of seconds.
     pub fn advance(&mut self, seconds: f64) -> Result<(), Failure> {
         let (until, mut integrator) = (self.shoot.time() + seconds, integrator(&self.values));
         loop {

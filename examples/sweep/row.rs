@@ -40,7 +40,7 @@ pub fn write(grid: &Grid, row: usize, points: &[Numbers]) -> String {
 pub fn read(grid: &Grid, row: usize, text: &str) -> Result<Vec<Numbers>, String> {
     let format = text.lines().next().and_then(|line| line.strip_prefix(NAME));
     match format {
-        None => return Err("the file is no row of a sweep, or its beginning is damaged".into()),
+        None => return Err("the file is not a row of a sweep, or its beginning is damaged".into()),
         Some(FORMAT) => {}
         Some(other) => return Err(format!("the file has format {other:?}, but this program reads format {FORMAT:?}")),
     }

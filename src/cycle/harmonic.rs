@@ -16,7 +16,7 @@ use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 pub(super) struct HarmonicBalance<'a, T> {
     law: &'a T,
     phases: &'a PhaseGrid,
-    /// Angular frequency, 1/s; negative if the phase decreases.
+    /// Angular frequency, rad/s; negative if the phase decreases.
     rate: f64,
     /// Number of variables and of stimuli.
     size: (usize, usize),

@@ -190,9 +190,9 @@ pub trait TropismLaw {
         rates.fill(f64::NAN);
     }
 
-    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant
-    /// stimuli. The default is [`initial`](Self::initial), which is a steady state only if the stimuli do not drive
-    /// the variables. The module [`stability`](crate::stability) and
+    /// Writes the steady state of the variables, for which the [`rates`](Self::rates) vanish under constant stimuli.
+    /// The default is [`initial`](Self::initial), which is a steady state only if the rates are zero there, for
+    /// example if they do not depend on the stimuli. The module [`stability`](crate::stability) and
     /// [`RotatingWaveSolver`](crate::cycle::RotatingWaveSolver) return an error if the rates do not vanish;
     /// [`ConstantHistory::Steady`](crate::integrator::ConstantHistory::Steady) does not check them.
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {

@@ -125,7 +125,7 @@ fn invalid_row_files_are_refused_and_kept() {
     let invalid: [(&str, &[u8]); 5] = [
         ("cut short", &valid[..valid.len() / 2]),
         ("damaged", &changed),
-        ("no row of a sweep", b""),
+        ("not a row of a sweep", b""),
         ("not text", &[0xff; 100]),
         ("has format", &String::from_utf8(valid.clone()).unwrap().replace("format 1", "format 7").into_bytes()),
     ];

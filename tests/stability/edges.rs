@@ -16,7 +16,7 @@ use morphorod::tropism::{
 use morphorod::{Scene, Shoot, Still};
 use nalgebra::Vector3;
 
-use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
+use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
 
 /// Linearisation about the upright shape of a shoot with the given laws, growth time (h), length
 /// (m) and number of elements.
@@ -221,7 +221,7 @@ fn small_closed_stability_boundary_is_followed_all_around() {
     let radius = 0.05_f64;
     let family = |a: f64, b: f64| {
         let length = 0.065_614_866_491 + 0.004 * ((a * a + b * b) / (radius * radius) - 1.0);
-        linear_problem(length, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, 3)
+        linearisation(length, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, 3)
     };
     let settings = |start: [f64; 2], step: f64| BoundarySettings {
         start,

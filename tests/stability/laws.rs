@@ -10,7 +10,7 @@ use morphorod::tropism::{
 use morphorod::{ParameterError, Shoot};
 use nalgebra::Vector3;
 
-use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
+use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
 
 /// Gravitropism that saturates. Its variables are two concentrations c of the order of `scale` C,
 /// and u̇* = REGR (β/r) tanh(c/C).
@@ -89,7 +89,7 @@ fn infinite_derivative_of_a_law_is_refused() {
 
 #[test]
 fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_rectangle() {
-    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4);
+    let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 4);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     let mut linearisations = 0;
@@ -133,7 +133,7 @@ fn stability_boundary_is_followed_around_a_fold() {
     // boundary in (p, q) is a parabola with a fold at q = 1.
     let family = |p: f64, q: f64| {
         let hours = 15.0 * (1.0 + (q - 1.0).powi(2) + 0.1 * p);
-        linear_problem(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
+        linearisation(0.065_614_866_491, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3)
     };
     let q = 0.5_f64;
     let settings = BoundarySettings {
@@ -159,7 +159,7 @@ fn stability_boundary_is_followed_around_a_fold() {
 
 #[test]
 fn invalid_boundary_settings_and_unstable_families_are_refused() {
-    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     let settings = BoundarySettings {
         start,
@@ -190,7 +190,7 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
 
 #[test]
 fn boundary_points_are_accurate_with_long_continuation_steps() {
-    let family = |hours: f64, length: f64| linear_problem(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
     // Long steps need several corrections each. The corrector stops when it expects the next

@@ -11,7 +11,7 @@ use morphorod::{Shoot, Still};
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use nalgebra::Complex;
 
-use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linear_problem};
+use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
 
 /// Period at onset (s) for equal memories, τm = τr = 12 min. With x = ωτr it satisfies x tan x = 1
 /// for any length and growth time.
@@ -28,7 +28,7 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
         (20.0, 0.0, 0.071_003_931_291, [0.064, 0.075]),
     ];
     for (hours, eta, length, [from, to]) in cases {
-        let found = onset(|l| linear_problem(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4), from, to).unwrap();
+        let found = onset(|l| linearisation(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4), from, to).unwrap();
         // Seven digits are promised. Four elements of order eight and differences with an error of
         // 1e-9 leave 1e-9.
         for (value, expected) in [(found.parameters[0], length), (found.period(), PERIOD)] {
@@ -42,7 +42,7 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
 #[test]
 fn slow_statoliths_reduce_the_length_at_onset() {
     let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
-    let found = onset(|l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, statoliths, 4), 0.06, 0.07).unwrap();
+    let found = onset(|l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, statoliths, 4), 0.06, 0.07).unwrap();
     // The length is known to ten digits, the period to nine.
     assert_relative_eq!(found.parameters[0], 0.064_595_221_175, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(found.period(), 92.769_230_7 * MINUTE, epsilon = 0.0, max_relative = 1e-8);
@@ -51,7 +51,7 @@ fn slow_statoliths_reduce_the_length_at_onset() {
 #[test]
 fn length_at_onset_converges_at_least_at_order_eight() {
     let error = |elements| {
-        let family = |l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, elements);
+        let family = |l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, elements);
         (onset(family, 0.06, 0.07).unwrap().parameters[0] / 0.065_614_866_491 - 1.0).abs()
     };
     // On these coarse meshes the errors (1e-5 to 1e-9) are far above the error 1e-10 of the
@@ -147,7 +147,7 @@ fn rigid_shoot_with_gravitropism_alone_is_stable() {
 
 #[test]
 fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
-    let upright = |l| linear_problem(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, 3);
+    let upright = |l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let error = onset(upright, 0.05, 0.06).unwrap_err();
     assert!(matches!(error, StabilityError::NoCrossing { unstable: [0, 0] }), "{error}");
     assert!(matches!(onset(upright, f64::NAN, 0.06), Err(StabilityError::Parameter(_))));

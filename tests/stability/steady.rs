@@ -81,7 +81,7 @@ fn stationary_shape_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
 }
 
 #[test]
-fn linear_problem_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
+fn linearisation_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     let mut right = shoot(RIGHT, 0.3);
     solve_steady_state(&mut right).unwrap();
     assert!(Linearisation::about(&right).is_ok());
@@ -94,7 +94,7 @@ fn linear_problem_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
         });
         named(Linearisation::about(&wrong).unwrap_err());
         named(Linearisation::refined(&wrong, 2).unwrap_err());
-        // No stimulus drives the variables of the upright shoot: zeros are its steady state.
+        // The stimuli of the upright shoot are zero, and so is the steady state of its variables.
         assert!(Linearisation::about(&shoot(law, 0.0)).is_ok());
     }
 }

@@ -82,7 +82,7 @@ fn circular_orbit_is_unchanged_after_a_year() {
         assert_sound(&shoot);
         (shoot.tip().xy().norm(), shoot.tip().z)
     };
-    // The first call ends in a step of another length, after the steps during the kick.
+    // The first call ends in a step of another length, after the steps during the pulse.
     let _ = place(30.0 * DAY);
     let (half, year) = (place(180.0 * DAY), place(365.0 * DAY));
     assert_relative_eq!(half.0, year.0, epsilon = 0.0, max_relative = 1e-9);

@@ -63,7 +63,7 @@ fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
     assert!(falling.windows(2).all(|pair| pair[1] < pair[0] + 1e-3), "{falling:.3?}");
 }
 
-/// "Video 4": a kick along (2, 1, 0), and a perpendicular one after 30 h. The shoot first
+/// "Video 4": a pulse of force along (2, 1, 0), and a perpendicular one after 30 h. The shoot first
 /// oscillates in a plane and later approaches a circular orbit.
 #[test]
 fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
@@ -173,8 +173,8 @@ fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
         }
     }
 }
-/// A length of 6.45 cm is below the onset at 6.56 cm. Oscillations after a kick have the decay rate
-/// and the frequency of the rightmost root.
+/// A length of 6.45 cm is below the onset at 6.56 cm. Oscillations after a pulse have the decay
+/// rate and the frequency of the rightmost root.
 #[test]
 fn oscillations_below_onset_decay_at_the_rate_of_the_rightmost_root() {
     let kick = Pulse { peak: Vector3::new(1e-7, 0.0, 0.0), start: 0.0, duration: 12.0 * MINUTE };

@@ -17,7 +17,7 @@ pub struct BoundarySettings {
     /// [`crossings`](super::crossings()) in one of them, or of a point near the curve, such as that of another
     /// mesh. It must lie inside the rectangle.
     pub start: [f64; 2],
-    /// Angular frequency of the root at the start, 1/s.
+    /// Angular frequency of the root at the start, rad/s.
     pub frequency: f64,
     /// Initial direction: a change of the parameters, in fractions of the rectangle's sides, of any length.
     pub direction: [f64; 2],

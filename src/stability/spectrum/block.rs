@@ -55,10 +55,10 @@ fn shifted(characteristic: &CharacteristicMatrix, z: Complex<f64>) -> Complex<f6
 }
 
 impl Analytic for Point {
-    /// det D/(λ + c)ⁿ, times the phases of Π (λ − rate)/(λ + c) over the own rates of the variables
-    /// that enter D or grow. This cancels the poles of T, next to which zeros are hard to find. Poles lie right
-    /// of the axis if variables grow without being driven. The moduli of the factors are omitted, since the
-    /// product of many underflows.
+    /// det D/(λ + c)ⁿ, times the phases of Π (λ − rate)/(λ + c) over the own rates of the variables that enter D or
+    /// grow. This cancels the poles of T, next to which zeros are hard to find. Poles lie right of the axis if
+    /// variables grow without a stimulus. The moduli of the factors are omitted, since the product of many
+    /// underflows.
     fn at(&self, z: Complex<f64>) -> Sample {
         let transfer = &self.characteristic.transfers[self.kind];
         let mut out = determinant_over_power(&self.characteristic, z, self.matrix(z, &transfer.at(z)));

@@ -210,7 +210,7 @@ fn is_next_to_a_pole(f: &dyn Analytic, z: Complex<f64>, abscissa: f64) -> bool {
         }
         let Ok(pole) = zero_near(divisor, z) else { return false };
         let distance = (pole - z).norm();
-        // Equal numbers of zeros and poles in a rectangle around both are no root. A zero and a pole due to the
+        // Equal numbers of zeros and poles in a rectangle around both are not a root. A zero and a pole due to the
         // same waves are close to each other, so that other pairs are not counted.
         let reach = (3.0 * distance).max(1e-6 * z.norm());
         let corner = Complex::new(reach, 1.1 * reach);

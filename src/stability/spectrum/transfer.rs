@@ -121,8 +121,8 @@ impl TransferFunction {
     /// A bound of all |λ| with Re λ ≥ `abscissa` that do not exceed the norm of T(λ) X, for stimuli X of
     /// these sizes.
     pub fn radius(&self, stimuli: &DVector<f64>, abscissa: f64) -> f64 {
-        // The sizes of the variables are estimated from the stimuli that drive them, directly and through other
-        // variables. The bound holds for any positive sizes.
+        // The sizes of the variables are estimated from the stimuli on which their rates depend, directly and through
+        // other variables. The bound holds for any positive sizes.
         let rate = self.rates_y.amax().max(f64::MIN_POSITIVE);
         let driven = self.rates_x.abs() * stimuli / rate;
         let mut sizes = driven.clone();
