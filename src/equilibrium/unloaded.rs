@@ -62,10 +62,10 @@ pub(super) fn take_intrinsic_shape(rod: &mut Rod) -> Result<Equilibrium, Equilib
 
 /// Returns an error for an intrinsic strain that rotates an element by π or more.
 pub(super) fn check_turns(rod: &Rod) -> Result<(), EquilibriumError> {
-    match take_intrinsic_shape(&mut rod.clone()) {
+    (0..rod.elements()).try_for_each(|e| match integrate(rod, e) {
         Err(error @ EquilibriumError::Folded { .. }) => Err(error),
         _ => Ok(()),
-    }
+    })
 }
 
 /// Picard iteration for the rotation vectors of the nodes of an element. Returns the number of sweeps and the last

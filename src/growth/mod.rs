@@ -151,6 +151,8 @@ forward_pointers!(GrowthLaw {
     fn apical_speed(sigma: f64, t: f64) -> f64;
     fn flow(sigma: f64, from: f64, to: f64) -> (f64, f64);
     fn exit_time(sigma: f64, from: f64, until: f64) -> Option<f64>;
+    fn length(initial: f64, t: f64) -> f64;
+    fn trace(initial: f64, start: f64, t: f64) -> Trace;
     fn next_discontinuity(t: f64) -> f64;
     fn check(length: f64) -> Result<(), ParameterError>;
 });

@@ -36,19 +36,27 @@ impl Samples {
     /// Samples at given times, −1 … 1.
     pub fn new(times: Vec<f64>, positions: Vec<Vector2<f64>>) -> Self {
         let highest = PI / resolved_interval(&times) - 0.5 * PI;
-        let largest = positions.iter().map(Vector2::norm_squared).fold(0.0, f64::max);
-        Self { times, positions, highest, rounding: 64.0 * f64::EPSILON * largest.sqrt() }
+        let rounding = rounding(&positions);
+        Self { times, positions, highest, rounding }
     }
 
-    /// The samples for which `used` is true. Resolution and rounding are those of all.
+    /// The samples for which `used` is true. The resolution is that of all.
     pub fn only(&self, used: &[bool]) -> Self {
         let chosen = || (0..used.len()).filter(|i| used[*i]);
+        let positions: Vec<_> = chosen().map(|i| self.positions[i]).collect();
         Self {
             times: chosen().map(|i| self.times[i]).collect(),
-            positions: chosen().map(|i| self.positions[i]).collect(),
-            ..*self
+            rounding: rounding(&positions),
+            highest: self.highest,
+            positions,
         }
     }
+}
+
+/// Rounding error of positions.
+fn rounding(positions: &[Vector2<f64>]) -> f64 {
+    let largest = positions.iter().map(Vector2::amax).fold(0.0, f64::max);
+    64.0 * f64::EPSILON * largest
 }
 
 /// drift + Σ a cos ωτ + b sin ωτ, for both coordinates.

@@ -60,8 +60,9 @@ impl Track {
         let unit = self.unit();
         let (samples, half) = self.in_unit(unit).samples();
         let (found, good) = samples.fitted(search);
+        let rounding = samples.only(&good).rounding;
         let mut oscillations: Vec<Oscillation> =
-            found.waves.iter().map(|wave| oscillation(wave, half, unit, samples.rounding)).collect();
+            found.waves.iter().map(|wave| oscillation(wave, half, unit, rounding)).collect();
         oscillations.sort_by(|a, b| b.ellipse.major.total_cmp(&a.ellipse.major));
         if let Some((largest, others)) = oscillations.split_first_mut() {
             others.iter_mut().for_each(|other| other.harmonic = harmonic(largest, other));
@@ -88,11 +89,12 @@ impl Track {
             Some(wave) => (power(wave), found.waves.iter().map(power).sum()),
             None => {
                 let mut with = Harmonics::new(found.degree(), &[found.omegas(), vec![omega]].concat());
-                let fitted = with.fit(&samples.only(&good), found.waves.len());
+                let used = samples.only(&good);
+                let fitted = with.fit(&used, found.waves.len());
                 let waves = if fitted { with.waves } else { Vec::new() };
                 let significant = |wave: &&Wave| {
                     let size = wave.cosine.norm_squared() + wave.sine.norm_squared();
-                    size > (2.0 * SIGNIFICANT * wave.error()).powi(2) + samples.rounding.powi(2)
+                    size > (2.0 * SIGNIFICANT * wave.error()).powi(2) + used.rounding.powi(2)
                 };
                 let own = waves.last().filter(significant).map_or(0.0, power);
                 (own, own + waves.iter().take(found.waves.len()).map(power).sum::<f64>())
@@ -106,7 +108,8 @@ impl Track {
         let turns = search.least_turns;
         ParameterError::unless(turns >= 1.0 && turns.is_finite(), "least number of turns", turns, "1 or more")?;
         // Two coordinates each are twice as many data as coefficients of the drift, an ellipse and a frequency.
-        TrackingError::unless_positions(2 * (search.drift + 4), self.times.len())
+        let needed = search.drift.saturating_add(4).saturating_mul(2);
+        TrackingError::unless_positions(needed, self.times.len())
     }
 
     /// Samples with times from −1 to 1, and half the duration, s.
@@ -122,9 +125,10 @@ impl Samples {
     /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the search: they
     /// are detected in the residual of the default search, which does not contain the oscillations.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {
-        let (first, usual) = (good(&self.times, &self.positions, self.rounding), Search::default());
-        let found = find_waves(&self.only(&first), &usual);
-        let good = good(&self.times, &found.residuals(self), self.rounding);
+        let (first, usual) = (good(&self.times, &self.positions, 0.0), Search::default());
+        let used = self.only(&first);
+        let found = find_waves(&used, &usual);
+        let good = good(&self.times, &found.residuals(self), used.rounding);
         if good == first && *search == usual {
             return (found, good);
         }

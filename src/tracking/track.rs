@@ -3,6 +3,7 @@
 use nalgebra::{SVector, Vector2, Vector3};
 
 use super::TrackingError;
+use super::statistics::median;
 use crate::error::ParameterError;
 
 /// Tip track in a plane: two coordinates (m) at increasing times (s).
@@ -103,11 +104,13 @@ impl Track {
         Self { times: self.times.clone(), positions: self.positions.iter().map(|p| p / unit).collect() }
     }
 
-    /// The power of two below the largest modulus of a coordinate, m, and 1 m for a track that is zero. Squares of
-    /// positions in this unit neither overflow nor underflow, and the conversion is exact.
+    /// The power of two below the median size of a position, m. If that is zero, the largest size is used, and 1 m for
+    /// a track that is zero. Squares of positions in this unit neither overflow nor underflow, except those of
+    /// outliers, and the conversion is exact.
     pub(super) fn unit(&self) -> f64 {
-        let largest = self.size();
-        if largest > 0.0 { largest.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 }
+        let typical = median(self.positions.iter().map(Vector2::amax).collect());
+        let size = if typical > 0.0 { typical } else { self.size() };
+        if size > 0.0 { size.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 }
     }
 
     /// Largest modulus of a coordinate, m.

@@ -25,7 +25,7 @@ pub struct BoundarySettings {
     pub low: [f64; 2],
     /// Largest values of the parameters.
     pub high: [f64; 2],
-    /// Distance of neighbouring points, in fractions of the rectangle's sides.
+    /// Distance of neighbouring points, in fractions of the rectangle's sides; at most 1.
     pub step: f64,
     /// Largest number of points.
     pub points: usize,
@@ -33,7 +33,8 @@ pub struct BoundarySettings {
 
 impl BoundarySettings {
     fn check(&self) -> Result<(), ParameterError> {
-        ParameterError::positive("step of the continuation", self.step)?;
+        let ok = self.step > 0.0 && self.step <= 1.0;
+        ParameterError::unless(ok, "step of the continuation", self.step, "positive and at most 1")?;
         let sides = self.sides();
         ParameterError::positive("width of the rectangle", sides[0])?;
         ParameterError::positive("height of the rectangle", sides[1])?;
