@@ -163,19 +163,23 @@ fn run() -> Result<(), Box<dyn Error>> {
             cost += integrator.start(&mut shoot, &ConstantHistory::Empty)?;
             show(&shoot, &mut record)?;
         }
-        // Rows within a long step are interpolated by the integrator.
         let rows = (step / LONGEST_ROW).ceil() as u32;
         for k in (shoot.time() / step).round() as u32..(end / step).ceil() as u32 {
             let until = (step * f64::from(k + 1)).min(end);
+            // The integrator interpolates the rows within a long step.
             let within = (1..rows).map(|row| step * (f64::from(k) + f64::from(row) / f64::from(rows)));
-            let times = within.filter(|t| *t < until).chain([until]);
             let mut shown = Ok(());
-            cost += integrator.advance_showing(&mut shoot, until, times, |shoot| {
-                if shown.is_ok() {
-                    shown = show(shoot, &mut record);
-                }
-            })?;
+            if rows > 1 {
+                cost += integrator.advance_showing(&mut shoot, until, within.filter(|t| *t < until), |shoot| {
+                    if shown.is_ok() {
+                        shown = show(shoot, &mut record);
+                    }
+                })?;
+            } else {
+                cost += integrator.advance(&mut shoot, until)?;
+            }
             shown?;
+            show(&shoot, &mut record)?;
         }
     }
 

@@ -1,5 +1,7 @@
 //! Event location and output times. Both repeat a step with a shorter length.
 
+use std::iter::Peekable;
+
 use super::error::Outcome;
 use super::stepper::check_ahead;
 use super::undo::undo_on_error;
@@ -13,25 +15,31 @@ use crate::state::State;
 /// Accuracy of the time of an event, relative to the step in which it occurs: far below any error in time.
 const EVENT_TOLERANCE: f64 = 1e-10;
 
-/// See [`Integrator::advance_until`].
-pub(super) fn advance_until<M: Model>(
+/// See [`Integrator::advance_showing_until`]. Without a condition the shoot advances to the `latest` time.
+pub(super) fn advance_showing_until<M: Model>(
     integrator: &mut impl Integrator,
     shoot: &mut Shoot<M>,
     latest: f64,
-    mut condition: impl FnMut(&Shoot<M>) -> f64,
+    times: impl IntoIterator<Item = f64>,
+    show: impl FnMut(&Shoot<M>),
+    mut condition: Option<impl FnMut(&Shoot<M>) -> f64>,
 ) -> Outcome<Statistics> {
     check_ahead("latest time to advance to", shoot, latest)?;
     undo_on_error(shoot, &mut None, |shoot, _| {
+        let located = condition.is_some();
         let mut evaluate = |shoot: &Shoot<M>| {
-            let value = condition(shoot);
+            let value = condition.as_mut().map_or(-1.0, |condition| condition(shoot));
             let unknown = IntegrationError::NotFinite { what: "condition", time: shoot.time() };
             if value.is_nan() { Err(unknown) } else { Ok(value) }
         };
         // A shoot that was not started, or whose laws were exchanged, has no equilibrium yet.
         let mut statistics = integrator.advance(shoot, shoot.time())?;
+        let mut outputs =
+            Outputs { times: times.into_iter().peekable(), last: shoot.time(), latest, after: None, show };
         let mut before = shoot.state.clone();
         let mut value = evaluate(shoot)?;
-        while value < 0.0 {
+        statistics += outputs.show_passed(integrator, shoot, &before)?;
+        while value < 0.0 && (located || outputs.times.peek().is_some()) {
             if shoot.time() >= latest {
                 return Err(IntegrationError::NotReached { time: shoot.time(), value });
             }
@@ -45,9 +53,62 @@ pub(super) fn advance_until<M: Model>(
             } else {
                 statistics += step;
             }
+            statistics += outputs.show_passed(integrator, shoot, &before)?;
+        }
+        if !located {
+            statistics += integrator.advance(shoot, latest)?;
         }
         Ok(statistics)
     })
+}
+
+/// Output times that have not passed yet.
+struct Outputs<I: Iterator<Item = f64>, F> {
+    times: Peekable<I>,
+    /// Last output time, or the time of the start, s.
+    last: f64,
+    /// Latest permitted output time, s.
+    latest: f64,
+    /// Copy of the state at the end of a step.
+    after: Option<State>,
+    show: F,
+}
+
+impl<I: Iterator<Item = f64>, F> Outputs<I, F> {
+    /// Shows the shoot at the output times up to the present. Those before the present are in the step from the state
+    /// `before`, which is repeated with a shorter length.
+    fn show_passed<M: Model>(
+        &mut self,
+        integrator: &mut impl Integrator,
+        shoot: &mut Shoot<M>,
+        before: &State,
+    ) -> Outcome<Statistics>
+    where
+        F: FnMut(&Shoot<M>),
+    {
+        let mut statistics = Statistics::default();
+        let now = shoot.time();
+        while let Some(&time) = self.times.peek() {
+            let requirement = "in order, from the present to the end (s)";
+            let ok = time >= self.last && time <= self.latest;
+            ParameterError::unless(ok, "output time", time, requirement)?;
+            if time > now {
+                break;
+            }
+            (self.last, _) = (time, self.times.next());
+            if time == now {
+                (self.show)(shoot);
+                continue;
+            }
+            let after = self.after.get_or_insert_with(|| shoot.state.clone());
+            after.copy_from(&shoot.state);
+            shoot.state.copy_from(before);
+            statistics += integrator.advance(shoot, time)?.as_trial();
+            (self.show)(shoot);
+            shoot.state.copy_from(after);
+        }
+        Ok(statistics)
+    }
 }
 
 /// Advances the shoot to the time in a step at which the condition begins to hold, by steps from the state
@@ -78,39 +139,4 @@ fn locate<M: Model>(
     }
     trials += last_step;
     Ok(trials)
-}
-
-/// See [`Integrator::advance_showing`].
-pub(super) fn advance_showing<M: Model>(
-    integrator: &mut impl Integrator,
-    shoot: &mut Shoot<M>,
-    until: f64,
-    times: impl IntoIterator<Item = f64>,
-    mut show: impl FnMut(&Shoot<M>),
-) -> Outcome<Statistics> {
-    undo_on_error(shoot, &mut None, |shoot, _| {
-        let mut statistics = integrator.advance(shoot, shoot.time())?;
-        let (mut before, mut after) = (shoot.state.clone(), shoot.state.clone());
-        let mut shown = shoot.time();
-        for time in times {
-            let requirement = "in order, from the present to the end (s)";
-            ParameterError::unless(time >= shown && time <= until, "output time", time, requirement)?;
-            shown = time;
-            while shoot.time() < time {
-                before.copy_from(&shoot.state);
-                statistics += integrator.step(shoot, until)?;
-            }
-            if shoot.time() == time {
-                show(shoot);
-            } else {
-                after.copy_from(&shoot.state);
-                shoot.state.copy_from(&before);
-                statistics += integrator.advance(shoot, time)?.as_trial();
-                show(shoot);
-                shoot.state.copy_from(&after);
-            }
-        }
-        statistics += integrator.advance(shoot, until)?;
-        Ok(statistics)
-    })
 }

@@ -126,7 +126,7 @@ pub trait Integrator {
     where
         Self: Sized,
     {
-        events::advance_until(self, shoot, latest, condition)
+        self.advance_showing_until(shoot, latest, [], |_| {}, condition)
     }
 
     /// Advances the shoot to time `until` (s), and passes it to `show` at given output times on the way, in
@@ -158,6 +158,41 @@ pub trait Integrator {
     where
         Self: Sized,
     {
-        events::advance_showing(self, shoot, until, times, show)
+        let condition = None::<fn(&Shoot<M>) -> f64>;
+        events::advance_showing_until(self, shoot, until, times, show, condition)
+    }
+
+    /// Advances the shoot until a condition first holds, as [`advance_until`](Self::advance_until), and passes it to
+    /// `show` at output times on the way, as [`advance_showing`](Self::advance_showing). Output times after the event
+    /// have no effect.
+    ///
+    /// ```
+    /// # use morphorod::{Shoot, constitutive::LinearElastic, growth::UniformGrowth};
+    /// use morphorod::integrator::{Integrator, MethodOfSteps};
+    /// # let mut shoot = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+    /// #     .length(0.05).radius(5e-4).growth(UniformGrowth { zone_length: 0.07, time: 72e3 }).build()?;
+    /// let hours = (0..240).map(|hour| 3600.0 * f64::from(hour));
+    /// let mut lengths = Vec::new();
+    /// let record = |shoot: &Shoot<_>| lengths.push(shoot.rod().length());
+    /// MethodOfSteps::new(600.0)
+    ///     .advance_showing_until(&mut shoot, 864e3, hours, record, |shoot| shoot.rod().length() - 0.06)?;
+    /// assert_eq!(lengths.len(), 4); // 6 cm are reached after 3.6 h
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of both methods.
+    fn advance_showing_until<M: Model>(
+        &mut self,
+        shoot: &mut Shoot<M>,
+        latest: f64,
+        times: impl IntoIterator<Item = f64>,
+        show: impl FnMut(&Shoot<M>),
+        condition: impl FnMut(&Shoot<M>) -> f64,
+    ) -> Outcome<Statistics>
+    where
+        Self: Sized,
+    {
+        events::advance_showing_until(self, shoot, latest, times, show, Some(condition))
     }
 }

@@ -23,8 +23,8 @@ pub enum StabilityError {
     },
     /// A law, a load, growth, gravity or the base depends on time, as an oscillator does.
     #[error(
-        "the shoot is not autonomous: its laws, loads, growth or base change in time, by {change:.3e} 1/m; leave the \
-         forcing out"
+        "the shoot is not autonomous: its laws, loads, growth or base depend on time and change by {change:.3e} 1/m; \
+         remove the time-dependent part"
     )]
     NotAutonomous {
         /// Largest change, 1/m: of the growth gradient, of the rotation of the base over the length of the

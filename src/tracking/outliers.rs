@@ -20,8 +20,7 @@ const BESIDE: usize = 2;
 /// outlier. For a position that is no outlier the fraction is larger: 0.27 at a discontinuity of the speed, and
 /// more than 2 on a smooth path.
 const SMOOTH: f64 = 0.25;
-/// Largest number of comparisons, which is that of neighbouring outliers that are found. Without a limit ever more
-/// positions of a track without noise would be excluded, whose residual is rounding.
+/// Largest number of comparisons, which is that of neighbouring outliers that are found.
 const ROUNDS: usize = 12;
 
 /// Returns for each position whether it is no outlier.
@@ -29,16 +28,16 @@ const ROUNDS: usize = 12;
 /// First spikes are rejected, which are far from the median of their neighbours. Then each position is compared
 /// with the cubic through two neighbours on either side. It is an outlier if it is much farther off than the
 /// positions around it, and if its neighbours lie on a smooth path without it. The second condition keeps a fast
-/// transient, where the cubic misses every position. One comparison finds one of several
-/// neighbouring outliers; it is repeated without the outliers found.
-pub(super) fn good(times: &[f64], positions: &[Vector2<f64>]) -> Vec<bool> {
+/// transient, where the cubic misses every position. One comparison finds one of several neighbouring outliers; it
+/// is repeated without the outliers found. Distances up to `rounding` are rounding errors.
+pub(super) fn good(times: &[f64], positions: &[Vector2<f64>], rounding: f64) -> Vec<bool> {
     let mut good = despiked(positions);
     for _ in 0..ROUNDS {
         let kept: Vec<usize> = (0..good.len()).filter(|i| good[*i]).collect();
         let off = distances(times, positions, &kept);
         let range = |k: usize, reach: usize| k.saturating_sub(reach)..(k + reach + 1).min(off.len());
         let candidate = |k: usize| {
-            off[k] > 0.0
+            off[k] > rounding
                 && off[range(k, BESIDE)].iter().all(|other| *other <= off[k])
                 && off[k] > FAR * median(off[range(k, AROUND)].to_vec())
         };

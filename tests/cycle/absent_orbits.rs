@@ -269,7 +269,7 @@ fn time_dependent_shoots_are_refused() {
         let (circle, plane) = both(what, shoot);
         let errors = [circle.unwrap_err(), plane.unwrap_err()];
         assert!(errors.iter().all(is_forced), "{what}: {errors:?}");
-        assert!(errors[0].to_string().contains("forced"), "{}", errors[0]);
+        assert!(errors[0].to_string().contains("not autonomous"), "{}", errors[0]);
     }
 }
 

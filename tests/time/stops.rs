@@ -173,6 +173,29 @@ fn output_times_leave_the_run_unchanged_and_show_accurate_shapes() {
 }
 
 #[test]
+fn one_call_shows_output_times_and_stops_at_an_event() {
+    let condition = |shoot: &Shoot<DynLaws>| shoot.rod().length() - 0.0505;
+    let times = || (0..=60).map(|k| 100.0 * f64::from(k));
+    let run = || reduced(0.05, 20.0 * HOUR).growth(UniformGrowth { zone_length: 0.07, time: 72e3 });
+    let shoot = run().scene(Still::tilted(0.2)).into_dyn().build().unwrap();
+    let (mut stopped, mut shown, mut both) = (shoot.clone(), shoot.clone(), shoot);
+    let mut integrator = MethodOfSteps::new(300.0);
+    let _ = integrator.advance_until(&mut stopped, 2.0 * HOUR, condition).unwrap();
+    let mut expected = Vec::new();
+    let _ = integrator.advance_showing(&mut shown, 2.0 * HOUR, times(), |shoot| expected.push(shoot.tip())).unwrap();
+    let mut path = Vec::new();
+    let record = |shoot: &Shoot<DynLaws>| path.push(shoot.tip());
+    let _ = integrator.advance_showing_until(&mut both, 2.0 * HOUR, times(), record, condition).unwrap();
+    assert_eq!(both.state(), stopped.state());
+    // The event is at 72e3 s ln(1.01) = 716 s, in the third step.
+    let (before, last) = path.split_at(7);
+    assert_eq!(before, &expected[..7]);
+    // The last output is in the step that the event shortens, which has an error of fourth order.
+    assert_eq!(last.len(), 1);
+    assert_abs_diff_eq!(InNorm(last[0]), InNorm(expected[7]), epsilon = 1e-8);
+}
+
+#[test]
 fn output_times_out_of_order_are_refused() {
     let mut shoot = reduced(0.05, 20.0 * HOUR).scene(Still::tilted(0.2)).into_dyn().build().unwrap();
     let mut integrator = MethodOfSteps::new(300.0);

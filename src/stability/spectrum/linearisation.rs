@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::Complex;
+use nalgebra::{Complex, Vector3};
 
 use super::characteristic::CharacteristicMatrix;
 use super::count::count_along;
-use super::motion::Root;
+use super::motion::{ForcedResponse, Root};
 use super::parts::{Found, Part, Spectrum};
 use super::roots::{rightmost, roots_right_of, threshold, with_conjugate, zero_near};
 use super::steady_state::solve_rod;
@@ -213,6 +213,20 @@ impl Linearisation {
             out.extend(rightmost(block, left.max(self.characteristic.leftmost()), None)?.map(|z| (name, z)));
         }
         Ok(out)
+    }
+
+    /// The response to a growth gradient Re[`gradient` exp(iωt)] that is added at every point of the growth
+    /// zone, with ω = `omega` in 1/s and the gradient in 1/m: the solution of M(iω) δu* = REGR gradient. An
+    /// [`Oscillator`](crate::tropism::Oscillator) that turns counterclockwise at phase zero is (α/r, −iα/r,
+    /// 0); linearise the shoot without it.
+    ///
+    /// The response is of first order in the gradient. The shoot approaches it if no root is unstable.
+    ///
+    /// # Errors
+    /// A frequency that is not positive, a gradient along a director about which no law steers, or a frequency
+    /// at which the shoot has a root.
+    pub fn response(&self, omega: f64, gradient: &Vector3<Complex<f64>>) -> Result<ForcedResponse, StabilityError> {
+        ForcedResponse::of(&self.characteristic, omega, gradient)
     }
 }
 

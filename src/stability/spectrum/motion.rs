@@ -4,7 +4,6 @@ use nalgebra::{Complex, DVector, Vector3};
 
 use super::block::Block;
 use super::characteristic::CharacteristicMatrix;
-use super::linearisation::Linearisation;
 use crate::error::ParameterError;
 use crate::linear::StabilityError;
 use crate::tropism::Handedness;
@@ -21,6 +20,30 @@ pub struct ForcedResponse {
 }
 
 impl ForcedResponse {
+    /// The response to a growth gradient, see
+    /// [`Linearisation::response`](crate::stability::Linearisation::response).
+    pub(super) fn of(
+        characteristic: &CharacteristicMatrix,
+        omega: f64,
+        gradient: &Vector3<Complex<f64>>,
+    ) -> Result<Self, StabilityError> {
+        ParameterError::positive("frequency of the forcing", omega)?;
+        let unknowns = &characteristic.unknowns;
+        let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
+        for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
+            let requirement = "along directors about which the laws steer everywhere";
+            let possible = part.is_finite() && (part == 0.0 || steered(c));
+            ParameterError::unless(possible, "growth gradient of the forcing", part, requirement)?;
+        }
+        let matrix = characteristic.whole(Complex::new(0.0, omega));
+        let regr = |i: usize| characteristic.transfers[characteristic.kind[i]].rate;
+        let forcing = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|&(i, c)| gradient[c] * regr(i)));
+        let found = matrix.lu().solve(&forcing).filter(|found| found.norm().is_finite());
+        let found = found.ok_or(StabilityError::NotFinite { what: "response to the forcing" })?;
+        let all: Vec<usize> = (0..unknowns.len()).collect();
+        Ok(Self::new(characteristic, &all, &found))
+    }
+
     /// The motion with given amplitudes of some unknowns.
     fn new(characteristic: &CharacteristicMatrix, unknowns: &[usize], amplitudes: &DVector<Complex<f64>>) -> Self {
         let mut strain = vec![Vector3::zeros(); characteristic.kind.len()];
@@ -107,35 +130,4 @@ fn handedness(a: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Option<Hande
     let area = -a.map(|z| z.re).cross(&a.map(|z| z.im)).dot(tangent);
     let sense = if area > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
     (area.abs() >= 1e-6 * a.norm_squared()).then_some(sense)
-}
-
-impl Linearisation {
-    /// The response to a growth gradient Re[`gradient` exp(iωt)] that is added at every point of the growth
-    /// zone, with ω = `omega` in 1/s and the gradient in 1/m: the solution of M(iω) δu* = REGR gradient. An
-    /// [`Oscillator`](crate::tropism::Oscillator) that turns counterclockwise at phase zero is (α/r, −iα/r,
-    /// 0); linearise the shoot without it.
-    ///
-    /// The response is of first order in the gradient. The shoot approaches it if no root is unstable.
-    ///
-    /// # Errors
-    /// A frequency that is not positive, a gradient along a director about which no law steers, or a frequency
-    /// at which the shoot has a root.
-    pub fn response(&self, omega: f64, gradient: &Vector3<Complex<f64>>) -> Result<ForcedResponse, StabilityError> {
-        ParameterError::positive("frequency of the forcing", omega)?;
-        let characteristic = &self.characteristic;
-        let unknowns = &characteristic.unknowns;
-        let steered = |c: usize| unknowns.iter().filter(|(_, other)| *other == c).count() == characteristic.kind.len();
-        for (c, part) in gradient.iter().map(|part| part.norm()).enumerate() {
-            let requirement = "along directors about which the laws steer everywhere";
-            let possible = part.is_finite() && (part == 0.0 || steered(c));
-            ParameterError::unless(possible, "growth gradient of the forcing", part, requirement)?;
-        }
-        let matrix = characteristic.whole(Complex::new(0.0, omega));
-        let regr = |i: usize| characteristic.transfers[characteristic.kind[i]].rate;
-        let forcing = DVector::from_iterator(unknowns.len(), unknowns.iter().map(|&(i, c)| gradient[c] * regr(i)));
-        let found = matrix.lu().solve(&forcing).filter(|found| found.norm().is_finite());
-        let found = found.ok_or(StabilityError::NotFinite { what: "response to the forcing" })?;
-        let all: Vec<usize> = (0..unknowns.len()).collect();
-        Ok(ForcedResponse::new(characteristic, &all, &found))
-    }
 }
