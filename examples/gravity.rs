@@ -1,6 +1,6 @@
 //! Endogenous and exogenous oscillations of a shoot at different levels of gravity.
 //!
-//! Experiments in orbit ask whether an endogenous oscillator or the delayed gravitropic response
+//! Experiments in orbit test whether an endogenous oscillator or the delayed gravitropic response
 //! causes nutations. Agostinelli, DeSimone and Noselli (2021), *Nutations in Plant Shoots*, Front.
 //! Plant Sci. 12:608005, conclude that both exist and can be distinguished. In this example, a
 //! centrifuge subjects a shoot of constant length to 0, 0.1, 0.8, 1 and 3 g, for 60 h each. The

@@ -4,9 +4,10 @@
 //! This example reproduces the second video of Agostinelli, DeSimone and Noselli (2021), *Nutations
 //! in Plant Shoots*, Front. Plant Sci. 12:608005, and draws the tip track in the manner of their
 //! figure 7A. A shoot of 6.8 cm grows in its last 7 cm. An endogenous oscillator with a period of
-//! 24 min bends it in all directions in turn. Gravitropism and proprioception straighten it with a
-//! delay. The gravitropic stimulus comes from statoliths, which follow the avalanche dynamics with
-//! a time constant of 2 min. Tissue that has left the growth zone lignifies.
+//! 24 min bends it in all directions, one after the other. Gravitropism and proprioception
+//! straighten it with a delay. The gravitropic stimulus comes from statoliths, which follow the
+//! avalanche dynamics with a time constant of 2 min. Tissue that has left the growth zone
+//! lignifies.
 //!
 //! # Results
 //! At first the tip describes small ellipses with the period of the oscillator. When the shoot

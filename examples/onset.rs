@@ -1,7 +1,7 @@
 //! Characteristic roots of an upright shoot against its length, and the onset of oscillations.
 //!
-//! A small tilt of the upright shoot is a sum of modes exp(λt), whose λ are the roots of the characteristic matrix. Re
-//! λ is the growth rate of a mode, and 2π/Im λ its period. Gravitropism and proprioception act with a delay. With
+//! A small tilt of the upright shoot is a sum of modes exp(λt), whose λ are the roots of the characteristic matrix.
+//! Re λ is the growth rate of a mode, and 2π/Im λ its period. Gravitropism and proprioception act with a delay. With
 //! increasing length, the weight amplifies the delayed response, until one mode grows. The length at which the
 //! rightmost root crosses the imaginary axis is the critical length of the model of Agostinelli, DeSimone and Noselli
 //! (2021), Front. Plant Sci. 12:608005. It is 6.56 cm for the default parameters.

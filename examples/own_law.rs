@@ -5,7 +5,7 @@
 //! `docs/own-laws.md` derives the equations and develops this program step by step.
 //!
 //! # Results
-//! The apical part of the shoot turns towards the lamp. Gravitropism and proprioception counteract phototropism, so
+//! The apical part of the shoot bends towards the lamp. Gravitropism and proprioception counteract phototropism, so
 //! that the tip points to a place above the lamp. Tissue that has left the growth zone retains its curvature, and its
 //! stiffness increases so fast that the shoot does not sag.
 //!
@@ -34,8 +34,8 @@ use nalgebra::{Matrix3, Vector3};
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 
-/// Growth with REGR = (3/2) (1 − (σ/ℓg)²)/τg at distance σ from the apex. It is largest at the apex and zero at the end
-/// of the growth zone.
+/// Growth with REGR = (3/2) (1 − (σ/ℓg)²)/τg at distance σ from the apex. It is largest at the apex and zero at
+/// the end of the growth zone.
 struct FadingGrowth {
     /// Length of the growth zone ℓg, m.
     zone_length: f64,
@@ -73,9 +73,9 @@ impl Perception for Lamp {
     }
 }
 
-/// Elastic law with the energy W = (B/2) (κ² + κ⁴/(2 κ0²)) + (B/3) τ², where κ is the elastic curvature, τ the elastic
-/// twist and B = E I. The bending stiffness increases with the curvature. Young's modulus increases with the age of the
-/// tissue, E = E0 (1 + age/hardening).
+/// Elastic law with the energy W = (B/2) (κ² + κ⁴/(2 κ0²)) + (B/3) τ², where κ is the elastic curvature, τ
+/// the elastic twist and B = E I. The bending stiffness increases with the curvature. Young's modulus
+/// increases with the age of the tissue, E = E0 (1 + age/hardening).
 struct StrainStiffening {
     /// Young's modulus E0 of tissue in the growth zone, Pa.
     youngs_modulus: f64,

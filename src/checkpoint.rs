@@ -1,7 +1,7 @@
 //! Checkpoints: a [`State`](crate::State), and other data that a program needs to resume, as bytes with a checksum.
 //!
 //! All bits of the numbers are kept, also those of infinities. Bytes that are damaged, truncated, foreign or of
-//! another version are refused with an error that tells these apart. To replace a file safely, write a new file
+//! another version are refused with errors that distinguish these cases. To replace a file safely, write a new file
 //! beside it and rename that.
 //!
 //! ```
@@ -70,7 +70,7 @@ pub fn to_bytes(value: &impl Serialize) -> Result<Vec<u8>, CheckpointError> {
 /// Deserialises a value of the same type from the bytes that [`to_bytes`] has returned.
 ///
 /// # Errors
-/// Any [`CheckpointError`]. The variant tells what is wrong with the bytes.
+/// Any [`CheckpointError`]. The variant indicates what is wrong with the bytes.
 pub fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, CheckpointError> {
     let rest = bytes.strip_prefix(NAME).ok_or(CheckpointError::Foreign)?;
     let found = bytes.len() as u64;

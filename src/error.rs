@@ -37,7 +37,8 @@ impl fmt::Display for ParameterError {
 
 impl std::error::Error for ParameterError {}
 
-/// Implements `Debug` of an error by its `Display`: `main() -> Result<(), Box<dyn Error>>` and `unwrap` print the former.
+/// Implements `Debug` of an error by its `Display`: `main() -> Result<(), Box<dyn Error>>` and `unwrap` print the
+/// former.
 macro_rules! debug_by_display {
     ($error:ty) => {
         impl std::fmt::Debug for $error {

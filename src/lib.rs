@@ -75,7 +75,7 @@
 //! | [`stability`] | steady states, characteristic roots, onset of oscillations |
 //! | [`cycle`] | periodic orbits and rotating waves, their stability and bifurcations |
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
-//! | [`guide`] | chapters: [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method) and more |
+//! | [`guide`] | [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method), other chapters |
 //!
 //! A [`Shoot`] has a state and a [`Model`], its five laws as one type; [`Laws`] is the usual one. A [`Scene`]
 //! is gravity and the base as functions of time.

@@ -42,8 +42,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which is the curvature of
-    /// the centre line without shear and stretch.
+    /// The curvature √(u1² + u2²), 1/m: the rotation of the section per unstretched length, which is the curvature
+    /// of the centre line without shear and stretch.
     #[must_use]
     pub fn curvature(&self) -> f64 {
         self.strain.xy().norm()
@@ -122,6 +122,7 @@ struct End {
 
 impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
     /// The profile of a rod in equilibrium with a material under a load, for the time and gravity of an environment.
+    /// There is no growth law: [`regr`](Place::regr) and [`speed`](Place::speed) are zero.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
         Profile::growing(rod, material, load, &(), *environment)
@@ -141,8 +142,9 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         profile
     }
 
-    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force
-    /// the value is that of one side.
+    /// The place at an arc length `s` (m), which is clamped to [0, ℓ]; `None` for NaN. At a jump of the force the
+    /// load determines the side, up to the rounding of `s`; a [`PointForce`](crate::load::PointForce) acts only below
+    /// its point.
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate(s)?;

@@ -1,4 +1,4 @@
-//! The reference element: Gauss points carry the material, Gauss–Lobatto nodes the rotations.
+//! The reference element: the material is at Gauss points, the rotations are at Gauss–Lobatto nodes.
 
 use std::sync::OnceLock;
 

@@ -198,7 +198,7 @@ impl<S: Scene> Scene for Turned<S> {
 
     fn check(&self) -> Result<(), ParameterError> {
         self.scene.check()?;
-        ParameterError::finite("turn of the base", self.turn.coords.sum())?;
+        ParameterError::finite("rotation of the base", self.turn.coords.sum())?;
         ParameterError::finite("`from` of a turned base", self.from)?;
         let (name, until) = ("`until` of a turned base", self.until);
         ParameterError::unless(until > self.from, name, until, "later than `from` (s)")

@@ -8,9 +8,9 @@ use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
 use crate::tropism::{Site, TropismLaw};
 
-/// Evaluates the stimuli of a tropism law at every material point of the growth zone of a rod in equilibrium. Calls `visit` with the
-/// index of each point in the zone, its site and its stimuli, which are written to `stimuli` in turn. The other arguments are those of
-/// [`visit_sites`].
+/// Evaluates the stimuli of a tropism law at every material point of the growth zone of a rod in equilibrium. Calls
+/// `visit` with the index of each point in the zone, its site and its stimuli, which are written to `stimuli` one
+/// point after the other. The other arguments are those of [`visit_sites`].
 pub(crate) fn visit_stimuli(
     rod: &Rod,
     (material, law): (&impl Constitutive, &impl TropismLaw),

@@ -10,7 +10,7 @@
 //! | map | c1 | c2 |
 //! |---|---|---|
 //! | exp(θ̂) | S1 | S2 |
-//! | Jr(θ), which turns θ' into the Darboux vector in the moving frame | −S2 | S3 |
+//! | Jr(θ), which maps θ' to the Darboux vector in the moving frame | −S2 | S3 |
 //! | Jr(θ)⁻¹ | ½ | (1 − S1/(2 S2))/x |
 //!
 //! with Sn(x) = Σk (−x)^k / (2k + n)!, entire functions of x: S0 = cos |θ|, S1 = sin |θ| / |θ|, and so on. They
@@ -87,7 +87,8 @@ impl Form {
         Self { c1: [0.5, 0.0, 0.0], c2: [c2, c2d, 0.0] }
     }
 
-    /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ = ∂(F(θ)ᵀ g)/∂θ.
+    /// F(θ)ᵀ = F(−θ), as a map of θ. Its [`jacobian`](Self::jacobian) gives ∂²(g · F(θ) y)/∂y∂θ =
+    /// ∂(F(θ)ᵀ g)/∂θ.
     #[inline]
     pub(crate) fn transpose(&self) -> Self {
         Self { c1: self.c1.map(|c| -c), c2: self.c2 }

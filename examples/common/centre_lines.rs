@@ -6,13 +6,13 @@ use nalgebra::{Matrix4, Vector3, Vector4};
 
 use super::tracks::{Layout, Row, TrackError, rows, text_of};
 
-/// Weights reach so many standard deviations: there they are 4e-6.
+/// Range of the Gaussian weights in standard deviations. At its ends they are 4e-6.
 const REACH: f64 = 5.0;
 
-/// A cubic has so many coefficients.
+/// Number of coefficients of a cubic.
 const LEAST: usize = 4;
 
-/// A centre line at a time.
+/// Centre line at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CentreLine {
     /// Time, s.
@@ -21,18 +21,19 @@ pub struct CentreLine {
     pub points: Vec<[f64; 3]>,
 }
 
-/// A place along a centre line.
+/// Curvature at a place of a centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvaturePlace {
     /// Arc length from the base along the smoothed line, m.
     pub arc_length: f64,
-    /// The curvature binormal r' × r'', 1/m. Of a line in the plane of an image the third component is the curvature: positive where it
-    /// turns counterclockwise on its way from the base to the tip. In space the norm is.
+    /// Curvature binormal r' × r'', 1/m. For a line in the plane of an image the third component is
+    /// the signed curvature, positive where the line turns counterclockwise from the base to the
+    /// tip. The norm is the curvature in space.
     pub curvature: [f64; 3],
 }
 
-/// Reads the centre lines of a file: rows of the same time are points of one line, ordered from the base to the tip. A column of
-/// tracks tells several shoots apart; those of `track` are read.
+/// Reads the centre lines of a file: rows of the same time are points of one line, from the base to
+/// the tip. If the table has a column of tracks, the lines of `track` are read.
 pub fn read_centre_lines(file: impl AsRef<Path>, layout: &Layout, track: &str) -> Result<Vec<CentreLine>, TrackError> {
     centre_lines(&text_of(file.as_ref())?, layout, track)
 }
@@ -41,7 +42,7 @@ pub fn read_centre_lines(file: impl AsRef<Path>, layout: &Layout, track: &str) -
 pub fn centre_lines(text: &str, layout: &Layout, track: &str) -> Result<Vec<CentreLine>, TrackError> {
     let mut found: Vec<CentreLine> = Vec::new();
     for row in rows(text, layout)?.into_iter().filter(|row| row.track == track) {
-        let Row { line, track, time, position } = row;
+        let Row { line, track, time, position, .. } = row;
         match found.last_mut() {
             Some(last) if last.time == time => last.points.push(position),
             Some(last) if time < last.time => {
@@ -54,19 +55,20 @@ pub fn centre_lines(text: &str, layout: &Layout, track: &str) -> Result<Vec<Cent
     if found.is_empty() { Err(TrackError::Empty) } else { Ok(found) }
 }
 
-/// Curvature along a centre line, at each of its points: that of the cubic which fits the points around it best, with weights that fall
-/// off as a Gaussian of standard deviation `width` (m) along the line (local cubic least squares).
+/// Curvature at each point of a centre line, by local cubic least squares. The weights of the
+/// neighbouring points are a Gaussian with the standard deviation `width` (m) along the line.
 ///
-/// Away from the ends a curvature that varies as a wave of length λ keeps exp(−2π² `width`²/λ²) of its size: 0.95 of it at
-/// λ = 20 `width`. Noise of ε in each coordinate, on points δ apart, leaves ε (3 δ/(8 √π `width`⁵))^½ of noise in the curvature there,
-/// and a few times more at the ends. None if fewer than four points lie within reach of a place, if points coincide, or if the width is
-/// not positive.
+/// Away from the ends a sinusoidal curvature of wavelength λ is multiplied by exp(−2π²
+/// `width`²/λ²), which is 0.95 at λ = 20 `width`. Noise ε of the coordinates of points at distances
+/// δ causes the noise ε (3 δ/(8 √π `width`⁵))^½ of the curvature there, and a few times more at the
+/// ends. The result is `None` if fewer than four points are within the range of the weights, if
+/// points coincide, or if the width is not positive.
 pub fn curvature(points: &[[f64; 3]], width: f64) -> Option<Vec<CurvaturePlace>> {
     if !(width > 0.0 && width.is_finite()) {
         return None;
     }
     let points: Vec<Vector3<f64>> = points.iter().map(|p| Vector3::from(*p)).collect();
-    // Chords: longer than the arc by noise, but evenly so; curvature depends on no parameter.
+    // Noise lengthens the chords uniformly. The curvature does not depend on the parameter.
     let mut chords = vec![0.0];
     for pair in points.windows(2) {
         chords.push(chords[chords.len() - 1] + (pair[1] - pair[0]).norm());
@@ -88,7 +90,8 @@ pub fn curvature(points: &[[f64; 3]], width: f64) -> Option<Vec<CurvaturePlace>>
     Some(found)
 }
 
-/// The first and second derivatives, by the chord, of the cubic that fits best around a point.
+/// First and second derivative with respect to the chord length of the cubic that fits the points
+/// around a point.
 fn derivatives(points: &[Vector3<f64>], chords: &[f64], i: usize, width: f64) -> Option<[Vector3<f64>; 2]> {
     let (mut moments, mut right) = ([0.0; 7], [Vector3::zeros(); 4]);
     let near = chords.iter().zip(points).filter(|(u, _)| (*u - chords[i]).abs() <= REACH * width);

@@ -1,95 +1,131 @@
-//! Readers of tracked positions: comma-separated tables as trackers write them, one position a row.
+//! Readers of tracked positions: comma-separated tables as trackers write them, one position in a
+//! row.
 //!
-//! What a table does not say is asked for and never guessed: the metres of its unit of length, the seconds of its unit of time, and
-//! where its axes point.
+//! The unit of length, the unit of time and the directions of the axes are not part of such a table
+//! and are required.
 
 use std::error::Error;
 use std::fmt;
 use std::path::Path;
 
-/// What has to be known of a table to read it.
+/// Description of a table.
 #[derive(Clone, Debug)]
 pub struct Layout<'a> {
     /// Name of the column of times or frame numbers.
     pub time: &'a str,
     /// Names of the columns of two or three coordinates.
     pub coordinates: Vec<&'a str>,
-    /// Name of the column that tells tracks apart, if there are several.
+    /// Name of the column of the names of tracks, if there are several.
     pub track: Option<&'a str>,
-    /// Seconds in a unit of the time column: the time from one frame to the next, or 1 of seconds.
+    /// Unit of the time column, s: the time between frames, or 1.
     pub seconds: Option<f64>,
-    /// Metres in a unit of the coordinates: the size of a pixel, or 1e-3 of millimetres.
+    /// Unit of the coordinates, m: the size of a pixel, or 1e-3 for millimetres.
     pub metres: Option<f64>,
-    /// 1 of a coordinate that grows to the right, up or towards the camera, −1 of one that grows the other way, as y of an image does.
+    /// 1 for a coordinate that increases to the right, upwards or towards the camera, −1 for the
+    /// opposite direction, as for y of an image.
     pub signs: Option<Vec<f64>>,
+    /// Name of the column of the length of the shoot, and its unit, m.
+    pub length: Option<(&'a str, f64)>,
+    /// Name of the column of the level of gravity, in multiples of 9.81 m/s².
+    pub gravity: Option<&'a str>,
 }
 
-/// Positions of one thing in time.
+/// Positions of one object at increasing times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// What stands in the column that tells tracks apart; empty without one.
+    /// Name in the column of tracks; empty without such a column.
     pub name: String,
     /// Times, s, increasing.
     pub times: Vec<f64>,
-    /// Positions, m: to the right, up, towards the camera. The third is 0 where there are two.
+    /// Positions, m: to the right, upwards, towards the camera. The third coordinate is 0 if the
+    /// table has two.
     pub positions: Vec<[f64; 3]>,
+    /// Lengths of the shoot, m; empty without such a column.
+    pub lengths: Vec<f64>,
+    /// Level of gravity, in multiples of 9.81 m/s²; `None` without such a column.
+    pub gravity: Option<f64>,
 }
 
-/// A row of a table in SI units, with its line.
+/// A row of a table in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Row {
     pub line: usize,
     pub track: String,
     pub time: f64,
     pub position: [f64; 3],
+    pub length: Option<f64>,
+    pub gravity: Option<f64>,
 }
 
-/// Why a table cannot be read. Lines count from 1, the header and remarks included.
+/// A property of a table that is required and was not given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// The unit of the time column.
+    Seconds,
+    /// The unit of the coordinates.
+    Metres,
+    /// The directions of the axes.
+    Signs,
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Seconds => "the time of a frame or of the unit of time",
+            Self::Metres => "the scale, which is the size of a pixel or of the unit of length",
+            Self::Signs => "the directions of the axes",
+        })
+    }
+}
+
+/// Reason why a table cannot be read. Lines are counted from 1, with the header and comments.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrackError {
-    /// The system cannot read the file: its message.
+    /// The file cannot be read: its name and the message of the system.
     File(String),
-    /// There is no header, or nothing below it.
+    /// There is no header, or no row below it.
     Empty,
-    /// Columns are separated by something else than commas.
+    /// Columns are separated by another character than a comma.
     Separator(char),
-    /// A column is not there; the names that are.
+    /// A column does not exist: its name, and the names of all columns.
     NoColumn(String, Vec<String>),
     /// Two columns have the same name.
     TwoColumns(String),
     /// A line has another number of fields than the header.
     Fields {
-        /// The line.
+        /// Line.
         line: usize,
-        /// Fields in it.
+        /// Number of fields in the line.
         found: usize,
-        /// Fields of the header.
+        /// Number of fields in the header.
         expected: usize,
     },
-    /// A field is no finite number.
+    /// A field is not a finite number.
     NoNumber {
-        /// The line.
+        /// Line.
         line: usize,
         /// Name of the column.
         column: String,
-        /// What stands there.
+        /// Content of the field.
         text: String,
     },
-    /// A time is not after the one before it, both in the table's unit.
+    /// A time is not later than the previous one. Both are in the unit of the table.
     NotLater {
-        /// The line.
+        /// Line.
         line: usize,
         /// Name of the track, empty without one.
         track: String,
-        /// The time.
+        /// Time.
         time: f64,
-        /// The one before it.
+        /// Previous time.
         before: f64,
     },
-    /// Something that the table does not say was not given.
-    NotGiven(&'static str),
-    /// Something was given that cannot be.
-    Senseless(&'static str, f64),
+    /// The level of gravity changes within a track, at this line.
+    GravityChanges(usize),
+    /// Required properties of the table were not given.
+    NotGiven(Vec<Missing>),
+    /// A value is out of range: its description and the value.
+    Invalid(&'static str, f64),
 }
 
 impl fmt::Display for TrackError {
@@ -97,32 +133,36 @@ impl fmt::Display for TrackError {
         match self {
             Self::File(message) => write!(f, "{message}"),
             Self::Empty => write!(f, "the table has no rows below a header"),
-            Self::Separator(found) => {
-                write!(
-                    f,
-                    "the header has {found:?} in it but no comma: columns must be separated by commas, and decimals by points"
-                )
+            Self::Separator(found) => write!(
+                f,
+                "the header contains '{}' and no comma: columns must be separated by commas, decimals by points",
+                found.escape_default()
+            ),
+            Self::NoColumn(name, all) => {
+                write!(f, "there is no column '{name}'; the columns are '{}'", all.join("', '"))
             }
-            Self::NoColumn(name, there) => write!(f, "there is no column '{name}'; there are '{}'", there.join("', '")),
             Self::TwoColumns(name) => write!(f, "there are two columns '{name}'"),
             Self::Fields { line, found, expected } => {
                 write!(f, "line {line} has {found} fields, but the header has {expected}")
             }
-            Self::NoNumber { line, column, text } => {
-                write!(
-                    f,
-                    "line {line}, column '{column}': '{text}' is no finite number; leave out lines of lost frames"
-                )
-            }
+            Self::NoNumber { line, column, text } => write!(
+                f,
+                "line {line}, column '{column}': '{text}' is not a finite number; omit the lines of lost frames"
+            ),
             Self::NotLater { line, track, time, before } => {
                 let of = if track.is_empty() { String::new() } else { format!(" of track '{track}'") };
                 write!(
                     f,
-                    "line {line}: time {time}{of} is not later than {before} before it; is there a column of tracks?"
+                    "line {line}: time {time}{of} is not later than the previous time {before}; \
+                     a table with several tracks needs a column of their names"
                 )
             }
-            Self::NotGiven(what) => write!(f, "{what} was not given, and a table does not tell it"),
-            Self::Senseless(what, value) => write!(f, "{what} is {value}, which cannot be"),
+            Self::GravityChanges(line) => write!(f, "line {line}: the level of gravity changes within a track"),
+            Self::NotGiven(missing) => {
+                let missing: Vec<String> = missing.iter().map(Missing::to_string).collect();
+                write!(f, "not given, and not part of the table: {}", missing.join("; "))
+            }
+            Self::Invalid(what, value) => write!(f, "{what} is {value}, which is out of range"),
         }
     }
 }
@@ -134,7 +174,7 @@ pub fn read_tracks(file: impl AsRef<Path>, layout: &Layout) -> Result<Vec<Track>
     tracks(&text_of(file.as_ref())?, layout)
 }
 
-/// The text of a file.
+/// Returns the text of a file.
 pub(super) fn text_of(file: &Path) -> Result<String, TrackError> {
     std::fs::read_to_string(file).map_err(|error| TrackError::File(format!("{}: {error}", file.display())))
 }
@@ -142,11 +182,11 @@ pub(super) fn text_of(file: &Path) -> Result<String, TrackError> {
 /// Reads the tracks of a table.
 pub fn tracks(text: &str, layout: &Layout) -> Result<Vec<Track>, TrackError> {
     let mut found: Vec<Track> = Vec::new();
-    for Row { line, track, time, position } in rows(text, layout)? {
+    for Row { line, track, time, position, length, gravity } in rows(text, layout)? {
         let one = match found.iter().position(|other| other.name == track) {
             Some(place) => &mut found[place],
             None => {
-                found.push(Track { name: track, times: vec![], positions: vec![] });
+                found.push(Track { name: track, times: vec![], positions: vec![], lengths: vec![], gravity });
                 found.last_mut().ok_or(TrackError::Empty)?
             }
         };
@@ -159,24 +199,26 @@ pub fn tracks(text: &str, layout: &Layout) -> Result<Vec<Track>, TrackError> {
                 before: before / unit,
             });
         }
+        if one.gravity != gravity {
+            return Err(TrackError::GravityChanges(line));
+        }
         one.times.push(time);
         one.positions.push(position);
+        one.lengths.extend(length);
     }
     Ok(found)
 }
 
-/// Reads all rows of a table. Lines that are empty or begin with `#` are remarks.
+/// Reads all rows of a table. Lines that are empty or begin with `#` are skipped.
 pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> {
-    let seconds = known("the time of a frame, or of the unit of time (s),", layout.seconds)?;
-    let metres = known("the scale, the size of a pixel or of the unit of length (m),", layout.metres)?;
-    let signs = layout.signs.as_ref().ok_or(TrackError::NotGiven("where the axes point"))?;
+    let (seconds, metres, signs) = required(layout)?;
     if let Some(sign) = signs.iter().find(|sign| sign.abs() != 1.0) {
-        return Err(TrackError::Senseless("the sign of an axis", *sign));
+        return Err(TrackError::Invalid("the sign of an axis", *sign));
     }
     if signs.len() != layout.coordinates.len() || !(2..=3).contains(&signs.len()) {
-        return Err(TrackError::Senseless("the number of axes", signs.len() as f64));
+        return Err(TrackError::Invalid("the number of axes", signs.len() as f64));
     }
-    // Some programs mark the encoding in the first three bytes.
+    // Some programs write a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line));
     let mut lines = lines.by_ref().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
@@ -194,12 +236,14 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     let time = place(layout.time)?;
     let coordinates = layout.coordinates.iter().map(|name| place(name)).collect::<Result<Vec<_>, _>>()?;
     let track = layout.track.map(place).transpose()?;
+    let length = layout.length.map(|(name, unit)| Ok((place(name)?, unit))).transpose()?;
+    let gravity = layout.gravity.map(place).transpose()?;
     let found = lines.map(|(line, text)| {
         let fields: Vec<&str> = text.split(',').map(bare).collect();
         if fields.len() != names.len() {
             return Err(TrackError::Fields { line, found: fields.len(), expected: names.len() });
         }
-        // A number that is finite in its unit may not be in metres.
+        // The product with the unit may overflow.
         let number = |column: usize, unit: f64| {
             let value = fields[column].parse::<f64>().map(|value| value * unit).ok().filter(|value| value.is_finite());
             let error = || TrackError::NoNumber { line, column: names[column].into(), text: fields[column].into() };
@@ -210,19 +254,37 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
             position[k] = signs[k] * number(*column, metres)?;
         }
         let track = track.map_or(String::new(), |column| fields[column].to_owned());
-        Ok(Row { line, track, time: number(time, seconds)?, position })
+        let length = length.map(|(column, unit)| number(column, unit)).transpose()?;
+        if let Some(length) = length.filter(|length| *length <= 0.0) {
+            return Err(TrackError::Invalid("a length of the shoot (m)", length));
+        }
+        let gravity = gravity.map(|column| number(column, 1.0)).transpose()?;
+        Ok(Row { line, track, time: number(time, seconds)?, position, length, gravity })
     });
     let found = found.collect::<Result<Vec<Row>, TrackError>>()?;
     if found.is_empty() { Err(TrackError::Empty) } else { Ok(found) }
 }
 
-/// A number that must be given and positive.
-fn known(what: &'static str, value: Option<f64>) -> Result<f64, TrackError> {
-    let value = value.ok_or(TrackError::NotGiven(what))?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(TrackError::Senseless(what, value)) }
+/// Returns the units of time (s) and length (m) and the signs of the axes. All that are missing are
+/// reported together.
+fn required<'a>(layout: &'a Layout) -> Result<(f64, f64, &'a [f64]), TrackError> {
+    let (Some(seconds), Some(metres), Some(signs)) = (layout.seconds, layout.metres, &layout.signs) else {
+        let all = [
+            (layout.seconds.is_none(), Missing::Seconds),
+            (layout.metres.is_none(), Missing::Metres),
+            (layout.signs.is_none(), Missing::Signs),
+        ];
+        return Err(TrackError::NotGiven(all.iter().filter(|(is, _)| *is).map(|(_, missing)| *missing).collect()));
+    };
+    for (what, value) in [("the unit of time (s)", seconds), ("the unit of length (m)", metres)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(TrackError::Invalid(what, value));
+        }
+    }
+    Ok((seconds, metres, signs))
 }
 
-/// A field without blanks and quotes around it.
+/// Returns a field without blanks and quotes around it.
 fn bare(field: &str) -> &str {
     field.trim().trim_matches('"')
 }

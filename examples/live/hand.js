@@ -1,16 +1,21 @@
-// The pointer on the view. It catches the tip and pulls it. The simulation slows down while the pointer approaches the tip.
+// The pointer on the view. It catches the tip and pulls it. The simulation slows down while the pointer approaches
+// the tip.
 
-// A press within `CATCH` of the tip catches it. The simulation is paused there, and slowed down up to the distance `NEAR`; CSS pixels.
+// A press within `CATCH` of the tip catches it. The simulation is paused there, and slowed down up to the distance
+// `NEAR`. Distances in CSS pixels.
 const [CATCH, NEAR] = [32, 240];
-// The tip is also caught at places where it was seen less than `REACTION` ago: a finger on a screen cannot approach it; ms.
+// The tip is also caught at places where it was seen less than `REACTION` ago: a finger on a screen cannot approach
+// it. Time in ms.
 const REACTION = 600;
-// A pointer that has not moved for `PATIENCE` no longer slows the simulation down, nor does any pointer for `AFTER` a pull; ms.
+// A pointer that has not moved for `PATIENCE` no longer slows the simulation down, nor does any pointer for `AFTER` a
+// pull. Times in ms.
 const [PATIENCE, AFTER] = [3000, 1500];
-// Force of a pull by the radius of the box, and the largest force; µN.
+// Force (µN) of a pull as long as the radius of the box, and the largest force (µN).
 const [FORCE, MOST_FORCE] = [100, 40];
 
 const hand = {
-  // Pointer on the canvas in CSS pixels, the time of its last movement, and the time before which it does not slow anything down.
+  // Pointer on the canvas in CSS pixels, the time of its last movement, and the time before which it does not slow
+  // anything down.
   at: null, movedAt: -Infinity, idleUntil: -Infinity,
   // Places at which the tip was drawn: [time, x, y].
   drawn: [],

@@ -1,15 +1,18 @@
-//! A page in which a shoot runs: sliders for its parameters, a base to tilt, a tip to push.
+//! HTML page with a simulation of a shoot: sliders for its parameters, a base to tilt, a tip to
+//! push.
 //!
 //! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and put into one HTML file, which needs no network.
 //!
 //! # What to see
-//! Take the second video's preset, and wait for a day: the small circles of the oscillator give way to the wide swing that
-//! comes from the delays. Then make the reaction time half as long: within half a day the swing dies out and the oscillator is left,
-//! until the shoot has grown so long that it swings again, from about 55 h on, every 65 minutes.
+//! Take the second video's preset, and wait for a day: the small circles of the oscillator are replaced by the wide
+//! swing due to the delays. Then make the reaction time half as long: within half a day the swing decays and only
+//! the oscillator remains, until the shoot has grown so long that it swings again, from about 55 h on, every 65
+//! minutes.
 //!
 //! # What to try
-//! Take the preset of the fourth video, set the length to 6.4 cm and start again: the two kicks die out. At 6.5 cm the swing stays.
-//! Between them lies the critical length, 6.46 cm with statoliths, the orange line of the scale.
+//! Take the preset of the fourth video, set the length to 6.4 cm and start again: the oscillation after the two
+//! pulses decays. At 6.5 cm it persists. Between them lies the critical length, 6.46 cm with statoliths, the orange
+//! line of the scale.
 
 #[path = "../camera/mod.rs"]
 mod camera;

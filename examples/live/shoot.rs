@@ -56,7 +56,7 @@ pub enum Parameter {
     Tilt,
     /// τe, min.
     OscillatorPeriod,
-    /// 1 or −1: the oscillator turns counterclockwise or clockwise.
+    /// 1 or −1: the oscillator rotates counterclockwise or clockwise.
     OscillatorSense,
     /// Force of the hand on the apex along e1, e2, e3, µN.
     PushX,
@@ -68,7 +68,8 @@ pub enum Parameter {
     Length,
     /// Whether the shoot gets longer: 1 or 0.
     Grows,
-    /// What starts it: 0 nothing, 1 the two kicks of the fourth video, 2 the turning force of the fifth and sixth.
+    /// What starts it: 0 nothing, 1 the two pulses of the fourth video, 2 the rotating force of the fifth and
+    /// sixth.
     Kick,
 }
 use Parameter as P;
@@ -195,7 +196,8 @@ impl Live {
         (Weight::GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
     }
 
-    /// The length (m) from which on such a shoot, if all of it steers, swings by itself; none if it never does, or is never at rest.
+    /// The length (m) from which on such a shoot, if all of it responds to stimuli, swings by itself; none if it
+    /// never does, or has no steady state.
     pub fn critical_length(&self) -> Option<f64> {
         let longest = self.buckling_length();
         let laws = model(&self.values);
@@ -235,7 +237,7 @@ fn model(values: &[f64; PARAMETERS]) -> Model {
     let growth: Box<dyn GrowthLaw + Send + Sync> = if of(P::Grows) > 0.0 {
         Box::new(UniformGrowth { zone_length, time })
     } else {
-        // All of it steers, whatever its length.
+        // All of it responds to stimuli, whatever its length.
         Box::new(Ongoing(UniformGrowth { zone_length: 1.0, time }))
     };
     let handedness = if of(P::OscillatorSense) > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };

@@ -1,4 +1,4 @@
-//! The figures of a tracked tip.
+//! Figures of a tracked tip: path, scalogram, amplitudes, mechanism.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -7,20 +7,22 @@ use std::path::Path;
 use morphorod::tracking::{Nutation, RidgePoint, Search, Track};
 
 use super::common::{Axes, Map, Series, Style, lines_figure, map_figure, panels_figure};
-use super::report::COLUMNS;
+use super::mechanism::{Component, Judgement, Observation};
+use super::rows::COLUMNS;
 use super::{HOUR, MINUTE};
 
 const MM_PER_M: f64 = 1e3;
-/// Columns of the scalogram's picture.
+/// Number of columns of the scalogram in the figure.
 const ACROSS: usize = 220;
-/// Powers at the ends of its colours, in variances: far below those of white noise, so that a small motion is seen beside a large one.
+/// Smallest and largest power of the colour scale, in variances. The smallest is far below that of
+/// white noise, which shows small motions beside large ones.
 const LIMITS: [f64; 2] = [1e-2, 100.0];
-/// A line is broken where its points are further apart, h.
+/// Largest time between neighbouring points of a line, h.
 const BREAK: f64 = 0.3;
-/// The same for the logarithm of a period: more than a ridge changes from one time to the next.
+/// Largest difference of the logarithms of the periods of neighbouring points of a ridge.
 const LEAP: f64 = 0.2;
 
-/// Draws all.
+/// Draws all figures.
 pub fn draw(
     out: &Path,
     path: &Track,
@@ -33,7 +35,7 @@ pub fn draw(
     amplitudes(out, found, rows)
 }
 
-/// The path as it was tracked, and its last hours with the ellipses that they are made of.
+/// Draws the tracked path, and the last window with the ellipses of its two largest oscillations.
 fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), Box<dyn Error>> {
     let end = path.times().last().copied().unwrap_or(0.0);
     let place = |k: usize| (MM_PER_M * path.positions()[k].x, MM_PER_M * path.positions()[k].y);
@@ -48,14 +50,14 @@ fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), 
     }
     let outliers = astray.iter().map(|k| place(*k)).collect();
     let whole = [Series::new("positions", line, Style::Line, 5), Series::new("outliers", outliers, Style::Points, 1)];
-    // About the middle of the last window.
+    // Positions in the last window relative to their mean.
     let last = path.between(end - window, end);
     let recent: Vec<(f64, f64)> =
         good.iter().filter(|k| path.times()[**k] >= end - window).map(|k| place(*k)).collect();
     let middle = |of: fn(&(f64, f64)) -> f64| recent.iter().map(of).sum::<f64>() / recent.len().max(1) as f64;
     let (x, y) = (middle(|p| p.0), middle(|p| p.1));
     let about = recent.iter().map(|p| (p.0 - x, p.1 - y)).collect();
-    let mut recent = vec![Series::new("positions about their mean", about, Style::Points, 5)];
+    let mut recent = vec![Series::new("positions relative to their mean", about, Style::Points, 5)];
     let oscillations = last.oscillations(&Search::default()).map_or_else(|_| vec![], |found| found.oscillations);
     for (k, wave) in oscillations.iter().take(2).enumerate() {
         let round = (0..=120).map(|k| {
@@ -64,15 +66,15 @@ fn paths(out: &Path, path: &Track, found: &Nutation, window: f64) -> Result<(), 
             let (s, c) = wave.ellipse.direction.sin_cos();
             (MM_PER_M * (along * c - across * s), MM_PER_M * (along * s + across * c))
         });
-        let label = format!("ellipse of {:.1} min", wave.period / MINUTE);
+        let label = format!("ellipse, period {:.1} min", wave.period / MINUTE);
         recent.push(Series::new(label, round.collect(), Style::Line, [1, 6][k % 2]));
     }
-    let title = format!("the last {} h, and their ellipses", window / HOUR);
-    let panels: [(&str, &[Series]); 2] = [("as tracked", &whole), (&title, &recent)];
-    Ok(panels_figure(out.join("path.svg"), "The path of a tracked tip", "x (mm)", "y (mm)", &panels, Axes::Equal)?)
+    let title = format!("the last {} h and the largest oscillations", window / HOUR);
+    let panels: [(&str, &[Series]); 2] = [("tracked path", &whole), (&title, &recent)];
+    Ok(panels_figure(out.join("path.svg"), "Path of a tracked tip", "x (mm)", "y (mm)", &panels, Axes::Equal)?)
 }
 
-/// Power by time and period, the ridge, and the cone of influence.
+/// Draws the power against time and period, the ridge, and the cone of influence.
 fn scalogram(out: &Path, path: &Track, found: &Nutation, rows: &[[f64; COLUMNS.len()]]) -> Result<(), Box<dyn Error>> {
     let scalogram = &found.scalogram;
     let (start, duration) = (path.times()[0], path.duration());
@@ -83,7 +85,7 @@ fn scalogram(out: &Path, path: &Track, found: &Nutation, rows: &[[f64; COLUMNS.l
     } else {
         scalogram.periods.iter().map(|period| period / MINUTE).collect()
     };
-    // The nearest time that the scalogram has; in a gap it has none.
+    // The nearest time of the scalogram; `None` in a gap.
     let nearest = |hour: &f64| {
         let t = HOUR * hour;
         let after = scalogram.times.partition_point(|other| *other < t);
@@ -95,19 +97,19 @@ fn scalogram(out: &Path, path: &Track, found: &Nutation, rows: &[[f64; COLUMNS.l
     let power = |j: usize, k: &Option<usize>| k.and_then(|k| scalogram.power.get(j).map(|row| row[k]));
     let values =
         (0..minutes.len()).flat_map(|j| columns.iter().map(move |k| power(j, k).unwrap_or(f64::NAN))).collect();
-    // At each time the longest period that lies outside the cone.
+    // The longest period outside the cone of influence at each time.
     let edge = |(hour, k): (&f64, &Option<usize>)| {
         let longest =
             k.and_then(|k| (0..minutes.len()).rev().find(|j| scalogram.outside_cone.get(*j).is_some_and(|row| row[k])));
-        // Where all of them do there is no edge.
+        // There is no edge where all periods are outside the cone.
         (*hour, longest.filter(|j| j + 1 < minutes.len()).map_or(f64::NAN, |j| minutes[j]))
     };
     let cone = hours.iter().zip(&columns).map(edge).collect();
     let fitted = rows.iter().map(|row| (row[0] / HOUR, row[2] / MINUTE)).collect();
     let over = [
-        Series::new("cone of influence: above it ends and gaps are seen", cone, Style::Dashed, 1),
+        Series::new("cone of influence: above it, ends and gaps have an effect", cone, Style::Dashed, 1),
         Series::new("ridge", along(found, |place| place.period / MINUTE), Style::Line, 6),
-        Series::new("largest period in a window, by least squares", fitted, Style::Points, 3),
+        Series::new("period of the largest oscillation in a window", fitted, Style::Points, 3),
     ];
     let map = Map {
         axes: ["time (h)", "period (min)"],
@@ -120,7 +122,8 @@ fn scalogram(out: &Path, path: &Track, found: &Nutation, rows: &[[f64; COLUMNS.l
     Ok(map_figure(out.join("scalogram.svg"), "Wavelet scalogram of a tracked tip", &map, &over)?)
 }
 
-/// Numbers of the ridge against time (h), with a break wherever it has one, or leaps to another period.
+/// Quantity along the ridge against time (h). The line is broken at gaps and where the ridge
+/// changes to another period.
 fn along(found: &Nutation, number: impl Fn(&RidgePoint) -> f64) -> Vec<(f64, f64)> {
     let mut line: Vec<(f64, f64)> = Vec::with_capacity(found.ridge.len());
     for (k, place) in found.ridge.iter().enumerate() {
@@ -135,14 +138,48 @@ fn along(found: &Nutation, number: impl Fn(&RidgePoint) -> f64) -> Vec<(f64, f64
     line
 }
 
-/// Amplitudes against time.
+/// Draws the amplitudes against time.
 fn amplitudes(out: &Path, found: &Nutation, rows: &[[f64; COLUMNS.len()]]) -> Result<(), Box<dyn Error>> {
     let column = |k: usize| rows.iter().map(|row| (row[0] / HOUR, MM_PER_M * row[k])).collect();
     let series = [
-        Series::new("along the ridge", along(found, |place| MM_PER_M * place.ellipse.major), Style::Line, 0),
-        Series::new("largest ellipse in a window: semi-major axis", column(4), Style::Points, 1),
-        Series::new("semi-minor axis", column(5), Style::Points, 2),
+        Series::new(
+            "semi-major axis along the ridge",
+            along(found, |place| MM_PER_M * place.ellipse.major),
+            Style::Line,
+            0,
+        ),
+        Series::new("semi-major axis of the largest oscillation in a window", column(4), Style::Points, 1),
+        Series::new("semi-minor axis of the largest oscillation in a window", column(5), Style::Points, 2),
     ];
     let file = out.join("amplitude.svg");
-    Ok(lines_figure(file, "Amplitude of a tracked tip", "time (h)", "amplitude (mm)", &series, Axes::Linear)?)
+    Ok(lines_figure(
+        file,
+        "Semi-axes of the oscillations of a tracked tip",
+        "time (h)",
+        "semi-axis (mm)",
+        &series,
+        Axes::Linear,
+    )?)
+}
+
+/// Draws the amplitudes of all oscillations that are neither harmonics nor combinations of others. The
+/// logarithmic axis shows exponential growth as a straight line.
+pub fn mechanism(out: &Path, found: &Judgement, observations: &[Observation]) -> Result<(), Box<dyn Error>> {
+    let amplitudes = |component: &Component| {
+        component.waves.iter().map(|(k, wave)| (observations[*k].time / HOUR, MM_PER_M * wave.amplitude[0])).collect()
+    };
+    let fundamental = found.components.iter().filter(|component| component.derived.is_none());
+    let series: Vec<Series> = fundamental
+        .enumerate()
+        .map(|(k, component)| {
+            let label = format!("period {:.1} min", component.period[0] / MINUTE);
+            Series::new(label, amplitudes(component), Style::Points, k)
+        })
+        .collect();
+    if series.is_empty() {
+        return Ok(());
+    }
+    let title = "Amplitudes of the oscillations of a tracked tip";
+    let file = out.join("mechanism.svg");
+    Ok(lines_figure(file, title, "centre of the window (h)", "semi-major axis (mm)", &series, Axes::LogY)?)
 }

@@ -1,176 +1,220 @@
-//! What the tracked tip of a plant does: periods, ellipses, senses, the pattern's name, and the numbers of tracking pipelines.
+//! Mechanism of the movement of a tracked tip: an internal oscillator, delayed gravitropism, or
+//! both.
 //!
-//! Reads a comma-separated table of positions, one a row: `t,x,y[,z]` or `frame,x,y`, several tracks told apart by a column. Without
-//! options it reads the table beside this file, which the crate made itself: the shoot of the example `growing_shoot` seen from above, with
-//! noise, outliers, lost frames, two hours of darkness, and a stage that drifts; and a stake that stands still.
+//! The program reads a comma-separated table of positions, one in a row: `t,x,y[,z]` or
+//! `frame,x,y`, with a column of names if there are several tracks. It computes periods, ellipses,
+//! senses of rotation and the pattern of the movement, for the whole track and in a sliding window,
+//! and compares them with both mechanisms of Agostinelli, DeSimone and Noselli (2021). The module
+//! [`mechanism`] explains the decision. Every criterion is printed with its number and uncertainty,
+//! and with the mechanism for which it speaks.
 //!
-//! # What to see
-//! At first the tip goes round in the 24 minutes of its oscillator. After half a day slow swings of an hour and a half take over; the
-//! ridge of the scalogram goes up from one to the other, and the share of the 24 minutes falls to nothing.
+//! Without options the program reads the table beside this file: the shoot of the example
+//! `growing_shoot` from above, with noise, outliers, lost frames, two hours of darkness and a drift
+//! of the stage. A second track is a fixed stake.
 //!
-//! # What to try
-//! - `--track stake`: it does not nutate, and the program says so.
-//! - A table of your own. What it does not say has to be given, as nothing is guessed:
-//!   `--file mine.csv --time frame --columns x,y --seconds 60 --mm 0.05 --axes +x,-y`.
-//! - `--centre-lines lines.csv`, with the same options: rows of one time are points from the base to the tip; their curvature along the
-//!   arc goes to `curvature.csv`.
+//! # Results
+//! At first the oscillation of the internal oscillator (24 min) is the largest. The slow one (90
+//! min) grows by more than a forced oscillation can, and its ratio to 24 min is not a whole number.
+//! The verdict is both mechanisms.
+//!
+//! # Options to try
+//! - `--track stake`: the stake does not move, and the verdict says so.
+//! - `--delay 12 --memory 12`: the periods are compared with that at the onset of delayed
+//!   gravitropism.
+//! - `--window 3 --every 1`: shorter windows cannot resolve the slow period well.
+//! - A table of your own, whose scale, time unit and axes are required: `--file mine.csv --time
+//!   frame --columns x,y --seconds 60 --mm 0.05 --axes +x,-y`. Lengths (`--lengths`) and tracks at
+//!   several levels of gravity (`--gravity`) decide where the tip alone does not.
+//! - `--centre-lines lines.csv`, with the same options: rows of one time are points from the base
+//!   to the tip. Their curvature along the arc is written to `curvature.csv`.
 
 #[path = "../common/mod.rs"]
 mod common;
+mod criteria;
+mod evidence;
 mod figures;
+mod mechanism;
 mod report;
+mod rows;
 mod synthetic;
+mod table;
 
 use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
 
-use common::centre_lines::{curvature, read_centre_lines};
-use common::tracks::{Layout, Track, TrackError, read_tracks};
+use common::centre_lines::curvature;
+use common::tracks::{Layout, Track};
 use common::{Opt, Options, Table};
-use morphorod::tracking;
+use mechanism::{Context, Level};
+use morphorod::tracking::{Nutation, Search};
 use nalgebra::Vector3;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const M_PER_MM: f64 = 1e-3;
-/// The table that comes with the example.
-const SHIPPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/tracked_tip/shoot_from_above.csv");
 
-fn run() -> Result<(), Box<dyn Error>> {
-    let options = Options::parse(
+fn options() -> Options {
+    Options::parse(
         "tracked_tip",
-        "what the tracked tip of a plant does",
+        "mechanism of the movement of a tracked tip",
         &[
-            Opt::value("file", "FILE", "", "table of positions; without one, a table that comes with the example"),
+            Opt::value("file", "FILE", "", "table of positions; by default the table of this example"),
             Opt::value("time", "NAME", "frame", "column of times or frame numbers"),
             Opt::value("columns", "NAMES", "x,y", "columns of two or three coordinates"),
-            Opt::value("tracks", "NAME", "", "column that tells tracks apart, if there are several"),
-            Opt::value("track", "TRACK", "", "which track; without it, the first"),
-            Opt::value("seconds", "S", "", "s in a unit of the time column: from frame to frame, or 1"),
-            Opt::value("mm", "MM", "", "mm in a unit of the coordinates: the size of a pixel, or 1"),
-            Opt::value("axes", "SIGNS", "", "where they point: +x,+y right and up; +x,-y as in images, y down"),
-            Opt::value("seen-along", "X,Y,Z", "0,0,1", "axis along which three coordinates are seen"),
-            Opt::value("shortest", "MIN", "10", "shortest period of the band, min"),
-            Opt::value("longest", "MIN", "120", "longest period of the band, min"),
+            Opt::value("tracks", "NAME", "", "column of the names of tracks, if there are several"),
+            Opt::value("track", "TRACK", "", "name of the analysed track; by default the first"),
+            Opt::value("seconds", "S", "", "unit of the time column, s: the time between frames, or 1"),
+            Opt::value("mm", "MM", "", "unit of the coordinates, mm: the size of a pixel, or 1"),
+            Opt::value(
+                "axes",
+                "SIGNS",
+                "",
+                "sign and column of each coordinate, + to the right, up, or towards the camera: +x,-y for images",
+            ),
+            Opt::value("seen-along", "X,Y,Z", "0,0,1", "axis towards the observer, for three coordinates"),
+            Opt::value("lengths", "NAME", "", "column of the length of the shoot"),
+            Opt::value("lengths-mm", "MM", "1", "unit of the lengths, mm"),
+            Opt::value(
+                "base",
+                "MM",
+                "",
+                "coordinate of the base along --seen-along, mm: three coordinates then give the height, used as length",
+            ),
+            Opt::value("gravity", "NAME", "", "column of the level of gravity, in multiples of 9.81 m/s²"),
+            Opt::value("delay", "MIN", "", "delay of the gravitropic response, min, if known"),
+            Opt::value("memory", "MIN", "0", "memory time of the gravitropic response, min, beside --delay"),
+            Opt::value("shortest", "MIN", "10", "shortest period of the wavelets, min"),
+            Opt::value("longest", "MIN", "120", "longest period of the wavelets, min"),
             Opt::value("window", "H", "6", "length of the sliding window, h"),
-            Opt::value("every", "H", "0.5", "from one window to the next, h"),
-            Opt::value("share", "MIN", "24", "period whose share in the motion is told, min"),
+            Opt::value("every", "H", "0.5", "time from one window to the next, h"),
+            Opt::value("share", "MIN", "24", "period whose share in the squared amplitudes is computed, min"),
             Opt::value("centre-lines", "FILE", "", "table of centre lines, whose curvature is written"),
-            Opt::value("width", "MM", "2", "length over which curvature is smoothed, mm"),
-            Opt::value("make", "FILE", "", "write the table that comes with the example, and nothing else"),
+            Opt::value("width", "MM", "2", "length over which the curvature is smoothed, mm"),
+            Opt::value("make", "FILE", "", "only write the table of this example to a file"),
         ],
-    );
+    )
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let options = options();
     if options.flag("make") {
         let file = options.text("make");
         common::file::write_whole(Path::new(file), synthetic::table()?)?;
-        println!("made {file}");
+        println!("{file} was written");
         return Ok(());
     }
-    let columns: Vec<&str> = options.text("columns").split(',').map(str::trim).collect();
-    // The table that comes with the example is known; of any other nothing is.
-    let shipped = !options.flag("file") && !options.flag("centre-lines");
+    let layout = table::layout(&options)?;
+    let axis = table::axis(options.text("seen-along"))?;
     let given = |name: &str| options.flag(name).then(|| options.positive(name));
-    let layout = Layout {
-        time: options.text("time"),
-        track: Some(options.text("tracks")).filter(|name| !name.is_empty()).or(shipped.then_some("track")),
-        seconds: given("seconds").or(shipped.then_some(synthetic::FRAME)),
-        metres: given("mm").map(|mm| M_PER_MM * mm).or(shipped.then_some(synthetic::PIXEL)),
-        signs: match options.text("axes") {
-            "" => shipped.then(|| vec![1.0, -1.0]),
-            text => Some(signs(text, &columns)?),
-        },
-        coordinates: columns,
-    };
+    let delays = given("delay").map(|delay| {
+        let memory = options.get_if("memory", "0 or larger", |value: &f64| *value >= 0.0);
+        [MINUTE * delay, MINUTE * memory]
+    });
+    let base = options.flag("base").then(|| M_PER_MM * options.get::<f64>("base"));
+    if base.is_some() && layout.coordinates.len() < 3 {
+        return Err("--base needs three coordinates, of which it subtracts the one along --seen-along".into());
+    }
+    let [shortest, longest] = ["shortest", "longest"].map(|name| MINUTE * options.positive(name));
+    let [window, every] = ["window", "every"].map(|name| HOUR * options.positive(name));
+    let share = MINUTE * options.positive("share");
+    let width = M_PER_MM * options.positive("width");
     let out = options.out_dir();
     if options.flag("centre-lines") {
-        let width = M_PER_MM * options.positive("width");
-        return curvatures(options.text("centre-lines"), &layout, options.text("track"), width, &out);
+        return curvatures(&options, &layout, width, &out);
     }
-    let file = if shipped { SHIPPED } else { options.text("file") };
-    let tracks = read_tracks(file, &layout).map_err(|error| explained(file, &error))?;
-    let track = chosen(&tracks, options.text("track"))?;
-    let axis: Vec<f64> = options
-        .text("seen-along")
-        .split(',')
-        .map(|text| text.trim().parse().map_err(|_| format!("--seen-along: '{text}' is not a number")))
-        .collect::<Result<_, _>>()?;
-    if axis.len() != 3 {
-        return Err("--seen-along takes three numbers, as in 0,0,1".into());
-    }
-    let positions: Vec<_> = track.positions.iter().map(|p| Vector3::from(*p)).collect();
-    let path = tracking::Track::seen_along(&Vector3::from_row_slice(&axis), track.times.clone(), &positions)?;
 
-    let band = [MINUTE * options.positive("shortest"), MINUTE * options.positive("longest")];
-    let share = MINUTE * options.positive("share");
-    let name = if track.name.is_empty() { file.to_owned() } else { format!("track '{}'", track.name) };
+    let (file, tracks) = table::tracks(&options, &layout)?;
+    let track = table::chosen(&tracks, options.text("track"))?;
+    let path = projected(track, &axis)?;
+    let name = if track.name.is_empty() { file } else { format!("track '{}'", track.name) };
     println!("{name}: {} positions in {:.2} h", track.times.len(), path.duration() / HOUR);
-    let found = report::whole(&path, band, share)?;
-    let (length, every) = (HOUR * options.positive("window"), HOUR * options.positive("every"));
-    let rows = report::windows(&path, band, share, length, every)?;
-    let mut table = Table::create(out.join("windows.csv"), &report::COLUMNS)?;
+    let found = path.oscillations(&Search::default())?;
+    report::oscillations(&path, &found, share)?;
+
+    // A band of a track needs three of its longest periods.
+    let window = window.min(path.duration());
+    let band = |duration: f64| [shortest, longest.min(duration / 3.0)];
+    let nutation = path.nutation(band(path.duration())).unwrap_or_else(|error| {
+        println!("no result by wavelets: {error}");
+        Nutation::default()
+    });
+    report::nutation(&nutation, band(path.duration()));
+    let windows = evidence::windows(&path, &found.outliers, window, every)?;
+    let (rows, failures) = rows::rows(&windows, band(window), share.min(window));
+    report::failures(&failures, windows.len());
+
+    let lengths = lengths(track, &axis, base);
+    if lengths.is_empty() {
+        println!("length unknown: give --lengths, or three coordinates and --base");
+    }
+    let observations = evidence::observe(&windows, &lengths);
+    let context = Context { window, delays, gravity: track.gravity, levels: levels(&tracks, track, &axis)? };
+    let judgement = mechanism::judge(&observations, &context);
+    report::mechanism(&judgement, observations.len(), window);
+
+    let mut table = Table::create(out.join("windows.csv"), &rows::COLUMNS)?;
     rows.iter().try_for_each(|row| table.row(row))?;
     table.finish()?;
     let mut table = Table::create(out.join("ridge.csv"), &["t_s", "period_s", "amplitude_m", "direction_rad"])?;
-    for (place, direction) in found.ridge.iter().zip(&found.direction) {
+    for (place, direction) in nutation.ridge.iter().zip(&nutation.direction) {
         table.row(&[place.time, place.period, place.ellipse.major, *direction])?;
     }
     table.finish()?;
-    figures::draw(&out, &path, &found, &rows, length)?;
-    println!("windows.csv, ridge.csv, path.svg, scalogram.svg and amplitude.svg are in {}", out.display());
+    figures::draw(&out, &path, &nutation, &rows, window)?;
+    figures::mechanism(&out, &judgement, &observations)?;
+    println!(
+        "windows.csv, ridge.csv, path.svg, scalogram.svg, amplitude.svg and mechanism.svg are in {}",
+        out.display()
+    );
     Ok(())
 }
 
-/// Reads `+x,-y`: a sign for each of the columns, by their names.
-fn signs(text: &str, columns: &[&str]) -> Result<Vec<f64>, String> {
-    let wrong = || format!("--axes is '{text}', but must give the signs of all columns, as in +{}", columns.join(",-"));
-    let given: Vec<&str> = text.split(',').map(str::trim).collect();
-    if given.len() != columns.len() {
-        return Err(wrong());
+/// Projection of a track along the axis towards the observer.
+fn projected(track: &Track, axis: &Vector3<f64>) -> Result<morphorod::tracking::Track, Box<dyn Error>> {
+    let positions: Vec<_> = track.positions.iter().map(|p| Vector3::from(*p)).collect();
+    Ok(morphorod::tracking::Track::seen_along(axis, track.times.clone(), &positions)?)
+}
+
+/// Times (s) and lengths (m): those of the table, or the height of the tip over the base.
+fn lengths(track: &Track, axis: &Vector3<f64>, base: Option<f64>) -> Vec<evidence::Length> {
+    if !track.lengths.is_empty() {
+        return track.times.iter().zip(&track.lengths).map(|(t, length)| [*t, *length]).collect();
     }
-    let sign = |(axis, column): (&&str, &&str)| match axis.strip_suffix(column) {
-        Some("+") => Ok(1.0),
-        Some("-") => Ok(-1.0),
-        _ => Err(wrong()),
-    };
-    given.iter().zip(columns).map(sign).collect()
+    let height = |p: &[f64; 3], base: f64| Vector3::from(*p).dot(&axis.normalize()) - base;
+    let heights = base.map(|base| track.times.iter().zip(&track.positions).map(move |(t, p)| [*t, height(p, base)]));
+    heights.map_or(vec![], Iterator::collect)
 }
 
-/// The option that gives what is missing.
-fn explained(file: &str, error: &TrackError) -> String {
-    let hint = match error {
-        TrackError::NotGiven(what) if what.starts_with("the time") => ": give --seconds",
-        TrackError::NotGiven(what) if what.starts_with("the scale") => ": give --mm",
-        TrackError::NotGiven(_) => ": give --axes, as in +x,-y for an image whose y points down",
-        TrackError::NoColumn(..) => ": --time, --columns and --tracks name them",
-        _ => "",
-    };
-    format!("{file}: {error}{hint}")
-}
-
-/// The track of a name, or the first.
-fn chosen<'a>(tracks: &'a [Track], name: &str) -> Result<&'a Track, String> {
-    let names: Vec<&str> = tracks.iter().map(|track| track.name.as_str()).collect();
-    let found = if name.is_empty() { tracks.first() } else { tracks.iter().find(|track| track.name == name) };
-    found.ok_or_else(|| format!("there is no track '{name}'; there are '{}'", names.join("', '")))
+/// Oscillations of all other tracks at known levels of gravity.
+fn levels(tracks: &[Track], own: &Track, axis: &Vector3<f64>) -> Result<Vec<Level>, Box<dyn Error>> {
+    let mut levels = Vec::new();
+    for track in tracks.iter().filter(|track| track.name != own.name) {
+        let Some(gravity) = track.gravity else { continue };
+        let path = projected(track, axis)?;
+        let found = path.oscillations(&Search::default())?;
+        levels.push(Level { gravity, observation: evidence::observation(0.0, None, &found, path.times().len()) });
+    }
+    Ok(levels)
 }
 
 /// Writes the curvature along all centre lines of a file.
-fn curvatures(file: &str, layout: &Layout, track: &str, width: f64, out: &Path) -> Result<(), Box<dyn Error>> {
-    let lines = read_centre_lines(file, layout, track).map_err(|error| explained(file, &error))?;
+fn curvatures(options: &Options, layout: &Layout, width: f64, out: &Path) -> Result<(), Box<dyn Error>> {
+    let lines = table::centre_lines(options, layout)?;
     let columns = ["t_s", "s_m", "curvature_x_per_m", "curvature_y_per_m", "curvature_z_per_m"];
     let mut table = Table::create(out.join("curvature.csv"), &columns)?;
     for line in &lines {
         let (number, width_mm) = (line.points.len(), width / M_PER_MM);
-        let places = curvature(&line.points, width)
-            .ok_or_else(|| format!("at {} s, {number} points are too few for a --width of {width_mm} mm", line.time))?;
+        let places = curvature(&line.points, width).ok_or_else(|| {
+            format!("the centre line at {} s has {number} points, too few for --width {width_mm} (mm)", line.time)
+        })?;
         for place in places {
             let [x, y, z] = place.curvature;
             table.row(&[line.time, place.arc_length, x, y, z])?;
         }
     }
     table.finish()?;
-    println!("{} centre lines; curvature.csv is in {}", lines.len(), out.display());
+    println!("curvature of {} centre lines: curvature.csv in {}", lines.len(), out.display());
     Ok(())
 }
 

@@ -1,119 +1,171 @@
-//! The numbers of a path, in words and in rows.
+//! Printed results of a whole track and of the decision between the mechanisms.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 
-use morphorod::tracking::{Nutation, Search, Track};
+use morphorod::tracking::{Nutation, Oscillation, Oscillations, Pattern, Search, Track};
 use morphorod::tropism::Handedness;
 
+use super::criteria::{decimal, uncertain};
+use super::mechanism::{Component, Judgement, Source, Verdict};
 use super::{HOUR, MINUTE};
 
 const MM_PER_M: f64 = 1e3;
 
-/// Columns of the table of windows. What is not known there is `NaN`.
-pub const COLUMNS: [&str; 14] = [
-    "t_s",
-    "share",
-    "period_s",
-    "period_error_s",
-    "major_m",
-    "minor_m",
-    "direction_rad",
-    "counterclockwise",
-    "nutates",
-    "ridge_period_s",
-    "ridge_period_iqr_s",
-    "amplitude_m",
-    "band_power",
-    "noise_floor_m",
-];
-
-/// Prints all that is known of a path as a whole.
-pub fn whole(path: &Track, band: [f64; 2], share: f64) -> Result<Nutation, Box<dyn Error>> {
-    let search = Search::default();
-    let found = path.oscillations(&search)?;
-    println!("periods, of the path as a whole:");
-    for wave in &found.oscillations {
-        let ellipse = wave.ellipse;
-        println!(
-            "  {:8.2} ± {:.2} min, ellipse {:.2} by {:.2} ± {:.2} mm at {:.0}°, roundness {:.2}, {}{}",
-            wave.period / MINUTE,
-            wave.period_error / MINUTE,
-            MM_PER_M * ellipse.major,
-            MM_PER_M * ellipse.minor,
-            MM_PER_M * wave.axis_error,
-            ellipse.direction.to_degrees(),
-            ellipse.roundness(),
-            told(ellipse.sense),
-            wave.harmonic.map_or(String::new(), |order| format!(", harmonic {order} of the largest")),
-        );
+/// Prints the oscillations of a whole track.
+pub fn oscillations(path: &Track, found: &Oscillations, share: f64) -> Result<(), Box<dyn Error>> {
+    println!("oscillations of the whole track, by least squares:");
+    for (k, wave) in found.oscillations.iter().enumerate() {
+        println!("  {}", oscillation(wave, k == 0));
     }
-    println!("  pattern {:?}", found.pattern());
-    println!("  share of {} min {:.3}", share / MINUTE, path.share(share, &search)?);
-    println!("  residual {:.3} mm beside a drift of degree {}", MM_PER_M * found.noise, found.drift);
-    let tracking = path.nutation(band)?;
-    println!("as trackers tell it, periods from {} to {} min:", band[0] / MINUTE, band[1] / MINUTE);
-    match (tracking.period, tracking.period_quartiles, tracking.amplitude, tracking.sampling) {
+    println!("  pattern: {}", pattern(found.pattern()));
+    let part = path.share(share, &Search::default())?;
+    println!("  share of {} min in the squared amplitudes: {part:.3}", share / MINUTE);
+    println!("  residual {:.3} mm, drift of degree {}", MM_PER_M * found.noise, found.drift);
+    Ok(())
+}
+
+fn oscillation(wave: &Oscillation, largest: bool) -> String {
+    let (ellipse, error) = (wave.ellipse, MM_PER_M * wave.axis_error);
+    let role = match wave.harmonic {
+        _ if largest => "largest".to_owned(),
+        Some(order) => format!("harmonic {order} of the largest"),
+        None => "not a harmonic of the largest".to_owned(),
+    };
+    // The direction follows from the difference of the axes, which vanishes for a circle.
+    let turn = wave.axis_error / (ellipse.major - ellipse.minor);
+    let direction = match ellipse.direction.to_degrees() {
+        angle if turn < 0.5 => {
+            format!("major axis at {} ± {}°", decimal(angle, 0), decimal(turn.to_degrees().ceil(), 0))
+        }
+        _ => "major axis undetermined".to_owned(),
+    };
+    format!(
+        "{} min, {role}: semi-axes {} and {} mm, {direction}, {}",
+        uncertain(wave.period / MINUTE, wave.period_error / MINUTE),
+        uncertain(MM_PER_M * ellipse.major, error),
+        uncertain(MM_PER_M * ellipse.minor, error),
+        match ellipse.sense {
+            Some(sense) =>
+                format!("{} (minor axis {:.1} standard errors)", word(sense), ellipse.minor / wave.axis_error),
+            None => format!("sense undetermined (minor axis {:.1} standard errors)", ellipse.minor / wave.axis_error),
+        },
+    )
+}
+
+fn pattern(pattern: Pattern) -> String {
+    match pattern {
+        Pattern::None => "no oscillation".into(),
+        Pattern::Pendular => "swing in a plane".into(),
+        Pattern::Elliptic => "ellipse".into(),
+        Pattern::Circular => "circle".into(),
+        Pattern::Epitrochoid { loops, ratio } => {
+            format!("epitrochoid, {loops:.2} loops in a turn, ratio of amplitudes {ratio:.3}")
+        }
+        Pattern::Hypotrochoid { loops, ratio } => {
+            format!("hypotrochoid, {loops:.2} loops in a turn, ratio of amplitudes {ratio:.3}")
+        }
+    }
+}
+
+fn word(sense: Handedness) -> &'static str {
+    match sense {
+        Handedness::Counterclockwise => "counterclockwise",
+        Handedness::Clockwise => "clockwise",
+    }
+}
+
+/// Prints the quantities of tracking pipelines.
+pub fn nutation(found: &Nutation, band: [f64; 2]) {
+    println!("by wavelets, periods from {:.1} to {:.1} min:", band[0] / MINUTE, band[1] / MINUTE);
+    match (found.period, found.period_quartiles, found.amplitude, found.sampling) {
         (Some(period), Some([lower, upper]), Some(amplitude), Some(sampling)) => {
             let (median, range) = (period / MINUTE, (upper - lower) / MINUTE);
-            println!("  nutates, period {median:.1} min along the ridge, interquartile range {range:.1} min");
-            println!("  largest envelope {:.2} mm", MM_PER_M * amplitude);
-            let turns = tracking.turns.map_or(String::new(), |turns| format!(", {turns:.1} turns of the velocity"));
-            println!("  sense {}{turns}", told(tracking.sense));
-            println!("  sampling interval over Nyquist's {sampling:.3}");
+            println!("  the tip nutates: median period {median:.2} min, interquartile range {} min", small(range));
+            println!("  largest semi-major axis {:.2} mm", MM_PER_M * amplitude);
+            let turns = found.turns.map_or(String::new(), |turns| format!(", {turns:.1} turns of the velocity"));
+            println!("  sense {}{turns}", found.sense.map_or("undetermined", word));
+            println!("  sampling interval over half of the median period: {sampling:.3}");
         }
-        _ => println!("  does not nutate"),
+        _ => println!("  the tip does not nutate"),
     }
-    for [short, long] in &tracking.unresolved {
-        println!("  periods of {:.1} and {:.1} min share a ridge", short / MINUTE, long / MINUTE);
+    for [short, long] in &found.unresolved {
+        println!(
+            "  the periods {:.1} and {:.1} min are not resolved: two oscillations, or one of changing amplitude",
+            short / MINUTE,
+            long / MINUTE
+        );
     }
-    println!("  power in the band {:.3} of all", tracking.band_power);
-    if let Some(floor) = tracking.noise_floor {
-        println!("  noise floor {:.3} mm", MM_PER_M * floor);
+    println!("  power in this band over the whole power: {:.3}", found.band_power);
+    if let Some(floor) = found.noise_floor {
+        println!("  noise of a coordinate {:.3} mm", MM_PER_M * floor);
     }
-    let missing: f64 = tracking.gaps.iter().map(|[from, to]| to - from).sum();
-    println!("  {} outliers, {} gaps of {:.2} h in all", tracking.outliers.len(), tracking.gaps.len(), missing / HOUR);
-    Ok(tracking)
+    let missing: f64 = found.gaps.iter().map(|[from, to]| to - from).sum();
+    println!(
+        "  {} outliers; gaps: {}, in total {} h",
+        found.outliers.len(),
+        found.gaps.len(),
+        decimal(missing / HOUR, 2)
+    );
 }
 
-fn told(sense: Option<Handedness>) -> &'static str {
-    match sense {
-        Some(Handedness::Counterclockwise) => "counterclockwise",
-        Some(Handedness::Clockwise) => "clockwise",
-        None => "undetermined",
+/// Prints the number of windows without a result for each reason.
+pub fn failures(failures: &BTreeMap<String, usize>, windows: usize) {
+    println!("{windows} windows:{}", if failures.is_empty() { " all have results" } else { "" });
+    for (reason, count) in failures {
+        println!("  {count} windows have {reason}");
     }
 }
 
-/// The same in a sliding window, a row for each.
-pub fn windows(
-    path: &Track,
-    band: [f64; 2],
-    share: f64,
-    length: f64,
-    every: f64,
-) -> Result<Vec<[f64; COLUMNS.len()]>, Box<dyn Error>> {
-    let search = Search::default();
-    let yes = |whether: bool| f64::from(u8::from(whether));
-    let row = |(time, window): (f64, Track)| {
-        let mut row = [f64::NAN; COLUMNS.len()];
-        row[0] = time;
-        row[1] = window.share(share, &search).unwrap_or(f64::NAN);
-        if let Some(wave) = window.oscillations(&search).ok().and_then(|found| found.oscillations.first().copied()) {
-            let ellipse = wave.ellipse;
-            let sense = ellipse.sense.map_or(f64::NAN, |sense| yes(sense == Handedness::Counterclockwise));
-            let numbers = [wave.period, wave.period_error, ellipse.major, ellipse.minor, ellipse.direction, sense];
-            row[2..8].copy_from_slice(&numbers);
+/// Prints the mechanism, with its criteria.
+pub fn mechanism(found: &Judgement, windows: usize, window: f64) {
+    println!("mechanism, from {windows} windows of {:.2} h:", window / HOUR);
+    for component in &found.components {
+        let [period, spread] = component.period.map(|value| value / MINUTE);
+        let shown = component.waves.len();
+        let relation = component.derived.as_ref().map_or(String::new(), |relation| format!(", {relation}"));
+        println!("  {period:.2} min (half of the range {} min, {shown} of {windows} windows){relation}", small(spread));
+        for criterion in &component.criteria {
+            println!("    [{}] {}", criterion.source.map_or("neutral", source), criterion.text);
         }
-        if let Ok(found) = window.nutation(band) {
-            row[8] = yes(found.nutates);
-            if let (Some(period), Some([lower, upper]), Some(amplitude)) =
-                (found.period, found.period_quartiles, found.amplitude)
-            {
-                row[9..12].copy_from_slice(&[period, upper - lower, amplitude]);
-            }
-            row[12] = found.band_power;
-            row[13] = found.noise_floor.unwrap_or(f64::NAN);
-        }
-        row
+    }
+    for text in &found.criteria {
+        println!("  {text}");
+    }
+    println!("verdict: {}", verdict(found));
+    for reason in &found.reasons {
+        println!("  {reason}");
+    }
+}
+
+/// A positive number with two decimals.
+fn small(value: f64) -> String {
+    if value < 0.005 { "below 0.01".into() } else { format!("{value:.2}") }
+}
+
+fn source(source: Source) -> &'static str {
+    match source {
+        Source::Oscillator => "oscillator",
+        Source::Delayed => "delayed gravitropism",
+    }
+}
+
+fn verdict(found: &Judgement) -> String {
+    let of = |source: Source| {
+        let own = |component: &&Component| component.source == Some(source);
+        let periods: Vec<String> = found
+            .components
+            .iter()
+            .filter(own)
+            .map(|component| format!("{:.1} min", component.period[0] / MINUTE))
+            .collect();
+        if periods.is_empty() { String::new() } else { format!(" ({})", periods.join(", ")) }
     };
-    Ok(path.windows(length, every)?.map(row).collect())
+    let [oscillator, delayed] = [of(Source::Oscillator), of(Source::Delayed)];
+    match found.verdict {
+        Verdict::Oscillator => format!("an internal oscillator{oscillator}"),
+        Verdict::Delayed => format!("delayed gravitropism{delayed}"),
+        Verdict::Both => format!("an internal oscillator{oscillator} and delayed gravitropism{delayed}"),
+        Verdict::Undecided => "the track does not decide, because".into(),
+    }
 }

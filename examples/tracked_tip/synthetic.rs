@@ -1,4 +1,5 @@
-//! A table as a tracker would write it, of a shoot that is known: frames, pixels, y pointing down.
+//! Synthetic table of a tracker: the tip of a simulated shoot and a fixed stake, in frames and
+//! pixels, with y downwards.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -14,24 +15,24 @@ const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
 const DAY: f64 = 86400.0;
 
-/// Time from one frame to the next, s.
+/// Time between frames, s.
 pub const FRAME: f64 = 2.0 * MINUTE;
-/// The size of a pixel, m.
+/// Size of a pixel, m.
 pub const PIXEL: f64 = 0.1e-3;
-/// Frames: 36 h.
+/// Number of frames, for 36 h.
 const FRAMES: u32 = 1080;
-/// The image's centre, in pixels, where the base of the shoot is.
+/// Centre of the image, where the base of the shoot is, in pixels.
 const CENTRE: [f64; 2] = [640.0, 512.0];
-/// The standard deviation of the noise in a coordinate, in pixels, as trackers have it.
+/// Standard deviation of the noise of a coordinate, in pixels, typical of trackers.
 const NOISE: f64 = 0.4;
-/// How far an outlier lies at most, in pixels.
+/// Largest displacement of an outlier, in pixels.
 const ASTRAY: f64 = 150.0;
-/// How far the stage drifts over all frames, in pixels.
+/// Drift of the stage over all frames, in pixels.
 const DRIFT: [f64; 2] = [60.0, -35.0];
-/// Frames in which the lamp was off.
+/// Frames without light.
 const DARK: std::ops::Range<u32> = 630..690;
 
-/// The growing shoot of the example of that name.
+/// The shoot of the example `growing_shoot`.
 fn shoot() -> Result<Shoot<impl Model>, ParameterError> {
     let memory = Memory { time: 12.0 * MINUTE, delay: 12.0 * MINUTE };
     let young = LinearElastic { youngs_modulus: 10e6, poissons_ratio: 0.5 };
@@ -49,11 +50,11 @@ fn shoot() -> Result<Shoot<impl Model>, ParameterError> {
         .build()
 }
 
-/// Numbers that look random and are the same in every run (xorshift).
+/// Pseudo-random numbers that are the same in every run (xorshift).
 struct Draw(u64);
 
 impl Draw {
-    /// From 0 to 1.
+    /// Uniformly distributed number from 0 to 1.
     fn unit(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -61,7 +62,7 @@ impl Draw {
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A point, normally distributed in both coordinates (Box and Muller).
+    /// Two independent numbers with the standard normal distribution (Box and Muller).
     fn normal(&mut self) -> [f64; 2] {
         let size = (-2.0 * (self.unit() + f64::MIN_POSITIVE).ln()).sqrt();
         let (sine, cosine) = (std::f64::consts::TAU * self.unit()).sin_cos();
@@ -69,8 +70,8 @@ impl Draw {
     }
 }
 
-/// The table: the shoot's tip seen from above, and a stake beside it, both with noise, drift of the stage, lost frames, outliers and an
-/// hour or two without light.
+/// Returns the table: the tip from above and a stake beside it, with noise, drift of the stage,
+/// lost frames, outliers and two hours without light.
 pub fn table() -> Result<String, Box<dyn Error>> {
     let mut shoot = shoot()?;
     let mut run = MethodOfSteps::new(90.0);

@@ -121,7 +121,8 @@ fn helix(quick: bool) -> Measured {
     // A helix of ten turns and 10 cm: intrinsic curvature κ and twist τ with √(κ² + τ²) ℓ = 20 π.
     let (length, turn) = (0.1, 20.0 * std::f64::consts::PI / 0.1);
     let (curvature, twist) = (0.6 * turn, 0.8 * turn);
-    // After an integer number of turns, the tip lies on the axis (κ, 0, τ)/√(κ² + τ²) at the distance ℓ τ/√(κ² + τ²).
+    // After an integer number of turns, the tip lies on the axis (κ, 0, τ)/√(κ² + τ²) at the distance ℓ
+    // τ/√(κ² + τ²).
     let exact = Vector3::new(0.6, 0.0, 0.8) * (0.8 * length);
     let mut methods = Vec::new();
     for order in Order::ALL {

@@ -32,7 +32,8 @@ pub struct ElasticResponse {
 /// Response of the centre line to the force in the rod: shear and stretch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineResponse {
-    /// Strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) without force.
+    /// Strain v of the centre line, ∂p/∂s along the directors: shear v1 and v2, stretch v3; (0, 0, 1) without
+    /// force.
     pub strain: Vector3<f64>,
     /// Elastic energy Φ(v) per unit of unstretched length, J/m; zero without force.
     pub energy: f64,

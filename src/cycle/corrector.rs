@@ -4,9 +4,9 @@
 //! branch. The kinds of orbits differ in their [`Equations`]; single orbits and points of a branch differ in their
 //! [`Conditions`].
 //!
-//! The stationary state solves the equations of a periodic orbit for any period. It is deflated for single orbits:
-//! Newton's method is applied to the residual divided by the norm of the strain (P. E. Farrell, Á. Birkisson & S.
-//! W. Funke 2015).
+//! The stationary state solves the equations of a periodic orbit for any period. For single orbits this solution is
+//! deflated: Newton's method is applied to the residual divided by the norm of the strain (P. E. Farrell, Á.
+//! Birkisson & S. W. Funke 2015). The deflation of eigenvectors in `spectrum` is another method.
 
 use std::borrow::Borrow;
 
@@ -29,14 +29,15 @@ pub struct Corrected<O, B> {
     pub orbit: O,
     pub unknowns: Unknowns,
     /// Tangents of the symmetries at the state: the directions of a shift in time and of a rotation.
-    pub tangents: Vec<DVector<f64>>,
+    pub symmetry_tangents: Vec<DVector<f64>>,
     pub shoot: B,
 }
 
 /// Solves the extended system on one grid in time. The Jacobian is kept while the residual decreases fast.
 ///
 /// # Errors
-/// Errors of the evaluation at the initial guess. Later errors are returned as `NotConverged`.
+/// Errors of the evaluation at the initial guess. Equilibrium and parameter errors of later iterations are returned
+/// as `NotConverged`, all other errors unchanged.
 pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
     equations: &S,
     family: &mut impl FnMut(f64) -> Result<B, CycleError>,
@@ -62,8 +63,8 @@ pub fn correct<S: Equations, M: Model, B: Borrow<Shoot<M>>>(
         let (residual, size) = here.residual();
         if size <= newton.tolerance && (iterations > 0 || conditions.hold(&at, newton.tolerance)) {
             let effort = Effort { iterations, equilibria: equilibria + here.equilibria(), residual: size };
-            let (orbit, tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
-            return Ok(Corrected { orbit, unknowns: at, tangents, shoot });
+            let (orbit, symmetry_tangents) = here.into_orbit(kept.map(|(bordered, _)| bordered), effort)?;
+            return Ok(Corrected { orbit, unknowns: at, symmetry_tangents, shoot });
         }
         let failed = || CycleError::not_converged(iterations, size);
         if iterations == newton.max_iterations || !size.is_finite() {

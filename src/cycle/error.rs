@@ -57,7 +57,7 @@ pub enum CycleError {
         strain: f64,
     },
     /// A branch cannot be followed, or a bifurcation on it cannot be located, with the shortest step.
-    #[error("next to the parameter {parameter}, within a step of {step:.1e}, {what}")]
+    #[error("at parameter {parameter}, with a step of {step:.1e}: {what}")]
     Lost {
         /// What fails.
         what: &'static str,
@@ -110,8 +110,8 @@ impl CycleError {
         Self::NotConverged { what: "the variables of the laws", iterations, residual }
     }
 
-    /// Converts an error of a later Newton iteration into `NotConverged`. Errors of the initial guess pass
-    /// unchanged.
+    /// Converts an equilibrium or parameter error of a later Newton iteration into `NotConverged`. All other errors,
+    /// and those of the initial guess, are returned unchanged.
     pub(super) fn after(self, iterations: usize, residual: f64) -> Self {
         match self {
             Self::Equilibrium(_) | Self::Parameter(_) if iterations > 0 => Self::not_converged(iterations, residual),

@@ -1,8 +1,10 @@
 //! Extended systems: the equations of an orbit with its scalar unknowns and their conditions.
 //!
-//! The unknowns are a state x, the period or the rate of rotation, the angle of a relative periodic orbit, and the
-//! parameter of a branch. Each scalar unknown is determined by a linear condition: a phase condition for time, one
-//! for rotation, and the pseudo-arclength condition for the parameter. Newton's method solves the bordered system
+//! The unknowns are a state x, the logarithm of the period T or of the rate of rotation ν, the angle of a relative
+//! periodic orbit, and the parameter of a branch. The strain in a state is components 1 and 2 of u* at the material
+//! points. [`Unknowns`] and [`Difference`] contain T or ν itself and its change. Each scalar unknown is determined by
+//! a linear condition: a phase condition for time, one for rotation, and the pseudo-arclength condition for the
+//! parameter. Newton's method solves the bordered system
 //!
 //! ```text
 //! J δx + Σ columns δs = −residual,     rows · δx + corners δs = residuals of the conditions.
@@ -16,9 +18,9 @@ use nalgebra::DVector;
 use super::error::CycleError;
 use super::map::phase_state::PhaseState;
 
-/// Relative half-width of central differences by period, rate and parameter; for the parameter relative to its
-/// range. Their truncation error is of the order of its square, 1e-10, as is the rounding error of 1e-15 divided by
-/// it.
+/// Half-width of central differences by period, rate and parameter; relative to period and rate, and for the
+/// parameter relative to its range. Their truncation error is of the order of its square, 1e-10, as is the rounding
+/// error of 1e-15 divided by it.
 pub(super) const DIFFERENCE: f64 = 1e-5;
 
 /// Unknowns of the extended system.
@@ -26,11 +28,11 @@ pub(super) const DIFFERENCE: f64 = 1e-5;
 pub struct Unknowns {
     /// State of the shoot at t = 0.
     pub(in crate::cycle) start: PhaseState,
-    /// Period (s), or rate of rotation (1/s).
+    /// Period (s), or rate of rotation (rad/s, counterclockwise positive).
     pub clock: f64,
     /// Whether the period is that of the forcing, and not an unknown.
     pub forced: bool,
-    /// Rotation of the shoot over a period, rad.
+    /// Rotation of the shoot over a period, rad, counterclockwise positive.
     pub angle: f64,
     /// Parameter of the branch.
     pub parameter: f64,
@@ -48,7 +50,7 @@ impl Unknowns {
         }
     }
 
-    /// The difference to other unknowns, whose past is as long.
+    /// The difference to other unknowns with a past of the same length.
     pub fn to(&self, other: &Self) -> Difference {
         Difference {
             state: other.start.flat() - self.start.flat(),
@@ -73,7 +75,7 @@ pub struct Difference {
     pub state: DVector<f64>,
     /// Number of leading components of the state that are strain and variables.
     pub present: usize,
-    /// Change of the period (s) or of the rate (1/s).
+    /// Change of the period (s) or of the rate (rad/s).
     pub clock: f64,
     /// Change of the angle, rad.
     pub angle: f64,
@@ -160,9 +162,14 @@ pub struct Conditions {
 
 impl Conditions {
     /// Adds phase conditions: the difference to a reference is orthogonal to the tangents of its symmetries.
-    pub fn with_phases_of(mut self, reference: &Unknowns, tangents: &[DVector<f64>], weights: &DVector<f64>) -> Self {
+    pub fn with_phases_of(
+        mut self,
+        reference: &Unknowns,
+        symmetry_tangents: &[DVector<f64>],
+        weights: &DVector<f64>,
+    ) -> Self {
         let phase = |tangent: &DVector<f64>| Condition::through(weights.component_mul(tangent), 0.0, reference);
-        self.phases = tangents.iter().map(phase).collect();
+        self.phases = symmetry_tangents.iter().map(phase).collect();
         self
     }
 
@@ -178,7 +185,7 @@ impl Conditions {
     }
 }
 
-/// A scalar unknown of the extended system, with its condition.
+/// A scalar unknown of the extended system, with its condition: log T or log ν, the angle, or the parameter.
 #[derive(Debug, Clone)]
 pub struct Border {
     /// Derivative of the residual by the unknown.
@@ -189,7 +196,8 @@ pub struct Border {
     pub corner: f64,
 }
 
-/// A continuous symmetry of the equations, with the scalar unknown that its phase condition determines.
+/// A continuous symmetry of the equations, with the scalar unknown that its phase condition determines: log T or log
+/// ν for a shift in time, the angle for a rotation.
 pub struct Symmetry {
     /// Derivative of strain and variables along the symmetry.
     pub tangent: DVector<f64>,

@@ -63,19 +63,19 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         for j in 0..n {
             self.law.steady(stimuli.column(j).as_slice(), variables.column_mut(j).as_mut_slice());
         }
-        let mut steady =
+        let mut periodic =
             HarmonicVariables { variables, rates_y: Vec::new(), rates_x: Vec::new(), read: Default::default() };
         if v == 0 {
-            return Ok(self.read(at, stimuli, steady));
+            return Ok(self.read(at, stimuli, periodic));
         }
         let mut last = f64::INFINITY;
         for _ in 0..PASSES {
-            self.differentiate(at, stimuli, &mut steady);
-            let mut residual = &steady.variables * self.phases.derivative.transpose() * self.rate;
+            self.differentiate(at, stimuli, &mut periodic);
+            let mut residual = &periodic.variables * self.phases.derivative.transpose() * self.rate;
             let mut rates = DVector::zeros(v);
             for j in 0..n {
                 self.law.rates(
-                    steady.variables.column(j).as_slice(),
+                    periodic.variables.column(j).as_slice(),
                     stimuli.column(j).as_slice(),
                     rates.as_mut_slice(),
                 );
@@ -83,13 +83,13 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
                 column -= &rates;
             }
             let change =
-                self.matrix(&steady, 0.0_f64, |x| x).lu().solve(&DVector::from_column_slice(residual.as_slice()));
+                self.matrix(&periodic, 0.0_f64, |x| x).lu().solve(&DVector::from_column_slice(residual.as_slice()));
             let change = change.filter(|change| change.iter().all(|x| x.is_finite()));
             let change = change.ok_or(CycleError::variables(PASSES, f64::INFINITY))?;
-            steady.variables -= DMatrix::from_column_slice(v, n, change.as_slice());
-            let (size, moved) = (steady.variables.amax(), change.amax());
+            periodic.variables -= DMatrix::from_column_slice(v, n, change.as_slice());
+            let (size, moved) = (periodic.variables.amax(), change.amax());
             if moved <= PRECISE * size || (moved < 1e-9 * size && moved >= last) {
-                return Ok(self.read(at, stimuli, steady));
+                return Ok(self.read(at, stimuli, periodic));
             }
             last = moved;
         }
@@ -106,38 +106,38 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
     }
 
     /// The converged variables with the derivatives of the laws.
-    fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut steady: HarmonicVariables) -> HarmonicVariables {
-        self.differentiate(at, stimuli, &mut steady);
-        let past = self.past(&steady, 0);
+    fn read(&self, at: &Growing, stimuli: &DMatrix<f64>, mut periodic: HarmonicVariables) -> HarmonicVariables {
+        self.differentiate(at, stimuli, &mut periodic);
+        let past = self.past(&periodic, 0);
         let [_, _, by_variables, by_stimuli] = law_matrices(self.law, at, &past, stimuli.column(0).as_slice());
-        steady.read = [by_variables, by_stimuli];
-        steady
+        periodic.read = [by_variables, by_stimuli];
+        periodic
     }
 
     /// The growth gradient at a phase.
     pub fn gradient(
         &self,
         at: &Growing,
-        steady: &HarmonicVariables,
+        periodic: &HarmonicVariables,
         stimuli: &DMatrix<f64>,
         phase: usize,
     ) -> Vector3<f64> {
         let now = stimuli.column(phase);
         let now = if self.reads_present { now.as_slice() } else { &[] };
-        self.law.gradient(at, &self.past(steady, phase), now)
+        self.law.gradient(at, &self.past(periodic, phase), now)
     }
 
     /// The delayed variables at a phase.
-    fn past(&self, steady: &HarmonicVariables, phase: usize) -> Vec<f64> {
-        let read = |a: usize, earlier: &DMatrix<f64>| (earlier.row(phase) * steady.variables.row(a).transpose())[0];
+    fn past(&self, periodic: &HarmonicVariables, phase: usize) -> Vec<f64> {
+        let read = |a: usize, earlier: &DMatrix<f64>| (earlier.row(phase) * periodic.variables.row(a).transpose())[0];
         self.earlier.iter().enumerate().map(|(a, earlier)| earlier.as_ref().map_or(0.0, |e| read(a, e))).collect()
     }
 
     /// The response of the gradient at the first phase to stimuli δx exp(λt), and its derivative by λ: three rows,
     /// a column for each stimulus, phase by phase. None if the laws are singular.
-    pub fn response(&self, steady: &HarmonicVariables, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
+    pub fn response(&self, periodic: &HarmonicVariables, z: Complex<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
         let ((v, m), n) = (self.size, self.phases.len());
-        let [gradient_y, gradient_x] = &steady.read;
+        let [gradient_y, gradient_x] = &periodic.read;
         let mut read = DMatrix::zeros(v * n, 3);
         let mut later = read.clone();
         for (a, earlier) in self.earlier.iter().enumerate() {
@@ -153,11 +153,11 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
         }
         let [mut value, mut derivative] = [DMatrix::zeros(3, m * n), DMatrix::zeros(3, m * n)];
         if v > 0 {
-            let transposed = self.matrix(steady, z, Complex::from).transpose().lu();
+            let transposed = self.matrix(periodic, z, Complex::from).transpose().lu();
             let first = transposed.solve(&read)?;
             let second = transposed.solve(&(later - &first))?;
             for l in 0..n {
-                let by_stimuli = steady.rates_x[l].map(Complex::from);
+                let by_stimuli = periodic.rates_x[l].map(Complex::from);
                 let part = |of: &DMatrix<Complex<f64>>| of.rows(l * v, v).transpose() * &by_stimuli;
                 value.columns_mut(l * m, m).copy_from(&part(&first));
                 derivative.columns_mut(l * m, m).copy_from(&part(&second));
@@ -171,7 +171,12 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
     }
 
     /// The matrix λ + d/dt − ∂rates/∂y on all phases.
-    fn matrix<N: nalgebra::ComplexField>(&self, steady: &HarmonicVariables, z: N, of: impl Fn(f64) -> N) -> DMatrix<N> {
+    fn matrix<N: nalgebra::ComplexField>(
+        &self,
+        periodic: &HarmonicVariables,
+        z: N,
+        of: impl Fn(f64) -> N,
+    ) -> DMatrix<N> {
         let (v, n) = (self.size.0, self.phases.len());
         let mut out = DMatrix::from_diagonal_element(v * n, v * n, z);
         for j in 0..n {
@@ -183,7 +188,7 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
             }
             for a in 0..v {
                 for b in 0..v {
-                    out[(j * v + a, j * v + b)] -= of(steady.rates_y[j][(a, b)]);
+                    out[(j * v + a, j * v + b)] -= of(periodic.rates_y[j][(a, b)]);
                 }
             }
         }
@@ -191,9 +196,9 @@ impl<'a, T: TropismLaw> HarmonicBalance<'a, T> {
     }
 
     /// Sets the derivatives of the rates at all phases.
-    fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, steady: &mut HarmonicVariables) {
-        let all = steady.variables.column_iter().zip(stimuli.column_iter());
+    fn differentiate(&self, at: &Growing, stimuli: &DMatrix<f64>, periodic: &mut HarmonicVariables) {
+        let all = periodic.variables.column_iter().zip(stimuli.column_iter());
         let each = all.map(|(y, x)| law_matrices(self.law, at, y.as_slice(), x.as_slice()));
-        (steady.rates_y, steady.rates_x) = each.map(|[rates_y, rates_x, ..]| (rates_y, rates_x)).unzip();
+        (periodic.rates_y, periodic.rates_x) = each.map(|[rates_y, rates_x, ..]| (rates_y, rates_x)).unzip();
     }
 }

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 /// them are resolved.
 pub(super) const WAVES: usize = 3;
 
-/// An odd number n of phases 2πj/n. With an even number the highest wave would have no sine.
+/// An odd number n of phases 2πj/n. With even n the sine of the highest wave vanishes at all phases.
 #[derive(Debug, Clone)]
 pub(super) struct PhaseGrid {
     /// Phases, rad.

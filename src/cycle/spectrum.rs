@@ -2,9 +2,9 @@
 //! others.
 //!
 //! Arnoldi's method finds one vector of each eigenvalue, and none that is absent from its first vector. Converged
-//! vectors are therefore deflated, and the method is repeated with another first vector until the largest remaining
-//! eigenvalue is smaller than those that were found. See Y. Saad, *Numerical methods for large eigenvalue
-//! problems*, 2nd ed. (2011), section 6.2.3.
+//! vectors are therefore deflated: their components are removed from all further vectors. The method is then repeated
+//! with another first vector until the largest remaining eigenvalue is smaller than those that were found. See Y.
+//! Saad, *Numerical methods for large eigenvalue problems*, 2nd ed. (2011), section 6.2.3.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -39,11 +39,12 @@ const FEWEST: usize = 8;
 #[non_exhaustive]
 pub struct Eigenvalue {
     /// Multiplier μ: over a period, the disturbance that is its eigenvector is multiplied by μ. For a rotating wave,
-    /// root λ with Im λ ≥ 0 in the corotating frame, 1/s: disturbances are proportional to exp(λt), and the conjugate
-    /// of λ is a root, too.
+    /// root λ with Im λ ≥ 0 in the corotating frame, 1/s: disturbances are proportional to exp(λt), and the
+    /// conjugate of λ is a root, too.
     pub value: Complex<f64>,
-    /// Norm |A v − μ v| for the eigenvector v of norm one, where A is the monodromy operator after deflation of larger
-    /// multipliers. For a root, its distance from the root that corresponds to a multiplier of the return map, 1/s.
+    /// Norm |A v − μ v| for the eigenvector v of norm one, where A is the monodromy operator after deflation of
+    /// larger multipliers. For a root, its distance from the root that corresponds to a multiplier of the return map,
+    /// 1/s.
     pub residual: f64,
 }
 

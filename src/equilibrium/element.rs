@@ -1,8 +1,8 @@
 //! Energy, gradient and Hessian of one element, and the elimination of its interior rotations.
 //!
-//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ turns the
-//! whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation: `docs/method.md`,
-//! "One element".
+//! The element's energy is ∫ W(u − u*) + Φ(v) − n · p′ ds with the frames R₀ exp(φ̂) exp(θ̂(ξ)): φ
+//! rotates the whole element, θ is the polynomial through the rotation vectors of its nodes. Derivation:
+//! `docs/method.md`, "One element".
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -186,7 +186,7 @@ impl ElementSystem {
     }
 
     /// The Newton step of the interior rotation vectors from the gradient of
-    /// [`condense_gradient`](Self::condense_gradient), given the turns of the last and of the first frame.
+    /// [`condense_gradient`](Self::condense_gradient), given the rotations of the last and of the first frame.
     pub fn recover<const P: usize>(&self, last: &Vector3<f64>, first: &Vector3<f64>, steps: &mut [Vector3<f64>]) {
         let m = 3 * (P - 1);
         let mut x = Row::default();
@@ -200,7 +200,8 @@ impl ElementSystem {
         steps[P - 1] = outer;
     }
 
-    /// The derivative of the energy along a step: rotation vectors of the nodes 1 … p, and the turn of the element.
+    /// The derivative of the energy along a step: rotation vectors of the nodes 1 … p, and the rotation of the
+    /// element.
     pub fn slope<const P: usize>(&self, steps: &[Vector3<f64>], first: &Vector3<f64>) -> f64 {
         (0..P).map(|k| self.gradient[k].dot(&steps[k])).sum::<f64>() + self.gradient[P].dot(first)
     }

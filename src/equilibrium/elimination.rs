@@ -6,7 +6,7 @@ use super::Inertia;
 use super::tangent::NEUTRAL;
 use crate::reference_element::MAX_POINTS;
 
-/// Largest number of unknowns of an element: p rotation vectors and the turn of the whole.
+/// Largest number of unknowns of an element: p rotation vectors and the rotation of the whole.
 const MAX: usize = 3 * (MAX_POINTS + 1);
 
 /// Number of columns that are processed together: the width of the vector registers, or twice that.

@@ -33,7 +33,7 @@ pub struct Inertia {
     /// Number of positive eigenvalues.
     pub positive: usize,
     /// Smallest pivot relative to the diagonal entry before elimination: a measure of the distance from a change of
-    /// stability.
+    /// stability. It is negative if an eigenvalue is, and infinite by default, without any pivot.
     pub margin: f64,
 }
 
@@ -54,11 +54,14 @@ pub struct Equilibrium {
     pub factorisations: usize,
     /// Number of evaluations of the energy and its gradient without tangent.
     pub evaluations: usize,
-    /// Estimated largest error of a frame against the exact minimum of the discrete energy, rad.
+    /// Estimated largest error of a frame against the exact stationary point of the discrete energy, rad.
     pub error: f64,
-    /// Total energy, J.
+    /// Total energy, J: the elastic energy, which is zero without elastic strain, minus ∫ n · p′ ds, the work of
+    /// the load as the tissue moves from the position of the base to its own. Zero for [`Unloaded`], which does not
+    /// evaluate it.
     pub energy: f64,
-    /// Signs of the eigenvalues of the tangent at the equilibrium. All zero for a solver without tangent.
+    /// Signs of the eigenvalues of the tangent at the equilibrium. For a solver without tangent the counts are zero
+    /// and the margin is infinite.
     pub inertia: Inertia,
     /// Displacement of the tip (m) since the first unstable configuration of the search. The equilibrium need not be
     /// the continuation of the initial guess then. `None` if all configurations were stable.
@@ -74,8 +77,8 @@ pub struct Equilibrium {
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
     #[error(
-        "no equilibrium after {iterations} Newton iterations: the last step turned a frame by {step:.3e} rad, \
-             the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N"
+        "no equilibrium after {iterations} Newton iterations: the last step rotated a frame by {step:.3e} rad, \
+         the largest unbalanced couple is {residual:.3e} N m, the largest force {force:.3e} N"
     )]
     NoConvergence {
         /// Number of Newton iterations.
@@ -88,9 +91,9 @@ pub enum EquilibriumError {
         force: f64,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
-    #[error("element {element} would turn by π: take more elements or a smaller load")]
+    #[error("element {element} would rotate by π: take more elements or a smaller load")]
     Folded {
-        /// The element, counted from the base.
+        /// The element, counted from zero at the base.
         element: usize,
     },
     /// The only equilibrium found is unstable.

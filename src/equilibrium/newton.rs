@@ -46,7 +46,8 @@ pub struct NewtonSolver {
     /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
     /// step.
     pub stable_only: bool,
-    /// Memory that successive calls reuse, allocated by the first of them.
+    /// Memory that successive calls reuse, allocated by the first of them. Its type is not exported;
+    /// `..NewtonSolver::default()` sets it.
     pub workspace: Workspace,
 }
 
@@ -72,13 +73,16 @@ impl Default for NewtonSolver {
 }
 
 impl NewtonSolver {
-    /// A solver with the given largest error of a frame, rad, and the other defaults.
+    /// A solver with the given largest error of a frame, rad, and the other defaults. The tolerance must be positive;
+    /// [`equilibrate`](EquilibriumSolver::equilibrate) returns an error otherwise.
     #[must_use]
     pub fn with_tolerance(tolerance: f64) -> Self {
         Self { tolerance, ..Self::default() }
     }
 
-    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not.
+    /// The inertia of the second derivative of the energy at the current frames, in equilibrium or not. The variables
+    /// are the rotations of the frames at the ends of the elements, except the base, and the rotation vectors of the
+    /// nodes inside the elements.
     ///
     /// # Errors
     /// [`EquilibriumError::NotFinite`] for an input that is not finite, and [`EquilibriumError::Parameter`] for

@@ -20,7 +20,9 @@ pub(super) struct System {
     /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the
     /// distance from instability.
     pub resistance: f64,
-    /// Couples on the frames, then their rotations in the current step, from base (zero) to apex.
+    /// After [`balance`](Self::balance) the unbalanced couples on the frames, N m; after [`solve`](Self::solve) the
+    /// rotations of the frames in the current step, rad. The solver replaces the former by the latter. From base
+    /// (zero) to apex.
     turns: Vec<Vector3<f64>>,
     /// Changes of the rotation vectors of every element in the current step.
     steps: Vec<Vector3<f64>>,

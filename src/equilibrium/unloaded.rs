@@ -21,6 +21,14 @@ use crate::so3::{self, Form};
 pub struct Unloaded;
 
 impl EquilibriumSolver for Unloaded {
+    /// Gives the rod the shape u = u*. Of the returned [`Equilibrium`] only `iterations`, the largest number of an
+    /// element, and `error` are computed; the energy and the other counts are zero.
+    ///
+    /// # Errors
+    /// [`Parameter`](EquilibriumError::Parameter) for a force that is not zero,
+    /// [`Folded`](EquilibriumError::Folded) for an element that would rotate by π or more,
+    /// [`NotFinite`](EquilibriumError::NotFinite) for an intrinsic strain that is not finite, and
+    /// [`NoConvergence`](EquilibriumError::NoConvergence) for an element that does not resolve its bending.
     fn equilibrate(
         &mut self,
         rod: &mut Rod,

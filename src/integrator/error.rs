@@ -42,7 +42,7 @@ pub enum IntegrationError {
     },
     /// The tissue that leaves the growth zone in a step would be divided into more than 1024 elements.
     #[error(
-        "from {time} s on a step of {step} s would leave more than {MAX_PARTS} elements behind: take a shorter step"
+        "from {time} s on a step of {step} s would create more than {MAX_PARTS} mature elements: take a shorter step"
     )]
     GrowsTooFast {
         /// Start of the step, s.

@@ -65,7 +65,7 @@ pub(super) fn advance_showing_until<M: Model>(
 /// Output times that have not passed yet.
 struct Outputs<I: Iterator<Item = f64>, F> {
     times: Peekable<I>,
-    /// Last output time, or the time of the start, s.
+    /// Last output time, or the time at which the run began, s.
     last: f64,
     /// Latest permitted output time, s.
     latest: f64,

@@ -39,7 +39,8 @@ pub struct MethodOfSteps<E = NewtonSolver> {
 
 impl MethodOfSteps<NewtonSolver> {
     /// An integrator with steps of `step` seconds, and Newton's method with a tolerance of 1e-8 rad for the
-    /// equilibria. This tolerance is well below the error in time of usual steps.
+    /// equilibria. This tolerance is well below the error in time of usual steps. The step must be positive;
+    /// `advance` returns an error otherwise.
     #[must_use]
     pub fn new(step: f64) -> Self {
         Self::with_solver(step, NewtonSolver::with_tolerance(1e-8))
@@ -47,8 +48,8 @@ impl MethodOfSteps<NewtonSolver> {
 }
 
 impl<E> MethodOfSteps<E> {
-    /// An integrator with steps of `step` seconds and a given solver of the equilibria. At most 30 corrections
-    /// of a step reduce their change of angles to 1e-8 rad.
+    /// An integrator with steps of `step` seconds, which must be positive, and a given solver of the equilibria. At
+    /// most 30 corrections of a step reduce their change of angles to 1e-8 rad.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
         let (stepper, backup) = (Stepper::default(), None);

@@ -31,11 +31,11 @@ pub enum StabilityError {
         /// shoot, or of force and REGR, relative, over this length.
         change: f64,
     },
-    /// The state that a law returns from [`steady`](crate::tropism::TropismLaw::steady) is no steady state of its
+    /// The state that a law returns from [`steady`](crate::tropism::TropismLaw::steady) is not a steady state of its
     /// [`rates`](crate::tropism::TropismLaw::rates). The provided `steady` writes zeros.
     #[error(
-        "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted from \
-         zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
+        "`steady` of the law {law} is not a steady state of its `rates`: variable {variable} of the shoot, counted \
+         from zero over all laws, changes by {rate:.3e} per second, {share:.1e} of the terms of this rate"
     )]
     NotSteady {
         /// Name of the type of the law.
@@ -50,7 +50,8 @@ pub enum StabilityError {
     /// The growth gradients do not vanish, in the given state or after a search. A tilted shoot without
     /// proprioception has no steady state.
     #[error(
-        "the shoot is not in a steady state: the laws have a gradient of {gradient:.3e} 1/m after {iterations} iterations"
+        "the shoot is not in a steady state: the laws have a gradient of {gradient:.3e} 1/m after {iterations} \
+         iterations"
     )]
     NotSteadyState {
         /// Number of iterations of the search; zero if the given state was checked.
@@ -59,14 +60,14 @@ pub enum StabilityError {
         gradient: f64,
     },
     /// No law acts on any point of the growth zone.
-    #[error("nothing is steered: there is no law, or its sensitivity is zero, or no tissue grows")]
+    #[error("no differential growth: there is no law, or its sensitivity is zero, or no tissue grows")]
     NothingDriven,
     /// No root crosses the imaginary axis in the range of the parameter.
     #[error(
         "no root crosses the axis: at the ends of the range {} and {} roots are unstable", unstable[0], unstable[1]
     )]
     NoCrossing {
-        /// Numbers of unstable roots at the start and at the end of the range.
+        /// Numbers of unstable roots at both ends of the range.
         unstable: [usize; 2],
     },
     /// Infinitely many roots are unstable, because the essential spectrum extends right of the axis. On a mesh
@@ -89,12 +90,13 @@ pub enum StabilityError {
     },
     /// The finest mesh allowed does not meet the tolerance.
     #[error(
-        "the relative error due to the mesh is {error:.1e} with {elements} elements, above the tolerance of {tolerance:.1e}"
+        "the relative error due to the mesh is {error:.1e} with {elements} elements, above the tolerance of \
+         {tolerance:.1e}"
     )]
     ToleranceNotMet {
         /// The tolerance that was requested.
         tolerance: f64,
-        /// The estimated relative error; infinite if no two meshes had an answer.
+        /// The estimated relative error; infinite if no two meshes gave a result.
         error: f64,
         /// The number of elements of the last mesh with an estimate; zero if there was none.
         elements: usize,
@@ -106,11 +108,11 @@ pub enum StabilityError {
         what: &'static str,
     },
     /// All roots accumulate at the essential spectrum, or at λ = 0 where no law senses the strain at its own place.
-    #[error("no isolated root lies right of the essential spectrum; essential_spectrum() and unstable() have answers")]
+    #[error("no isolated root lies right of the essential spectrum; use essential_spectrum() or unstable()")]
     NoIsolatedRoot,
     /// The work exceeds its limit. Either the rates of too many variables depend on each other, whose matrix is
-    /// factorised in each evaluation of the characteristic function. Or a search or count meets too many roots,
-    /// as left of the axis where delays are long compared with memories, or next to the essential spectrum.
+    /// factorised in each evaluation of the characteristic function. Or a search or count meets too many roots, for
+    /// example left of the axis if delays are longer than memory times, or next to the essential spectrum.
     #[error("too much work: {amount:.1e} {what}, of which at most {most:.1e} are allowed")]
     TooMuchWork {
         /// The kind of work.

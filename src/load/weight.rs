@@ -26,9 +26,9 @@ impl Default for Weight {
 }
 
 impl Weight {
-    /// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I begins to
-    /// buckle under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel function J₋₁⸝₃. It
-    /// holds for a uniform section without shear and stretch.
+    /// q ℓ³/(E I) at which a slender upright shoot of length ℓ, weight q per length and bending stiffness E I
+    /// begins to buckle under its own weight: (9/4) j², with j = 1.866350858873895 the first zero of the Bessel
+    /// function J₋₁⸝₃. It holds for a uniform section without shear and stretch.
     ///
     /// A. G. Greenhill, *Determination of the greatest height consistent with stability that a vertical pole or mast
     /// can be made*, Proc. Camb. Phil. Soc. 4, 65–73 (1881).

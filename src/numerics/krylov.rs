@@ -97,7 +97,7 @@ pub(crate) fn ritz_values(hessenberg: &DMatrix<f64>, more: impl Fn(&Ritz) -> boo
     let complex = square.map(Complex::from);
     let mut out = Vec::new();
     for value in values {
-        // Inverse iteration with a shift close to the eigenvalue, so that the matrix is regular.
+        // Inverse iteration with a shift close to the eigenvalue, so that the matrix is nonsingular.
         let shift = value + Complex::from(1e-12 * value.norm().max(1e-12));
         let lu = (&complex - DMatrix::from_diagonal_element(k, k, shift)).lu();
         let mut weights = DVector::from_fn(k, |i, _| Complex::new(1.0, 0.1 * (i as f64).sin()));

@@ -22,7 +22,8 @@ pub(super) struct Places {
     /// Distance of the first end from the apex, and length of the element, m.
     first: f64,
     length: f64,
-    /// Number of terms, nodes and divided differences of the share of the length less the coordinate.
+    /// Number of terms of the Newton form of the share of the length minus the coordinate; its nodes; its divided
+    /// differences.
     terms: usize,
     nodes: [f64; MAX_TERMS],
     differences: [f64; MAX_TERMS],

@@ -1,10 +1,10 @@
 //! The intrinsic strain that merging loses, as the angle error of a frame inside the element.
 //!
-//! An element keeps the projection Pf of the strain f onto polynomials of degree p − 1. The lost angle at a
-//! place is F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of
-//! degree 0 … p − 2, however often elements have been merged. The ripple that an oscillator leaves therefore
-//! loses no more in many waves than in one. The rotation of second order, ½ ∫ F × dF, accumulates: for a ripple
-//! that rotates it is a twist. Derivation: `docs/method.md`, "Merging".
+//! An element keeps the projection Pf of the strain f onto polynomials of degree p − 1. The lost angle at a place
+//! is F = ∫ (f − Pf) ds from the element's first end. It vanishes at both ends and has no moments of degree
+//! 0 … p − 2, however often elements have been merged. The lost angle of the ripple that an oscillator leaves therefore
+//! does not accumulate over many waves. The rotation of second order, ½ ∫ F × dF, accumulates: for a ripple that
+//! rotates it is a twist. Derivation: `docs/method.md`, "Merging".
 
 use nalgebra::Vector3;
 
@@ -152,8 +152,8 @@ mod tests {
 
     #[test]
     fn merging_a_rotating_ripple_preserves_its_twist() {
-        // Eight turns of curvature a k about the axis, d1 to d2: an angle a is lost everywhere, ½ ∫ F × dF = ½ a² k ℓ
-        // of twist with it.
+        // Eight periods of a rotating curvature a k, d1 to d2: an angle a is lost everywhere, ½ ∫ F × dF = ½ a² k
+        // ℓ of twist with it.
         let (length, waves) = (0.1, 8.0);
         let k = waves * std::f64::consts::TAU / length;
         let off = |a: f64| {

@@ -31,10 +31,10 @@ use crate::so3;
 
 /// A rod, clamped at its base and free at its apex, divided into elements.
 ///
-/// Elements run from the base (element 0) to the apex. Each carries `p` material points and, as degrees of
-/// freedom, the rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at
-/// coordinate ξ is R₀ exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and
-/// independent of the path of deformation.
+/// Elements run from the base (element 0) to the apex. Each has `p` material points and, as degrees of freedom, the
+/// rotation vectors θ of its Lobatto nodes relative to the frame of its first end: the frame at coordinate ξ is R₀
+/// exp(θ̂(ξ)), with θ a polynomial of degree `p`. This interpolation is objective and independent of the path of
+/// deformation.
 ///
 /// Lengths along the rod (arc length, length, distance from the apex) are unstretched lengths of the tissue, which
 /// identify places. Positions include shear and stretch if the elastic law has them.

@@ -152,9 +152,10 @@ impl<M> ShootBuilder<M> {
     /// Sets the largest rotation (rad) of the part beyond by which merging of mature elements may change the
     /// shape; 1e-4 by default. Zero disables merging.
     ///
-    /// Inside a merged element the root mean square of the lost angle is at most twenty times the tolerance, up
-    /// to 2e-3 rad, or the tolerance if that is larger. The lost angle has no moments, so that the tip moves by
-    /// far less. The relative change of an element's compliance is at most a hundredth of the tolerance.
+    /// Inside a merged element the root mean square of the lost angle is at most twenty times the tolerance, up to
+    /// 2e-3 rad, or the tolerance if that is larger. With p material points in an element, the moments of the lost
+    /// angle of degree 0 to p − 2 vanish, so that the tip moves by far less. The relative change of an element's
+    /// compliance is at most a hundredth of the tolerance.
     pub fn merge_tolerance(mut self, tolerance: f64) -> Self {
         self.merge_tolerance = tolerance;
         self

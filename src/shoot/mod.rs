@@ -139,7 +139,7 @@ impl<M: Model> Shoot<M> {
         (self.state.changed, self.state.plan) = (self.state.history.levels() > 0, None);
     }
 
-    /// The largest length of an element, m. A longer one in the growth zone is divided, and merging creates none.
+    /// The largest length of an element, m. Longer elements in the zone are divided, and merging creates none.
     #[must_use]
     pub fn longest_element(&self) -> f64 {
         self.mesh.longest_element

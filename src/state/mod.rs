@@ -45,8 +45,8 @@ pub struct State {
     pub(crate) rod: Rod,
     pub(crate) predictor: Predictor,
     pub(crate) history: History,
-    /// Time of the start of the run or of the last discontinuity, s. Interpolation in time uses no level from
-    /// before it.
+    /// Time at which the run began, or of the last discontinuity, s. Interpolation in time uses no level from before
+    /// it.
     pub(crate) smooth_since: f64,
     /// Whether the laws were exchanged at the present time. The next call of an integrator passes this discontinuity.
     pub(crate) changed: bool,

@@ -44,12 +44,12 @@ pub struct Nutation {
     /// Noise floor, m: the standard deviation of the noise of a coordinate, from the median of the spectrum at
     /// shorter periods than the band, for white noise. `None` if the band leaves too few frequencies.
     pub noise_floor: Option<f64>,
-    /// Sense in which the direction of the velocity turns. `None` without nutation, or if the mean of the signed
-    /// semi-minor axis along the ridge does not exceed three standard errors, as for a swing in a plane. The
-    /// standard error is that of the noise floor and of the changes along the ridge.
+    /// Sense in which the direction of the velocity rotates. `None` without nutation, or if the mean of the signed
+    /// semi-minor axis along the ridge does not exceed three standard errors, as for a swing in a plane. The standard
+    /// error is that of the noise floor and of the changes along the ridge.
     pub sense: Option<Handedness>,
     /// Number of turns of the direction of the velocity where it is known, counterclockwise positive. `None` if the
-    /// sense is.
+    /// sense is `None`.
     pub turns: Option<f64>,
     /// Median sampling interval over half of the median period, the Nyquist limit: at most 1, since shorter periods
     /// are not sought. Near 1 few positions determine the period. `None` without nutation.
@@ -120,7 +120,7 @@ impl Track {
         let needed = (2.0 * CONE / period_over_scale()).ceil() * longest;
         TrackingError::unless_at_least(needed, "duration (s)", duration)?;
         TrackingError::unless_at_least(2.0 * interval, "shortest period (s)", shortest)?;
-        // With 24 instants in the shortest period the velocity on an ellipse with a roundness of 1/8 turns by less
+        // With 24 instants in the shortest period the velocity on an ellipse with a roundness of 1/8 rotates by less
         // than π between two of them.
         let sampling = Sampling::new(&track.times, interval, interval.max(shortest / 24.0), shortest);
         let edges: Vec<f64> = sampling.parts(shortest).concat();
@@ -183,7 +183,7 @@ impl Nutation {
         periods.sort_unstable_by(f64::total_cmp);
         let period = nutates.then(|| quantile(&periods, 0.5));
         let sense = if turns > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
-        // The velocity turns once in a period on an ellipse, and not at all in a swing: half a turn is the
+        // The velocity rotates once in a period on an ellipse, and not at all in a swing: half a turn is the
         // threshold.
         let sense = Some(sense).filter(|_| nutates && round && turns.abs() > 0.5 * expected);
         Self {

@@ -119,8 +119,8 @@ impl Track {
 }
 
 impl Samples {
-    /// Finds waves, and returns for each position whether it is no outlier. Outliers do not depend on the search:
-    /// they are detected in the residual of the default search, which does not contain the oscillations.
+    /// Finds waves, and returns true for positions that are not outliers. Outliers do not depend on the search: they
+    /// are detected in the residual of the default search, which does not contain the oscillations.
     pub(super) fn fitted(&self, search: &Search) -> (Harmonics, Vec<bool>) {
         let (first, usual) = (good(&self.times, &self.positions, self.rounding), Search::default());
         let found = find_waves(&self.only(&first), &usual);

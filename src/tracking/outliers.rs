@@ -8,22 +8,22 @@ use super::statistics::{median, median_gap};
 use crate::numerics::interpolation::lagrange;
 
 /// Distance of an outlier from the position expected there, over the median of such distances. Normal noise exceeds
-/// it with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is no outlier if the
-/// time constant is longer than one interval.
+/// it with probability exp(−8² ln 2) = 5e-20. The first position of an exponential transient is not an outlier if
+/// the time constant is longer than one interval.
 const FAR: f64 = 8.0;
 /// Number of positions on either side over which the median of distances is taken.
 const AROUND: usize = 15;
 /// Number of neighbours on either side from which the expected position is computed: the median of five positions,
 /// or a cubic.
 const BESIDE: usize = 2;
-/// Largest distance of the neighbours of an outlier from a smooth path without it, over the distance of the
-/// outlier. For a position that is no outlier the fraction is larger: 0.27 at a discontinuity of the speed, and
-/// more than 2 on a smooth path.
+/// Largest distance of the neighbours of an outlier from a smooth path without it, over the distance of the outlier.
+/// For other positions the fraction is larger: 0.27 at a discontinuity of the speed, and more than 2 on a smooth
+/// path.
 const SMOOTH: f64 = 0.25;
 /// Largest number of comparisons, which is that of neighbouring outliers that are found.
 const ROUNDS: usize = 12;
 
-/// Returns for each position whether it is no outlier.
+/// Returns true for positions that are not outliers.
 ///
 /// First spikes are rejected, which are far from the median of their neighbours. Then each position is compared
 /// with the cubic through two neighbours on either side. It is an outlier if it is much farther off than the
@@ -82,8 +82,8 @@ fn distances(times: &[f64], positions: &[Vector2<f64>], chosen: &[usize]) -> Vec
     distances
 }
 
-/// Returns for each position whether it is no spike: it is near the median of itself and its neighbours, or the
-/// neighbours are as far from that median.
+/// Returns true for positions that are not spikes: they are near the median of themselves and their neighbours, or
+/// the neighbours are as far from that median.
 fn despiked(positions: &[Vector2<f64>]) -> Vec<bool> {
     let n = positions.len();
     // Near an end these are the first or the last positions.

@@ -6,7 +6,8 @@ use crate::tropism::Handedness;
 /// Largest roundness of a line. One minus this number is the smallest roundness of a circle.
 const LINE: f64 = 0.1;
 
-/// Pattern of the motion of a tip.
+/// Pattern of the motion of a tip. The [roundness](super::Ellipse::roundness) of an [`Ellipse`](super::Ellipse) is
+/// its minor over its major axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pattern {
     /// No oscillation.

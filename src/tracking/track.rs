@@ -124,9 +124,8 @@ impl Track {
         }
     }
 
-    /// Windows of a given `length` (s) that begin `every` given time (s): the centre of each (s), and the part of
-    /// the track in it. The first window begins with the track, and the last one ends within it. A window in a gap
-    /// is empty.
+    /// Windows of `length` seconds, one every `every` seconds: the centre (s), and the part of the track in it. The
+    /// first window begins with the track, and the last one ends within it. A window in a gap is empty.
     ///
     /// ```
     /// # use morphorod::tracking::{Search, Track};

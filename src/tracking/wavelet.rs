@@ -15,7 +15,7 @@ pub(super) const CONE: f64 = SQRT_2;
 /// Length of a gap at a period, over the period. Linear interpolation across it has an error of up to 0.3
 /// amplitudes.
 const GAP: f64 = 0.25;
-/// Shortest gap, in median intervals: one lost frame is no gap.
+/// Shortest gap, in median intervals: one lost frame is not a gap.
 const USUAL: f64 = 2.5;
 
 /// Fourier period of a scale over the scale, 4π/(ω0 + √(2 + ω0²)) = 1.033 (Torrence and Compo 1998, table 1). The

@@ -16,7 +16,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// The source with an index larger by `k`.
+    /// The `k`-th stimulus or variable after this one; `Computed` is unchanged.
     #[must_use]
     #[inline]
     pub fn offset(self, k: usize) -> Self {
@@ -47,8 +47,8 @@ pub enum Rotation {
 pub struct Variable {
     /// Delay with which [`gradient`](TropismLaw::gradient) reads the variable, s; `None` if it does not read it.
     pub delay: Option<f64>,
-    /// Time constant τ in ẏ = (… − y)/τ, s; infinite without such a term. The integrator treats −y/τ exactly, at
-    /// any ratio of step to τ.
+    /// Time constant τ in ẏ = (… − y)/τ, s; infinite without such a term. The integrator treats −y/τ
+    /// exactly, at any ratio of step to τ.
     pub time_constant: f64,
     /// The source x of a *linear memory*, a variable with τ ẏ = x − y; otherwise [`Source::Computed`].
     pub remembers: Source,

@@ -8,8 +8,8 @@ use super::{Growing, TropismLaw};
 /// and 1e-12 by rounding.
 const STEP: f64 = 1e-4;
 
-/// Derivatives ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables y and
-/// stimuli x. The last one is zero for a law that does not [read the present
+/// Derivatives ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of a law at a point, with variables
+/// y and stimuli x. The last one is zero for a law that does not [read the present
 /// stimuli](super::Declaration::with_present).
 pub(crate) fn law_matrices(law: &impl TropismLaw, at: &Growing, y: &[f64], x: &[f64]) -> [DMatrix<f64>; 4] {
     let size = law.size();

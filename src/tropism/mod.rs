@@ -108,9 +108,10 @@ impl Growing {
 /// A law can have variables y at every material point of the growth zone, and stimuli x on which their rates
 /// depend:
 ///
-/// 1. [`declare`](Self::declare) declares the stimuli and the variables. `stimuli` and `now` are slices of all stimuli
-///    (`now` may be empty, see [`gradient`](Self::gradient)); `variables`, `rates` and `past` are slices of all variables.
-/// 2. [`sense`](Self::sense) computes the stimuli at a point, once in a step.
+/// 1. [`declare`](Self::declare) declares the stimuli and the variables. `stimuli` and `now` are slices of all
+///    stimuli (`now` may be empty, see [`gradient`](Self::gradient)); `variables`, `rates` and `past` are slices of
+///    all variables.
+/// 2. [`sense`](Self::sense) computes the stimuli at a point, after each equilibrium.
 /// 3. The variables obey ẏ = [`rates`](Self::rates)(y, x(t)).
 /// 4. [`gradient`](Self::gradient) computes u̇*/REGR from the variables at earlier times.
 ///

@@ -41,7 +41,7 @@ pub struct Oscillator {
 }
 
 impl Oscillator {
-    /// Counterclockwise oscillator with phase zero.
+    /// Counterclockwise oscillator of sensitivity α (without unit) and period τe (s), with phase zero.
     #[must_use]
     pub fn new(sensitivity: f64, period: f64) -> Self {
         Self { sensitivity, period, phase: 0.0, handedness: Handedness::Counterclockwise }

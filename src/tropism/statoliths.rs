@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use super::{Declaration, Perception, Rotation, Site, Source, Variable};
 use crate::error::ParameterError;
 
-/// Statoliths in the limit τa → 0, in which the pile is always settled, h = −ĝ. There are no variables. The signal
-/// is (h1, h2), the components of the upward vertical along d1 and d2.
+/// Statoliths in the limit τa → 0, in which the pile is always settled, h = −ĝ. There are no variables. The
+/// signal is (h1, h2), the components of the upward vertical along d1 and d2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SettledStatoliths;

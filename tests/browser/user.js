@@ -1,9 +1,10 @@
-// A simulated user of the live page, who tries to catch the tip and to pull it. The check appends this script to the page.
+// A simulated user of the live page, who tries to catch the tip and to pull it. The check appends this script to the
+// page.
 //
-// The script replaces the clock and the frames of the page, so that the result does not depend on the speed of the machine.
-// A try: some hours pass, then a random time with the pointer anywhere on the view. The user then observes the tip. The
-// pointer remains where it is for 100 ms, moves to the observed position in 150 ms, and is pressed there. The tip is
-// caught if the press and the drag that follows result in a force.
+// The script replaces the clock and the frames of the page, so that the result does not depend on the speed of the
+// machine. A try: some hours pass, then a random time with the pointer anywhere on the view. The user then observes
+// the tip. The pointer remains where it is for 100 ms, moves to the observed position in 150 ms, and is pressed
+// there. The tip is caught if the press and the drag that follows result in a force.
 (() => {
   const [TRIES, FRAME, REST, MOVE] = [20, 1000 / 60, 100, 150];
   let now = performance.now(), next = null, seed = 1;

@@ -72,7 +72,7 @@ pub(super) struct Plan {
     pub(super) section: Section,
 }
 
-/// Two elements suffice where only the kind of the answer counts.
+/// Two elements suffice where only the kind of the result matters.
 pub(super) fn plan(length: f64) -> Plan {
     Plan {
         length,
@@ -119,8 +119,8 @@ pub(super) fn memories(time: f64, delay: f64) -> impl TropismLaw + Send + Sync {
     )
 }
 
-/// Returns the answer. Fails unless it comes without a panic within 60 s, ten times the slowest one
-/// on a busy core.
+/// Returns the result. Fails unless it is returned without a panic within 60 s, ten times the
+/// slowest one on a busy core.
 pub(super) fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T + Send + 'static) -> T {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -316,7 +316,7 @@ fn laws_with_non_finite_gradients_are_refused() {
     }
 }
 
-/// The twist is no unknown of either solver. Laws whose gradient has a twist were once solved
+/// The twist is not an unknown of either solver. Laws whose gradient has a twist were once solved
 /// without it.
 #[test]
 fn laws_with_a_gradient_of_twist_are_refused() {

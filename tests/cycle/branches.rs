@@ -185,7 +185,7 @@ fn branch_of_circles_turns_at_the_exact_fold() {
 
 /// The same branch in the other direction: the bifurcations come in the opposite order, and the branch ends at the
 /// onset, where the circle is a point. Three elements suffice, as the fold is compared with that of the same
-/// elements. Guards the start at an end of the range, steps of either sign, and the end at the onset.
+/// elements. Guards a first point at an end of the range, steps of either sign, and the end at the onset.
 #[test]
 fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     let within = 0.06..=0.066;
@@ -298,7 +298,7 @@ fn errors_of_the_family_end_the_branch() {
     assert!(answers.iter().rev().skip(1).all(Result::is_ok) && answers.len() > 2);
 }
 
-/// A first circle beyond the fold: the chord from the onset is no approximation of the tangent there.
+/// A first circle beyond the fold: the chord from the onset does not approximate the tangent there.
 #[test]
 fn branch_with_a_first_circle_beyond_the_fold_reaches_the_end_of_its_range() {
     let branch = Continuation::from_onset(RotatingWaveSolver::default(), sensing(Keen, 3), ONSET, 3e-2, 0.06..=0.066);

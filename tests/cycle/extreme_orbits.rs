@@ -84,10 +84,10 @@ fn invalid_initial_guesses_are_refused_by_name() {
         let circle = |root: &Root, radius| RotatingWaveSolver::default().from_mode(&shoot, root, radius);
         let swing = |root: &Root, amplitude| PeriodicSolver::default().from_mode(&shoot, root, amplitude);
         for amplitude in [f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(circle(root, amplitude)), "strain of the start");
+            assert_eq!(refused(circle(root, amplitude)), "strain of the initial guess");
         }
         for amplitude in [f64::NAN, f64::INFINITY, 0.0, -0.02] {
-            assert_eq!(refused(swing(root, amplitude)), "amplitude of the start");
+            assert_eq!(refused(swing(root, amplitude)), "amplitude of the initial guess");
         }
         for amplitude in [0.0, 1e-9] {
             assert!(matches!(circle(root, amplitude), Err(CycleError::Stationary { .. })));
@@ -104,7 +104,7 @@ fn invalid_initial_guesses_are_refused_by_name() {
             root
         };
         for rate in [0.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(refused(circle(&with_rate(rate), 0.02)), "rate of the start");
+            assert_eq!(refused(circle(&with_rate(rate), 0.02)), "rate of the initial guess");
         }
         for rate in [1e-300, 1e-12, 1e12] {
             assert!(circle(&with_rate(rate), 0.02).is_err());
@@ -112,7 +112,7 @@ fn invalid_initial_guesses_are_refused_by_name() {
         for strain in [vec![], root.strain[1..].to_vec()] {
             let mut other = root.clone();
             other.strain = strain;
-            assert_eq!(refused(circle(&other, 0.02)), "number of strains of the start");
+            assert_eq!(refused(circle(&other, 0.02)), "number of strains of the initial guess");
         }
         let of_another = super::mode(&Plan { elements: 8, ..plan(LENGTH) }.shoot());
         assert_eq!(refused(swing(&of_another, 0.02)), "number of strains of the mode");

@@ -166,8 +166,8 @@ fn forced_orbit_is_entered_only_at_its_phase() {
     assert!(orbit.enter(&mut driven).is_ok());
 }
 
-/// The tip of a shoot on its periodic orbit has the period of the orbit and odd harmonics of it only: the second half of a swing is
-/// the mirror image of the first. More harmonics exceed the noise than the reading looks for.
+/// The tip of a shoot on its periodic orbit has the period of the orbit and odd harmonics of it only: the second half
+/// of a swing is the mirror image of the first. More harmonics exceed the noise than the reading looks for.
 #[test]
 fn oscillations_of_the_tip_of_a_nonlinear_swing_are_odd_harmonics() {
     let shoot = plain(0.074, 6);

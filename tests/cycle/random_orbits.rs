@@ -13,14 +13,15 @@ use morphorod::tropism::{Memory, Site, TropismLaw};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-/// Largest relative disturbance of the strain during a run whose disturbance decays, and of one whose disturbance grows: there its
-/// square appears in the fit.
+/// Largest relative disturbance of the strain during a run whose disturbance decays, and of one whose disturbance
+/// grows: there its square appears in the fit.
 const SIZES: [f64; 2] = [1e-2, 1e-3];
-/// Factor by which the leading part of a disturbance decays, or grows, during a run, unless that takes too many periods.
+/// Factor by which the leading part of a disturbance decays, or grows, during a run, unless that takes too many
+/// periods.
 const CHANGES: [f64; 2] = [1e8, 1e3];
 /// Bounds on the number of periods: with the smallest number, faster parts have decayed; the largest bounds the cost.
 const PERIODS: [f64; 2] = [8.0, 40.0];
-/// Smaller moduli are not distinguished: after eight periods nothing is left of the disturbance.
+/// Smaller moduli are not distinguished: after eight periods the disturbance is below rounding.
 const SMALL: f64 = 0.15;
 /// Number of leading multipliers that are fitted: three pairs.
 const FITTED: usize = 6;
@@ -50,12 +51,13 @@ fn strain(shoot: &Shoot<DynLaws>) -> DVector<f64> {
     DVector::from_iterator(2 * points.len(), points.iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]))
 }
 
-/// Factor by which a small disturbance of an orbit grows in a period. The shoot has the strain of the orbit, and `expected` determines
-/// the size of the disturbance.
+/// Factor by which a small disturbance of an orbit grows in a period. The shoot has the strain of the orbit, and
+/// `expected` determines the size of the disturbance.
 ///
-/// A shift in time and a rotation do not change from one period to the next, and the steps in time add the same to them in each period:
-/// second differences of the strain contain neither. While they grow they obey a linear recurrence, which is fitted to the last of them.
-/// Multipliers of decaying parts form clusters, which no fit resolves: there the result is the mean decay over the second half of the run.
+/// A shift in time and a rotation do not change from one period to the next, and the steps in time add the same to
+/// them in each period: second differences of the strain contain neither. While they grow they obey a linear
+/// recurrence, which is fitted to the last of them. Multipliers of decaying parts form clusters, which no fit
+/// resolves: there the result is the mean decay over the second half of the run.
 pub(super) fn growth_in_time(
     mut shoot: Shoot<DynLaws>,
     history: &impl HistoryFunction,
@@ -86,7 +88,7 @@ pub(super) fn growth_in_time(
         return (last.norm() / differences[half].norm()).powf(1.0 / (differences.len() - half) as f64);
     }
     let known = DMatrix::from_columns(&differences[differences.len() - FITTED..]);
-    // Parts that are smaller belong to the square of the disturbance and to rounding.
+    // Smaller singular values are due to second-order terms and rounding.
     let negligible = 1e-3 * known.norm();
     let coefficients = known.svd(true, true).solve(&last, negligible).unwrap();
     let companion = DMatrix::from_fn(FITTED, FITTED, |row, column| {
@@ -98,7 +100,8 @@ pub(super) fn growth_in_time(
 /// Fails unless a leading modulus is the growth that a run in time shows.
 pub(super) fn assert_growth(what: &str, leading: f64, seen: f64) {
     let equal = if leading < 1.0 {
-        // Parts of a cluster interfere. Over a dozen periods and more their sum changes by less than a factor of ten beside the decay.
+        // Parts of a cluster interfere. Over a dozen periods and more their sum changes by less than a factor of ten
+        // beside the decay.
         relative_eq!(seen.ln(), leading.ln(), epsilon = 0.0, max_relative = 0.4)
     } else {
         // The parts that are not fitted and the square of the disturbance: some hundredths.
@@ -129,7 +132,7 @@ fn draw(random: &mut Draw) -> (Parameters, Shoot<DynLaws>) {
     }
 }
 
-/// Outcome for an orbit: the leading modulus and the growth in time, an error that gives notice, or no orbit.
+/// Outcome for an orbit: the leading modulus and the growth in time, a documented error, or no orbit.
 type Outcome = Result<[f64; 2], CycleError>;
 
 fn of_circle(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> Outcome {
@@ -189,7 +192,7 @@ fn leading_roots_and_multipliers_of_random_orbits_are_the_growth_of_disturbances
         }
     }
     println!("orbits whose growth agrees, errors that give notice, no orbit: {counts:?}");
-    // Errors that give notice are no answer. At most one orbit of ten ends in one.
+    // Documented errors are not a result. At most one orbit of ten ends in one.
     for [agree, errors, _] in counts {
         assert!(agree > 0 && errors * 10 <= agree + errors, "{counts:?}");
     }

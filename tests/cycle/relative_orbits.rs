@@ -16,8 +16,8 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Complex, Vector3};
 
-/// The shoot of 6.7 cm, bent about an axis that is no director's and released. After five hours it
-/// is near the swing about that axis.
+/// The shoot of 6.7 cm, bent about an axis that is not a director, and released. After five hours
+/// it is near the swing about that axis.
 static RELEASED: LazyLock<Shoot<DynLaws>> = LazyLock::new(|| {
     let mut run = PLAIN.shoot.clone();
     run.set_intrinsic(|_| Vector3::new(3.0, 8.0, 0.0));
@@ -87,7 +87,7 @@ fn relative_orbits_of_laws_without_declared_rotation_are_refused() {
     assert!(PeriodicSolver::default().from_mode(&silent, &PLAIN.root, 0.034).is_ok());
 }
 
-/// A forced orbit has no angle, an angle is finite, and a shoot that has not moved is no run.
+/// A forced orbit has no angle, an angle is finite, and a shoot that has not moved has no run.
 #[test]
 fn invalid_angles_and_runs_are_refused_by_name() {
     let Plain { shoot: plain, root, .. } = &*PLAIN;

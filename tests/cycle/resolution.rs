@@ -15,7 +15,8 @@ fn found(shoot: &Shoot<DynLaws>, intervals: usize, accuracy: f64) -> Result<Peri
     solver.from_mode(shoot, &mode(shoot), 0.8 * shoot.rod().length())
 }
 
-/// This shoot almost buckles during its swing. On twelve intervals the iteration once converged with a period that was wrong by 3e-5.
+/// This shoot almost buckles during its swing. On twelve intervals the iteration once converged with a period that
+/// was wrong by 3e-5.
 #[test]
 fn swing_that_almost_buckles_is_refined_to_its_known_values() {
     let shoot = plain(0.074, 4);
@@ -38,8 +39,8 @@ fn error_of_the_period_is_less_than_its_estimate() {
         let error = (coarse.period / fine.period - 1.0).abs();
         let estimate = coarse.error;
         assert!(error < estimate + fine.error, "{length}: {error:e} {estimate:e}");
-        // The estimate is of the shape as well, whose error is larger at the time of the fastest motion: the factor has no bound, and
-        // is some tens in these cases.
+        // The estimate is of the shape as well, whose error is larger at the time of the fastest motion: the factor
+        // has no bound, and is some tens in these cases.
         assert!(estimate < 1e-2, "{length}: {error:e} {estimate:e}");
     }
 }

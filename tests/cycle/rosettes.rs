@@ -239,7 +239,7 @@ fn branch_of_rosettes_ends_at_the_torus_bifurcation_of_circles() {
     assert!(last.excursion < 1.08 * torus.excursion && last.excursion > torus.excursion, "{}", last.excursion);
 }
 
-/// A section with two principal axes.
+/// A slightly elliptic section: the shoot has no axis of symmetry.
 #[test]
 fn relative_orbits_of_shoots_without_an_axis_of_symmetry_are_refused() {
     let flat = shoot(0.0670, 4).section(|_| Section::ellipse(1.01 * RADIUS, RADIUS)).into_dyn().build().unwrap();

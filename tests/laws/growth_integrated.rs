@@ -168,7 +168,7 @@ fn integrated_motion_matches_the_cosine_profile() {
         // The speed does not depend on time. The stretch ∂σ/∂σ0 is therefore the ratio of the
         // speeds at the two ends.
         let (distance, stretch) = law.flow(sigma, 0.0, t);
-        // The error is 3e-11 in a growth time of τg/2, for two of them at most.
+        // The error is 3e-11 per growth time of τg/2, for at most two growth times.
         assert_relative_eq!(distance, x, epsilon = 0.0, max_relative = 1e-10);
         assert_relative_eq!(stretch, speed(x) / speed(sigma), epsilon = 0.0, max_relative = 1e-10);
         let exit = law.exit_time(sigma, 0.0, 40.0 * law.time).unwrap();

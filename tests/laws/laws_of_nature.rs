@@ -152,7 +152,7 @@ impl Case {
         (0..=2 * STEPS).map(|k| at(k as f64 / (2 * STEPS) as f64)).collect()
     }
 
-    /// E I/ℓ at the base, and its sum with the work of the loads.
+    /// E I/ℓ at the base, and its sum with the work of the loads, N m.
     fn scale(&self) -> (f64, f64) {
         let stiffness = self.stiffness(0.0).x / self.length;
         let work = (self.apical.norm()

@@ -81,7 +81,7 @@ fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
     let (other, _) = righted(Silent { law: steering(STATOLITHS), calls: calls.clone() });
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
     // There are seven or eight sweeps over three nodes at 32 points. Two hours take 50 steps, seven
-    // steps of the start, and some around the two output times. One more sweep exceeds the bound.
+    // first steps, and some around the two output times. One more sweep exceeds the bound.
     let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);
     assert!(per_point < 30.0, "{per_point} calls at a point in a step");
 }

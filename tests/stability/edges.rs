@@ -1,4 +1,4 @@
-//! Cases in which a stability analysis could silently give a wrong answer: laws with unstable
+//! Cases in which a stability analysis could silently give a wrong result: laws with unstable
 //! variables or different planes, roots that are hard to find, and small stability boundaries.
 
 use std::f64::consts::PI;

@@ -1,8 +1,8 @@
-//! The rightmost isolated root lies right of the essential spectrum, also where that spectrum is unstable, and moves by no more than
-//! its estimated error.
+//! The rightmost isolated root lies right of the essential spectrum, also where that spectrum is unstable, and moves
+//! by no more than its estimated error.
 //!
-//! `MORPHOROD_CASES=300 cargo test --workspace --test all stability::isolated -- --nocapture` draws more shoots, other ones with
-//! `MORPHOROD_SEED`.
+//! `MORPHOROD_CASES=300 cargo test --workspace --test all stability::isolated -- --nocapture` draws more shoots,
+//! other ones with `MORPHOROD_SEED`.
 
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -31,15 +31,16 @@ fn rightmost_root_right_of_an_unstable_essential_spectrum_is_that_of_the_continu
             let found = linear.rightmost().unwrap().value;
             assert!(found.re > abscissa && abscissa > 0.0, "{found} and the essential spectrum at {abscissa}");
             let exact = shoot.root(length, found);
-            // The last of these shoots has the shortest waves, which six elements resolve to 4e-7. `approx` cannot compare complex numbers
-            // without its feature `num-complex`.
+            // The last of these shoots has the shortest waves, which six elements resolve to 4e-7. `approx` cannot
+            // compare complex numbers without its feature `num-complex`.
             assert!((found - exact).norm() < 1e-6 * exact.norm(), "{elements} elements: {found} and {exact}");
         }
     }
 }
 
-/// A shoot with random memories, delays, sensitivities, growth time, stiffness, length and tilt. Half of the shoots are upright, have
-/// equal memories of gravity and bending, or have settled statoliths. One in twelve has an unstable essential spectrum.
+/// A shoot with random memories, delays, sensitivities, growth time, stiffness, length and tilt. Half of the shoots
+/// are upright, have equal memories of gravity and bending, or have settled statoliths. One in twelve has an unstable
+/// essential spectrum.
 struct Random {
     gravity: Memory,
     bending: Memory,
@@ -108,8 +109,8 @@ fn conclusive(answer: Result<Root, StabilityError>) -> Option<Root> {
     }
 }
 
-/// Number of random shoots. The default seven take less than three seconds of processor time, and two of them have an unstable essential
-/// spectrum.
+/// Number of random shoots. The default seven take less than three seconds of processor time, and two of them have an
+/// unstable essential spectrum.
 fn cases() -> u64 {
     number("MORPHOROD_CASES", 7)
 }
@@ -129,8 +130,9 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
         let isolated = |root: &Root| assert!(root.value.re > abscissa, "{seed}: {} and {abscissa}", root.value);
         let roots = [&coarse, &fine].map(|linear| conclusive(linear.rightmost()));
         roots.iter().flatten().for_each(isolated);
-        // The error of a root is its distance to the root that Newton's method finds on the finer mesh. If this is the rightmost root there,
-        // it is the distance of the two roots. Rounding of the differences is 1e-10 of a root.
+        // The error of a root is its distance to the root that Newton's method finds on the finer mesh. If this is
+        // the rightmost root there, it is the distance of the two roots. Rounding of the differences is 1e-10 of a
+        // root.
         let moves = |root: &Root, other: &Root, error: f64| {
             let moved = (root.value - other.value).norm();
             assert!(moved <= 1.000_001 * error + 1e-10 * root.value.norm(), "{seed}: {moved:e} of {error:e}");

@@ -1,4 +1,4 @@
-//! Laws of a user in the linear problem, and stability boundaries in two parameters.
+//! User-defined laws in the linearisation, and stability boundaries in two parameters.
 
 use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};

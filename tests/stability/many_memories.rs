@@ -12,8 +12,8 @@ use crate::fixtures::upright::MEMORY;
 /// Gravitropism with pairs of memories of the vertical.
 struct Pairs {
     number: usize,
-    /// Whether each pair remembers the one before it. Otherwise all pairs remember the vertical, and the gradient is the mean of
-    /// their responses.
+    /// Whether each pair remembers the one before it. Otherwise all pairs remember the vertical, and the gradient is
+    /// the mean of their responses.
     chain: bool,
 }
 

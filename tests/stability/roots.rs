@@ -35,7 +35,7 @@ fn shoot(length: f64, lean: f64, elements: usize, laws: impl TropismLaw + Send +
         .unwrap()
 }
 
-/// The root λ measured by time integration, and the nearest root of the linear problem. The
+/// The root λ measured by time integration, and the nearest root of the linearisation. The
 /// stationary shoot is slightly disturbed, and x(k + 1) = a x(k) + b x(k − 1) is fitted to the
 /// displacement of the tip after a waiting time.
 fn root_in_time(
@@ -98,7 +98,7 @@ fn growth_rate_and_frequency_of_small_disturbances_are_those_of_a_root() {
         // The contribution of other roots has decayed to 1e-4. The error of time steps of 60 s is
         // 1e-5.
         let error = (found - expected).norm() / expected.norm();
-        assert!(error < 1e-3, "{name}: {found} in time, {expected} from the linear problem");
+        assert!(error < 1e-3, "{name}: {found} in time, {expected} from the linearisation");
     }
 }
 

@@ -49,7 +49,8 @@ const WRONG: [Upwards; 3] = [
     Upwards { multiple: 1.0 + 1e-6, ..RIGHT },
 ];
 
-/// A shoot of 6.7 cm on a tilted base (rad). The law is the second of two, so that its variables have the numbers 2 and 3.
+/// A shoot of 6.7 cm on a tilted base (rad). The law is the second of two, so that its variables have the numbers 2
+/// and 3.
 fn shoot(law: Upwards, tilt: f64) -> Shoot<DynLaws> {
     let builder = reduced(0.067, 20.0 * HOUR).elements(3).tropism((BENDING, law));
     builder.scene(Still::tilted(tilt)).into_dyn().build().unwrap()

@@ -40,7 +40,8 @@ fn runs_with_a_change_by_hand_keep_fourth_order() {
         let tips = [60.0, 30.0, 15.0, 7.5].map(tip);
         let differences: Vec<f64> = tips.windows(2).map(|pair| (pair[0] - pair[1]).norm()).collect();
         for pair in differences.windows(2) {
-            // The method has order four. The graded steps behind a discontinuity leave a term of higher order at these steps.
+            // The method has order four. The graded steps behind a discontinuity leave a term of higher order at
+            // these steps.
             assert_abs_diff_eq!((pair[0] / pair[1]).log2(), 4.0, epsilon = 0.3);
         }
     }

@@ -91,7 +91,7 @@ fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
     let mut alone = with_memory(30.0);
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
-    // The same integrator advances two shoots in turn, in equal steps, and in between one with
+    // The same integrator advances two shoots alternately, in equal steps, and in between one with
     // other elements.
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
@@ -137,7 +137,7 @@ fn advancing_to_the_present_time_changes_nothing() {
     assert!(&kept == shoot.state());
 }
 
-/// Base that is no longer a rotation after half an hour.
+/// Base whose quaternion is not of norm 1 after half an hour.
 #[derive(Debug, Clone, Copy)]
 struct BrokenPot;
 
@@ -186,7 +186,8 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
     run.advance(&mut retried, HOUR).unwrap();
     assert!(steady.state() == retried.state());
 
-    // A base that is no rotation, with a solver that uses the base and one that does not.
+    // A base whose quaternion is not of norm 1, with a solver that uses the base and one that does
+    // not.
     let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).into_dyn().build().unwrap();
     let before = pot.state().clone();
     assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());

@@ -14,7 +14,7 @@ const LOADS: [f64; 9] = [1.0, 4.492, 7.0, 8.0, 12.0, 20.0, 100.0, 1e3, 1e4];
 /// Angle of the base from upright, degrees.
 const TILTS: [f64; 8] = [0.01, 1.0, 10.0, 45.0, 90.0, 135.0, 170.0, 179.0];
 
-/// Nodes of elements that shrink towards the base, where a heavy shoot turns down within about ℓ
+/// Nodes of elements that shrink towards the base, where a heavy shoot bends down within about ℓ
 /// q̂^(-1/2).
 fn graded(elements: usize, load: f64) -> Vec<f64> {
     let grade = (0.5 * load.sqrt()).ln_1p();

@@ -79,8 +79,8 @@ fn loads_and_scenes_refuse_invalid_parameters() {
         refused((Box::new(Weight { density: bad }) as Box<dyn Load>).check(), "density", bad);
         let pulse = Pulse { peak: Vector3::x(), start: 0.0, duration: bad };
         refused(pulse.check(), "duration of the apical pulse", bad);
-        refused(Whirl { force: 1.0, period: bad, turns: 1.0 }.check(), "period of the turning force", bad);
-        refused(Whirl { force: 1.0, period: 1.0, turns: bad }.check(), "number of turns of the turning force", bad);
+        refused(Whirl { force: 1.0, period: bad, turns: 1.0 }.check(), "period of the rotating force", bad);
+        refused(Whirl { force: 1.0, period: 1.0, turns: bad }.check(), "number of turns of the rotating force", bad);
     }
     for bad in [NAN, INF] {
         let force = Vector3::new(0.0, bad, 0.0);
@@ -88,7 +88,7 @@ fn loads_and_scenes_refuse_invalid_parameters() {
         refused(ApicalForce(move |_: f64| force).check(), "apical force at t = 0", bad);
         refused(Pulse { peak: force, start: 0.0, duration: 1.0 }.check(), "peak of the apical pulse", bad);
         refused(Pulse { peak: Vector3::x(), start: bad, duration: 1.0 }.check(), "start of the apical pulse", bad);
-        refused(Whirl { force: bad, period: 1.0, turns: 1.0 }.check(), "size of the turning force", bad);
+        refused(Whirl { force: bad, period: 1.0, turns: 1.0 }.check(), "size of the rotating force", bad);
         refused(Still { gravity: force, ..Still::upright() }.check(), "gravity", bad);
     }
     // Opposite infinities must not cancel.

@@ -249,7 +249,7 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
 
 #[test]
 fn coil_is_found_from_a_straight_initial_guess_in_few_iterations() {
-    // The strains turn an element by 2.9 rad, so that eight elements form 3.7 turns. They are
+    // The strains rotate an element by 2.9 rad, so that eight elements form 3.7 turns. They are
     // solved with and without weight.
     for (u, elements) in
         [(Vector3::new(0.0, 20.0, 11.6), 8), (Vector3::new(17.0, 9.0, 3.0), 8), (Vector3::new(3.0, 60.0, 3.0), 32)]

@@ -221,8 +221,8 @@ fn lateral_force_selects_the_direction_of_buckling() {
         let found = NewtonSolver::default().solve(&mut rod, &law, &push, &weightless()).expect("an equilibrium");
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "azimuth {azimuth}");
         let (tip, sideways) = (rod.tip() / SPAN, (rod.tip().y * cos - rod.tip().x * sin) / SPAN);
-        // Only the lateral force resists a rotation of the plane. It is the smallest pivot, whose
-        // inverse magnifies rounding.
+        // Only the lateral force resists a rotation of the plane. Its pivot is the smallest one,
+        // whose inverse magnifies rounding.
         let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
         assert!(sideways.abs() < promised, "azimuth {azimuth}: {sideways:e} against {promised:e}");
         assert!(promised < 1e-8 && tip.x * cos + tip.y * sin > 0.5, "azimuth {azimuth}: {tip:?}, {promised:e}");

@@ -148,8 +148,8 @@ fn column_buckles_at_the_loads_of_haringx_and_reissner() {
             if margin(&column, &law(shear, stretch), middle) > 0.0 { low = middle } else { high = middle }
         }
         // The error of sixteen elements of order eight in an eigenvalue is h¹⁶ and below rounding.
-        // The elimination of 48 frames leaves a rounding error of 1e-14 times the number of
-        // elements squared.
+        // The elimination of 16 frames (48 unknowns) leaves a rounding error of 1e-14 times the
+        // number of elements squared.
         assert!(
             relative_eq!(low, expected, epsilon = 0.0, max_relative = 1e-11),
             "S {shear}, A {stretch}: {low} against {expected}"
@@ -233,7 +233,7 @@ fn helical_spring_deflects_by_castiglianos_theorem() {
                 rod.tip().z
             })
         };
-        // Elements of order eight that turn by 30° err by 1e-9 in the position of the tip above.
+        // Elements of order eight that rotate by 30° err by 1e-9 in the position of the tip above.
         // Differences err less.
         for (found, expected) in [(give(&wire), bend + line), (give(&SOFT), bend)] {
             assert!(

@@ -58,9 +58,9 @@ fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
     // At five times the critical length the run succeeds with elements that are short enough at the
     // base.
     assert!(after_a_day(5.0, 0.3, 32).is_ok());
-    // With longer elements, one of them would turn by π, which is an error.
+    // With longer elements, one of them would rotate by π, which is an error.
     let error = after_a_day(10.0, 0.3, 8).unwrap_err();
-    assert!(error.to_string().contains("would turn by π"), "{error}");
+    assert!(error.to_string().contains("would rotate by π"), "{error}");
 }
 
 #[test]

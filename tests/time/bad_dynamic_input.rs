@@ -203,9 +203,9 @@ fn invalid_loads_and_scenes_are_refused_by_name() {
         righting().load((WEIGHT, Pulse { duration: x, ..pulse })).into_dyn().build()
     });
     let whirl = Whirl { force: 1e-5, period: 5000.0, turns: 2.0 };
-    refused("turning force", &NOT_FINITE, |x| righting().load(Whirl { force: x, ..whirl }).into_dyn().build());
-    refused("turning force", &NOT_POSITIVE, |x| righting().load(Whirl { period: x, ..whirl }).into_dyn().build());
-    refused("turning force", &NOT_POSITIVE, |x| {
+    refused("rotating force", &NOT_FINITE, |x| righting().load(Whirl { force: x, ..whirl }).into_dyn().build());
+    refused("rotating force", &NOT_POSITIVE, |x| righting().load(Whirl { period: x, ..whirl }).into_dyn().build());
+    refused("rotating force", &NOT_POSITIVE, |x| {
         righting().load((WEIGHT, Whirl { turns: x, ..whirl })).into_dyn().build()
     });
     refused("gravity", &NOT_FINITE, |x| {
@@ -215,7 +215,7 @@ fn invalid_loads_and_scenes_are_refused_by_name() {
     refused("base", &NOT_FINITE, |x| righting().scene(Still { base: base(x), ..Still::upright() }).into_dyn().build());
     for w in [0.0, 2.0, 0.5] {
         let built = righting().scene(Still { base: base(w), ..Still::upright() }).into_dyn().build();
-        assert!(built.is_err(), "a quaternion of norm {w} is no rotation");
+        assert!(built.is_err(), "a quaternion of norm {w} is not a rotation");
     }
 }
 

@@ -212,7 +212,7 @@ fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
 
 #[test]
 fn growth_far_faster_than_a_step_is_refused_at_once() {
-    // The zone is renewed 700,000 times in a step, and leaves four elements behind each time.
+    // The zone is renewed 700,000 times in a step, and creates four mature elements each time.
     let growth = UniformGrowth { zone_length: 0.07, time: 1.3e-4 };
     let mut shoot =
         Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).growth(growth).into_dyn().build().unwrap();
@@ -220,7 +220,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
     let error = MethodOfSteps::new(90.0).advance(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::GrowsTooFast { step: 90.0, .. }), "{error}");
     assert!(error.is_recoverable() && &before == shoot.state());
-    // A short step leaves only a few elements behind.
+    // A short step creates only a few mature elements.
     let _ = MethodOfSteps::new(2e-4).advance(&mut shoot, 1e-3).unwrap();
     // With a tolerance the integrator chooses the step, until the steps allowed are used up.
     let mut run = Adaptive::new(1e-3);

@@ -10,7 +10,7 @@ use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, TropismL
 use morphorod::{Environment, Scene, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// A condition on time that holds between two times.
+/// Ways to code "t lies between two times", with < or <=.
 type Spelling = fn(t: f64, from: f64, until: f64) -> bool;
 
 const SPELLINGS: [Spelling; 4] = [

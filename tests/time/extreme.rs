@@ -226,7 +226,7 @@ fn ten_growth_times_have_the_exact_length_and_a_converged_tip() {
     assert_relative_eq!(coarse.rod().length(), exact, epsilon = 0.0, max_relative = 1e-12);
     let mut fine = shoot(12);
     let _ = MethodOfSteps::new(180.0).advance(&mut fine, 200.0 * HOUR).unwrap();
-    // Merging may turn a frame by 1e-4 rad; the shoot is 30 cm long.
+    // Merging may rotate a frame by 1e-4 rad; the shoot is 30 cm long.
     assert_abs_diff_eq!(InNorm(coarse.tip()), InNorm(fine.tip()), epsilon = 1e-4 * exact);
 }
 

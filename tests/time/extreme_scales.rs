@@ -266,7 +266,8 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     }
 }
 
-/// All times of a scene in which stops coincide, in another unit. Its pulse begins where a delay carries the start to.
+/// All times of a scene in which stops coincide, in another unit. Its pulse begins one or three delays after the
+/// beginning of the run.
 #[test]
 fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
     for (delays, duration) in [([720.0, 720.0], 300.0), ([720.0, 600.0], 720.0), ([240.0, 137.0], 60.0)] {

@@ -125,7 +125,7 @@ fn merging_mature_elements_moves_the_tip_by_less_than_its_tolerance() {
     };
     let (exact, statistics, all) = run(0.0);
     assert_eq!(statistics.merges, 0);
-    // If nothing is merged, every step leaves an element behind the boundary.
+    // If nothing is merged, every step adds a mature element.
     assert!(all > 350, "{all} elements");
     for tolerance in [1e-3, 1e-4, 1e-5] {
         let (tips, _, elements) = run(tolerance);

@@ -122,8 +122,8 @@ fn steps_are_corrected_only_if_they_exceed_the_shortest_delay() {
 #[test]
 fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     let pulse = Pulse { peak: Vector3::new(2e-5, 1e-5, 0.0), start: 20.0 * MINUTE, duration: 12.0 * MINUTE };
-    // Two turns of 87.6 min end at 10512 s, no multiple of any step, and the force drops from 1e-5
-    // N to zero.
+    // Two turns of 87.6 min end at 10512 s, not a multiple of any step, and the force drops from
+    // 1e-5 N to zero.
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
     // The pulse is a half sine of 12 min: the longest step is a fourth of it.
     let steps = [180.0, 90.0, 45.0, 22.5];

@@ -123,9 +123,9 @@ fn upright(law: impl Constitutive + Send + Sync + 'static, force: f64) -> Shoot<
 
 #[test]
 fn roots_of_a_stretching_shoot_are_those_of_a_rigid_line_under_haringx_force() {
-    // To first order a force P turns the frames as P (1 + P/(κ G A) − P/(E A)) would without shear
-    // and stretch, and the laws depend on frames and strains alone. The roots are the same up to
-    // the error of differences, 1e-9.
+    // To first order a force P rotates the frames as P (1 + P/(κ G A) − P/(E A)) would without
+    // shear and stretch, and the laws depend on frames and strains alone. The roots are the same up
+    // to the error of differences, 1e-9.
     let area = PI * RADIUS * RADIUS;
     let (shear, stretch) = (soft().shear_factor * soft().shear_modulus * area, soft().youngs_modulus * area);
     let force = 1.2e-3;

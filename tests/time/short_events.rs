@@ -45,7 +45,8 @@ fn events_shorter_than_a_step_keep_the_tolerance() {
     type Scene<'a> = (&'a dyn Fn() -> Shoot<DynLaws>, f64, [f64; 2]);
     let scenes: [Scene; 3] = [(&whirl, 300.0, [1e-4, 1e-6]), (&slow, 300.0, [1e-4, 1e-6]), (&fast, 60.0, [1e-5, 1e-7])];
     for (scene, (shoot, event, tolerances)) in scenes.iter().enumerate() {
-        // The reference divides the event into 30 steps. With 60 steps it changes by less than a tenth of the errors below.
+        // The reference divides the event into 30 steps. With 60 steps it changes by less than a tenth of the errors
+        // below.
         let mut fine = MethodOfSteps::new(event / 30.0);
         (fine.tolerance, fine.solver.tolerance) = (1e-12, 1e-12);
         let (exact, _) = path(shoot(), &mut fine, *event);
@@ -63,8 +64,8 @@ fn events_shorter_than_a_step_keep_the_tolerance() {
     }
 }
 
-/// The first call ends just before a pulse begins and before a delay carries the start of the run on. A second pulse begins within
-/// rounding of the times of steps.
+/// The first call ends just before a pulse begins and before the time that is one delay after the beginning of the
+/// run. A second pulse begins within rounding of the times of steps.
 #[test]
 fn discontinuities_that_nearly_coincide_are_passed() {
     let pulse = |start: f64| Pulse { peak: Vector3::new(0.0, 3e-5, 0.0), start, duration: 60.0 };

@@ -67,7 +67,7 @@ fn stop_at_an_angle_has_the_order_of_the_integrator() {
         let mut shoot = righting().into_dyn().build().unwrap();
         let up = |shoot: &Shoot<_>| (shoot.rod().apex_frame() * Vector3::z()).z - 60.0_f64.to_radians().sin();
         let _ = MethodOfSteps::new(step).advance_until(&mut shoot, 24.0 * HOUR, up).unwrap();
-        // The time is known to 1e-10 of the step, and the tip turns by less than 1e-3 rad in a
+        // The time is known to 1e-10 of the step, and the tip rotates by less than 1e-3 rad in a
         // second.
         assert!(up(&shoot) >= 0.0 && up(&shoot) < 3e-11);
         shoot.time()

@@ -365,8 +365,8 @@ fn motion_inside_merged_elements_is_below_the_tolerance() {
     }
 }
 
-/// Gravitropism is strong in proportion to proprioception, so that the intrinsic strain rotates the elements of the first run by π
-/// before long.
+/// Gravitropism is strong in proportion to proprioception, so that the intrinsic strain rotates the elements of the
+/// first run by π before long.
 #[test]
 fn elements_that_rotate_by_pi_are_refined() {
     let make = |elements: usize| {

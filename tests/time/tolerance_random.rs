@@ -112,7 +112,7 @@ fn random_shoots_keep_the_tolerance() {
     let (all, kept) = (verdicts.len(), count(&|(kept, _)| *kept));
     let near = count(&|(_, ratio)| (0.3..30.0).contains(ratio));
     println!("{all} of {cases} shoots with a result, {kept} keep the tolerance, {near} estimates within 0.3 and 30");
-    // The promise is 97 of 100. In a small sample one may fail.
+    // The documented rate is 97 %. One more failure is allowed for small samples.
     assert!(all - kept <= 1 + 3 * all / 100, "{kept} of {all}");
     // Eight of ten: if the first trial is far better than requested, the estimate is off by larger
     // factors.

@@ -64,8 +64,8 @@ impl Scene {
         Track::new(times, positions).unwrap()
     }
 
-    /// Checks that nominal 90 % intervals of the period and of both axes contain the true values in 85 to 95 % of the tracks, and that
-    /// no other oscillation is found.
+    /// Checks that nominal 90 % intervals of the period and of both axes contain the true values in 85 to 95 % of the
+    /// tracks, and that no other oscillation is found.
     fn check(&self) {
         let (cases, seed) = (number("MORPHOROD_CASES", 30), number("MORPHOROD_SEED", 1));
         let (mut inside, mut spurious) = ([0_u32; 3], 0);
@@ -90,8 +90,8 @@ impl Scene {
         println!(
             "{cases} tracks: intervals of period and axes contain {inside:?} true values; {spurious} tracks with others"
         );
-        // Two standard deviations of the share in a sample of this size are added to the promised range. The default number of tracks
-        // detects only intervals that are too narrow.
+        // Two standard deviations of the share in a sample of this size are added to the promised range. The default
+        // number of tracks detects only intervals that are too narrow.
         let spread = 2.0 * (0.9 * 0.1 / cases as f64).sqrt();
         for inside in inside {
             let share = f64::from(inside) / cases as f64;
@@ -140,7 +140,8 @@ fn autocorrelated_noise_is_not_reported_as_oscillation_or_nutation() {
         nutating += usize::from(noise.nutation(band).unwrap().nutates);
     }
     println!("of {cases} tracks of noise, {oscillating} oscillate and {nutating} nutate");
-    // The thresholds are probabilities of 1e-4 and 2e-4 for noise with a known spectrum. The spectrum is estimated, which increases them.
+    // The thresholds are probabilities of 1e-4 and 2e-4 for noise with a known spectrum. The spectrum is estimated,
+    // which increases them.
     assert!(oscillating as f64 <= 0.02 * cases as f64, "{oscillating}");
     assert!(nutating as f64 <= 0.05 * cases as f64, "{nutating}");
 }

@@ -8,5 +8,6 @@ mod outliers;
 mod simulated_tracks;
 mod swings;
 mod tracked_files;
+mod tracked_mechanism;
 mod tracked_noise;
 mod tracked_paths;

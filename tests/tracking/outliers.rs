@@ -38,7 +38,8 @@ fn transient_at_the_start_is_no_outlier() {
 
 #[test]
 fn white_noise_has_no_outliers_whatever_the_motion() {
-    // The period grows from 24 to 100 min and the amplitude by a factor of ten: four oscillations do not describe the track.
+    // The period grows from 24 to 100 min and the amplitude by a factor of ten: four oscillations do not describe the
+    // track.
     let (first, rate) = (24.0 * MINUTE, 76.0 / (24.0 * 60.0));
     for seed in 1..6 {
         let mut draw = Draw::new(seed);
@@ -57,7 +58,8 @@ fn displaced_positions_are_the_only_outliers_of_a_track() {
     let displaced = [40, 41, 200, 333, 500, 718, 719];
     let mut positions = track.positions().to_vec();
     for (k, i) in displaced.into_iter().enumerate() {
-        // Displacements by 4 mm are forty standard deviations of the noise. Two pairs are neighbours, one of them at the end.
+        // Displacements by 4 mm are forty standard deviations of the noise. Two pairs are neighbours, one of them at
+        // the end.
         positions[i] += circle(k as f64, 2.6, 4e-3);
     }
     assert_eq!(outliers(&Track::new(track.times().to_vec(), positions).unwrap()), displaced);

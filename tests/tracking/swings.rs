@@ -29,7 +29,8 @@ fn sense_of_a_swing_in_a_plane_is_undetermined_in_noise() {
     for seed in 1..16 {
         let planar = swing(&mut Draw::new(seed), 0.0);
         let found = planar.oscillations(&Search::default()).unwrap();
-        // The standard error of an axis is 0.05 mm √(2/720) = 2.6 µm. The minor axis exceeds three of them in one of 370 tracks.
+        // The standard error of an axis is 0.05 mm √(2/720) = 2.6 µm. The minor axis exceeds three of them in one of
+        // 370 tracks.
         assert_eq!(found.sense(), None, "{seed}: {found:?}");
         let found = planar.nutation(BAND).unwrap();
         assert!(found.nutates, "{seed}");

@@ -13,7 +13,7 @@ use approx::{abs_diff_eq, assert_abs_diff_eq, assert_relative_eq};
 
 use crate::fixtures::random::Draw;
 use centre_lines::{centre_lines, curvature};
-use tracks::{Layout, TrackError, read_tracks, tracks};
+use tracks::{Layout, Missing, TrackError, read_tracks, tracks};
 
 /// Layout of a table with frames of one minute and pixels of 0.1 mm. The axis y points down.
 fn pixels() -> Layout<'static> {
@@ -24,6 +24,8 @@ fn pixels() -> Layout<'static> {
         seconds: Some(60.0),
         metres: Some(1e-4),
         signs: Some(vec![1.0, -1.0]),
+        length: None,
+        gravity: None,
     }
 }
 
@@ -62,6 +64,18 @@ fn positions_in_space_and_several_tracks_are_read() {
 }
 
 #[test]
+fn lengths_and_levels_of_gravity_are_read() {
+    let layout = Layout { track: Some("id"), length: Some(("mm", 1e-3)), gravity: Some("g"), ..pixels() };
+    let found = tracks("frame,id,x,y,mm,g\n0,a,1,1,50,1\n1,a,2,2,51,1\n0,b,1,1,40,0\n", &layout).unwrap();
+    assert_eq!(found.iter().map(|track| track.gravity).collect::<Vec<_>>(), [Some(1.0), Some(0.0)]);
+    assert_relative_eq!(found[0].lengths[1], 0.051, epsilon = 0.0, max_relative = 1e-15);
+    let error = tracks("frame,id,x,y,mm,g\n0,a,1,1,50,1\n1,a,2,2,51,0\n", &layout).unwrap_err();
+    assert_eq!(error, TrackError::GravityChanges(3));
+    let error = tracks("frame,id,x,y,mm,g\n0,a,1,1,-50,1\n", &layout).unwrap_err();
+    assert!(matches!(error, TrackError::Invalid(_, length) if length < 0.0), "{error}");
+}
+
+#[test]
 fn invalid_tables_are_refused_with_line_and_column() {
     let message = |text: &str| tracks(text, &pixels()).unwrap_err().to_string();
     let head = "frame,x,y\n";
@@ -69,18 +83,21 @@ fn invalid_tables_are_refused_with_line_and_column() {
     assert_eq!(message(head), message("# only\n"));
     assert!(message("frame;x;y\n0;1;2\n").contains("';'"), "{}", message("frame;x;y\n0;1;2\n"));
     assert!(message("frame\tx\ty\n0\t1\t2\n").contains("commas"));
-    assert_eq!(message("frame,x,z\n0,1,2\n"), "there is no column 'y'; there are 'frame', 'x', 'z'");
+    assert_eq!(message("frame,x,z\n0,1,2\n"), "there is no column 'y'; the columns are 'frame', 'x', 'z'");
     assert_eq!(message("frame,x,y,x\n0,1,2,3\n"), "there are two columns 'x'");
     assert_eq!(message(&format!("# r\n{head}0,1,2\n1,2\n")), "line 4 has 2 fields, but the header has 3");
     for text in ["abc", "", "NaN", "inf", "1e999", "1.5mm"] {
         let error = tracks(&format!("{head}0,1,2\n1,{text},2\n"), &pixels()).unwrap_err();
         assert_eq!(error, TrackError::NoNumber { line: 3, column: "x".into(), text: text.into() });
-        assert!(error.to_string().starts_with(&format!("line 3, column 'x': '{text}' is no finite number")), "{error}");
+        assert!(
+            error.to_string().starts_with(&format!("line 3, column 'x': '{text}' is not a finite number")),
+            "{error}"
+        );
     }
     for time in ["0", "-1"] {
         let error = tracks(&format!("{head}0,1,2\n{time},1,2\n"), &pixels()).unwrap_err();
         assert!(matches!(error, TrackError::NotLater { line: 3, before: 0.0, .. }), "{error}");
-        assert!(error.to_string().contains(&format!("time {time} is not later than 0")), "{error}");
+        assert!(error.to_string().contains(&format!("time {time} is not later than the previous time 0")), "{error}");
     }
     let missing = read_tracks("no/such/file.csv", &pixels()).unwrap_err();
     assert!(matches!(&missing, TrackError::File(message) if message.starts_with("no/such/file.csv: ")), "{missing}");
@@ -92,13 +109,15 @@ fn missing_and_invalid_scale_frame_time_and_signs_are_refused() {
     let message = |layout: Layout| tracks(text, &layout).unwrap_err().to_string();
     assert!(message(Layout { seconds: None, ..pixels() }).contains("time of a frame"));
     assert!(message(Layout { metres: None, ..pixels() }).contains("scale"));
-    assert!(message(Layout { signs: None, ..pixels() }).contains("where the axes point was not given"));
+    assert!(message(Layout { signs: None, ..pixels() }).contains("directions of the axes"));
+    let all = tracks(text, &Layout { seconds: None, metres: None, signs: None, ..pixels() }).unwrap_err();
+    assert_eq!(all, TrackError::NotGiven(vec![Missing::Seconds, Missing::Metres, Missing::Signs]));
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(tracks(text, &Layout { seconds: Some(value), ..pixels() }), Err(TrackError::Senseless(..))));
-        assert!(matches!(tracks(text, &Layout { metres: Some(value), ..pixels() }), Err(TrackError::Senseless(..))));
+        assert!(matches!(tracks(text, &Layout { seconds: Some(value), ..pixels() }), Err(TrackError::Invalid(..))));
+        assert!(matches!(tracks(text, &Layout { metres: Some(value), ..pixels() }), Err(TrackError::Invalid(..))));
     }
     for signs in [vec![1.0, 2.0], vec![1.0], vec![1.0, 1.0, 1.0], vec![1.0, f64::NAN]] {
-        assert!(matches!(tracks(text, &Layout { signs: Some(signs), ..pixels() }), Err(TrackError::Senseless(..))));
+        assert!(matches!(tracks(text, &Layout { signs: Some(signs), ..pixels() }), Err(TrackError::Invalid(..))));
     }
 }
 

@@ -46,7 +46,8 @@ fn share_of_an_absent_period_in_noise_is_zero() {
     }
 }
 
-/// Frames in pairs or bursts: aliases of the period at the distance of the pairs or bursts fit almost as well as the period itself.
+/// Frames in pairs or bursts: aliases of the period at the distance of the pairs or bursts fit almost as well as the
+/// period itself.
 #[test]
 fn periods_of_tracks_with_frames_in_pairs_or_bursts_are_no_aliases() {
     // Number of groups, time between them, frames in each and time between these (s).

@@ -124,7 +124,7 @@ fn period_and_amplitude_of_a_chirp_are_followed() {
 #[test]
 fn velocity_of_circular_motion_turns_once_in_a_period() {
     for (sign, sense) in [(1.0, Handedness::Counterclockwise), (-1.0, Handedness::Clockwise)] {
-        // The velocity is a quarter turn ahead of the position, and turns at the same rate.
+        // The velocity is π/2 ahead of the position, and rotates at the same rate.
         let round = path(601, 120.0, |t| circle(sign * t, PERIOD, 4e-3));
         let angles = round.direction().unwrap();
         let turned = (angles[600] - angles[0]) / TAU;

@@ -1,7 +1,7 @@
 //! Location of the bifurcations between two points of a branch.
 //!
-//! The test functions are the real parts of the exponents, sorted by size, and at a fold the parameter, which has
-//! an extremum there.
+//! The test functions are the real parts of the exponents, sorted by size, and at a fold the parameter, which has an
+//! extremum there. A fold is sought only if the number of real positive exponents changes.
 
 use nalgebra::Complex;
 
@@ -38,7 +38,7 @@ where
         let (first, last) = ((0.0, sets(&self.last)), (1.0, sets(to)));
         let mut parts = vec![[first.clone(), last.clone()]];
         let mut found = Vec::new();
-        // At a fold a real exponent changes its sign.
+        // At a fold a real exponent changes its sign. Without such a change no fold is sought.
         let real =
             |place: &BranchState| place.exponents.lists()[0].iter().filter(|x| x.im == 0.0 && x.re > 0.0).count();
         let passes = real(&self.last) != real(to);

@@ -21,8 +21,8 @@ pub enum Bifurcation {
     Torus,
 }
 
-/// Imaginary part of an exponent times the period, or its distance from ±π, that is zero. Two nearly equal
-/// exponents are accurate to the square root of the error of the linearisation, 1e-6.
+/// Largest imaginary part of an exponent times the period, or distance of this product from ±π, that counts as zero.
+/// Two nearly equal exponents are accurate to the square root of the error of the linearisation, 1e-6.
 const NEAR: f64 = 1e-3;
 
 /// Number of exponents with positive real part.

@@ -56,14 +56,19 @@ impl InnerProduct {
     }
 
     /// Adds the phase conditions of some unknowns with given symmetry tangents.
-    pub fn with_phases_of(&self, conditions: Conditions, at: &Unknowns, symmetries: &[DVector<f64>]) -> Conditions {
-        conditions.with_phases_of(at, symmetries, &self.weights)
+    pub fn with_phases_of(
+        &self,
+        conditions: Conditions,
+        at: &Unknowns,
+        symmetry_tangents: &[DVector<f64>],
+    ) -> Conditions {
+        conditions.with_phases_of(at, symmetry_tangents, &self.weights)
     }
 
     /// A difference without its components along symmetry tangents, which lead to other states of the same orbit.
-    pub fn without(&self, tangent: &Difference, symmetries: &[DVector<f64>]) -> Difference {
+    pub fn without(&self, tangent: &Difference, symmetry_tangents: &[DVector<f64>]) -> Difference {
         let mut out = tangent.clone();
-        for symmetry in symmetries {
+        for symmetry in symmetry_tangents {
             let size = self.of_states(symmetry, symmetry);
             if size > 0.0 {
                 let component = self.of_states(symmetry, &out.present()) / size;
@@ -74,16 +79,16 @@ impl InnerProduct {
     }
 
     /// A difference without these components, of unit norm.
-    pub fn unit(&self, tangent: &Difference, symmetries: &[DVector<f64>]) -> Difference {
-        let out = self.without(tangent, symmetries);
+    pub fn unit(&self, tangent: &Difference, symmetry_tangents: &[DVector<f64>]) -> Difference {
+        let out = self.without(tangent, symmetry_tangents);
         out.scaled(self.norm(&out).recip())
     }
 
     /// Whether a rotating wave lies between two relative periodic orbits, whose symmetry tangents are given. On the
     /// wave a shift in time is a rotation; the component of the shift orthogonal to the rotation changes its sign.
     pub fn wave_between(&self, a: &[DVector<f64>], b: &[DVector<f64>]) -> bool {
-        let shift = |symmetries: &[DVector<f64>]| {
-            let [time, rotation] = symmetries else { return None };
+        let shift = |symmetry_tangents: &[DVector<f64>]| {
+            let [time, rotation] = symmetry_tangents else { return None };
             Some(time - rotation * (self.of_states(time, rotation) / self.of_states(rotation, rotation)))
         };
         shift(a).zip(shift(b)).is_some_and(|(a, b)| self.of_states(&a, &b) < 0.0)

@@ -31,9 +31,9 @@ use inner_product::InnerProduct;
 const TURN: f64 = 0.9;
 /// Cosine of the angle below which the next step is longer, 11°.
 const EASY: f64 = 0.98;
-/// Factor by which it is longer. Two such factors are about one halving.
+/// Factor by which an easy step is lengthened; 1.5² = 2.25 offsets one halving.
 const LONGER: f64 = 1.5;
-/// Smallest step, relative to the first and the largest one: twelve halvings.
+/// Smallest step, relative to the smaller of the first and the largest step: twelve halvings.
 const SHORTEST: f64 = 2.5e-4;
 /// Largest share of the first secant along the symmetries, which lead to other states of the same orbit.
 const ROUND: f64 = 0.02;
@@ -84,14 +84,15 @@ impl<O> BranchPoint<O> {
 #[derive(Debug, Clone)]
 struct BranchState {
     unknowns: Unknowns,
-    symmetries: Vec<DVector<f64>>,
+    symmetry_tangents: Vec<DVector<f64>>,
     exponents: Disturbances<Complex<f64>>,
 }
 
 /// Pseudo-arclength continuation of orbits: an iterator over the points of a branch. It ends at an end of the
 /// parameter's range, where the excursion falls below a hundredth of the length near an onset, and where relative
-/// periodic orbits become a rotating wave, beyond which the same orbits follow, rotated by a right angle.
-/// Bifurcations between two points are located and returned as points. An error ends the branch.
+/// periodic orbits become a rotating wave. Beyond it the branch repeats its orbits, rotated by π/2. Bifurcations
+/// between two points are located and returned as points. A fold is sought only between points whose numbers of real
+/// positive exponents differ. An error ends the branch.
 ///
 /// `family` returns the shoot for a value of the parameter. All its shoots have the same number of material points.
 /// Derivatives by the parameter are differences over 1e-5 of the range. Parameters slightly outside the range may
@@ -126,7 +127,9 @@ where
     /// about the given `amplitude` of the tip (m), at least a hundredth of the length; its parameter is computed.
     ///
     /// # Errors
-    /// A range or an amplitude out of range, or a shoot at the onset whose rightmost root is real.
+    /// A range or an amplitude out of range, a shoot at the onset whose rightmost root is real, errors of the
+    /// corrector at the first point (no orbit near the guess, or one that no grid in time resolves), or a first
+    /// parameter outside the range.
     pub fn from_onset(
         mut solver: S,
         mut family: F,
@@ -158,7 +161,7 @@ where
     /// parameter, in its unit; negative for decreasing parameters.
     ///
     /// # Errors
-    /// A range or a step out of range, or an orbit of another shoot.
+    /// A range or a step out of range, an orbit of another shoot, or errors of the corrector at the first point.
     pub fn from_orbit(
         mut solver: S,
         mut family: F,
@@ -168,7 +171,7 @@ where
         within: RangeInclusive<f64>,
     ) -> Result<Self, CycleError> {
         ParameterError::unless(step != 0.0 && step.is_finite(), "first step of the parameter", step, "not zero")?;
-        check_range(&within, ("parameter of the start", parameter))?;
+        check_range(&within, ("parameter of the initial guess", parameter))?;
         let shoot = family(parameter)?;
         let guess = Unknowns { parameter, ..solver.of_orbit(&shoot, orbit)? };
         let inner = InnerProduct::new(&guess, shoot.rod().length(), &within);
@@ -187,7 +190,7 @@ where
         found: Corrected<S::Orbit, Shoot<M>>,
     ) -> Result<Self, CycleError> {
         let (point, last) = observe(&solver, found)?;
-        let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetries));
+        let (step, tangent) = (inner.norm(&tangent), inner.unit(&tangent, &last.symmetry_tangents));
         Ok(Self {
             solver,
             family,
@@ -273,7 +276,7 @@ where
             self.ended = true;
             return Ok(());
         }
-        if !self.rough && self.inner.wave_between(&self.last.symmetries, &found.tangents) {
+        if !self.rough && self.inner.wave_between(&self.last.symmetry_tangents, &found.symmetry_tangents) {
             self.ended = true;
             return Ok(());
         }
@@ -286,7 +289,7 @@ where
         }
         let turn = self.inner.product(&secant, &self.tangent) / size;
         // If the tangent is a guess, only its sign is compared. The secant must not lead along the symmetries.
-        let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetries));
+        let round = size - self.inner.norm(&self.inner.without(&secant, &self.last.symmetry_tangents));
         if !(if self.rough { turn > 0.0 && round < ROUND * size } else { turn > TURN }) {
             let what = "the direction of the branch changes by more than 26°";
             return Err(CycleError::Lost { what, parameter: self.last.unknowns.parameter, step });
@@ -297,7 +300,7 @@ where
             return Ok(());
         }
         self.bifurcations_between(&place)?;
-        self.tangent = self.inner.unit(&secant, &place.symmetries);
+        self.tangent = self.inner.unit(&secant, &place.symmetry_tangents);
         self.step = size * if turn > EASY { LONGER } else { 1.0 };
         (self.rough, self.ended) = (false, bound.is_some());
         self.last = place;
@@ -324,8 +327,8 @@ where
         mut conditions: Conditions,
     ) -> Result<Corrected<S::Orbit, Shoot<M>>, CycleError> {
         if !self.rough {
-            let BranchState { unknowns, symmetries, .. } = &self.last;
-            conditions = self.inner.with_phases_of(conditions, unknowns, symmetries);
+            let BranchState { unknowns, symmetry_tangents, .. } = &self.last;
+            conditions = self.inner.with_phases_of(conditions, unknowns, symmetry_tangents);
         }
         let found = correct(&self.solver, &mut self.family, guess, &conditions)?;
         self.solver.check_resolution(&found.orbit)?;
@@ -368,13 +371,13 @@ fn observe<S: OrbitSolver, M: Model>(
     solver: &S,
     found: Corrected<S::Orbit, Shoot<M>>,
 ) -> Result<(BranchPoint<S::Orbit>, BranchState), CycleError> {
-    let Corrected { orbit, unknowns, tangents: symmetries, shoot } = found;
+    let Corrected { orbit, unknowns, symmetry_tangents, shoot } = found;
     let Observation { excursion, period, exponents, trivial } = solver.observe(&orbit, &shoot, 2)?;
     let exponents = exponents.map(|mut list| {
         list.sort_by(|a, b| b.re.total_cmp(&a.re));
         list
     });
-    let place = BranchState { unknowns, symmetries, exponents: exponents.clone() };
+    let place = BranchState { unknowns, symmetry_tangents, exponents: exponents.clone() };
     let (parameter, trivial) = (place.unknowns.parameter, trivial * period);
     Ok((BranchPoint { parameter, orbit, excursion, period, exponents, trivial, bifurcation: None }, place))
 }

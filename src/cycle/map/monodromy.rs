@@ -36,15 +36,15 @@ pub struct Monodromy {
 struct Interval {
     stages: Vec<Stage>,
     /// Factorised collocation matrices, one for each material point.
-    slopes: Vec<LU<f64, Dyn, Dyn>>,
+    factors: Vec<LU<f64, Dyn, Dyn>>,
 }
 
 /// Derivatives at a stage.
 struct Stage {
     /// Derivative of the stimuli by the strain.
     response: DMatrix<f64>,
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at the delayed
-    /// variables.
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y and ∂gradient/∂x of each material point, the latter two at
+    /// the delayed variables.
     laws: Vec<[DMatrix<f64>; 4]>,
 }
 
@@ -57,7 +57,8 @@ impl Monodromy {
         })
     }
 
-    /// The operator with given derivatives of the stimuli by the strain, at a time since the start (s) and a stage.
+    /// The operator with given derivatives of the stimuli by the strain, at a time since the beginning of the period
+    /// (s) and a stage.
     pub(crate) fn with_responses(
         return_map: &ReturnMap<impl Model>,
         path: &Trajectory,
@@ -78,8 +79,8 @@ impl Monodromy {
                 let response = response((n as f64 + c) * length, stage)?;
                 made.push(Stage { response, laws: (0..points).map(|point| laws(stage, point)).collect() });
             }
-            let slopes = (0..points).map(|point| return_map.matrix(point, length, stages).lu()).collect();
-            intervals.push(Interval { stages: made, slopes });
+            let factors = (0..points).map(|point| return_map.matrix(point, length, stages).lu()).collect();
+            intervals.push(Interval { stages: made, factors });
         }
         Ok(Self {
             start: path.start.clone(),
@@ -172,13 +173,13 @@ impl Monodromy {
         if v == 0 {
             return;
         }
-        for (point, matrix) in interval.slopes.iter().enumerate() {
+        for (point, matrix) in interval.factors.iter().enumerate() {
             let (y, mut right) = (begin.rows(point * v, v), DVector::zeros(v * s));
             for (i, stage) in interval.stages.iter().enumerate() {
                 let ([rates_y, rates_x, ..], x) = (&stage.laws[point], stimuli[i].rows(point * m, m));
                 right.rows_mut(i * v, v).copy_from(&((rates_y * y + rates_x * x) * self.length));
             }
-            // The matrix is regular: the trajectory was computed with it.
+            // The matrix is nonsingular: the trajectory was computed with it.
             let _ = matrix.solve_mut(&mut right);
             for (i, slope) in slopes.iter_mut().enumerate() {
                 slope.rows_mut(point * v, v).copy_from(&right.rows(i * v, v));

@@ -2,7 +2,7 @@
 //!
 //! The equations u̇* = REGR · gradient(y(t − τ), x) and ẏ = rates(y, x) are discretised by collocation: in each
 //! interval of a period the rates of strain and variables are polynomials that satisfy the equations at the Radau
-//! points. Delayed values are those of the polynomials of the past. The grid is one of t/T, so that the map is a
+//! points. Delayed values are those of the polynomials of the past. The grid is fixed in t/T, so that the map is a
 //! smooth function of the period T. See K. Engelborghs, T. Luzyanina, K. J. in 't Hout & D. Roose, *SIAM J. Sci.
 //! Comput.* 22 (2001), 1593.
 
@@ -65,7 +65,7 @@ pub(crate) struct Trajectory {
 }
 
 impl Trajectory {
-    /// Largest change of the strain from the start, 1/m.
+    /// Largest change of the strain since the beginning of the period, 1/m.
     pub fn largest_change(&self) -> f64 {
         let all = self.stages.iter().flatten().map(|stage| (&stage.strain - &self.strains[0]).amax());
         all.fold(0.0, f64::max)
@@ -154,7 +154,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         (all, self.reads_present || inside)
     }
 
-    /// Solves the equilibrium with a given strain, at a time after the start (s).
+    /// Solves the equilibrium with a given strain, at a time since the beginning of the period (s).
     pub fn equilibrate_at(&mut self, strain: &DVector<f64>, after: f64) -> Result<(Rod, InternalForce), CycleError> {
         let (scene, time) = (self.shoot.model.scene(), self.shoot.environment().time + after);
         let environment = scene.environment(time);
@@ -326,8 +326,8 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         Err(CycleError::variables(PASSES, last))
     }
 
-    /// Matrix of the collocation equations of a point: I − h ∂rates/∂y ⊗ A, with the length h of an interval and
-    /// the integrals A.
+    /// Matrix of the collocation equations of a point: I − h ∂rates/∂y ⊗ A, with the length h of an interval
+    /// and the integrals A.
     pub fn matrix(&self, point: usize, length: f64, stages: &[Stage]) -> DMatrix<f64> {
         let (v, s) = (self.variables, self.grid.order());
         let mut out = DMatrix::identity(v * s, v * s);
@@ -341,7 +341,8 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         out
     }
 
-    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of all points.
+    /// ∂rates/∂y, ∂rates/∂x, ∂gradient/∂y, ∂gradient/∂x of a point at a stage, for given variables of
+    /// all points.
     pub fn derivatives(&self, point: usize, stage: &Stage, variables: &DVector<f64>) -> [DMatrix<f64>; 4] {
         let (v, m) = (self.variables, self.stimuli);
         let (y, x) = (&variables.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);

@@ -155,7 +155,7 @@ impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
         check_axis(&return_map, &path)?;
         let error = error_of(&return_map, &at, &path, &linear, solver.least(return_map.shoot, at.forced))?;
         let rotation = return_map.turn.as_ref().map(|turn| turn.rate(&at.start).present());
-        let tangents = std::iter::once(flow(&return_map, &path)).chain(rotation).collect();
+        let symmetry_tangents = std::iter::once(flow(&return_map, &path)).chain(rotation).collect();
         let orbit = PeriodicOrbit {
             period: at.clock,
             angle: at.angle,
@@ -167,6 +167,6 @@ impl<M: Model> Evaluation<PeriodicSolver> for Mapped<'_, M> {
             settings: solver,
             forced_from: at.forced.then(|| return_map.shoot.time()),
         };
-        Ok((orbit, tangents))
+        Ok((orbit, symmetry_tangents))
     }
 }

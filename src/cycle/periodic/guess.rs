@@ -74,7 +74,7 @@ pub(crate) fn state_of_run(return_map: &ReturnMap<impl Model>, period: f64) -> R
     };
     let oldest = history.oldest().unwrap_or(now);
     let slope = |n: usize, stage: &f64| {
-        // Before the start of the run the oldest slopes are used.
+        // Before the beginning of the run the oldest slopes are used.
         let time = (now + (n as f64 - return_map.kept as f64 + stage) * length).max(oldest);
         read(history.slope(time)) * length
     };
@@ -120,8 +120,8 @@ pub(crate) fn state_of_mode<M: Model>(
         visit_stimuli(return_map.shoot, &rod, &force, |i, _, x| stimuli[i].column_mut(j).copy_from_slice(x));
     }
     let balance = HarmonicBalance::new(return_map.shoot.model.tropism(), &phases, root.value.im);
-    let steady = balance.solve_all(&return_map.places, &stimuli)?;
-    Ok(state_of_waves(return_map, &phases, &steady, at(0.0), root.value.im * period))
+    let periodic = balance.solve_all(&return_map.places, &stimuli)?;
+    Ok(state_of_waves(return_map, &phases, &periodic, at(0.0), root.value.im * period))
 }
 
 /// The state at t = 0 of variables that are known on a grid of phases. The phase changes by `turn` (rad) in a
@@ -129,7 +129,7 @@ pub(crate) fn state_of_mode<M: Model>(
 pub(crate) fn state_of_waves(
     return_map: &ReturnMap<impl Model>,
     phases: &PhaseGrid,
-    steady: &[HarmonicVariables],
+    periodic: &[HarmonicVariables],
     strain: DVector<f64>,
     turn: f64,
 ) -> PhaseState {
@@ -139,7 +139,7 @@ pub(crate) fn state_of_waves(
     let read = |time: f64, slope: bool| {
         let values = phases.earlier(-in_interval * time);
         let weights = if slope { &values * &phases.derivative * in_interval } else { values };
-        let each = |k: usize| (weights.row(0) * steady[k / v].variables.row(k % v).transpose())[0];
+        let each = |k: usize| (weights.row(0) * periodic[k / v].variables.row(k % v).transpose())[0];
         DVector::from_fn(v * p, |k, _| each(k))
     };
     let slopes = (0..return_map.kept).map(|n| {

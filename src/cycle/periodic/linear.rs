@@ -87,7 +87,7 @@ pub(crate) fn is_circular(return_map: &ReturnMap<impl Model>, path: &Trajectory,
     time.dot(&rotation).abs() > (1.0 - CIRCLE) * time.norm() * rotation.norm()
 }
 
-/// Derivative of strain and variables by time at the start, times the length of an interval.
+/// Derivative of strain and variables by time at the beginning of the period, times the length of an interval.
 pub(crate) fn flow(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> DVector<f64> {
     // The slope of the strain is extrapolated. That of the variables is the one at the last Radau point of the
     // past.

@@ -1,7 +1,7 @@
 //! Periodic orbits: the solver, the orbits, their multipliers, and runs in time that start on them.
 //!
 //! An orbit is a fixed point of the return map, x(T) = x(0), or a relative one, x(T) = R(φ) x(0). Newton's method
-//! solves for x, T and φ with phase conditions, as in DDE-BIFTOOL (`psol`).
+//! solves for x, T and φ by single shooting over one period. The phase conditions are those of DDE-BIFTOOL (`psol`).
 
 mod equations;
 pub(super) mod guess;
@@ -31,16 +31,17 @@ use guess::{state_of_run, state_of_steady_laws};
 
 /// Finds periodic orbits of shoots whose length is constant.
 ///
-/// A period T is divided into intervals with Radau points; the grid is one of t/T. The unknowns are a state, which
+/// A period T is divided into intervals with Radau points; the grid is fixed in t/T. The unknowns are a state, which
 /// contains the variables over the longest delay, and the period. The return map contracts all but about ten
-/// directions, so that GMRES solves the linear system of a Newton iteration with twenty to forty applications of
-/// the linearised map.
+/// directions, so that GMRES solves the linear system of a Newton iteration with twenty to forty applications of the
+/// linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
     /// Initial number of intervals in a period, 16 by default; 8 are sufficient for half a swing. The number is
     /// doubled until [`accuracy`](Self::accuracy) is met. Orbits that come close to buckling need more.
     pub intervals: usize,
-    /// Number of Radau points in an interval, 6 by default, at most 16: the order of the collocation polynomials.
+    /// Number of Radau points in an interval, 6 by default, at most 16. In each interval strain and variables are
+    /// polynomials of this degree.
     pub stages: usize,
     /// Largest relative difference between a state and the state one period later, 1e-10 by default.
     pub tolerance: f64,
@@ -48,11 +49,11 @@ pub struct PeriodicSolver {
     pub accuracy: f64,
     /// Largest number of iterations for each number of intervals, 30 by default.
     pub max_iterations: usize,
-    /// Initial guess of the angle of a relative periodic orbit, rad. `None`, the default, for periodic orbits. A
-    /// shoot that is symmetric about the tangent of its base may have rotated about it after a period, as on a
-    /// rosette; the angle is then an unknown like the period. A swing in a plane has rotated by π after half its
-    /// period. With this angle it takes half the intervals and half the work, and the period of the orbit is half
-    /// that of the swing.
+    /// Initial guess of the angle of a relative periodic orbit, rad, counterclockwise positive as seen from above the
+    /// apex. `None`, the default, for periodic orbits. A shoot that is symmetric about the tangent of its base may
+    /// have rotated about it after a period, as on a rosette; the angle is then an unknown like the period. A swing
+    /// in a plane has rotated by π after half its period. With this angle it takes half the intervals and half the
+    /// work, and the period of the orbit is half that of the swing.
     pub angle: Option<f64>,
 }
 
@@ -77,7 +78,7 @@ impl PeriodicSolver {
         amplitude: f64,
     ) -> Result<PeriodicOrbit, CycleError> {
         ParameterError::positive("frequency of the mode", root.value.im)?;
-        ParameterError::positive("amplitude of the start", amplitude)?;
+        ParameterError::positive("amplitude of the initial guess", amplitude)?;
         let guess = self.of_mode(shoot, root, amplitude)?;
         corrector::solve(*self, shoot, guess, &Conditions::default())
     }

@@ -13,23 +13,26 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// A periodic orbit of a shoot.
+/// A periodic orbit of a shoot, or a relative one: x(T) = R(φ) x(0). The state x is the strain, the variables of the
+/// laws, and their slopes over the longest delay; R(φ) is the rotation by the angle φ about the tangent of the base.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct PeriodicOrbit {
     /// Period T, s: the time after which the shoot returns, rotated by the angle. For half a swing it is half the
     /// period of the swing.
     pub period: f64,
-    /// Rotation of the shoot about the tangent of the base after a period, rad, counterclockwise as seen from above
-    /// the apex; zero for an orbit without an angle.
+    /// Angle φ by which the shoot has rotated about the tangent of the base after a period, rad, counterclockwise as
+    /// seen from above the apex; zero for an orbit without an angle.
     pub angle: f64,
     /// Number of Newton iterations on the last grid in time.
     pub iterations: usize,
     /// Number of solved equilibria on the last grid in time.
     pub equilibria: usize,
-    /// Relative difference between a state and the state one period later.
+    /// Euclidean norm of x(T) − R(φ) x(0) relative to the larger norm of both states: of all components, or of the
+    /// strain alone if that is larger.
     pub residual: f64,
-    /// Estimate of the relative error of period and shape due to the grid in time.
+    /// Estimate of the relative error due to the grid in time: the largest of that of the period and that of the
+    /// strain along the orbit, by the Euclidean norm relative to the largest norm.
     pub error: f64,
     pub(crate) start: PhaseState,
     pub(crate) settings: PeriodicSolver,
@@ -61,7 +64,8 @@ impl PeriodicOrbit {
         Ok((return_map, path))
     }
 
-    /// The rods in equilibrium at the start and at the end of each interval, with the times since the start, s.
+    /// The rods in equilibrium at the ends of all intervals, those of the period included, with the times since the
+    /// beginning of the period, s.
     ///
     /// # Errors
     /// A shoot that is not the one of the orbit, or an equilibrium that is not found.

@@ -1,8 +1,8 @@
 //! The equations of a shoot in the corotating frame of a rotating wave, where the wave is stationary.
 //!
-//! The residual at each material point is ν ẑ × u*/REGR − gradient. The shape is rotated to seven phases, where the
-//! laws sense it, and harmonic balance gives the periodic variables. The laws therefore need not declare how their
-//! variables rotate.
+//! The residual at each material point is ν ẑ × u*/REGR − gradient. The shape is rotated to seven phases, where
+//! the laws sense it, and harmonic balance gives the periodic variables. The laws therefore need not declare how
+//! their variables rotate.
 
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
@@ -34,7 +34,7 @@ pub struct Corotating<'a, M: Model> {
     solver: NewtonSolver,
     /// Rod in equilibrium at the first phase.
     pub rod: Rod,
-    /// Rate of rotation ν, 1/s, counterclockwise positive.
+    /// Rate of rotation ν, rad/s, counterclockwise positive.
     pub rate: f64,
     /// REGR of each point of the zone, 1/s.
     regr: Vec<f64>,
@@ -42,23 +42,23 @@ pub struct Corotating<'a, M: Model> {
     /// Stimuli of each point, a column for each phase.
     stimuli: Vec<DMatrix<f64>>,
     /// Periodic variables of each point.
-    pub(in crate::cycle) steady: Vec<HarmonicVariables>,
+    pub(in crate::cycle) periodic: Vec<HarmonicVariables>,
     /// Growth gradients at the first phase.
     gradients: Vec<Vector3<f64>>,
 }
 
 impl<'a, M: Model> Corotating<'a, M> {
-    /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (1/s).
-    /// `shape` is the initial guess of the equilibrium.
+    /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (rad/s,
+    /// counterclockwise positive). `shape` is the initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
         let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
         let zone = rod.zone();
-        let (what, points) = ("number of strains of the start", strain.len() / 2);
+        let (what, points) = ("number of strains of the initial guess", strain.len() / 2);
         ParameterError::unless(points == zone.len(), what, points as f64, "that of the points of the zone")?;
-        ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the start", rate, "not zero (1/s)")?;
+        ParameterError::unless(rate != 0.0 && rate.is_finite(), "rate of the initial guess", rate, "not zero (rad/s)")?;
         for (point, strain) in rod.points_mut()[zone].iter_mut().zip(strain.as_slice().chunks_exact(2)) {
-            ParameterError::finite("strain of the start", strain[0] + strain[1])?;
+            ParameterError::finite("strain of the initial guess", strain[0] + strain[1])?;
             (point.intrinsic.x, point.intrinsic.y) = (strain[0], strain[1]);
         }
         if strain.amax() == 0.0 {
@@ -76,7 +76,7 @@ impl<'a, M: Model> Corotating<'a, M> {
             regr,
             places,
             stimuli: Vec::new(),
-            steady: Vec::new(),
+            periodic: Vec::new(),
             gradients: Vec::new(),
         })
     }
@@ -117,10 +117,10 @@ impl<'a, M: Model> Corotating<'a, M> {
         }
         self.stimuli = stimuli;
         let balance = self.balance();
-        let steady = balance.solve_all(&self.places, &self.stimuli)?;
-        let gradients = self.gradients_at(&balance, &steady, 0);
+        let periodic = balance.solve_all(&self.places, &self.stimuli)?;
+        let gradients = self.gradients_at(&balance, &periodic, 0);
         check_gradients(gradients.iter())?;
-        (self.steady, self.gradients) = (steady, gradients);
+        (self.periodic, self.gradients) = (periodic, gradients);
         Ok(())
     }
 
@@ -128,11 +128,11 @@ impl<'a, M: Model> Corotating<'a, M> {
     fn gradients_at(
         &self,
         balance: &HarmonicBalance<M::Tropism>,
-        steady: &[HarmonicVariables],
+        periodic: &[HarmonicVariables],
         phase: usize,
     ) -> Vec<Vector3<f64>> {
-        let all = self.places.iter().zip(steady).zip(&self.stimuli);
-        all.map(|((at, steady), stimuli)| balance.gradient(at, steady, stimuli, phase)).collect()
+        let all = self.places.iter().zip(periodic).zip(&self.stimuli);
+        all.map(|((at, periodic), stimuli)| balance.gradient(at, periodic, stimuli, phase)).collect()
     }
 
     /// ν ẑ × u*/REGR − gradient, components 1 and 2.
@@ -158,8 +158,8 @@ impl<'a, M: Model> Corotating<'a, M> {
         let mut by_rate = DVector::from_fn(n, |k, _| turning[k] / self.regr[k / 2]);
         for sign in [1.0, -1.0] {
             let balance = HarmonicBalance::new(self.law(), &self.phases, self.rate + sign * change);
-            let steady = balance.solve_all(&self.places, &self.stimuli)?;
-            for (i, gradient) in self.gradients_at(&balance, &steady, 0).iter().enumerate() {
+            let periodic = balance.solve_all(&self.places, &self.stimuli)?;
+            for (i, gradient) in self.gradients_at(&balance, &periodic, 0).iter().enumerate() {
                 for c in 0..2 {
                     by_rate[2 * i + c] -= sign * gradient[c] / (2.0 * change);
                 }
@@ -173,8 +173,8 @@ impl<'a, M: Model> Corotating<'a, M> {
         stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.phases.angles)
     }
 
-    /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the laws are
-    /// singular.
+    /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the
+    /// laws are singular.
     pub fn matrix(&self, z: Complex<f64>, responses: &DMatrix<f64>) -> Option<[DMatrix<Complex<f64>>; 2]> {
         let n = 2 * self.places.len();
         let mut value = DMatrix::from_diagonal_element(n, n, z);
@@ -187,8 +187,8 @@ impl<'a, M: Model> Corotating<'a, M> {
             value[(2 * i, 2 * i + 1)] -= Complex::from(self.rate);
             value[(2 * i + 1, 2 * i)] += Complex::from(self.rate);
             let parts = match known.take() {
-                Some((other, parts)) if self.steady[i].is_like(&self.steady[other]) => (other, parts),
-                _ => (i, balance.response(&self.steady[i], z)?),
+                Some((other, parts)) if self.periodic[i].is_like(&self.periodic[other]) => (other, parts),
+                _ => (i, balance.response(&self.periodic[i], z)?),
             };
             // One real product for components 1 and 2 of value and derivative, real and imaginary parts.
             let four = |row: usize, column: usize| {
@@ -220,7 +220,7 @@ impl<'a, M: Model> Corotating<'a, M> {
             let (sine, cosine) = phase.sin_cos();
             let least = least_gradient(self.rod.length());
             let largest = self.gradients.iter().map(|gradient| gradient.norm()).fold(least, f64::max);
-            for (then, now) in self.gradients_at(&balance, &self.steady, j).iter().zip(&self.gradients) {
+            for (then, now) in self.gradients_at(&balance, &self.periodic, j).iter().zip(&self.gradients) {
                 let expected = Vector3::new(cosine * now.x - sine * now.y, sine * now.x + cosine * now.y, now.z);
                 check_tropism((then - expected).norm() / largest)?;
             }
@@ -229,7 +229,7 @@ impl<'a, M: Model> Corotating<'a, M> {
     }
 }
 
-/// Derivative of pairs by the angle of rotation: each pair rotated by a quarter turn.
+/// Derivative of pairs by the angle of rotation: each pair rotated by π/2.
 pub fn rotation_tangent(pairs: &DVector<f64>) -> DVector<f64> {
     DVector::from_fn(pairs.len(), |k, _| if k % 2 == 0 { -pairs[k + 1] } else { pairs[k - 1] })
 }

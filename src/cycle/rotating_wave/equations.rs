@@ -89,9 +89,9 @@ impl<M: Model> Evaluation<RotatingWaveSolver> for Corotating<'_, M> {
         effort: Effort,
     ) -> Result<(RotatingWave, Vec<DVector<f64>>), CycleError> {
         self.check_axis()?;
-        let tangents = vec![rotation_tangent(&self.strain())];
+        let symmetry_tangents = vec![rotation_tangent(&self.strain())];
         let Effort { iterations, residual, .. } = effort;
-        Ok((RotatingWave { rate: self.rate, rod: self.rod, iterations, residual }, tangents))
+        Ok((RotatingWave { rate: self.rate, rod: self.rod, iterations, residual }, symmetry_tangents))
     }
 }
 

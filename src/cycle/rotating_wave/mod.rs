@@ -2,8 +2,9 @@
 //! clamped.
 //!
 //! A rotating wave with the rate ν is stationary in the corotating frame: ν ẑ × u* = REGR · gradient at each
-//! material point, with the variables that periodic stimuli of the frequency ν cause. See BifurcationKit,
-//! "modulated travelling waves".
+//! material point, with the variables that periodic stimuli of the frequency ν cause, which harmonic balance gives.
+//! The leading multipliers of the return map are the initial guesses of Newton's method for the characteristic
+//! roots, det M(λ) = 0. See BifurcationKit, "modulated travelling waves".
 
 mod corotating;
 mod equations;
@@ -33,7 +34,7 @@ use corotating::rotation_tangent;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct RotatingWave {
-    /// Rate of rotation, 1/s, counterclockwise positive.
+    /// Rate of rotation, rad/s, counterclockwise positive as seen from above the apex.
     pub rate: f64,
     /// The shape at one time.
     pub rod: Rod,
@@ -96,9 +97,9 @@ impl RotatingWaveSolver {
         self.solve(shoot, self.of_mode(shoot, root, radius)?)
     }
 
-    /// The rotating wave near a run in time, from the present intrinsic strain of the shoot, with an initial guess
-    /// of the rate of rotation (1/s), counterclockwise positive. [`Shoot::set_intrinsic`] makes any other initial
-    /// guess. The shoot is not changed.
+    /// The rotating wave near a run in time, from the present intrinsic strain of the shoot, with an initial guess of
+    /// the rate of rotation (rad/s), counterclockwise positive as seen from above the apex. [`Shoot::set_intrinsic`]
+    /// makes any other initial guess. The shoot is not changed.
     ///
     /// # Errors
     /// Errors of [`from_mode`](Self::from_mode).
@@ -106,7 +107,8 @@ impl RotatingWaveSolver {
         self.solve(shoot, unknowns_of_rod(shoot.rod(), rate))
     }
 
-    /// The rotating wave of a shoot near that of another one with as many material points.
+    /// The rotating wave of a shoot near that of another one with as many material points. The initial guess has the
+    /// shape and the signed rate of `orbit`. The shoot is not changed.
     ///
     /// # Errors
     /// Errors of [`from_mode`](Self::from_mode), or a shoot with another number of points.
@@ -123,14 +125,15 @@ impl RotatingWaveSolver {
     }
 }
 
-/// The unknowns of a strain (components 1 and 2 at each point of the zone, 1/m) that rotates at a rate (1/s).
+/// The unknowns of a strain (components 1 and 2 at each point of the zone, 1/m) that rotates at a rate (rad/s,
+/// counterclockwise positive).
 fn unknowns(pairs: impl Iterator<Item = [f64; 2]>, rate: f64) -> Unknowns {
     let strain = DVector::from_vec(pairs.flatten().collect());
     let start = PhaseState { strain, variables: DVector::zeros(0), slopes: Vec::new() };
     Unknowns { start, clock: rate, forced: false, angle: 0.0, parameter: 0.0 }
 }
 
-/// The unknowns of a rod that rotates at a rate (1/s).
+/// The unknowns of a rod that rotates at a rate (rad/s, counterclockwise positive).
 fn unknowns_of_rod(rod: &Rod, rate: f64) -> Unknowns {
     unknowns(rod.points()[rod.zone()].iter().map(|point| [point.intrinsic.x, point.intrinsic.y]), rate)
 }

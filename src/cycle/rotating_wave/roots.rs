@@ -33,7 +33,7 @@ const REAL: f64 = 1e-9;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct WaveRoots {
-    /// Roots, rightmost first, without the trivial one.
+    /// Roots with Im λ ≥ 0, 1/s, rightmost first. Their conjugates and the trivial root are omitted.
     pub roots: Vec<Eigenvalue>,
     /// Real part to the right of which the list is complete, 1/s, negative.
     pub line: f64,
@@ -127,7 +127,7 @@ impl RotatingWave {
         let (period, problem) = (self.period(), &function.problem);
         let mut return_map = solver.return_map(shoot, period)?;
         let start =
-            state_of_waves(&return_map, &problem.phases, &problem.steady, problem.strain(), problem.rate * period);
+            state_of_waves(&return_map, &problem.phases, &problem.periodic, problem.strain(), problem.rate * period);
         let path = return_map.run(&start, period)?;
         let response = |time: f64| function.response_at(problem.rate * time);
         let monodromy = Monodromy::with_responses(&return_map, &path, |time, _| Ok(response(time)))?;

@@ -19,12 +19,12 @@ use crate::state::State;
 const FALL: f64 = 2.0;
 /// Largest number of parts into which an element is divided in one refinement.
 const MAX_PARTS: usize = 4;
-/// Largest turn of an element of the first mesh by its intrinsic strain, rad. The turn by strain and load
+/// Largest rotation of an element of the first mesh by its intrinsic strain, rad. The rotation by strain and load
 /// together must stay below π.
 const MAX_TURN: f64 = 2.0;
 /// Largest number of elements. A shape that is smooth between its nodes needs fewer.
 const MAX_ELEMENTS: usize = 100_000;
-/// Largest number of elements at which an element that turns by π in the iteration is halved. A load that folds
+/// Largest number of elements at which an element that rotates by π in the iteration is halved. A load that folds
 /// shorter elements compresses the shoot to nothing.
 const MAX_ELEMENTS_TO_UNFOLD: usize = 1000;
 
@@ -112,8 +112,8 @@ impl Adaptive {
         }
     }
 
-    /// Solves the equilibrium and adds its cost. The inner error is the index of an element that turns by π in
-    /// the iteration.
+    /// Solves the equilibrium and adds its cost. The inner error is the index of an element that rotates by π in the
+    /// iteration.
     fn equilibrium_or_folded(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -134,7 +134,7 @@ impl Adaptive {
     }
 }
 
-/// Divides elements with a large turn by their intrinsic strain.
+/// Divides elements that rotate far by their intrinsic strain.
 fn cut_turns(shoot: &mut Shoot<impl Model>) {
     let parts: Vec<f64> =
         (0..shoot.rod().elements()).map(|e| (shoot.rod().intrinsic_turn(e) / MAX_TURN).ceil()).collect();
@@ -152,16 +152,16 @@ fn halve(state: &mut State) {
     }
 }
 
-/// Returns the possible deflection of a shoot by buckling, relative to its length. `resistance` is the
-/// resistance to a turn of the apex, relative to that without load, and `error` bounds its error. A buckled
-/// shoot may be upright on a coarse mesh and on its halves.
+/// Returns the possible deflection of a shoot by buckling, relative to its length. `resistance` is the resistance to
+/// a rotation of the apex, relative to that without load, and `error` bounds its error. A buckled shoot may be
+/// upright on a coarse mesh and on its halves.
 fn fall(resistance: f64, error: f64) -> f64 {
     let lacking = error - resistance;
     if lacking > ROUNDING { FALL * lacking.sqrt() } else { 0.0 }
 }
 
-/// Restores the elements of `coarse`, and divides those whose turn differs from that of their halves by more
-/// than `share`, rad.
+/// Restores the elements of `coarse`, and divides those whose rotation differs from that of their halves by more than
+/// `share`, rad.
 fn refine(shoot: &mut Shoot<impl Model>, coarse: &State, share: f64, order: f64) {
     let mut parts: Vec<usize> = (0..coarse.rod.elements())
         .map(|e| {

@@ -74,8 +74,8 @@ pub(in crate::integrator) fn compliance(constitutive: &impl Constitutive, time: 
     }
 }
 
-/// Tries to merge the youngest pair of mature elements, and one other pair in turn. A pair that could not be
-/// merged when it left the zone may be merged after it has stiffened.
+/// Tries to merge the youngest pair of mature elements, and one other pair, the next one in each step. A pair that
+/// could not be merged when it left the zone may be merged after it has stiffened.
 fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh, statistics: &mut Statistics) {
     if mesh.merge_tolerance == 0.0 {
         return;

@@ -62,8 +62,8 @@ fn relaxed_integral(nodes: &[f64], z: f64, c: f64) -> [f64; ORDER] {
     for m in 1..ORDER {
         moments[m] = (c.powi(m as i32) - m as f64 * moments[m - 1]) / z;
     }
-    // Weights that are exact for the moments are exact for all polynomials of this degree. The Vandermonde
-    // matrix is regular since the nodes are distinct.
+    // Weights that are exact for the moments are exact for all polynomials of this degree. The Vandermonde matrix is
+    // nonsingular since the nodes are distinct.
     let powers = Matrix4::from_fn(|m, k| nodes[k].powi(m as i32));
     powers.lu().solve(&Vector4::from(moments)).map_or(out, Into::into)
 }
@@ -115,7 +115,8 @@ mod tests {
         let (nodes, tau) = (lobatto(ORDER - 1), 1e-8);
         let mut kernel = Kernel::default();
         kernel.set(0, &nodes, 1.0, tau);
-        // ∫ exp(−(c − t)/τ) p(t) dt = τ p(c) − τ² p'(c) + …, and the slope of a Lagrange polynomial is below ten.
+        // ∫ exp(−(c − t)/τ) p(t) dt = τ p(c) − τ² p'(c) + …, and the slope of a Lagrange polynomial is
+        // below ten.
         for j in 1..ORDER {
             for l in 0..ORDER {
                 let value = if j == l { 1.0 } else { 0.0 };

@@ -10,8 +10,8 @@ use crate::shoot::Shoot;
 use crate::state::CLOSE;
 use crate::tropism::Declaration;
 
-/// Number of equal steps before a breaking point: the number of steps over which stimuli are interpolated.
-/// There is one less after it.
+/// Number of equal steps before a breaking point: the number of steps over which stimuli are interpolated. After it
+/// there is one step fewer.
 pub(super) const EQUAL_STEPS: f64 = (ORDER - 1) as f64;
 
 /// Ratio of the first step to the rise time of a variable. A cubic through four levels with this distance
@@ -55,7 +55,7 @@ fn breaking_points(shoot: &Shoot<impl Model>, laws: &Declaration, size: f64) -> 
     let now = shoot.state.time + close;
     let last = points().filter(|point| *point <= now).fold(f64::NEG_INFINITY, f64::max);
     let next = points().filter(|point| *point > now).fold(f64::INFINITY, f64::min);
-    // Merge breaking points closer than the tolerance into the last of them.
+    // Merge breaking points closer than `CLOSE` times the step into the last of them.
     (last, points().filter(|point| *point <= next + close).fold(next, f64::max))
 }
 

@@ -1,4 +1,4 @@
-//! Estimates of the error of a mesh, from the change of an answer on a finer mesh.
+//! Estimates of the error of a mesh, from the change of a result on a finer mesh.
 
 use nalgebra::SVector;
 
@@ -11,8 +11,8 @@ use crate::stability::spectrum::Linearisation;
 /// assembled, in a parameter, a frequency or a root on a mesh that resolves the waves.
 pub(super) const ROUNDING: f64 = 1e-10;
 
-/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of
-/// the sides: ten times the rounding, which waves that are amplified along the shoot increase.
+/// Smallest tolerance of a mesh refinement, and distance of a corrected point from a boundary in fractions of the
+/// sides: ten times the rounding, which waves that are amplified along the shoot increase.
 pub(super) const ACCURACY: f64 = 10.0 * ROUNDING;
 
 /// Returns an error unless a linearisation has more elements than the mesh whose error it is to estimate.
@@ -21,20 +21,20 @@ pub(super) fn check_finer(elements: usize, finer: &Linearisation) -> Result<(), 
     ParameterError::unless(number > elements, what, number as f64, "more than that of the mesh whose error is sought")
 }
 
-/// The observed convergence of an answer from mesh to mesh.
+/// The observed convergence of a result from mesh to mesh.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Convergence {
-    /// The last change of the answer, and the ratio of the numbers of elements.
+    /// The last change of the result, and the ratio of the numbers of elements.
     pub last: Option<(f64, f64)>,
-    /// Whether a coarser mesh had no answer, so that the waves are barely resolved on the first one that has.
+    /// Whether a coarser mesh gave no result. The first mesh with a result then barely resolves the waves.
     pub just_resolved: bool,
 }
 
 impl Convergence {
-    /// Error of the answer on the finer mesh, relative to its change from a mesh of `coarse` elements. The
-    /// observed order of convergence is limited to the range from half the order of the elements to one less
-    /// than this order, which allows for terms of higher order. Waves that are barely resolved converge more
-    /// slowly: a quarter of the order is assumed for their first change.
+    /// Error of the result on the finer mesh, relative to its change from a mesh of `coarse` elements. The observed
+    /// order of convergence is limited to the range from half the order of the elements to one less than this order,
+    /// which allows for terms of higher order. Waves that are barely resolved converge more slowly: a quarter of the
+    /// order is assumed for their first change.
     pub fn error_share(&mut self, change: f64, coarse: usize, fine: &Linearisation) -> f64 {
         let ratio = fine.elements() as f64 / coarse as f64;
         let half = fine.characteristic.points_per_element() as f64;

@@ -8,8 +8,8 @@ use crate::error::ParameterError;
 use crate::linear::StabilityError;
 use crate::stability::spectrum::Linearisation;
 
-/// Largest |Re λ| of a root on the axis, relative to its modulus or to the slowest rate. Its rounding error is
-/// 1e-13; where waves amplify this, the root jumps across the axis by up to a hundred times the value.
+/// Largest |Re λ| of a root on the axis, relative to its modulus or to the slowest rate. Its rounding error is 1e-13.
+/// Amplified waves can increase the rounding error to a hundred times this value.
 const ON_AXIS: f64 = 1e-11;
 
 /// Finds the value of a parameter between `from` and `to` at which the rightmost root, isolated or essential,

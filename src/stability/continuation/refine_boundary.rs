@@ -15,14 +15,14 @@ use crate::stability::spectrum::Linearisation;
 const SAMPLES: usize = 16;
 
 impl Refinement {
-    /// Follows a boundary as [`boundary`](super::boundary()) does, to the tolerance. The errors of each
-    /// parameter and of the frequency are relative to their values, that of a parameter whose range contains
-    /// zero to the larger end of the range. `family` takes the two parameters and the number of elements.
+    /// Follows a boundary as [`boundary`](super::boundary()) does, to the tolerance. Errors are relative to the value
+    /// of the parameter or frequency. If the range of a parameter contains zero, they are relative to its larger end.
+    /// `family` takes the two parameters and the number of elements.
     ///
-    /// The curve is followed on the first mesh on which this succeeds, which determines its ends and the
-    /// distances of its points. At every sixteenth point the mesh is refined until the estimate meets the
-    /// tolerance. The points between two of these are corrected on the finer mesh of both, and have the larger
-    /// one of their errors.
+    /// The curve is followed on the first mesh on which this succeeds, which determines its ends and the distances of
+    /// its points. At every sixteenth point the mesh is refined until the estimate meets the tolerance. The points
+    /// between two of these are corrected on the finer of the two meshes; their error is the larger of the two
+    /// estimates.
     ///
     /// # Errors
     /// Errors of [`boundary`](super::boundary()), a tolerance below 1e-9 or a range of meshes that is too small, or
@@ -37,7 +37,7 @@ impl Refinement {
             let [first, second] = settings.parameters(x);
             family(first, second, n)
         };
-        // The error of this curve is not estimated, so that the first answer is accepted.
+        // The error of this curve is not estimated, so that the first result is accepted.
         let (first, coarse) = self.converge(|n, _: Option<(usize, Vec<Follower<2>>)>| {
             Ok(((n, places(|x| at(x, n), settings)?), Some(0.0)))
         })?;
@@ -55,7 +55,7 @@ impl Refinement {
                 let [(at_before, root_before), (at_last, root_last)] = changes;
                 let expected = (at_last * 2.0 - at_before, root_last * 2.0 - root_before);
                 match refine.correct(place, expected, finer, settings, &mut at) {
-                    // Next to buckling a point of the coarse curve may be beyond it on a finer mesh.
+                    // Near buckling, a point of the coarse curve may be mechanically unstable on a finer mesh.
                     Err(StabilityError::MechanicallyUnstable { .. }) => {}
                     corrected => {
                         let corrected = corrected?;

@@ -1,4 +1,4 @@
-//! Mesh refinement: computation of an answer on finer meshes until its estimated error meets a tolerance.
+//! Mesh refinement: computation of a result on finer meshes until its estimated error meets a tolerance.
 
 use std::iter::{once, successors};
 
@@ -35,15 +35,14 @@ use crate::stability::spectrum::{Linearisation, Part, Root};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Each method takes a family of linearisations, whose last argument is *the number of elements*, and increases
-/// this number until the estimated error of the answer, from its change between two meshes, is below the
-/// tolerance. A family that cannot build its shoot anew divides the elements: with `first` 1 the number is that
-/// of the parts for [`Linearisation::refined`]. The reliability of the estimate:
-/// [`guide::stability`](crate::guide::stability). Meshes have `first` elements, then 3/2, 2, 3, 4, 6, 8 times
-/// as many and so on.
+/// Each method takes a family of linearisations, whose last argument is *the number of elements*, and increases this
+/// number until the estimated error of the result, from its change between two meshes, is below the tolerance. A
+/// family that cannot build its shoot anew divides the elements: with `first` 1 the number is that of the parts for
+/// [`Linearisation::refined`]. The reliability of the estimate: [`guide::stability`](crate::guide::stability). Meshes
+/// have `first` elements, then 3/2, 2, 3, 4, 6, 8 times as many and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
-    /// Largest error due to the mesh, relative to the answer; at least 1e-9.
+    /// Largest error due to the mesh, relative to the result; at least 1e-9.
     pub tolerance: f64,
     /// Number of elements of the first mesh.
     pub first: usize,
@@ -83,10 +82,10 @@ impl Refinement {
         (1e-2 * self.tolerance).max(ROUNDING) * size
     }
 
-    /// Computes an answer on finer meshes until the estimate of its relative error meets the tolerance.
-    /// `on_mesh` takes the number of elements and the answer of the mesh before, if there is one. It returns
-    /// its answer, and an estimate if it has one. If the resolution does not suffice, it is called without the
-    /// answer of the mesh before, and then on the next mesh.
+    /// Computes a result on finer meshes until the estimate of its relative error meets the tolerance. `on_mesh`
+    /// takes the number of elements and the result on the mesh before, if there is one. It returns a result, and an
+    /// estimate of its error if possible. If the resolution does not suffice, it is called without the result on the
+    /// mesh before, and then on the next mesh.
     ///
     /// # Errors
     /// [`ToleranceNotMet`](StabilityError::ToleranceNotMet), or the last error if there was no estimate; errors
@@ -177,8 +176,8 @@ impl Refinement {
     }
 }
 
-/// Whether a finer mesh may have an answer. A step of the parameters that is too long because of a coarse mesh
-/// may lead to parameters at which the shoot buckles.
+/// Whether a finer mesh may give a result. A step of the parameters that is too long because of a coarse mesh may
+/// lead to parameters at which the shoot buckles.
 fn depends_on_mesh(error: &StabilityError) -> bool {
     use StabilityError::{MechanicallyUnstable, NoConvergence, UnderResolved};
     matches!(error, UnderResolved { .. } | NoConvergence { .. } | MechanicallyUnstable { .. })

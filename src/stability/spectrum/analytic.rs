@@ -21,7 +21,7 @@ pub(super) struct Sample {
     pub value: Complex<f64>,
     /// f'/f, s: about the inverse distance of the nearest zero.
     pub log_derivative: Complex<f64>,
-    /// Inverse distance of the nearest singularity of which f'/f shows nothing from afar, s.
+    /// Inverse distance of the nearest singularity that f'/f does not show at a distance, s.
     pub nearness: f64,
 }
 

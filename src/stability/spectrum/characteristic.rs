@@ -50,7 +50,7 @@ impl CharacteristicMatrix {
     /// equilibrium.
     ///
     /// # Errors
-    /// Laws that steer nothing, too many variables, or derivatives that are not finite.
+    /// Laws without differential growth, too many variables, or derivatives that are not finite.
     pub fn about(
         shoot: &Shoot<impl Model>,
         rod: &Rod,

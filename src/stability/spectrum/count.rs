@@ -80,8 +80,8 @@ pub(super) fn count_within(f: &dyn Analytic, low: Complex<f64>, high: Complex<f6
     whole(changes.sum::<Option<f64>>()? / TAU)
 }
 
-/// The whole number nearest to a change of the argument in turns; none if it is negative, or if the change is
-/// not near it.
+/// The whole number nearest to a change of the argument over 2π, or over π on half a line; none if it is negative, or
+/// if the change is not near it.
 fn whole(count: f64) -> Option<usize> {
     let nearest = count.round();
     ((count - nearest).abs() < 0.05 && nearest >= 0.0).then_some(nearest as usize)
@@ -101,9 +101,9 @@ fn argument(
     if !(left.is_finite() && right.is_finite()) {
         return None;
     }
-    // |f'/f| is about the inverse distance of the nearest zero. Two zeros close to the line and to each other change the
-    // argument by 2π between samples with equal values and derivatives of the argument. Hence a panel must also be shorter
-    // than twice that distance. A zero beside its middle then changes the argument by a quarter-turn at most.
+    // The inverse distance of the nearest zero is about |f'/f|. Two zeros close to the line and to each other change
+    // the argument by 2π between samples with equal values and derivatives of the argument. Hence a panel must also be
+    // shorter than twice that distance. A zero beside its middle then changes the argument by π/2 at most.
     let steepest = [fa, fm, fb].map(|at| at.log_derivative.norm().max(at.nearness)).into_iter().fold(0.0, f64::max);
     if left.abs() < 0.5 && right.abs() < 0.5 && (left - right).abs() < 0.25 && (b - a) * steepest < 2.0 {
         return Some(left + right);

@@ -34,8 +34,8 @@ impl Linearisation {
     /// and zone are kept constant. The shoot is not changed.
     ///
     /// # Errors
-    /// A state that is not steady or mechanically unstable, laws that are not autonomous or steer nothing, or whose
-    /// derivatives are not finite.
+    /// A state that is not steady or mechanically unstable, laws that are not autonomous or cause no differential
+    /// growth, or whose derivatives are not finite.
     pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
         Self::on(shoot, shoot.state.rod.clone())
     }
@@ -88,8 +88,8 @@ impl Linearisation {
     /// Roots whose real part is less than a millionth of the slowest rate count as stable.
     ///
     /// # Errors
-    /// [`InfinitelyMany`](StabilityError::InfinitelyMany) if the essential spectrum extends right of the axis;
-    /// a root on the line, or a mesh that does not resolve the waves that matter.
+    /// [`InfinitelyMany`](StabilityError::InfinitelyMany) if the essential spectrum extends right of the axis; a root
+    /// at the threshold, or a mesh that does not resolve the waves that affect the count.
     pub fn unstable(&self) -> Result<usize, StabilityError> {
         for point in &self.spectrum.points {
             if count_along(point, threshold(point))?.number > 0 {
@@ -141,8 +141,8 @@ impl Linearisation {
     /// The rightmost isolated root, with its mode.
     ///
     /// # Errors
-    /// No root right of the essential spectrum and of the laws' own rates, or a mesh that does not resolve the
-    /// waves that matter.
+    /// No root right of the essential spectrum and of the laws' own rates, or a mesh that does not resolve the waves
+    /// that affect the root.
     pub fn rightmost(&self) -> Result<Root, StabilityError> {
         let roots = self.isolated(&self.essential()?)?.into_iter();
         let (name, value) =
@@ -215,16 +215,16 @@ impl Linearisation {
         Ok(out)
     }
 
-    /// The response to a growth gradient Re[`gradient` exp(iωt)] that is added at every point of the growth
-    /// zone, with ω = `omega` in 1/s and the gradient in 1/m: the solution of M(iω) δu* = REGR gradient. An
-    /// [`Oscillator`](crate::tropism::Oscillator) that turns counterclockwise at phase zero is (α/r, −iα/r,
-    /// 0); linearise the shoot without it.
+    /// The response to a growth gradient Re[`gradient` exp(iωt)] that is added at every point of the growth zone,
+    /// with ω = `omega` in 1/s and the gradient in 1/m: the solution of M(iω) δu* = REGR gradient. An
+    /// [`Oscillator`](crate::tropism::Oscillator) that rotates counterclockwise at phase zero is (α/r, −iα/r, 0);
+    /// linearise the shoot without it.
     ///
     /// The response is of first order in the gradient. The shoot approaches it if no root is unstable.
     ///
     /// # Errors
-    /// A frequency that is not positive, a gradient along a director about which no law steers, or a frequency
-    /// at which the shoot has a root.
+    /// A frequency that is not positive, a gradient along a director about which no law bends or twists the shoot
+    /// everywhere, or a frequency at which the shoot has a root.
     pub fn response(&self, omega: f64, gradient: &Vector3<Complex<f64>>) -> Result<ForcedResponse, StabilityError> {
         ForcedResponse::of(&self.characteristic, omega, gradient)
     }

@@ -71,9 +71,9 @@ pub struct Root {
     /// Number of uncoupled parts of the shoot that have this root. The root of an isotropic shoot is double:
     /// its tip moves on a line in any plane, or on a circle in either sense.
     pub multiplicity: usize,
-    /// Sense in which the tip moves on an ellipse, as seen along the tangent of the apex. None if it moves on a
-    /// line, whose direction is that of its displacement, or if the root is multiple. The tip of a shoot that
-    /// leans and moves in the plane of its bend is on a thin ellipse in that plane, which counts as a line.
+    /// Sense in which the tip moves on an ellipse, as seen from the apex towards the base. None if it moves on a
+    /// line, whose direction is that of its displacement, or if the root is multiple. The tip of a shoot that leans
+    /// and moves in the plane of its bend is on a thin ellipse in that plane, which counts as a line.
     pub handedness: Option<Handedness>,
     /// Change of the intrinsic strain in the mode at the points of the growth zone, components along the
     /// directors, 1/m.
@@ -124,8 +124,8 @@ impl Root {
     }
 }
 
-/// The sense of a displacement Re[a exp(iωt)], as seen along the tangent. It is at Re a at first and moves
-/// along −Im a. None if it moves on a line, because Re a and Im a are parallel.
+/// The sense of a displacement Re[a exp(iωt)], as seen from the apex towards the base, against the tangent. It is at
+/// Re a at first and moves along −Im a. None if it moves on a line, because Re a and Im a are parallel.
 fn handedness(a: &Vector3<Complex<f64>>, tangent: &Vector3<f64>) -> Option<Handedness> {
     let area = -a.map(|z| z.re).cross(&a.map(|z| z.im)).dot(tangent);
     let sense = if area > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };

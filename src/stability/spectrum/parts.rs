@@ -86,8 +86,8 @@ fn count_equal(blocks: &mut [Block], probes: &[Complex<f64>]) {
     }
 }
 
-/// Whether the gradients at the points of a kind depend on the strain at their own place, or variables grow
-/// there without being driven.
+/// Whether the gradients at the points of a kind depend on the strain at their own place, or variables grow without a
+/// stimulus.
 fn has_short_waves(characteristic: &CharacteristicMatrix, kind: usize, probes: &[Complex<f64>]) -> bool {
     let transfer = &characteristic.transfers[kind];
     let answers = |z: &Complex<f64>| {
