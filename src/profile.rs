@@ -148,14 +148,14 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     #[must_use]
     pub fn at(&self, s: f64) -> Option<Place> {
         let (e, x) = self.rod.locate(s)?;
-        Some(self.within(e, x))
+        Some(Place { arc_length: s.clamp(0.0, self.length), ..self.within(e, x) })
     }
 
     /// `count` places at equal distances from base to apex, including both. A single place is the base.
     #[must_use]
     pub fn sample(&self, count: usize) -> Vec<Place> {
         let last = count.saturating_sub(1).max(1);
-        (0..count).filter_map(|i| self.at(self.length * i as f64 / last as f64)).collect()
+        (0..count).filter_map(|i| self.at(self.length * (i as f64 / last as f64))).collect()
     }
 
     /// Integrals over the rod beyond the coordinate `x` of element `e`, and the position there. The part in the

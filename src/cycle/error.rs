@@ -1,12 +1,12 @@
 //! Errors of the solvers of periodic orbits and rotating waves.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, debug_by_display};
 use crate::numerics::krylov::RitzError;
 use crate::stability::StabilityError;
 
 /// Reason why an orbit, its stability or its branch was not computed. The shoot is unchanged.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CycleError {
     /// A setting is out of range, or does not belong to the shoot.
@@ -98,6 +98,8 @@ pub enum CycleError {
         residual: f64,
     },
 }
+
+debug_by_display!(CycleError);
 
 impl CycleError {
     /// The error of Newton's method for an orbit.

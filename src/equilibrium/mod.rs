@@ -16,7 +16,7 @@ pub use unloaded::Unloaded;
 use nalgebra::Vector3;
 
 use crate::constitutive::Constitutive;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
@@ -72,7 +72,7 @@ pub struct Equilibrium {
 }
 
 /// Error of a search for an equilibrium. The rod has not changed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EquilibriumError {
     /// The iteration did not converge. A better initial guess, a finer mesh or a smaller load may help.
@@ -121,6 +121,8 @@ pub enum EquilibriumError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
 }
+
+debug_by_display!(EquilibriumError);
 
 impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.

@@ -17,12 +17,12 @@ pub enum IntegrationError {
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// No equilibrium was found.
-    #[error("at {time} s: {source}")]
+    #[error("at {time} s: {error}")]
     Equilibrium {
         /// Time of the equilibrium, s.
         time: f64,
         /// Error of the equilibrium solver.
-        source: EquilibriumError,
+        error: EquilibriumError,
     },
     /// The corrections of an implicit step did not converge.
     #[error("the step to {time} s did not converge: its last correction changed an angle by {change:.3e} rad")]
@@ -105,7 +105,7 @@ impl IntegrationError {
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
         match self {
-            Self::Equilibrium { source, .. } => source.is_recoverable(),
+            Self::Equilibrium { error, .. } => error.is_recoverable(),
             Self::NotConverged { .. } | Self::Variables { .. } | Self::GrowsTooFast { .. } | Self::Uneven { .. } => {
                 true
             }

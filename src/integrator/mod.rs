@@ -147,7 +147,8 @@ pub trait Integrator {
     ///
     /// # Errors
     /// Those of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time
-    /// that is before the present or an earlier output time, or after `until`.
+    /// that is before the present or an earlier output time, or after `until`. Calls of `show` before an error are not
+    /// undone.
     fn advance_showing<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,

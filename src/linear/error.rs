@@ -1,10 +1,10 @@
 //! Errors of steady states, characteristic roots and their continuation.
 
 use crate::equilibrium::EquilibriumError;
-use crate::error::ParameterError;
+use crate::error::{ParameterError, debug_by_display};
 
 /// Reason why there is no steady state, root or crossing of the imaginary axis.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StabilityError {
     /// A parameter is out of range.
@@ -131,3 +131,5 @@ pub enum StabilityError {
         residual: f64,
     },
 }
+
+debug_by_display!(StabilityError);

@@ -1,11 +1,12 @@
 //! Consistency of a rod that is read from a file.
 
+use crate::error::debug_by_display;
 use nalgebra::Vector3;
 
 use super::Rod;
 
 /// Inconsistency of the data of a rod.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RodError {
     /// A list has the wrong length.
@@ -31,6 +32,8 @@ pub enum RodError {
         requirement: &'static str,
     },
 }
+
+debug_by_display!(RodError);
 
 /// Returns an error for number `index` of a quantity unless `ok`.
 fn unless(ok: bool, what: &'static str, index: usize, value: f64, requirement: &'static str) -> Result<(), RodError> {

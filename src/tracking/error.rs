@@ -1,9 +1,9 @@
 //! Errors of the analysis of tip tracks.
 
-use crate::error::ParameterError;
+use crate::error::{ParameterError, debug_by_display};
 
 /// Reason why a tip track cannot be analysed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackingError {
     /// A setting is out of range.
@@ -28,6 +28,8 @@ pub enum TrackingError {
         needed: f64,
     },
 }
+
+debug_by_display!(TrackingError);
 
 impl TrackingError {
     /// Returns an error unless a quantity has at least the needed value.

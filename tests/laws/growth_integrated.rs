@@ -220,3 +220,21 @@ fn tissue_without_a_finite_exit_time_keeps_an_infinite_age() {
     }
     assert!(merges > 10, "{merges}");
 }
+
+#[test]
+fn pointers_forward_the_closed_forms_of_a_law() {
+    struct Known;
+    impl GrowthLaw for Known {
+        fn regr(&self, _: f64, _: f64) -> f64 {
+            1e-5
+        }
+        fn zone_length(&self) -> f64 {
+            0.03
+        }
+        fn length(&self, _: f64, _: f64) -> f64 {
+            42.0
+        }
+    }
+    let boxed: Box<dyn GrowthLaw> = Box::new(Known);
+    assert_eq!([Known.length(0.03, HOUR), boxed.length(0.03, HOUR), (&Known).length(0.03, HOUR)], [42.0; 3]);
+}

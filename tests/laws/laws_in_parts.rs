@@ -1,5 +1,4 @@
-//! Composition of laws: declarations, chained memories, tuples, boxed laws, and models written by
-//! users.
+//! Composition of laws: declarations, chained memories, tuples, boxed laws, and models of users.
 
 use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};

@@ -1,5 +1,4 @@
-//! Characteristic roots compared with time integration, and their number compared with the number
-//! of roots of the continuous problem in the unstable half plane.
+//! Characteristic roots compared with time integration, and their number with that of the continuous problem.
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -164,7 +164,7 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
         let error = run.advance(&mut shoot, HOUR).unwrap_err();
         let expected = EquilibriumError::NotFinite { what: "force in the rod" };
         assert!(
-            matches!(&error, IntegrationError::Equilibrium { time, source } if *source == expected && *time >= 1800.0)
+            matches!(&error, IntegrationError::Equilibrium { time, error } if *error == expected && *time >= 1800.0)
         );
         assert!(!error.is_recoverable());
         assert!(&kept == shoot.state());
@@ -215,7 +215,7 @@ fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     run.advance(&mut shoot, 1200.0).unwrap();
     let kept = shoot.state().clone();
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    assert!(matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Parameter(_), .. }), "{error}");
+    assert!(matches!(error, IntegrationError::Equilibrium { error: EquilibriumError::Parameter(_), .. }), "{error}");
     assert!(&kept == shoot.state());
 }
 

@@ -94,7 +94,7 @@ fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
     let mut run = MethodOfSteps::new(90.0);
     run.solver.max_iterations = 3;
     let error = run.advance(&mut shoot, HOUR).unwrap_err();
-    let IntegrationError::Equilibrium { time, source: EquilibriumError::NoConvergence { residual, force, .. } } = error
+    let IntegrationError::Equilibrium { time, error: EquilibriumError::NoConvergence { residual, force, .. } } = error
     else {
         panic!("{error}")
     };

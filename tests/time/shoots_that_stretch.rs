@@ -193,6 +193,6 @@ fn crushed_tissue_is_an_error_that_leaves_the_shoot_unchanged() {
     let most = law.youngs_modulus * PI * RADIUS * RADIUS - 1000.0 * 9.81 * 2e-3 * PI * RADIUS * RADIUS;
     assert!(crush(0.999 * most).0.is_ok());
     let (answer, unharmed) = crush(1.001 * most);
-    let crushed = matches!(answer, Err(IntegrationError::Equilibrium { source: EquilibriumError::Crushed { .. }, .. }));
+    let crushed = matches!(answer, Err(IntegrationError::Equilibrium { error: EquilibriumError::Crushed { .. }, .. }));
     assert!(crushed && unharmed, "{answer:?}");
 }

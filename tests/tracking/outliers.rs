@@ -64,3 +64,21 @@ fn displaced_positions_are_the_only_outliers_of_a_track() {
     }
     assert_eq!(outliers(&Track::new(track.times().to_vec(), positions).unwrap()), displaced);
 }
+
+#[test]
+fn huge_outliers_do_not_hide_small_ones_or_the_motion() {
+    let mut draw = Draw::new(7);
+    let clean = path(900, 60.0, |t| circle(t, 24.0 * MINUTE, 1e-3) + draw.normal() * 2e-5);
+    for size in [1e3, 1e36, 1e150, f64::MAX] {
+        let mut positions = clean.positions().to_vec();
+        positions[100] = Vector2::new(size, size);
+        positions[250].x += 1.5e-3;
+        positions[333] = Vector2::new(-size, 0.0);
+        let track = Track::new(clean.times().to_vec(), positions).unwrap();
+        assert_eq!(outliers(&track), [100, 250, 333], "{size:e} m");
+        let found = track.nutation([10.0 * MINUTE, HOUR]).unwrap();
+        assert!(found.nutates && (found.period.unwrap() / (24.0 * MINUTE) - 1.0).abs() < 0.01, "{size:e} m");
+        assert_eq!(track.oscillations(&Search::default()).unwrap().oscillations.len(), 1, "{size:e} m");
+    }
+    assert!(clean.oscillations(&Search { drift: usize::MAX - 3, ..Search::default() }).is_err());
+}

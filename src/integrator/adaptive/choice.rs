@@ -82,7 +82,7 @@ impl<M: Model> Trials<'_, M> {
                         coarse.longest_element *= SHORTER;
                     }
                     let is_folded =
-                        matches!(error, IntegrationError::Equilibrium { source: EquilibriumError::Folded { .. }, .. });
+                        matches!(error, IntegrationError::Equilibrium { error: EquilibriumError::Folded { .. }, .. });
                     failure = Some(error);
                     // Shorter steps do not change the rotation of an element.
                     if is_folded {

@@ -69,7 +69,7 @@ impl Stepper {
         self.force.update(rod, model.load(), &environment);
         solver
             .equilibrate(rod, model.constitutive(), &self.force)
-            .map_err(|source| IntegrationError::Equilibrium { time, source })
+            .map_err(|error| IntegrationError::Equilibrium { time, error })
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.
