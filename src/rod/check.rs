@@ -1,9 +1,9 @@
 //! Consistency of a rod that is read from a file.
 
-use crate::error::debug_by_display;
 use nalgebra::Vector3;
 
 use super::Rod;
+use crate::error::debug_by_display;
 
 /// Inconsistency of the data of a rod.
 #[derive(Clone, PartialEq, thiserror::Error)]
