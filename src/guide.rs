@@ -11,7 +11,11 @@ pub mod saving {}
 
 /// Writing a growth profile, a tropism and an elastic law.
 #[doc = include_str!("../docs/own-laws.md")]
-#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/own_law.svg"), "</figure>")]
+#[doc = concat!(
+    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
+    include_str!("../docs/pictures/own_law.svg"),
+    "</figure>"
+)]
 pub mod own_laws {}
 
 /// Equations, discretisation and limits of the method.
@@ -20,17 +24,29 @@ pub mod method {}
 
 /// Steady states, characteristic roots and onsets of oscillations, and their limits.
 #[doc = include_str!("../docs/stability.md")]
-#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/stability_map.svg"), "</figure>")]
+#[doc = concat!(
+    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
+    include_str!("../docs/pictures/stability_map.svg"),
+    "</figure>"
+)]
 pub mod stability {}
 
 /// Periodic orbits, their stability and their bifurcations.
 #[doc = include_str!("../docs/cycles.md")]
-#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/bifurcation.svg"), "</figure>")]
+#[doc = concat!(
+    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
+    include_str!("../docs/pictures/bifurcation.svg"),
+    "</figure>"
+)]
 pub mod cycles {}
 
 /// Meaning of the tolerances, reliability of the error estimates, and tables of error against run time.
 #[doc = include_str!("../docs/accuracy.md")]
-#[doc = concat!("<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n", include_str!("../docs/pictures/work_precision.svg"), "</figure>")]
+#[doc = concat!(
+    "<figure style=\"margin: 0\"><style>figure svg { width: 100%; height: auto }</style>\n",
+    include_str!("../docs/pictures/work_precision.svg"),
+    "</figure>"
+)]
 pub mod accuracy {}
 
 /// Run time of a time step by its parts, lower bounds, and optimisations with their effect.

@@ -44,8 +44,8 @@ pub trait Model {
     fn scene(&self) -> &Self::Scene;
 }
 
-/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite if
-/// there is none.
+/// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite
+/// without one.
 ///
 /// # Errors
 /// A law that returns a time that is not later than `t`, or NaN.

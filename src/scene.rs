@@ -43,7 +43,8 @@ impl Environment {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a scene",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
+        `.load`, scenes to `.scene`",
     note = "scenes implement `morphorod::Scene`: `Still` and `Turned` do"
 )]
 pub trait Scene {
@@ -54,7 +55,7 @@ pub trait Scene {
     fn base(&self, t: f64) -> UnitQuaternion<f64>;
 
     /// The first time after `t` (s) at which gravity, the base or a first derivative of them is discontinuous;
-    /// infinite if there is none. Integrators end a step there and evaluate the scene a few units of rounding
+    /// infinite without one. Integrators end a step there and evaluate the scene a few units of rounding
     /// before and after, so the value at the discontinuity itself does not matter.
     fn next_discontinuity(&self, _t: f64) -> f64 {
         f64::INFINITY

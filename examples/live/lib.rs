@@ -96,7 +96,7 @@ pub extern "C" fn live_tip() -> i32 {
     })
 }
 
-/// Writes period (s; zero if there is none), semi-major axis and signed semi-minor axis (m).
+/// Writes period (s; zero without an oscillation), semi-major axis and signed semi-minor axis (m).
 #[unsafe(no_mangle)]
 pub extern "C" fn live_read() -> i32 {
     with(|live, numbers| {
@@ -105,7 +105,7 @@ pub extern "C" fn live_read() -> i32 {
     })
 }
 
-/// Writes the lengths (m) of buckling and of the onset of swinging; infinite where there is none.
+/// Writes the lengths (m) of buckling and of the onset of swinging; infinite if they do not exist.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_critical() -> i32 {
     with(|live, numbers| {

@@ -99,7 +99,7 @@ impl Load for Hand {
 /// What the tip's path of the last hours says.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading {
-    /// Period, s; zero if there is none.
+    /// Period, s; zero without an oscillation.
     pub period: f64,
     /// Semi-axes of the ellipse, m; the sign of the second is that of the sense: counterclockwise is positive.
     pub axes: [f64; 2],
@@ -197,8 +197,8 @@ impl Live {
         (Weight::GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
     }
 
-    /// The length (m) from which on such a shoot, if all of it responds to stimuli, swings by itself; none if it
-    /// never does, or has no steady state.
+    /// Critical length (m) at which oscillations begin, for a shoot that responds to stimuli along its whole length.
+    /// `None` if there is no such length or no steady state.
     pub fn critical_length(&self) -> Option<f64> {
         let longest = self.buckling_length();
         let laws = model(&self.values);

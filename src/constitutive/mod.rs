@@ -44,7 +44,8 @@ pub struct LineResponse {
 /// A hyperelastic law: the couple is the gradient of an energy density, which the equilibrium minimises.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an elastic law",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
+        `.load`, scenes to `.scene`",
     note = "elastic laws implement `morphorod::constitutive::Constitutive`, as `LinearElastic` does"
 )]
 pub trait Constitutive {

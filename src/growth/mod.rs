@@ -26,8 +26,10 @@ use crate::pointers::forward_pointers;
 /// numerically unless the law implements it in closed form.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a growth law",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
-    note = "growth laws implement `morphorod::growth::GrowthLaw`: `UniformGrowth` and others, `Ongoing(law)` for constant length"
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
+        `.load`, scenes to `.scene`",
+    note = "growth laws implement `morphorod::growth::GrowthLaw`: `UniformGrowth` and others, \
+        `Ongoing(law)` for constant length"
 )]
 pub trait GrowthLaw {
     /// Relative elemental growth rate at distance `sigma` ≤ zone length from the apex at time `t` (s), in 1/s.

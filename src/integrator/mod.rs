@@ -54,7 +54,7 @@ pub trait Integrator {
     /// discontinuity the shoot has the shape after it.
     ///
     /// # Errors
-    /// Those of [`start`](Self::start), and:
+    /// The errors of [`start`](Self::start), and:
     /// - [`Parameter`](IntegrationError::Parameter): `until` is in the past, or the history does not fit the laws.
     /// - [`NotConverged`](IntegrationError::NotConverged), [`Variables`](IntegrationError::Variables),
     ///   [`GrowsTooFast`](IntegrationError::GrowsTooFast), [`Uneven`](IntegrationError::Uneven): the step is too long.
@@ -66,7 +66,7 @@ pub trait Integrator {
     /// Advances the shoot towards time `until` (s), by at most `max_steps` steps.
     ///
     /// # Errors
-    /// Those of [`advance`](Self::advance).
+    /// The errors of [`advance`](Self::advance).
     fn advance_at_most(&mut self, shoot: &mut Shoot<impl Model>, until: f64, max_steps: usize) -> Outcome<Statistics>;
 
     /// Makes one of the steps by which [`advance`](Self::advance) reaches time `until` (s), so that the shoot
@@ -86,7 +86,7 @@ pub trait Integrator {
     /// ```
     ///
     /// # Errors
-    /// Those of [`advance`](Self::advance).
+    /// The errors of [`advance`](Self::advance).
     fn step(&mut self, shoot: &mut Shoot<impl Model>, until: f64) -> Outcome<Statistics> {
         self.advance_at_most(shoot, until, 1)
     }
@@ -114,7 +114,7 @@ pub trait Integrator {
     /// The condition for a shoot that no longer moves is `|shoot| 1e-9 - shoot.steering_rate()`, in rad/s.
     ///
     /// # Errors
-    /// Those of [`advance`](Self::advance), [`NotFinite`](IntegrationError::NotFinite) for a condition that is
+    /// The errors of [`advance`](Self::advance), [`NotFinite`](IntegrationError::NotFinite) for a condition that is
     /// NaN, and [`NotReached`](IntegrationError::NotReached) if the condition does not hold by the time
     /// `latest`. To keep the shape at that time, write a loop over [`step`](Self::step) instead.
     fn advance_until<M: Model>(
@@ -146,7 +146,7 @@ pub trait Integrator {
     /// ```
     ///
     /// # Errors
-    /// Those of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time
+    /// The errors of [`advance`](Self::advance), and [`Parameter`](IntegrationError::Parameter) for an output time
     /// that is before the present or an earlier output time, or after `until`. Calls of `show` before an error are not
     /// undone.
     fn advance_showing<M: Model>(
@@ -182,7 +182,7 @@ pub trait Integrator {
     /// ```
     ///
     /// # Errors
-    /// Those of both methods.
+    /// The errors of both methods.
     fn advance_showing_until<M: Model>(
         &mut self,
         shoot: &mut Shoot<M>,

@@ -33,13 +33,13 @@ pub trait Simulation {
     /// Advances the shoot to time `until` (s), as [`Integrator::advance`].
     ///
     /// # Errors
-    /// Those of [`Integrator::advance`]. The state is then the one before the call.
+    /// The errors of [`Integrator::advance`]. The state is then the one before the call.
     fn advance(&mut self, until: f64) -> Outcome<Statistics>;
 
     /// Makes one step towards time `until` (s), as [`Integrator::step`].
     ///
     /// # Errors
-    /// Those of [`Integrator::advance`]. The state is then the one before the call.
+    /// The errors of [`Integrator::advance`]. The state is then the one before the call.
     fn step(&mut self, until: f64) -> Outcome<Statistics>;
 
     /// Returns the state of the shoot.
@@ -48,7 +48,7 @@ pub trait Simulation {
     /// Restores a state, as [`Shoot::restore`].
     ///
     /// # Errors
-    /// Those of [`Shoot::restore`]: the state is damaged or belongs to other laws. The shoot keeps its state then.
+    /// The errors of [`Shoot::restore`]: the state is damaged or belongs to other laws. The shoot keeps its state then.
     fn restore(&mut self, state: &State) -> Result<(), StateError>;
 }
 

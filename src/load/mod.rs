@@ -93,7 +93,8 @@ impl Cut {
 /// The force must be smooth in arc length except at the places that [`jumps`](Self::jumps) returns.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a load",
-    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to `.load`, scenes to `.scene`",
+    note = "elastic laws go to `Shoot::builder`, growth laws to `.growth`, tropisms to `.tropism`, loads to \
+        `.load`, scenes to `.scene`",
     note = "loads implement `morphorod::load::Load`; tuples of up to six loads and `Vec`s of loads are loads",
     note = "a force (N) on the apex as a function of time (s) is `ApicalForce(|t: f64| ...)`"
 )]

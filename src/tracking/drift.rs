@@ -44,7 +44,7 @@ impl Track {
     /// given period.
     ///
     /// # Errors
-    /// Those of [`drift`](Self::drift).
+    /// The errors of [`drift`](Self::drift).
     pub fn without_drift(&self, period: f64) -> Result<Self, TrackingError> {
         let drift = self.drift(period)?;
         let positions = self.positions.iter().zip(&drift.positions).map(|(p, slow)| p - slow).collect();

@@ -47,7 +47,7 @@ impl Track {
     /// coordinate is horizontal, along e3 × axis, and the second one is along axis × (e3 × axis).
     ///
     /// # Errors
-    /// Those of [`new`](Self::new), or an axis that is zero or not finite.
+    /// The errors of [`new`](Self::new), or an axis that is zero or not finite.
     pub fn seen_along(axis: &Vector3<f64>, times: Vec<f64>, positions: &[Vector3<f64>]) -> Result<Self, TrackingError> {
         check(&times, positions)?;
         let norm = axis.norm();

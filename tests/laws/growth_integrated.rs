@@ -236,5 +236,6 @@ fn pointers_forward_the_closed_forms_of_a_law() {
         }
     }
     let boxed: Box<dyn GrowthLaw> = Box::new(Known);
-    assert_eq!([Known.length(0.03, HOUR), boxed.length(0.03, HOUR), (&Known).length(0.03, HOUR)], [42.0; 3]);
+    let lengths = [&Known as &dyn GrowthLaw, &boxed, &&boxed].map(|law| law.length(0.03, HOUR));
+    assert_eq!(lengths, [42.0; 3]);
 }

@@ -100,7 +100,8 @@ impl Random {
     }
 }
 
-/// A root, unless there is none right of the essential spectrum or the mesh does not resolve the waves next to that.
+/// A root right of the essential spectrum. `None` if it does not exist, or if the mesh does not resolve the waves
+/// there.
 fn conclusive(answer: Result<Root, StabilityError>) -> Option<Root> {
     use StabilityError::{NoIsolatedRoot, ToleranceNotMet, UnderResolved};
     match answer {

@@ -148,7 +148,8 @@ proptest! {
             length <= meshes.tolerance && frequency <= meshes.tolerance,
             "{length:e}, {frequency:e}: {found:?}"
         );
-        prop_assert!(is_near(found.parameter_errors.unwrap()[0] / found.parameters[0], length), "{length:e}: {found:?}");
+        let error = found.parameter_errors.unwrap()[0] / found.parameters[0];
+        prop_assert!(is_near(error, length), "{length:e}: {found:?}");
     }
 }
 

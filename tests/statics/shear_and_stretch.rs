@@ -299,7 +299,8 @@ proptest! {
         let turned = solve(turn, 24);
         // Rounding of 24 elements, amplified by the inverse of the tangent.
         let image = turn * rod.tip();
-        prop_assert!(abs_diff_eq!(InNorm(image), InNorm(turned.tip()), epsilon = 1e-12), "{image} against {}", turned.tip());
+        let tip = turned.tip();
+        prop_assert!(abs_diff_eq!(InNorm(image), InNorm(tip), epsilon = 1e-12), "{image} against {tip}");
         let stiffness = SOFT.stiffness(RADIUS);
         let factor = |s: f64| 1.0 + (length - s) / length;
         let known = back_to_base_of_line(

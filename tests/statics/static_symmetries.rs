@@ -110,7 +110,8 @@ proptest! {
         prop_assert!(difference < promise, "{difference:e} against {promise:e}");
         let (expected, found_tip) = (turn * rod.tip(), image.tip());
         let bound = promise * case.length;
-        prop_assert!(abs_diff_eq!(InNorm(expected), InNorm(found_tip), epsilon = bound), "{expected} against {found_tip}");
+        let near = abs_diff_eq!(InNorm(expected), InNorm(found_tip), epsilon = bound);
+        prop_assert!(near, "{expected} against {found_tip}");
         // The counts may differ only by the last iteration, which rounding decides.
         prop_assert!(found.iterations.abs_diff(again.iterations) <= 1, "{} {}", found.iterations, again.iterations);
         // A solved rod that is rotated with its scene is in equilibrium.
@@ -138,7 +139,8 @@ proptest! {
         let promise = promised(&found, &again);
         let (expected, found_tip) = (mirror * rod.tip(), image.tip());
         let bound = promise * case.length;
-        prop_assert!(abs_diff_eq!(InNorm(expected), InNorm(found_tip), epsilon = bound), "{expected} against {found_tip}");
+        let near = abs_diff_eq!(InNorm(expected), InNorm(found_tip), epsilon = bound);
+        prop_assert!(near, "{expected} against {found_tip}");
         let axes = |f: &UnitQuaternion<f64>| {
             let m = f.to_rotation_matrix().into_inner();
             mirror * m * Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0))

@@ -48,7 +48,7 @@ fn invalid_geometry_and_material_are_refused_by_name() {
     refused("radius", &NOT_POSITIVE, |x| {
         Shoot::builder(YOUNG).length(0.05).section(move |s| if s > 0.04 { x } else { RADIUS }).into_dyn().build()
     });
-    // The message for a missing value contains no number.
+    // The message for a missing value has no digits.
     for (error, setter) in [
         (Shoot::builder(YOUNG).radius(RADIUS).into_dyn().build().unwrap_err(), "given by `length`"),
         (Shoot::builder(YOUNG).length(0.05).into_dyn().build().unwrap_err(), "given by `radius`"),
