@@ -32,7 +32,7 @@ use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Weight, Whirl};
-use morphorod::tracking::{self, Oscillations, Pattern, Search};
+use morphorod::tracking::{self, Oscillations, Search};
 use morphorod::tropism::{
     Gravitropism, Handedness, Memory, Oscillator, Perception, Proprioception, Response, SettledStatoliths, Statoliths,
 };
@@ -185,18 +185,11 @@ const TOO_SHORT: &str = "no periods: they need a run of at least 26 h";
 /// Describes periods, amplitudes, senses and the pattern.
 fn description(found: &Oscillations) -> String {
     let wave = |wave: &tracking::Oscillation| {
-        let sense = wave.ellipse.sense.map_or("no definite sense".into(), |sense| format!("{sense:?}").to_lowercase());
+        let sense = wave.ellipse.sense.map_or("no definite sense".into(), |sense| sense.to_string());
         format!("period {:.3} min, amplitude {:.3} mm, {sense}", wave.period / MINUTE, 1e3 * wave.ellipse.major)
     };
     let waves: Vec<String> = found.oscillations.iter().take(2).map(wave).collect();
-    let pattern = match found.pattern() {
-        Pattern::Epitrochoid { loops, .. } => format!("epitrochoid with {loops:.3} loops per revolution"),
-        Pattern::Hypotrochoid { loops, .. } => {
-            format!("hypotrochoid with {loops:.3} loops per revolution")
-        }
-        other => format!("{other:?}"),
-    };
-    format!("{}: {pattern}", waves.join("; "))
+    format!("{}: {}", waves.join("; "), found.pattern())
 }
 
 fn main() -> ExitCode {

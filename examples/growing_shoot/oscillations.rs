@@ -30,7 +30,7 @@ pub fn print_last(track: &Track) {
     for wave in found.oscillations.iter().take(2) {
         let (ellipse, minutes) = (wave.ellipse, wave.period / MINUTE);
         let (major, minor) = (1e3 * ellipse.major, 1e3 * ellipse.minor);
-        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| format!("{sense:?}").to_lowercase());
+        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| sense.to_string());
         println!("  last {hours} h: period {minutes:.1} min, semi-axes {major:.2} and {minor:.2} mm, {sense}");
     }
 }

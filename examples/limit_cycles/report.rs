@@ -25,7 +25,7 @@ pub fn print(record: &Record, track: &Track, end: f64, exact: Option<[f64; 3]>) 
             _ => "two periods",
         };
         let ellipse = first.ellipse;
-        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| format!("{sense:?}").to_lowercase());
+        let sense = ellipse.sense.map_or("no definite sense".into(), |sense| sense.to_string());
         println!(
             "{name}, {:.1} to {:.1} h: {kind}, {sense}, period {:.5} min, \
              semi-axes {:.5} and {:.5} mm, roundness {:.6}",

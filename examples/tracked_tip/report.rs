@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
-use morphorod::tracking::{Nutation, Oscillation, Oscillations, Pattern, Search, Track};
-use morphorod::tropism::Handedness;
+use morphorod::tracking::{Nutation, Oscillation, Oscillations, Search, Track};
 
 use super::criteria::{decimal, uncertain};
 use super::mechanism::{Component, Judgement, Source, Verdict};
@@ -18,7 +17,7 @@ pub fn oscillations(path: &Track, found: &Oscillations, share: f64) -> Result<()
     for (k, wave) in found.oscillations.iter().enumerate() {
         println!("  {}", oscillation(wave, k == 0));
     }
-    println!("  pattern: {}", pattern(found.pattern()));
+    println!("  pattern: {}", found.pattern());
     let part = path.share(share, &Search::default())?;
     println!("  share of {} min in the squared amplitudes: {part:.3}", share / MINUTE);
     println!("  residual {:.3} mm, drift of degree {}", MM_PER_M * found.noise, found.drift);
@@ -46,33 +45,10 @@ fn oscillation(wave: &Oscillation, largest: bool) -> String {
         uncertain(MM_PER_M * ellipse.major, error),
         uncertain(MM_PER_M * ellipse.minor, error),
         match ellipse.sense {
-            Some(sense) =>
-                format!("{} (minor axis {:.1} standard errors)", word(sense), ellipse.minor / wave.axis_error),
+            Some(sense) => format!("{} (minor axis {:.1} standard errors)", sense, ellipse.minor / wave.axis_error),
             None => format!("sense undetermined (minor axis {:.1} standard errors)", ellipse.minor / wave.axis_error),
         },
     )
-}
-
-fn pattern(pattern: Pattern) -> String {
-    match pattern {
-        Pattern::None => "no oscillation".into(),
-        Pattern::Pendular => "swing in a plane".into(),
-        Pattern::Elliptic => "ellipse".into(),
-        Pattern::Circular => "circle".into(),
-        Pattern::Epitrochoid { loops, ratio } => {
-            format!("epitrochoid, {loops:.2} loops in a turn, ratio of amplitudes {ratio:.3}")
-        }
-        Pattern::Hypotrochoid { loops, ratio } => {
-            format!("hypotrochoid, {loops:.2} loops in a turn, ratio of amplitudes {ratio:.3}")
-        }
-    }
-}
-
-fn word(sense: Handedness) -> &'static str {
-    match sense {
-        Handedness::Counterclockwise => "counterclockwise",
-        Handedness::Clockwise => "clockwise",
-    }
 }
 
 /// Prints the quantities of tracking pipelines.
@@ -84,7 +60,7 @@ pub fn nutation(found: &Nutation, band: [f64; 2]) {
             println!("  the tip nutates: median period {median:.2} min, interquartile range {} min", small(range));
             println!("  largest semi-major axis {:.2} mm", MM_PER_M * amplitude);
             let turns = found.turns.map_or(String::new(), |turns| format!(", {turns:.1} turns of the velocity"));
-            println!("  sense {}{turns}", found.sense.map_or("undetermined", word));
+            println!("  sense {}{turns}", found.sense.map_or("undetermined".into(), |sense| sense.to_string()));
             println!("  sampling interval over half of the median period: {sampling:.3}");
         }
         _ => println!("  the tip does not nutate"),

@@ -71,6 +71,18 @@ pub struct Equilibrium {
     pub(crate) resistance: f64,
 }
 
+impl std::fmt::Display for Equilibrium {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Inertia { negative, neutral, .. } = self.inertia;
+        write!(
+            f,
+            "{} Newton iterations, error {:.1e} rad, energy {:.6e} J, ",
+            self.iterations, self.error, self.energy
+        )?;
+        write!(f, "{negative} negative and {neutral} neutral eigenvalues")
+    }
+}
+
 /// Error of a search for an equilibrium. The rod has not changed.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]

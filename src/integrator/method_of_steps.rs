@@ -33,7 +33,15 @@ pub struct MethodOfSteps<E = NewtonSolver> {
     pub retries: usize,
     /// Solver of the equilibria.
     pub solver: E,
+    /// Memory that successive calls reuse. Its type is not exported.
+    pub workspace: Workspace,
+}
+
+/// Memory that successive calls of [`MethodOfSteps`] reuse.
+#[derive(Debug, Clone, Default)]
+pub struct Workspace {
     stepper: Stepper,
+    /// State before the call.
     backup: Option<State>,
 }
 
@@ -52,14 +60,14 @@ impl<E> MethodOfSteps<E> {
     /// most 30 corrections of a step reduce their change of angles to 1e-8 rad.
     #[must_use]
     pub fn with_solver(step: f64, solver: E) -> Self {
-        let (stepper, backup) = (Stepper::default(), None);
-        Self { step, tolerance: 1e-8, max_corrections: MAX_CORRECTIONS, retries: 0, solver, stepper, backup }
+        let workspace = Workspace::default();
+        Self { step, tolerance: 1e-8, max_corrections: MAX_CORRECTIONS, retries: 0, solver, workspace }
     }
 }
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics> {
-        let Self { solver, stepper, backup, .. } = self;
+        let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
         undo_on_error(shoot, backup, |shoot, _| stepper.start(shoot, solver, history))
     }
 
@@ -74,7 +82,7 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             mesh: shoot.mesh,
             coarsest_step: None,
         };
-        let Self { solver, stepper, backup, .. } = self;
+        let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
         undo_on_error(shoot, backup, |shoot, _| stepper.advance(shoot, solver, options, |_, _| ()))
     }
 }

@@ -42,6 +42,14 @@ pub struct Statistics {
     pub(super) equilibrium_error: f64,
 }
 
+impl std::fmt::Display for Statistics {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} steps, {} in trial runs, ", self.steps, self.trial_steps)?;
+        write!(f, "{} equilibria, {} Newton iterations", self.equilibria, self.iterations)?;
+        self.error.map_or(Ok(()), |error| write!(f, ", estimated error {error:.1e} of the length"))
+    }
+}
+
 impl std::ops::AddAssign for Statistics {
     fn add_assign(&mut self, other: Self) {
         self.steps += other.steps;

@@ -1,5 +1,7 @@
 //! Classification of the pattern of the motion of a tip.
 
+use std::fmt;
+
 use super::oscillations::{Oscillation, Oscillations};
 use crate::tropism::Handedness;
 
@@ -34,6 +36,19 @@ pub enum Pattern {
         /// Amplitude of the faster over that of the slower rotation.
         ratio: f64,
     },
+}
+
+impl fmt::Display for Pattern {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("no oscillation"),
+            Self::Pendular => f.write_str("pendular oscillation"),
+            Self::Elliptic => f.write_str("elliptic oscillation"),
+            Self::Circular => f.write_str("circular oscillation"),
+            Self::Epitrochoid { loops, .. } => write!(f, "epitrochoid with {loops:.3} loops per revolution"),
+            Self::Hypotrochoid { loops, .. } => write!(f, "hypotrochoid with {loops:.3} loops per revolution"),
+        }
+    }
 }
 
 impl Oscillations {

@@ -1,6 +1,7 @@
 //! Endogenous oscillator.
 
 use std::f64::consts::TAU;
+use std::fmt;
 
 use nalgebra::Vector3;
 
@@ -16,6 +17,15 @@ pub enum Handedness {
     Counterclockwise,
     /// From d1 towards −d2.
     Clockwise,
+}
+
+impl fmt::Display for Handedness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Counterclockwise => "counterclockwise",
+            Self::Clockwise => "clockwise",
+        })
+    }
 }
 
 /// Differential growth with a direction that rotates at a constant rate, equation (5), here with a phase φ:
