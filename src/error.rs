@@ -12,7 +12,8 @@ pub struct ParameterError {
     pub value: f64,
     /// Requirement that the value does not meet, with its unit.
     pub requirement: &'static str,
-    /// Arc length from the base at t = 0 (m), for a quantity that varies along the shoot.
+    /// Arc length from the base at t = 0 (m) at which the value was found, for a quantity that varies along the shoot;
+    /// `None` for any other.
     pub place: Option<f64>,
     /// Whether the parameter was not given.
     pub missing: bool,

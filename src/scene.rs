@@ -166,11 +166,12 @@ impl Scene for Still {
 pub struct Turned<S = Still> {
     /// The scene outside the interval.
     pub scene: S,
-    /// Rotation of the base, in the fixed frame.
+    /// Rotation in the fixed frame that follows the frame of the base in `scene`: for `from` ≤ t < `until` the base is
+    /// `turn` · `scene.base(t)`. Gravity is that of `scene`.
     pub turn: UnitQuaternion<f64>,
-    /// Start of the interval, s.
+    /// Start of the interval, s; finite.
     pub from: f64,
-    /// End of the interval, s; may be infinite.
+    /// End of the interval, s, at which the base has returned; later than `from`, may be infinite.
     pub until: f64,
 }
 

@@ -38,9 +38,9 @@ use crate::error::ParameterError;
 pub struct Timoshenko<C> {
     /// Law of bending and twist.
     pub law: C,
-    /// Young's modulus E for stretch, Pa; infinite without stretch.
+    /// Young's modulus E for stretch, Pa; positive, infinite without stretch.
     pub youngs_modulus: f64,
-    /// Shear modulus G, Pa; infinite without shear.
+    /// Shear modulus G, Pa; positive, infinite without shear.
     pub shear_modulus: f64,
     /// Shear factor κ of the section; in (0, 1] for a solid homogeneous section.
     pub shear_factor: f64,

@@ -83,7 +83,7 @@ impl System {
             let data = Self::data::<P>(rod, force, e);
             let element = &mut self.elements[e];
             energy += element.evaluate::<P, true>(rod.reference(), material, &data);
-            let share = shift * rod.element_length(e) / P as f64;
+            let share = shift * rod.length_of(e) / P as f64;
             let blocks = element.condense::<P>(&data, share, &mut inertia);
             self.tangent.add_diagonal(e, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
             if e > 0 {
@@ -150,14 +150,14 @@ impl System {
     pub fn soften<const P: usize>(&mut self, rod: &Rod, axis: &Vector3<f64>, passes: usize) {
         let mut s = 0.0;
         for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
-            s += rod.element_length(e);
+            s += rod.length_of(e);
             *turn = rod.frames()[e + 1].inverse() * (rod.frames()[0] * axis) * s;
         }
         for _ in 0..passes {
             let largest = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             // Couples are proportional to the rotations, weighted by length.
             for (e, turn) in self.turns.iter_mut().skip(1).enumerate() {
-                *turn *= rod.element_length(e) / largest;
+                *turn *= rod.length_of(e) / largest;
             }
             self.tangent.solve(&mut self.turns[1..]);
         }

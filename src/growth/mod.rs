@@ -35,7 +35,7 @@ pub trait GrowthLaw {
     /// Relative elemental growth rate at distance `sigma` ≤ zone length from the apex at time `t` (s), in 1/s.
     fn regr(&self, sigma: f64, t: f64) -> f64;
 
-    /// Length of the growth zone ℓg, measured from the apex, m; infinite if no point ever leaves it.
+    /// Length of the growth zone ℓg, measured from the apex, m; positive, infinite if no point ever leaves it.
     fn zone_length(&self) -> f64;
 
     /// Whether the shoot elongates. If not, points keep their places, and [`regr`](Self::regr) is the rate of
@@ -44,22 +44,25 @@ pub trait GrowthLaw {
         true
     }
 
-    /// Speed of the apex relative to the point at `sigma`: ∫ REGR from 0 to `sigma`, m/s.
+    /// Speed of the apex relative to the point at distance `sigma` (m) from it, at time `t` (s): ∫ REGR dσ from 0 to
+    /// `sigma`, m/s. The default is Gauss quadrature with eight points, for profiles that are smooth over the zone.
     fn apical_speed(&self, sigma: f64, t: f64) -> f64 {
         // Eight Gauss points have an error of rounding for profiles that are smooth over the zone.
         let (x, w) = rule::<8>();
         x.iter().zip(w).map(|(x, w)| w * sigma * self.regr(sigma * x, t)).sum()
     }
 
-    /// Moves a point from `sigma` at time `from` to time `to` (earlier or later), without regard to the end of the
-    /// zone. Returns its new distance from the apex and its stretch.
+    /// Moves a point from distance `sigma` (m) from the apex at time `from` (s) to time `to` (s, earlier or later),
+    /// without regard to the end of the zone. Returns its new distance from the apex (m) and its stretch, the length
+    /// of tissue at `to` over that at `from`. The default integrates dσ/dt = [`apical_speed`](Self::apical_speed) by
+    /// the classical Runge–Kutta method.
     fn flow(&self, sigma: f64, from: f64, to: f64) -> (f64, f64) {
         let steps = || steps_for(self, sigma, from, to);
         if self.elongates() { integrate(self, sigma, from, to, steps()) } else { (sigma, 1.0) }
     }
 
-    /// Time (s) at which the point with distance `sigma` at time `from` leaves the zone; `None` if that is later
-    /// than `until`.
+    /// Time (s) at which the point with distance `sigma` (m) at time `from` (s) leaves the zone. For a point that is
+    /// outside already it is `from`. `None` if it is later than `until` (s), or if the shoot does not elongate.
     fn exit_time(&self, sigma: f64, from: f64, until: f64) -> Option<f64> {
         if self.elongates() { search_exit(self, sigma, from, until) } else { None }
     }

@@ -15,9 +15,9 @@ use crate::error::ParameterError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearProfile {
-    /// Length of the growth zone ℓg, m.
+    /// Length of the growth zone ℓg, m; positive and finite.
     pub zone_length: f64,
-    /// Growth time τg, s: the mean of REGR over the zone is 1/τg.
+    /// Growth time τg, s, positive: the mean of REGR over the zone is 1/τg.
     pub time: f64,
 }
 
@@ -59,9 +59,9 @@ impl GrowthLaw for LinearProfile {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CosineProfile {
-    /// Length of the growth zone ℓg, m.
+    /// Length of the growth zone ℓg, m; positive and finite.
     pub zone_length: f64,
-    /// Growth time τg, s: the mean of REGR over the zone is 1/τg.
+    /// Growth time τg, s, positive: the mean of REGR over the zone is 1/τg.
     pub time: f64,
 }
 

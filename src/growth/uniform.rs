@@ -15,9 +15,9 @@ use crate::error::ParameterError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct UniformGrowth {
-    /// Length of the growth zone ℓg, m.
+    /// Length of the growth zone ℓg, m; positive and finite.
     pub zone_length: f64,
-    /// Growth time τg, s.
+    /// Growth time τg, s; positive.
     pub time: f64,
 }
 

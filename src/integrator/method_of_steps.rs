@@ -24,7 +24,7 @@ use crate::state::State;
 pub struct MethodOfSteps<E = NewtonSolver> {
     /// Longest step, s.
     pub step: f64,
-    /// Largest change of an angle in the last correction of an implicit step, rad.
+    /// Largest change of an angle in the last correction of an implicit step, rad; positive, 1e-8 by default.
     pub tolerance: f64,
     /// Largest number of corrections of an implicit step.
     pub max_corrections: usize,

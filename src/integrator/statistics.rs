@@ -27,14 +27,15 @@ pub struct Statistics {
     /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
     /// quasi-static model does not resolve the motion in between.
     pub snaps: usize,
-    /// End of the step with the last snap, s.
+    /// End of the step with the last snap, s; `None` without a snap.
     pub last_snap: Option<f64>,
-    /// Largest displacement of the tip by a snap, m.
+    /// Largest displacement of the tip by a snap, m; zero without a snap.
     pub largest_jump: f64,
     /// Number of steps of trial runs. The other costs of trial runs are included in the other counts.
     pub trial_steps: usize,
-    /// Estimate of the largest distance between the centre line and the exact one, relative to the length, if
-    /// the integrator estimates it.
+    /// Estimate of the largest distance between the centre line and the exact one, relative to the length,
+    /// with the errors of earlier calls. `None` if the integrator does not estimate it, as
+    /// [`MethodOfSteps`](super::MethodOfSteps).
     pub error: Option<f64>,
     /// Smallest merge tolerance that permits the same mergers, rad.
     pub(super) merge_loss: f64,

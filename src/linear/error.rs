@@ -127,7 +127,7 @@ pub enum StabilityError {
     NoConvergence {
         /// The quantity.
         what: &'static str,
-        /// The last residual.
+        /// The last residual, distance or change of the iteration; its unit depends on `what`.
         residual: f64,
     },
 }

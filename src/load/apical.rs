@@ -44,7 +44,7 @@ pub struct Pulse {
     pub peak: Vector3<f64>,
     /// Start, s.
     pub start: f64,
-    /// Duration, s.
+    /// Duration, s; positive.
     pub duration: f64,
 }
 

@@ -119,7 +119,8 @@ pub trait Load {
 
     /// Places along the shoot at which the force is discontinuous, as distances from the apex at t = 0, m. The
     /// builder of a shoot puts nodes there, which growth and merging of elements keep. A discontinuity inside an
-    /// element reduces the accuracy.
+    /// element reduces the accuracy. Empty by default. A distance outside 0 to the length at t = 0 is an error of
+    /// [`build`](crate::ShootBuilder::build) and [`with_model`](crate::Shoot::with_model).
     fn jumps(&self) -> Vec<f64> {
         Vec::new()
     }

@@ -36,7 +36,7 @@ use crate::scene::Environment;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointForce {
-    /// Distance of the point from the apex at t = 0, m.
+    /// Distance of the point from the apex at t = 0, m; from 0, the apex, to the length at t = 0, the base.
     pub initial_apex_distance: f64,
     /// Force, N.
     pub force: Vector3<f64>,

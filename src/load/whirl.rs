@@ -18,7 +18,7 @@ pub struct Whirl {
     pub force: f64,
     /// Duration of a turn, s.
     pub period: f64,
-    /// Number of turns.
+    /// Number of turns; positive, not necessarily a whole number.
     pub turns: f64,
 }
 

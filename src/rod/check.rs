@@ -124,7 +124,7 @@ impl Rod {
         if e < self.first_growing {
             return Ok(());
         }
-        let excess = self.element_length(e) - (first - last);
+        let excess = self.length_of(e) - (first - last);
         let what = "length of element, less the distance between its ends";
         unless(excess.abs() <= 1e-9 * first.abs(), what, e, excess, "zero up to rounding (m)")?;
         // Points and ends are checked separately: relative to each other they have the error of the mesh.

@@ -81,7 +81,7 @@ impl Places {
 impl Rod {
     /// Scales the lengths per coordinate of an element to a given length, m. Returns the factor.
     pub(crate) fn set_element_length(&mut self, e: usize, length: f64) -> f64 {
-        let (factor, p) = (length / self.element_length(e), self.order.points());
+        let (factor, p) = (length / self.length_of(e), self.order.points());
         for point in &mut self.points[e * p..(e + 1) * p] {
             point.jacobian *= factor;
         }

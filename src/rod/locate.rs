@@ -18,11 +18,11 @@ impl Rod {
         }
         let mut rest = s.max(0.0);
         let mut element = 0;
-        let mut length = self.element_length(element);
+        let mut length = self.length_of(element);
         while rest > length && element + 1 < self.elements() {
             rest -= length;
             element += 1;
-            length = self.element_length(element);
+            length = self.length_of(element);
         }
         Some((element, self.coordinate_at_length(element, rest, length)))
     }
@@ -42,7 +42,7 @@ impl Rod {
     #[must_use]
     pub fn growth_zone(&self) -> Range<f64> {
         let length = self.length();
-        let zone: f64 = (self.first_growing..self.elements()).rev().map(|e| self.element_length(e)).sum();
+        let zone: f64 = (self.first_growing..self.elements()).rev().map(|e| self.length_of(e)).sum();
         if self.first_growing == 0 { 0.0..length } else { length - zone..length }
     }
 
@@ -53,7 +53,7 @@ impl Rod {
     #[must_use]
     pub fn arc_length_of(&self, start: f64) -> Option<f64> {
         let (e, x) = self.locate_initial(self.initial_length - start)?;
-        let below: f64 = (0..e).map(|e| self.element_length(e)).sum();
+        let below: f64 = (0..e).map(|e| self.length_of(e)).sum();
         Some(below + weighted_jacobian(self.element_points(e), &self.reference().integral_upto(x)))
     }
 

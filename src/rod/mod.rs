@@ -137,7 +137,8 @@ impl Rod {
         Self::straight(&Self::equal_nodes(length, elements), |_| radius, base, order)
     }
 
-    /// Arc lengths (m) of the ends of `elements` equal elements of a rod of the given length (m).
+    /// Arc lengths (m) of the ends of `elements` equal elements of a rod of the given length (m). For
+    /// zero elements the only node is 0, which [`straight`](Self::straight) refuses.
     #[must_use]
     pub fn equal_nodes(length: f64, elements: usize) -> Vec<f64> {
         (0..=elements).map(|i| length * i as f64 / elements.max(1) as f64).collect()
@@ -203,9 +204,14 @@ impl Rod {
         self.first_growing * self.order.points()..self.points.len()
     }
 
-    /// The length of an element, m.
+    /// The length of an element, counted from zero at the base, m; `None` if there is no such element.
     #[must_use]
-    pub fn element_length(&self, element: usize) -> f64 {
+    pub fn element_length(&self, element: usize) -> Option<f64> {
+        (element < self.elements()).then(|| self.length_of(element))
+    }
+
+    /// The length of an existing element, m.
+    pub(crate) fn length_of(&self, element: usize) -> f64 {
         weighted_jacobian(self.element_points(element), &self.reference().weights)
     }
 
@@ -220,7 +226,7 @@ impl Rod {
     #[must_use]
     pub fn length(&self) -> f64 {
         // The sum begins at the apex, where elements may be small.
-        (0..self.elements()).rev().map(|e| self.element_length(e)).sum()
+        (0..self.elements()).rev().map(|e| self.length_of(e)).sum()
     }
 
     /// The volume of the rod, m³.

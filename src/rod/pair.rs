@@ -22,7 +22,7 @@ impl<'a> Pair<'a> {
     pub fn of(rod: &'a Rod, e: usize) -> Self {
         let reference = rod.reference();
         let p = reference.p;
-        let lengths = [e, e + 1].map(|e| rod.element_length(e));
+        let lengths = [e, e + 1].map(|e| rod.length_of(e));
         let total = lengths[0] + lengths[1];
         let mut places = [(0.0, 0.0); 2 * MAX_POINTS];
         for (side, start) in [0.0, lengths[0]].into_iter().enumerate() {

@@ -150,7 +150,7 @@ impl Rod {
         let (mut s, mut position) = (0.0, Vector3::zeros());
         line.push((s, position));
         for e in 0..self.elements() {
-            s += self.element_length(e);
+            s += self.length_of(e);
             position += self.whole_chord(e);
             line.push((s, position));
         }

@@ -119,7 +119,7 @@ impl<M> ShootBuilder<M> {
         ShootBuilder { model: change(model), section, length, elements, nodes, steers, grows, order, merge_tolerance }
     }
 
-    /// Sets the length at t = 0, m.
+    /// Sets the length at t = 0, m; positive and finite. [`build`](Self::build) returns an error otherwise.
     pub fn length(mut self, length: f64) -> Self {
         self.length = Some(length);
         self
@@ -161,7 +161,7 @@ impl<M> ShootBuilder<M> {
         self
     }
 
-    /// Sets the radius of a uniform circular section, m.
+    /// Sets the radius of a uniform circular section, m; positive and smaller than the length.
     pub fn radius(self, radius: f64) -> Self {
         self.section(move |_| radius)
     }
@@ -271,7 +271,7 @@ pub(super) fn check_tissue(rod: &Rod, model: &impl Model, time: f64) -> Result<(
 fn check_resolved(rod: &Rod, section: impl Fn(f64) -> Section) -> Result<(), ParameterError> {
     let (length, mut start) = (rod.initial_length(), 0.0);
     for e in 0..rod.elements() {
-        let h = rod.element_length(e);
+        let h = rod.length_of(e);
         for x in [0.02, 0.25, 0.5, 0.75, 0.98] {
             let (s, found) = (start + h * x, rod.point_within(e, x).section);
             let given = section(s);

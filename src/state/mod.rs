@@ -181,8 +181,8 @@ impl State {
         tolerance: f64,
         compliance: impl Fn(&MaterialPoint) -> f64,
     ) -> Option<f64> {
-        let first = self.rod.element_length(e);
-        let share = first / (first + self.rod.element_length(e + 1));
+        let first = self.rod.length_of(e);
+        let share = first / (first + self.rod.length_of(e + 1));
         let needed = self.rod.merge(e, tolerance, compliance)?;
         self.predictor.merge(&self.rod, e, share);
         Some(needed)

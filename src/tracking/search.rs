@@ -21,9 +21,9 @@ const SMALLEST: f64 = 5e-3;
 pub struct Search {
     /// Lowest degree of the polynomial in time that describes the drift; 3 by default. It is increased by up to 4
     /// while the residual has significantly more power along the next two Legendre polynomials than at the lowest
-    /// frequencies above the drift.
+    /// frequencies above the drift. A track needs at least 2 (`drift` + 4) positions.
     pub drift: usize,
-    /// Smallest number of periods in the track; 2 by default. Slower motion is drift.
+    /// Smallest number of periods in the track; 2 by default. Slower motion is drift. At least 1, and finite.
     pub least_turns: f64,
     /// Largest number of oscillations; 4 by default.
     pub most: usize,

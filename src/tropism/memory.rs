@@ -13,9 +13,9 @@ use crate::error::ParameterError;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Memory {
-    /// Memory time τm, s.
+    /// Memory time τm, s; positive.
     pub time: f64,
-    /// Reaction time τr, s; zero for a response without delay.
+    /// Reaction time τr, s, not negative; zero for a response without delay.
     pub delay: f64,
 }
 
@@ -26,7 +26,7 @@ impl Default for Memory {
 }
 
 impl Memory {
-    /// Rate ẏ = (x − y)/τm.
+    /// Rate ẏ = (x − y)/τm of the memory y of a signal x, in the unit of x per second.
     #[must_use]
     pub fn rate(&self, y: f64, x: f64) -> f64 {
         (x - y) / self.time

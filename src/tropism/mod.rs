@@ -181,7 +181,8 @@ pub trait TropismLaw {
         Size::of(|to| self.declare(to))
     }
 
-    /// Writes the declared stimuli x at a place.
+    /// Writes the declared stimuli x at a place, in the order of their declaration. A law with stimuli must implement
+    /// it; the default writes nothing.
     fn sense(&self, _site: &Site, _stimuli: &mut [f64]) {}
 
     /// Writes the rates ẏ of all variables y under the stimuli x, in their unit per second, including those of

@@ -48,7 +48,7 @@ fn shoot(growth: AnyGrowth, length: f64, elements: usize, order: Order) -> Shoot
 fn zone_nodes(rod: &Rod) -> Vec<f64> {
     let mut distances = vec![0.0];
     for e in ((rod.zone().start / rod.order().points())..rod.elements()).rev() {
-        distances.push(distances[distances.len() - 1] + rod.element_length(e));
+        distances.push(distances[distances.len() - 1] + rod.element_length(e).unwrap());
     }
     distances.reverse();
     distances

@@ -56,7 +56,8 @@ pub struct BranchPoint<O> {
     pub parameter: f64,
     /// The orbit.
     pub orbit: O,
-    /// Largest distance of the tip from the axis, m.
+    /// Largest distance of the tip from the axis, the tangent of the base, during a period, m. For a rotating wave it
+    /// is the radius.
     pub excursion: f64,
     /// Period, s. A relative periodic orbit returns rotated after it.
     pub period: f64,

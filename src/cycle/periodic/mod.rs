@@ -37,15 +37,15 @@ use guess::{state_of_run, state_of_steady_laws};
 /// linearised map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicSolver {
-    /// Initial number of intervals in a period, 16 by default; 8 are sufficient for half a swing. The number is
+    /// Initial number of intervals in a period, from 1 to 1000, 16 by default; 8 are sufficient for half a swing. The number is
     /// doubled until [`accuracy`](Self::accuracy) is met. Orbits that come close to buckling need more.
     pub intervals: usize,
-    /// Number of Radau points in an interval, 6 by default, at most 16. In each interval strain and variables are
+    /// Number of Radau points in an interval, from 1 to 16, 6 by default. In each interval strain and variables are
     /// polynomials of this degree.
     pub stages: usize,
-    /// Largest relative difference between a state and the state one period later, 1e-10 by default.
+    /// Largest relative difference between a state and the state one period later; positive, 1e-10 by default.
     pub tolerance: f64,
-    /// Largest estimate of the relative error of period and shape due to the grid, 1e-6 by default.
+    /// Largest estimate of the relative error of period and shape due to the grid; positive, 1e-6 by default.
     pub accuracy: f64,
     /// Largest number of iterations for each number of intervals, 30 by default.
     pub max_iterations: usize,

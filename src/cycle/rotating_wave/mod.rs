@@ -92,7 +92,8 @@ impl RotatingWaveSolver {
     ///
     /// # Errors
     /// A shoot that elongates, that is not symmetric about the tangent of its base, or that has tissue in the zone
-    /// without growth; no rotating wave near the guess.
+    /// without growth; a tolerance that is not positive, a root that does not oscillate, or no rotating wave near the
+    /// guess.
     pub fn from_mode(&self, shoot: &Shoot<impl Model>, root: &Root, radius: f64) -> Result<RotatingWave, CycleError> {
         self.solve(shoot, self.of_mode(shoot, root, radius)?)
     }
@@ -102,7 +103,7 @@ impl RotatingWaveSolver {
     /// makes any other initial guess. The shoot is not changed.
     ///
     /// # Errors
-    /// Errors of [`from_mode`](Self::from_mode).
+    /// Errors of [`from_mode`](Self::from_mode), or a rate that is zero or not finite.
     pub fn from_run(&self, shoot: &Shoot<impl Model>, rate: f64) -> Result<RotatingWave, CycleError> {
         self.solve(shoot, unknowns_of_rod(shoot.rod(), rate))
     }

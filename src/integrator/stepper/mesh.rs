@@ -29,7 +29,7 @@ pub(super) fn adapt(
     merge_mature(state, constitutive, mesh, statistics);
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
-        let length = state.rod.element_length(e);
+        let length = state.rod.length_of(e);
         let long = length > mesh.longest_element * (1.0 + ROUNDING);
         let uneven = length > mesh.longest_element * ROUNDING && state.rod.unevenness(e) > UNEVEN;
         if long || uneven {
@@ -82,7 +82,7 @@ fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh
     }
     let compliance = compliance(constitutive, state.time);
     let mut attempt = |state: &mut State, e: usize| {
-        let length = state.rod.element_length(e) + state.rod.element_length(e + 1);
+        let length = state.rod.length_of(e) + state.rod.length_of(e + 1);
         if length <= mesh.longest_element
             && let Some(needed) = state.merge(e, mesh.merge_tolerance, &compliance)
         {

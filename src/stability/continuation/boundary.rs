@@ -17,7 +17,8 @@ pub struct BoundarySettings {
     /// [`crossings`](super::crossings()) in one of them, or of a point near the curve, such as that of another
     /// mesh. It must lie inside the rectangle.
     pub start: [f64; 2],
-    /// Angular frequency of the root at the start, rad/s.
+    /// Angular frequency ω of the root iω at the start, rad/s; zero for a root λ = 0. The root nearest to iω is
+    /// followed.
     pub frequency: f64,
     /// Initial direction: a change of the parameters, in fractions of the rectangle's sides, of any length.
     pub direction: [f64; 2],
@@ -25,9 +26,10 @@ pub struct BoundarySettings {
     pub low: [f64; 2],
     /// Largest values of the parameters.
     pub high: [f64; 2],
-    /// Distance of neighbouring points, in fractions of the rectangle's sides; at most 1.
+    /// Largest distance of neighbouring points, in fractions of the rectangle's sides; positive and at most 1. It is
+    /// halved where a point is not found.
     pub step: f64,
-    /// Largest number of points.
+    /// Largest number of points. The first point is always returned.
     pub points: usize,
 }
 

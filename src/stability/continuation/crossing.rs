@@ -22,9 +22,9 @@ pub struct Crossing<const N: usize> {
     pub elements: usize,
     /// Estimated errors of the parameters due to the mesh, from [`with_error`](Self::with_error) or
     /// [`Refinement`](super::Refinement). In two parameters: the components of the shortest vector to the
-    /// curve, with lengths in fractions of the sides of the rectangle.
+    /// curve, with lengths in fractions of the sides of the rectangle. `None` if they were not estimated.
     pub parameter_errors: Option<[f64; N]>,
-    /// Estimated error of the frequency due to the mesh, 1/s.
+    /// Estimated error of the frequency due to the mesh, 1/s; `None` if it was not estimated.
     pub frequency_error: Option<f64>,
     /// The root. Its parameters are measured in units of the sides.
     pub(super) place: Follower<N>,

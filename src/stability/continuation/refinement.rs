@@ -42,11 +42,12 @@ use crate::stability::spectrum::{Linearisation, Part, Root};
 /// have `first` elements, then 3/2, 2, 3, 4, 6, 8 times as many and so on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
-    /// Largest error due to the mesh, relative to the result; at least 1e-9.
+    /// Largest error due to the mesh, relative to the result; at least 1e-9, and below 1.
     pub tolerance: f64,
-    /// Number of elements of the first mesh.
+    /// Number of elements of the first mesh; at least 1.
     pub first: usize,
-    /// Largest number of elements.
+    /// Largest number of elements. An estimate needs two meshes: at least 3/2 of `first` if that is even, otherwise
+    /// twice `first`.
     pub last: usize,
 }
 

@@ -90,7 +90,7 @@ impl CharacteristicMatrix {
         let responses: Vec<&DMatrix<f64>> =
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
         let sizes = sizes(stimuli, &responses);
-        let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.element_length(e)).collect();
+        let lengths = (rod.first_growing()..rod.elements()).map(|e| rod.length_of(e)).collect();
         let apex_tangent = rod.apex_frame() * centre_line_tangent();
         Ok(Self {
             transfers,

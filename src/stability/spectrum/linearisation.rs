@@ -46,7 +46,8 @@ impl Linearisation {
     /// points.
     ///
     /// # Errors
-    /// Errors of [`about`](Self::about), zero parts, or no steady state on the finer mesh.
+    /// Errors of [`about`](Self::about), zero parts, 1e4 elements or more in total, or no steady state on the finer
+    /// mesh.
     pub fn refined(shoot: &Shoot<impl Model>, parts: usize) -> Result<Self, StabilityError> {
         let mut rod = shoot.state.rod.clone();
         let elements = (rod.elements() as f64) * parts as f64;

@@ -66,7 +66,7 @@ pub struct Root {
     /// |M(λ) v| relative to |M(λ)| |v|, with v the mode.
     pub residual: f64,
     /// Estimate of the error of λ due to the mesh, 1/s; see [`with_error`](Self::with_error) and
-    /// [`Refinement`](crate::stability::Refinement).
+    /// [`Refinement`](crate::stability::Refinement). `None` if it was not estimated.
     pub error: Option<f64>,
     /// Number of uncoupled parts of the shoot that have this root. The root of an isotropic shoot is double:
     /// its tip moves on a line in any plane, or on a circle in either sense.

@@ -129,7 +129,7 @@ fn unresolved(rod: &Rod) -> f64 {
     let reference = rod.reference();
     let p = reference.p;
     if p == 1 {
-        let turn = |e: usize| rod.points()[e].intrinsic * rod.element_length(e);
+        let turn = |e: usize| rod.points()[e].intrinsic * rod.length_of(e);
         let jumps = (1..rod.elements()).map(|e| 0.5 * (turn(e) - turn(e - 1)).norm());
         return if rod.elements() == 1 { turn(0).norm() } else { jumps.fold(0.0, f64::max) };
     }
@@ -144,7 +144,7 @@ fn unresolved(rod: &Rod) -> f64 {
         }
         // The polynomial of degree n and leading coefficient c that deviates least from zero on [0, 1] is at most
         // 2 c/4ⁿ (Chebyshev).
-        largest = largest.max(2.0 * sum.norm() / 4.0_f64.powi(p as i32 - 1) * rod.element_length(e));
+        largest = largest.max(2.0 * sum.norm() / 4.0_f64.powi(p as i32 - 1) * rod.length_of(e));
     }
     largest
 }
