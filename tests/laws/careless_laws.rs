@@ -7,7 +7,8 @@ use morphorod::tropism::{
 };
 use nalgebra::Vector3;
 
-/// A law with configurable declarations that writes the rates of its first variables only.
+/// A law with configurable declarations that writes only the rates of its first `written`
+/// variables.
 #[derive(Debug)]
 struct Careless {
     variable: Variable,
@@ -130,7 +131,8 @@ fn laws_that_contradict_their_declarations_are_refused() {
     }
 }
 
-/// A law that declares one more variable and stimulus from its `n`-th declaration on.
+/// A law that declares one more variable and stimulus from call `n` of `declare` on, counted from
+/// zero.
 struct Widening {
     answers: std::sync::atomic::AtomicUsize,
     n: usize,
@@ -162,7 +164,8 @@ fn law_that_changes_its_declarations_at_any_time_is_refused() {
     let (mut refused, mut unharmed) = (0, 0);
     for n in (0..200).chain((200..9000).step_by(97)) {
         let law = Widening { answers: 0.into(), n };
-        // The law is between two laws of the crate, whose variables would be shifted.
+        // The law is between two laws of the crate. An additional variable would shift those of the
+        // second one.
         let Ok(mut shoot) =
             righting().elements(2).tropism((steering(STATOLITHS), law, steering(STATOLITHS))).into_dyn().build()
         else {

@@ -80,9 +80,9 @@ fn simulated_shoot_with_linear_profile_follows_the_closed_form() {
             worst[1] = worst[1].max(nearest / now);
         }
     }
-    // The stretch varies over an element of an eighth of the zone, whose length is a sum over four
-    // Gauss points. The error of the sum is (1/8)⁸ · 4!⁴/(9 · 8!³) = 1.6e-17 of the eighth
-    // derivative. The motion errs by 3e-11 in a growth time of τg/2.
+    // The stretch varies over an element of an eighth of the zone. The length of the element is a
+    // sum over four Gauss points. The error of the sum is (1/8)⁸ · 4!⁴/(9 · 8!³) = 1.6e-17 of the
+    // eighth derivative. The error of the motion is 3e-11 in a growth time of τg/2.
     assert!(worst.iter().all(|e| *e < 1e-10), "{worst:?}");
 }
 
@@ -122,7 +122,7 @@ fn growth_with_a_daily_rhythm_matches_the_closed_form() {
         for t in [6.0, 24.0, 72.0].map(|h| h * HOUR) {
             let exact = initial + law.zone * law.exponent(t);
             let traced = law.length(initial, t);
-            // With 64 intervals of eight Gauss points over three days, only rounding is left.
+            // With 64 intervals of eight Gauss points over three days, only rounding errors remain.
             assert!(
                 relative_eq!(traced, exact, epsilon = 0.0, max_relative = 1e-12),
                 "swing {swing}, {t}: {traced} against {exact}"

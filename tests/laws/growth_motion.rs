@@ -1,5 +1,6 @@
-//! The motion of material points under uniform growth, compared with the closed form, without a
-//! simulation and for the elements of a simulated shoot, which are split many times.
+//! Motion of material points under uniform growth, compared with the closed form. The points are
+//! traced without a simulation, and followed in a simulated shoot whose elements are split many
+//! times.
 
 use crate::fixtures::gauss::gauss;
 use crate::fixtures::shoots::{HOUR, YOUNG};
@@ -51,8 +52,8 @@ impl Closed {
     }
 }
 
-/// ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h), ℓ0 = ℓg, and
-/// ℓ0 > ℓg.
+/// The cases are ℓ0 < ℓg (figure 3 of the paper: 1 cm, 3 cm, 20 h), video 2 (6.8 cm, 7 cm, 40 h),
+/// ℓ0 = ℓg, and ℓ0 > ℓg.
 const CASES: [Closed; 4] = [
     Closed { initial: 0.01, zone: 0.03, time: 20.0 * HOUR },
     Closed { initial: 0.068, zone: 0.07, time: 40.0 * HOUR },
@@ -115,7 +116,7 @@ fn places(rod: &Rod) -> Vec<f64> {
 fn material_points_of_simulated_shoot_follow_the_closed_form() {
     for (case, growth_times) in CASES.into_iter().zip([4.0, 0.5, 4.0, 3.0]) {
         // The radius identifies the point, because it is proportional to the initial apex distance.
-        // Within every element it is linear, and uniform growth and splitting keep it linear.
+        // It is linear in every element, and uniform growth and splitting keep it linear.
         let initial = case.initial;
         let mut shoot = Shoot::builder(YOUNG)
             .length(initial)
@@ -148,8 +149,8 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
                     worst[3] = worst[3].max((point.apex_distance / (now - exact) - 1.0).abs() * (now - exact) / now);
                 }
             }
-            // Elements are split and never moved over the tissue, so that the first nodes are still
-            // nodes.
+            // Elements are split and never moved relative to the tissue. The first nodes therefore
+            // remain nodes.
             let line = rod.centre_line();
             for sigma in &first_nodes[..first_nodes.len() - 1] {
                 let (exact, ..) = case.point(*sigma, t);
@@ -165,8 +166,8 @@ fn material_points_of_simulated_shoot_follow_the_closed_form() {
 
 #[test]
 fn very_long_growth_zone_takes_no_extra_steps() {
-    // A large number stands for growth of the whole shoot. No tissue leaves the zone, so that no
-    // step is shortened.
+    // A zone length above the length of the shoot represents growth of the whole shoot. No tissue
+    // leaves the zone, and no step is shortened.
     for zone in [0.06, 1.0, 1e9, 1e300, f64::MAX] {
         let growth = UniformGrowth { zone_length: zone, time: 20.0 * HOUR };
         let mut shoot = Shoot::builder(YOUNG).length(0.05).radius(5e-4).growth(growth).into_dyn().build().unwrap();

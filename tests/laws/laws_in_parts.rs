@@ -1,4 +1,5 @@
-//! Composition of laws: declarations, chained memories, tuples, boxed laws, and models of users.
+//! Composition of laws: declarations, chained memories, tuples, boxed laws, and user-defined
+//! models.
 
 use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
@@ -27,7 +28,7 @@ fn all_laws() -> impl TropismLaw {
     (Oscillator::new(0.2, 1440.0), gravitropism, proprioception)
 }
 
-/// A law that borrows what is neither `Send` nor `'static`.
+/// A law that borrows a value which is neither `Send` nor `'static`.
 struct Counted<'a>(&'a Cell<usize>);
 
 impl TropismLaw for Counted<'_> {
@@ -60,8 +61,8 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
         component(Rotation::First),
         component(Rotation::Second),
         component(Rotation::Invariant),
-        // These remember the normal of the pile and the bend, whose stimuli follow the three
-        // components of the vertical.
+        // These memories follow the normal of the pile and the bend. The stimuli of the bend are
+        // declared after the three components of the vertical.
         memory(Source::Variable(0), Rotation::First),
         memory(Source::Variable(1), Rotation::Second),
         memory(Source::Stimulus(3), Rotation::First),
@@ -95,7 +96,7 @@ proptest! {
         x in prop::collection::vec(-2.0_f64..2.0, 5),
         angle in -3.0_f64..3.0,
     ) {
-        // The oscillator is left out because its phase depends on time and not on the directors.
+        // The oscillator is omitted because its phase depends on time and not on the directors.
         let laws = steering(STATOLITHS);
         let declared = Declaration::of(&laws);
         let rates = |y: &[f64], x: &[f64]| {
@@ -129,7 +130,7 @@ proptest! {
     }
 }
 
-/// Perception of light from the side of e1 and slightly above.
+/// Perception of light from the fixed direction (0.8, 0, 0.6).
 struct Sunlight;
 
 impl Perception for Sunlight {
@@ -183,8 +184,8 @@ fn chained_memories_filter_twice_and_add_their_delays() {
         shoot.tip()
     }
     let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
-    // Only the order of operations differs. The difference is rounding of 5 cm, which a stable
-    // shoot does not magnify.
+    // Only the order of operations differs. A stable shoot does not amplify the rounding errors of
+    // positions of 5 cm.
     assert_abs_diff_eq!(InNorm(found), InNorm(expected), epsilon = 1e-14);
     let once =
         DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
@@ -192,8 +193,8 @@ fn chained_memories_filter_twice_and_add_their_delays() {
     assert!((tip(once) - expected).norm() > 1e-4);
 }
 
-/// Responds to the bend, at once or through a memory. A present that the law did not request makes
-/// the gradient NaN.
+/// A law that responds to the present bend or to its memory. The gradient is NaN if the present or
+/// past values that it receives contradict its declaration.
 struct Straightens {
     at_once: bool,
 }
@@ -255,7 +256,7 @@ fn tuples_of_laws_act_as_their_sum() {
     for shoot in [&mut six, &mut nested, &mut two] {
         advance(shoot, 4.0 * HOUR);
     }
-    // Only the order of sums differs, which changes the rounding of 5 cm.
+    // Only the order of sums differs, which changes the rounding errors of positions of 5 cm.
     assert_abs_diff_eq!(InNorm(six.tip()), InNorm(two.tip()), epsilon = 1e-13);
     assert_abs_diff_eq!(InNorm(nested.tip()), InNorm(two.tip()), epsilon = 1e-13);
 }
@@ -274,7 +275,7 @@ fn boxed_laws_reproduce_statically_typed_laws_bit_for_bit() {
     assert!(boxed.state() == shoot.state());
 }
 
-/// A model written by a user, which contains more than its laws.
+/// A user-defined model with a field besides its laws.
 struct Specimen {
     name: &'static str,
     growth: Ongoing<UniformGrowth>,

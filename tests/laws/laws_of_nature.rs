@@ -1,8 +1,9 @@
-//! Properties of every equilibrium: couples balance at every point, the energy is stationary, and
-//! it is a minimum if the solver reports a stable rod. Strains, moments and energies are computed
-//! from frames and positions by formulas of this file.
+//! Properties of every equilibrium: the couples balance at every point, and the energy is
+//! stationary. The energy is a minimum if the solver reports a stable rod. Strains, moments and
+//! energies are computed from frames and positions by formulas in this file.
 //!
-//! `MORPHOROD_SCENES=5000 MORPHOROD_SEED=7 cargo test --workspace --test all laws_of_nature` draws more and other rods.
+//! `MORPHOROD_SCENES=5000 MORPHOROD_SEED=7 cargo test --workspace --test all laws_of_nature` sets the
+//! number of random rods and their seed.
 
 use std::f64::consts::PI;
 
@@ -16,7 +17,7 @@ use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Number of elements. Between nodes, frames and their derivatives are of fourth order in the
-/// length of elements, and this number leaves an error of 1e-9.
+/// length of the elements. The error with this number of elements is 1e-9.
 const ELEMENTS: usize = 96;
 const STEPS: usize = 600;
 
@@ -31,7 +32,7 @@ struct Case {
     density: f64,
     apical: Vector3<f64>,
     wind: Vector3<f64>,
-    /// u*(s) = a + b s/ℓ.
+    /// Coefficients a and b of the intrinsic strain u*(s) = a + b s/ℓ, 1/m.
     strain: [Vector3<f64>; 2],
     scene: Still,
 }
@@ -101,8 +102,8 @@ impl Case {
         Profile::of(rod, &law, &load, &environment).sample(2 * STEPS + 1)
     }
 
-    /// The energy of the shape with a strain that is given at the ends and midpoints of steps.
-    /// Frames and positions are integrated by the classical Runge–Kutta method, energies by
+    /// Energy of the shape (J) with the given strain (1/m) at the ends and midpoints of steps.
+    /// Frames and positions are integrated by the classical Runge–Kutta method, and energies by
     /// Simpson's rule.
     fn energy(&self, strain: &[Vector3<f64>]) -> f64 {
         let h = self.length / STEPS as f64;
@@ -123,7 +124,7 @@ impl Case {
             let (q2, p2) = rate(&(q + q1 * (0.5 * h)), &middle);
             let (q3, p3) = rate(&(q + q2 * (0.5 * h)), &middle);
             let (q4, p4) = rate(&(q + q3 * h), &end);
-            // The midpoint is that of the cubic through both ends.
+            // The midpoint is that of the cubic Hermite interpolant between both ends.
             let next = p + (p1 + p2 * 2.0 + p3 * 2.0 + p4) * (h / 6.0);
             let next_q = (q + (q1 + q2 * 2.0 + q3 * 2.0 + q4) * (h / 6.0)).normalize();
             let beyond = UnitQuaternion::new_unchecked(next_q) * Vector3::z();
@@ -162,11 +163,11 @@ impl Case {
     }
 }
 
-/// The difference of K (u − u*) at a place and the moment of all forces beyond it, N m. Both are
-/// computed from frames and positions alone.
+/// Norm of the difference between the couple K (u − u*) at a place and the moment of all forces
+/// beyond it, N m. Both are computed from frames and positions alone.
 fn unbalanced(case: &Case, places: &[Place], k: usize) -> f64 {
     let h = case.length / (2 * STEPS) as f64;
-    // The difference formula is of fourth order in twice the distance of places.
+    // The difference formula is of fourth order in twice the spacing of the places.
     let turn = |a: usize, b: usize| (places[a].frame.inverse() * places[b].frame).scaled_axis();
     let (near, far) = (turn(k - 1, k + 1) / (2.0 * h), turn(k - 2, k + 2) / (4.0 * h));
     let strain = (near * 4.0 - far) / 3.0;
@@ -200,14 +201,14 @@ fn couples_balance_and_stable_equilibria_minimise_the_energy() {
         }
     }
     println!("{scenes} rods: couples unbalanced by {residual:.1e}, the energy's slope is {slope:.1e}");
-    // The strain of elements, and of differences over 1/600 of the length, errs by 1e-9. The energy
-    // is that of the points, which errs by less. Its rounding divided by the size of the change is
-    // 1e-13 and more.
+    // The strain of the elements and the strain of the difference formula have errors of 1e-9. The
+    // energy is computed from the strain of the profile, which has a smaller error. The rounding
+    // error of the energy, divided by the size of the change, is at least 1e-13.
     assert!(residual < 1e-8 && slope < 1e-10, "{residual:e} {slope:e}");
 }
 
-/// An upright rod above the critical load is in equilibrium, and its energy decreases when it
-/// leans.
+/// An upright rod above the critical load is in equilibrium, but its energy decreases when it
+/// tilts.
 #[test]
 fn energy_of_an_unstable_upright_rod_decreases_along_its_first_mode() {
     let mut draw = Draw::new(3);
@@ -226,8 +227,8 @@ fn energy_of_an_unstable_upright_rod_decreases_along_its_first_mode() {
         let (rod, negative) = case.solve(false);
         assert_eq!(negative, if falls { 2 } else { 0 });
         let strain: Vec<Vector3<f64>> = case.places(&rod).iter().map(|place| place.strain).collect();
-        // The second derivative along this approximation of the first mode is less than half a
-        // percent above the lowest one.
+        // The second derivative along this approximation of the first mode exceeds the lowest one
+        // by less than half a percent.
         let lean: Vec<Vector3<f64>> =
             (0..=2 * STEPS).map(|k| Vector3::y() / case.length * mode(k as f64 / (2 * STEPS) as f64)).collect();
         let (first, second) = case.variations(&strain, &lean);

@@ -1,5 +1,6 @@
-//! Memories. Declared linear memories are integrated by fixed weights, without calls of the law,
-//! and all others by collocation. Both are the exact response to the stimuli that were sensed.
+//! Memories of stimuli. Declared linear memories are integrated with fixed weights and without
+//! calls of the law. All other variables are integrated by collocation. Both methods compute the
+//! same response to the sensed stimuli.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -44,11 +45,11 @@ impl<L: TropismLaw> TropismLaw for Silent<L> {
     }
 }
 
-/// The tip (m) of a righting shoot and its variables after two hours.
+/// Tip (m) and variables of a righting shoot after two hours.
 fn righted(law: impl TropismLaw + Send + Sync + 'static) -> (Vector3<f64>, Vec<f64>) {
     let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(180.0);
-    // One output time is inside a step, so that the steps have several sizes.
+    // One output time is inside a step. The steps therefore have several sizes.
     for until in [0.1, 1.03, 2.0] {
         run.advance(&mut shoot, until * HOUR).unwrap();
     }
@@ -62,9 +63,9 @@ fn undeclared_memories_give_the_same_shoot_as_declared_ones() {
     let calls = Arc::new(AtomicUsize::new(0));
     let (tip, variables) = righted(steering(SettledStatoliths));
     let (other_tip, other_variables) = righted(Silent { law: steering(SettledStatoliths), calls: calls.clone() });
-    // The same weights are applied in another order, in fifty steps. Each step adds a rounding
-    // error of 4 units of 1.1e-16, on a tip at a distance of 5 cm and on variables up to 100/m
-    // (bending) and 1 (direction).
+    // The same weights are applied in another order, in fifty steps. The tolerance of the variables
+    // is four machine epsilons per step, relative to the larger of their size and 1. The tip is at
+    // a distance of 5 cm.
     assert_abs_diff_eq!(InNorm(tip), InNorm(other_tip), epsilon = 1e-15);
     for (y, other) in variables.iter().zip(&other_variables) {
         assert_abs_diff_eq!(y, other, epsilon = 50.0 * 4.0 * f64::EPSILON * y.abs().max(1.0));
@@ -81,12 +82,12 @@ fn undeclared_memories_of_statoliths_cost_a_bounded_number_of_calls() {
     let (other, _) = righted(Silent { law: steering(STATOLITHS), calls: calls.clone() });
     assert_abs_diff_eq!(InNorm(tip), InNorm(other), epsilon = 1e-12 * 0.05);
     // There are seven or eight sweeps over three nodes at 32 points. Two hours take 50 steps, seven
-    // first steps, and some around the two output times. One more sweep exceeds the bound.
+    // initial steps, and some additional steps around the two output times.
     let per_point = calls.load(Ordering::Relaxed) as f64 / (32.0 * 60.0);
     assert!(per_point < 30.0, "{per_point} calls at a point in a step");
 }
 
-/// A law whose variable is the declared memory only while its stimulus is small.
+/// A law whose variable is the declared memory only while its stimulus is at most 1.
 struct Saturating;
 
 impl TropismLaw for Saturating {
@@ -95,7 +96,7 @@ impl TropismLaw for Saturating {
         to.memories(1, x, 720.0, Some(720.0));
     }
     fn sense(&self, site: &Site, stimuli: &mut [f64]) {
-        // The age of the shoot, in hours.
+        // The stimulus is the time in hours.
         stimuli[0] = site.environment.time / HOUR;
     }
     fn rates(&self, y: &[f64], x: &[f64], rates: &mut [f64]) {

@@ -1,4 +1,4 @@
-//! Growth, tropism and the variables they keep, one law at a time.
+//! Tests of single growth laws and tropism laws, and of the variables that tropism laws keep.
 
 mod careless_laws;
 mod growth_integrated;

@@ -65,8 +65,8 @@ fn couple_of_cantilever_is_the_moment_of_its_end_force() {
     let tip = found[20].position;
     for place in &found {
         assert_eq!(place.force, force);
-        // m = (p(ℓ) − p(s)) × F. Both sides are integrated by the same rule, so that they differ by
-        // rounding alone.
+        // m = (p(ℓ) − p(s)) × F. Both sides are integrated by the same rule and differ only by
+        // rounding.
         let moment = (tip - place.position).cross(&force);
         assert_abs_diff_eq!(
             InNorm(place.frame * place.couple),
@@ -101,9 +101,9 @@ fn couple_strain_and_position_converge_at_their_order_between_material_points() 
         let p = order.points() as i32;
         let (coarse, fine) = (error(16), error(32));
         for k in 0..3 {
-            // The order is p + 2, or that of the frames, 2 p, with one point; the floor is
-            // rounding. Half an order is allowed because the places have other positions within
-            // finer elements.
+            // The order of convergence is p + 2, except with one point, where the order 2 p of the
+            // frames limits it. The floor of the error is rounding. Half an order is allowed
+            // because the places have other relative positions within finer elements.
             let expected = coarse[k] / 2.0_f64.powf(f64::from((p + 2).min(2 * p)) - 0.5);
             assert!(fine[k] < expected.max(1e-12), "order {order:?}, quantity {k}: {:e} then {:e}", coarse[k], fine[k]);
         }
@@ -215,7 +215,8 @@ fn profile_of_tropic_shoot_contains_its_intrinsic_strain() {
                 InNorm(point.intrinsic),
                 epsilon = 1e-11 * point.intrinsic.norm()
             );
-            // Differentiated rotations give the strain with order p + 1, couples with p + 2.
+            // The strain from differentiated rotations converges with order p + 1, and that from
+            // couples with order p + 2.
             assert_abs_diff_eq!(
                 InNorm(place.strain),
                 InNorm(rod.strain(e, g).unwrap()),

@@ -16,7 +16,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// A shoot that senses gravity with zero sensitivity, in a scene.
+/// A shoot in a given scene, with gravitropism of zero sensitivity.
 struct Cell {
     run: MethodOfSteps<Unloaded>,
     shoot: Shoot<DynLaws>,
@@ -38,14 +38,14 @@ impl Cell {
         Self { run: MethodOfSteps::with_solver(step, Unloaded), shoot, statistics: Statistics::default() }
     }
 
-    /// The normal of the pile at time `t`, components along the directors.
+    /// Normal of the pile at time `t` (s), as components along the directors.
     fn normal(&mut self, t: f64) -> Vector3<f64> {
         self.statistics += self.run.advance(&mut self.shoot, t).unwrap();
         Vector3::from_column_slice(&self.shoot.state().variables(0).unwrap()[..3])
     }
 
-    /// The angle from the upward vertical to the normal, and the deviation of the normal's length
-    /// from 1.
+    /// Angle from the upward vertical to the normal (rad), and the deviation of the length of the
+    /// normal from 1, at time `t` (s).
     fn lean(&mut self, t: f64) -> (f64, f64) {
         let h = self.normal(t);
         let up = -self.shoot.rod().frames()[0].inverse_transform_vector(&self.shoot.model().scene().gravity(t));
@@ -82,9 +82,9 @@ fn pile_in_a_tilted_cell_avalanches_by_the_closed_form() {
                 let (lean, off) = cell.lean(100.0 + t);
                 (angle, size) = (angle.max((lean - exact).abs()), size.max(off));
             }
-            // Four collocation points in a step of at most the avalanche time are of sixth order,
-            // z⁶/(6! 2⁶ …) of a radian. A step that contains a whole avalanche is halved until a
-            // tenth of a step resolves it, to 1e-4.
+            // Collocation with four points has sixth order. The error is z⁶/(6! 2⁶ …) rad for a
+            // step of z ≤ 1 avalanche times. A step that contains a whole avalanche is halved until
+            // a tenth of a step resolves the avalanche with an error of 1e-4.
             let bound = if avalanche >= 100.0 { 1e-7 } else { 1e-4 };
             assert!(angle < bound && size < 2.0 * bound, "{degrees}°, τa = {avalanche} s: {angle:e} rad, |h| {size:e}");
         }
@@ -113,9 +113,9 @@ fn pile_lags_by_a_constant_angle_on_a_slow_clinostat() {
             assert!(off < 1e-6, "τa = {avalanche} s: |h| differs from 1 by {off:e}");
             (lag - exact).abs()
         });
-        // Cubics through the last four verticals, Ω dt = 0.157, 0.079 and 0.039 rad apart, err by
-        // up to 0.04 (Ω dt)⁴ within the step. Most of the error m is in the length, sin φ (1 + m) =
-        // Ωτa.
+        // The verticals are interpolated by cubics through the last four values, which are Ω dt =
+        // 0.157, 0.079 and 0.039 rad apart. The error within the step is at most 0.04 (Ω dt)⁴. Most
+        // of the error m is in the length, so that sin φ (1 + m) = Ωτa.
         for (error, dt) in errors.into_iter().zip([90.0, 45.0, 22.5]) {
             let bound = 0.04 * (rate * dt).powi(4) * (1.0 + exact.tan());
             assert!(error < bound, "τa = {avalanche} s, step {dt} s: {error:e} > {bound:e}");
@@ -170,8 +170,8 @@ fn pile_does_not_move_without_gravity() {
         let mut cell = Cell::new(avalanche, 90.0, Orbit);
         let before = cell.normal(200.0);
         for t in [201.0, 1000.0, 4.0 * HOUR] {
-            // The direction of gravity is undefined, and ḣ = 0. The decay and the gain of a step
-            // are separate sums, with some tens of roundings in each of 160 steps.
+            // The direction of gravity is undefined, and ḣ = 0. The decay and the gain of h in a
+            // step are separate sums. Each of the 160 steps has some tens of rounding errors.
             let normal = cell.normal(t);
             assert!(
                 abs_diff_eq!(InNorm(normal), InNorm(before), epsilon = 160.0 * 64.0 * f64::EPSILON),

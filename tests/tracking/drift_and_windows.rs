@@ -13,8 +13,8 @@ use nalgebra::Vector2;
 fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
     let duration = 2000.0 * 60.0;
     let middle = 900..1100;
-    // A local parabola with Gaussian weights has a closed form: the share (1 + u) e⁻ᵘ of a wave is
-    // drift.
+    // A local quadratic fit with Gaussian weights assigns the fraction (1 + u) e⁻ᵘ of a wave to the
+    // drift, in closed form.
     for ratio in [0.4, 0.5, 1.0, 2.0, 4.0] {
         let period = 12000.0;
         let wave = path(2001, 60.0, |t| circle(t, ratio * period, 1.0));
@@ -27,7 +27,7 @@ fn drift_removal_keeps_fast_oscillations_and_removes_parabolas() {
             assert!(abs_diff_eq!(share, expected, epsilon = 5e-4), "{ratio}: {share} {expected}");
         }
     }
-    // A parabola is drift for any times. Only rounding errors remain.
+    // A parabola is removed as drift for any sequence of times. Only rounding errors remain.
     let mut draw = Draw::new(5);
     let mut times: Vec<f64> = (0..500).map(|_| draw.uniform(0.0, duration)).collect();
     times.sort_unstable_by(f64::total_cmp);

@@ -11,13 +11,13 @@ use nalgebra::Vector2;
 
 /// Time between two frames, s.
 const FRAME: f64 = 4.0 * MINUTE;
-/// Number of frames: 24 h.
+/// Number of frames, which cover 24 h.
 const FRAMES: u32 = 360;
 /// Semi-axes of the motion of the tip, m.
 const AXES: [f64; 2] = [3e-3, 2e-3];
 /// Standard deviation of the noise of a coordinate, m.
 const NOISE: f64 = 0.3e-3;
-/// Amplitudes of the slow drift in both coordinates, m, and its number of turns during the track.
+/// Amplitudes of the slow drift in both coordinates, m, and its number of periods during the track.
 const DRIFT: ([f64; 2], f64) = ([30e-3, 20e-3], 0.83);
 /// Probability of an outlier, and its largest distance in a coordinate, m.
 const OUTLIERS: (f64, f64) = (0.02, 15e-3);
@@ -28,10 +28,11 @@ struct Scene {
     /// Correlation of the noise in successive frames.
     correlation: f64,
     drifts: bool,
-    /// Two gaps of three hours, and every tenth frame lost.
+    /// Whether the track has two gaps of three hours, and a tenth of the other frames is lost at
+    /// random.
     gaps: bool,
     outliers: bool,
-    /// No motion but noise.
+    /// Whether the oscillation is omitted.
     still: bool,
 }
 
@@ -90,14 +91,14 @@ impl Scene {
         println!(
             "{cases} tracks: intervals of period and axes contain {inside:?} true values; {spurious} tracks with others"
         );
-        // Two standard deviations of the share in a sample of this size are added to the promised range. The default
-        // number of tracks detects only intervals that are too narrow.
+        // Two standard deviations of the share in a sample of this size are added to the permitted
+        // range. The default number of tracks detects only intervals that are too narrow.
         let spread = 2.0 * (0.9 * 0.1 / cases as f64).sqrt();
         for inside in inside {
             let share = f64::from(inside) / cases as f64;
             assert!((share - 0.9).abs() < 0.05 + spread, "{share}");
         }
-        // The threshold of detection is a probability of 1e-4 for each track.
+        // The nominal probability of a false detection is 1e-4 for each track.
         assert!(spurious as f64 <= 0.02 * cases as f64, "{spurious}");
     }
 }
@@ -140,8 +141,8 @@ fn autocorrelated_noise_is_not_reported_as_oscillation_or_nutation() {
         nutating += usize::from(noise.nutation(band).unwrap().nutates);
     }
     println!("of {cases} tracks of noise, {oscillating} oscillate and {nutating} nutate");
-    // The thresholds are probabilities of 1e-4 and 2e-4 for noise with a known spectrum. The spectrum is estimated,
-    // which increases them.
+    // The nominal probabilities of a false detection are 1e-4 and 2e-4 for noise with a known
+    // spectrum. The spectrum is estimated, which increases them.
     assert!(oscillating as f64 <= 0.02 * cases as f64, "{oscillating}");
     assert!(nutating as f64 <= 0.05 * cases as f64, "{nutating}");
 }

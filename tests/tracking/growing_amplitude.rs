@@ -34,7 +34,7 @@ fn swelling(period: f64, swells: f64, phase: f64) -> Track {
 fn oscillation_with_growing_amplitude_is_found_as_one() {
     let (many, two) = (Search::default(), Search { most: 2, ..Search::default() });
     let mut furthest = (0.0_f64, 0.0_f64);
-    // All phases and periods are tried in the long form of the test.
+    // The long form of the test covers more phases and periods.
     let phases: &[f64] = if long() { &[0.0, 0.125, 0.25, 0.375] } else { &[0.125, 0.375] };
     let turns: &[f64] = if long() { &[2.5, 2.6, 2.7, 2.8, 3.0, 3.2, 3.5, 4.0] } else { &[2.5, 2.7, 3.0, 3.5] };
     for turns in turns {
@@ -52,7 +52,7 @@ fn oscillation_with_growing_amplitude_is_found_as_one() {
         }
     }
     println!("largest component {:.3} of the track, shares differ by {:.3}", furthest.0, furthest.1);
-    // Sidebands of the growing oscillation that the track resolves remain. They hold at most a
-    // twentieth of the power.
+    // The sidebands of the growing oscillation that the track resolves remain. They contain about a
+    // twentieth of the power at most.
     assert!(furthest.0 < 1.0 && furthest.1 < 0.06, "{furthest:?}");
 }

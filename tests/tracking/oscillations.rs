@@ -12,7 +12,7 @@ use morphorod::tracking::{Oscillation, Pattern, Search, Track, TrackingError};
 use morphorod::tropism::Handedness;
 use nalgebra::{Rotation2, Vector2, Vector3};
 
-/// Motion around an ellipse with a period.
+/// Elliptic motion with a single period.
 #[derive(Debug, Clone, Copy)]
 struct Part {
     period: f64,
@@ -43,8 +43,8 @@ impl Part {
     }
 }
 
-/// A track with known components, as trackers record it: with uneven times, a gap, lost frames,
-/// drift, noise and outliers.
+/// A track with known components and the defects of recorded tracks: uneven times, a gap, lost
+/// frames, drift, noise and outliers.
 fn tracked(draw: &mut Draw) -> (Vec<Part>, Track) {
     let slow = draw.log(600.0, 3e4);
     let fast = draw.chance(0.6).then(|| slow / draw.uniform(1.5, 5.0));
@@ -98,7 +98,7 @@ fn components_of_random_realistic_tracks_are_found() {
                 assert_eq!(ellipse.sense, Some(part.sense), "case {case}");
             }
             total += 1;
-            // An interval of 1.645 standard errors holds 90 % of a normal distribution.
+            // An interval of 1.645 standard errors contains 90 % of a normal distribution.
             inside += usize::from(off(nearest) < 1.645 * nearest.period_error);
         }
     }

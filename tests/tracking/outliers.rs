@@ -1,4 +1,5 @@
-//! Outliers: both readings of a track report the same ones, and neither fast starts nor noise are among them.
+//! Outliers. `oscillations` and `nutation` report the same outliers, which include neither fast
+//! initial transients nor noise.
 
 use std::f64::consts::TAU;
 
@@ -9,14 +10,16 @@ use nalgebra::Vector2;
 
 const BAND: [f64; 2] = [10.0 * MINUTE, 4.0 * HOUR];
 
-/// The outliers that both readings report, which must agree.
+/// Outliers of a track. Asserts that `oscillations` and `nutation` agree.
 fn outliers(path: &Track) -> Vec<usize> {
     let found = path.oscillations(&Search::default()).unwrap().outliers;
     assert_eq!(path.nutation(BAND).unwrap().outliers, found);
     found
 }
 
-/// A tip that starts at a distance of 30 mm, approaches a circle of 2 mm within minutes and oscillates on the way.
+/// A tip that starts at a distance of 30 mm and approaches a circle of radius 2 mm with a decaying
+/// oscillation. Its time constant is `time`, s, and the standard deviation of the noise is `noise`,
+/// m.
 fn transient(time: f64, noise: f64) -> Track {
     let mut draw = Draw::new(2);
     path(720, 120.0, |t| {
@@ -38,8 +41,8 @@ fn transient_at_the_start_is_no_outlier() {
 
 #[test]
 fn white_noise_has_no_outliers_whatever_the_motion() {
-    // The period grows from 24 to 100 min and the amplitude by a factor of ten: four oscillations do not describe the
-    // track.
+    // The period grows from 24 to 100 min and the amplitude by a factor of ten. Four oscillations
+    // do not describe such a track.
     let (first, rate) = (24.0 * MINUTE, 76.0 / (24.0 * 60.0));
     for seed in 1..6 {
         let mut draw = Draw::new(seed);
@@ -58,8 +61,8 @@ fn displaced_positions_are_the_only_outliers_of_a_track() {
     let displaced = [40, 41, 200, 333, 500, 718, 719];
     let mut positions = track.positions().to_vec();
     for (k, i) in displaced.into_iter().enumerate() {
-        // Displacements by 4 mm are forty standard deviations of the noise. Two pairs are neighbours, one of them at
-        // the end.
+        // The displacements of 4 mm are forty standard deviations of the noise. Two pairs of
+        // displaced positions are neighbours, and one of these pairs is at the end.
         positions[i] += circle(k as f64, 2.6, 4e-3);
     }
     assert_eq!(outliers(&Track::new(track.times().to_vec(), positions).unwrap()), displaced);

@@ -58,13 +58,14 @@ fn share_of_the_internal_oscillator_falls_as_the_shoot_grows() {
     // The share falls below one half between 9 and 10.5 h.
     assert!(shares[0] > 0.75 && shares[1] > 0.5 && shares[2] < 0.5, "{shares:?}");
     assert!(shares[3..].iter().all(|share| *share < 0.02), "{shares:?}");
-    // From 8 h on it falls all the time. A drift that follows a part of the slow oscillation would make it rise.
+    // From 8 h on, the share decreases monotonically. It would increase if the drift followed a
+    // part of the slow oscillation.
     let falling: Vec<f64> = (16..=40).map(|k| share(0.5 * f64::from(k))).collect();
     assert!(falling.windows(2).all(|pair| pair[1] < pair[0] + 1e-3), "{falling:.3?}");
 }
 
-/// "Video 4": a pulse of force along (2, 1, 0), and a perpendicular one after 30 h. The shoot first
-/// oscillates in a plane and later approaches a circular orbit.
+/// "Video 4": a force pulse along (2, 1, 0) is followed by a perpendicular pulse after 30 h. The
+/// shoot first oscillates in a plane and later approaches a circular orbit.
 #[test]
 fn first_kick_gives_planar_and_second_kick_circular_oscillations() {
     let kick = |direction: Vector3<f64>, start: f64| Pulse { peak: direction * 1e-5, start, duration: 12.0 * MINUTE };
@@ -128,7 +129,7 @@ fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
     assert_relative_eq!(found.ellipse.major, expected.major, epsilon = 0.0, max_relative = 1e-3);
     assert_eq!(found.ellipse.sense, expected.sense);
     assert!(expected.roundness() > 1.0 - 1e-6 && expected.major > 1e-5, "{expected:?}");
-    // Invalid frequencies, and a gradient with twist, are refused.
+    // Invalid frequencies and gradients with twist are refused.
     for omega in [0.0, -1.0, f64::NAN] {
         assert!(linear.response(omega, &gradient).is_err());
     }
@@ -136,7 +137,7 @@ fn below_onset_the_orbit_is_the_linear_response_to_the_internal_oscillator() {
     assert!(linear.response(TAU / period, &twist).unwrap_err().to_string().contains("gradient"));
 }
 
-/// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit, and an internal
+/// Figure 6 of Agostinelli, DeSimone and Noselli (2021): a circular orbit combined with an internal
 /// oscillator of 20 min in the same or in the opposite sense.
 #[test]
 fn circular_orbit_and_internal_oscillator_make_the_trochoids_of_figure_6() {
@@ -199,8 +200,8 @@ fn oscillations_below_onset_decay_at_the_rate_of_the_rightmost_root() {
     let z = Complex::new(0.5 * a, (-b - 0.25 * a * a).sqrt());
     let measured = z.ln() / every;
     assert!(root.re < 0.0, "{root}");
-    // A relative error of 1e-3 of both parts is promised. Steps of a minute leave a relative error
-    // of 1e-6 of the frequency.
+    // The relative tolerances are 1e-3 for the decay rate and 1e-4 for the frequency. Steps of one
+    // minute cause a relative error of 1e-6 in the frequency.
     assert_relative_eq!(measured.re, root.re, epsilon = 0.0, max_relative = 1e-3);
     assert_relative_eq!(measured.im, root.im, epsilon = 0.0, max_relative = 1e-4);
 }

@@ -1,4 +1,5 @@
-//! Swings in a plane and nonlinear swings: senses that noise does not determine, overtones, and close periods.
+//! Planar and nonlinear oscillations: senses of rotation that noise leaves undetermined, overtones,
+//! and close periods.
 
 use std::f64::consts::TAU;
 
@@ -9,14 +10,15 @@ use morphorod::tropism::Handedness;
 use nalgebra::{Rotation2, Vector2};
 
 const BAND: [f64; 2] = [30.0 * MINUTE, 4.0 * HOUR];
-/// Period of the swing, s.
+/// Period of the oscillation, s.
 const PERIOD: f64 = 91.2 * MINUTE;
-/// Semi-major axis of the swing, m.
+/// Semi-major axis of the oscillation, m.
 const MAJOR: f64 = 54.8e-3;
 /// Standard deviation of the noise of a coordinate, m.
 const NOISE: f64 = 0.05e-3;
 
-/// A swing on an ellipse, counterclockwise for a positive minor axis, for 24 h with a frame every 2 min.
+/// Elliptic oscillation, counterclockwise for a positive minor axis, for 24 h with a frame every 2
+/// min.
 fn swing(draw: &mut Draw, minor: f64) -> Track {
     path(720, 120.0, |t| {
         let (sine, cosine) = (TAU * t / PERIOD).sin_cos();
@@ -29,8 +31,8 @@ fn sense_of_a_swing_in_a_plane_is_undetermined_in_noise() {
     for seed in 1..16 {
         let planar = swing(&mut Draw::new(seed), 0.0);
         let found = planar.oscillations(&Search::default()).unwrap();
-        // The standard error of an axis is 0.05 mm √(2/720) = 2.6 µm. The minor axis exceeds three of them in one of
-        // 370 tracks.
+        // The standard error of an axis is 0.05 mm √(2/720) = 2.6 µm. The minor axis exceeds three
+        // standard errors in one of 370 tracks.
         assert_eq!(found.sense(), None, "{seed}: {found:?}");
         let found = planar.nutation(BAND).unwrap();
         assert!(found.nutates, "{seed}");
@@ -47,7 +49,8 @@ fn sense_of_a_thin_ellipse_is_found_if_its_minor_axis_exceeds_the_noise() {
             assert_eq!(found.sense(), Some(sense), "{seed}: {found:?}");
         }
     }
-    // The wavelet uses a part of the track at each time, where the standard error is 10 µm.
+    // The wavelet uses only a part of the track at each time. The standard error of an axis is then
+    // 10 µm.
     let found = swing(&mut Draw::new(1), 0.2e-3).nutation(BAND).unwrap();
     assert_eq!(found.sense, Some(Handedness::Counterclockwise));
     assert!(found.turns.unwrap() > 0.0);
@@ -56,7 +59,7 @@ fn sense_of_a_thin_ellipse_is_found_if_its_minor_axis_exceeds_the_noise() {
     assert_eq!(exact.oscillations(&Search::default()).unwrap().sense(), Some(Handedness::Counterclockwise));
 }
 
-/// The harmonics of the oscillations, longest period first.
+/// Harmonic numbers of the oscillations, in order of decreasing period.
 fn orders(found: &Oscillations) -> Vec<Option<u32>> {
     let mut waves = found.oscillations.clone();
     waves.sort_by(|a, b| b.period.total_cmp(&a.period));
@@ -101,7 +104,7 @@ fn close_periods_that_share_a_ridge_are_reported() {
     let found = both([80.0, 100.0]).nutation(BAND).unwrap();
     assert_eq!(found.unresolved.len(), 1, "{:?}", found.unresolved);
     for (found, known) in found.unresolved[0].iter().zip([80.0, 100.0]) {
-        // The standard error of a period is below 1e-4 of it.
+        // The relative standard error of a period is below 1e-4.
         approx::assert_relative_eq!(*found, known * MINUTE, epsilon = 0.0, max_relative = 1e-3);
     }
     for periods in [[60.0, 100.0], [45.0, 90.0]] {

@@ -145,8 +145,8 @@ fn centre_lines_are_grouped_by_their_times() {
     assert_eq!(centre_lines(text, &pixels(), "other").unwrap_err(), TrackError::Empty);
 }
 
-/// Noisy points along a line with a given direction angle. The angle is integrated with a
-/// thousandth of the distance between points.
+/// Noisy points along a line, with the direction angle (rad) as a function of arc length. The
+/// direction is integrated with steps of a thousandth of the distance between points.
 fn line(count: usize, apart: f64, noise: f64, angle: impl Fn(f64) -> f64) -> Vec<[f64; 3]> {
     let mut draw = Draw::new(11);
     let (mut x, mut y) = (0.0, 0.0);
@@ -167,8 +167,8 @@ fn line(count: usize, apart: f64, noise: f64, angle: impl Fn(f64) -> f64) -> Vec
 
 #[test]
 fn curvature_of_a_circular_arc_is_constant() {
-    // An arc of radius 5 cm and length 10 cm with points every 0.5 mm, smoothed over 2 mm, in both
-    // senses of rotation.
+    // The arc has radius 5 cm, length 10 cm and points every 0.5 mm. It is smoothed over 2 mm, and
+    // both senses of rotation are tested.
     for sign in [1.0, -1.0] {
         let found = curvature(&line(201, 5e-4, 0.0, |s| sign * s / 0.05), 2e-3).unwrap();
         for (k, place) in found.iter().enumerate() {
@@ -184,7 +184,7 @@ fn curvature_of_a_circular_arc_is_constant() {
         }
         assert_relative_eq!(found[200].arc_length, 0.1, epsilon = 0.0, max_relative = 2e-3);
     }
-    // The same arc in another plane. The first component is the norm.
+    // The same arc in another plane has its curvature in the first component.
     let tilted: Vec<[f64; 3]> = line(201, 5e-4, 0.0, |s| s / 0.05).iter().map(|p| [0.0, p[0], p[1]]).collect();
     let middle = curvature(&tilted, 2e-3).unwrap()[100];
     assert_abs_diff_eq!(middle.curvature[0] * 0.05, 1.0, epsilon = 1e-3);

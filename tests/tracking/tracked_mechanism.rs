@@ -27,12 +27,12 @@ use evidence::{Length, observation, observe, windows};
 use mechanism::{Context, Judgement, Level, Observation, Verdict, Wave, judge};
 
 const WINDOW: f64 = 6.0 * HOUR;
-/// Noise of a coordinate, m.
+/// Standard deviation of the noise of a coordinate, m.
 const NOISE: f64 = 5e-5;
 /// Delay and memory time of the simulated shoots, s.
 const DELAYS: [f64; 2] = [12.0 * MINUTE, 12.0 * MINUTE];
 
-/// Track of a simulated tip with noise, and its lengths.
+/// Track of a simulated tip with noise, and the lengths of the shoot.
 fn track(mut shoot: Shoot<impl Model>, hours: f64) -> (Track, Vec<Length>) {
     let (mut run, mut draw) = (MethodOfSteps::new(180.0), Draw::new(5));
     let (mut times, mut tips, mut lengths) = (vec![], vec![], vec![]);
@@ -50,7 +50,7 @@ fn observations(track: &Track, lengths: &[Length]) -> Vec<Observation> {
     observe(&windows(track, &[], WINDOW, HOUR).unwrap(), lengths)
 }
 
-/// Judgement with lengths, without them, and without them but with the delays.
+/// Judgements with known lengths, with unknown lengths, and with unknown lengths but known delays.
 fn judgements((track, lengths): &(Track, Vec<Length>)) -> [Judgement; 3] {
     let context = |delays| Context { window: WINDOW, delays, ..Context::default() };
     let [known, unknown] = [observations(track, lengths), observations(track, &[])];
@@ -112,7 +112,8 @@ fn short_growing_shoot_follows_its_oscillator() {
     let path = track(shoot, 24.0);
     let found = judgements(&path);
     assert_eq!(verdicts(&found), [Verdict::Oscillator, Verdict::Undecided, Verdict::Oscillator], "{found:#?}");
-    // The first seven hours have a single window without overlap, in which the length changes by 3 %.
+    // The first seven hours have no two windows without overlap. The mean length changes by less
+    // than 3 % between the first and the last window.
     let early = (path.0.between(0.0, 7.0 * HOUR), path.1);
     let found = &judgements(&early)[0];
     assert_eq!(found.verdict, Verdict::Undecided, "{found:#?}");
@@ -138,7 +139,8 @@ fn tracks_at_other_levels_of_gravity_decide() {
     assert_eq!(at(0.8, Some(1e-2)), Verdict::Undecided);
 }
 
-/// The main branch of the stability map has the period 87.6383587116 min. Without memory ω times the delay is π/2.
+/// On the main branch of the stability map, the period at onset is 87.6383587116 min. Without
+/// memory, the product of ω and the delay is π/2.
 #[test]
 fn period_at_onset_is_that_of_the_linear_theory() {
     assert_relative_eq!(period_at_onset(DELAYS), 87.6383587116423 * MINUTE, epsilon = 0.0, max_relative = 1e-12);

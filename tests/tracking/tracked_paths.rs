@@ -1,4 +1,4 @@
-//! Quantities that tracking pipelines report, compared with closed forms: waves, chirps, circles,
+//! Quantities reported by tracking pipelines, compared with closed forms: waves, chirps, circles,
 //! white noise, gaps and outliers.
 //!
 //! `MORPHOROD_CASES=1000 cargo test --workspace --test all tracked_paths -- --nocapture` draws more
@@ -36,8 +36,8 @@ fn planar_wave_has_its_period_amplitude_and_wavelet_power() {
     assert!(found.band_power > 0.999, "{}", found.band_power);
     assert_eq!(found.sense, None);
     assert_abs_diff_eq!(found.sampling.unwrap(), 2.0 * 120.0 / period, epsilon = 1e-12);
-    // The power is largest at the scale period/1.033, by which scales are converted into periods,
-    // and not at the scale of the centre frequency.
+    // The power is largest at the scale period/1.033, which is the conversion between scales and
+    // periods. It is not largest at the scale of the centre frequency.
     let middle = found.scalogram.times.len() / 2;
     let power: Vec<f64> = found.scalogram.power.iter().map(|row| row[middle]).collect();
     let top = (0..power.len()).max_by(|i, j| power[*i].total_cmp(&power[*j])).unwrap();
@@ -64,8 +64,8 @@ fn cone_of_influence_is_that_of_torrence_and_compo() {
     for (j, period) in found.periods.iter().enumerate() {
         let scale = period / 1.03304;
         if scale < 1200.0 || *period > 8000.0 {
-            // Below this scale the times are too far apart and the pulse is not short. Above it, a
-            // part of the pulse is drift.
+            // Below a scale of 1200 s, the times are too far apart and the pulse is not short.
+            // Above a period of 8000 s, a part of the pulse is removed as drift.
             continue;
         }
         let at = |t: f64| {
@@ -128,12 +128,14 @@ fn velocity_of_circular_motion_turns_once_in_a_period() {
         let round = path(601, 120.0, |t| circle(sign * t, PERIOD, 4e-3));
         let angles = round.direction().unwrap();
         let turned = (angles[600] - angles[0]) / TAU;
-        // One-sided differences at both ends lose half a step each.
+        // The one-sided differences at both ends reduce the rotation by the angle of half a step
+        // each.
         let ends = 120.0 / PERIOD;
         assert_abs_diff_eq!(turned, sign * (72000.0 / PERIOD - ends), epsilon = 1e-9);
         let ahead = angles[300] - sign * (TAU * 36000.0 / PERIOD + 0.5 * PI);
         assert_abs_diff_eq!(ahead / TAU, (ahead / TAU).round(), epsilon = 1e-9);
-        // An ellipse whose axes have the ratio 1 to 4, with noise of a twentieth of the minor axis.
+        // The track is an ellipse with axes in the ratio 1 to 4. The standard deviation of the
+        // noise is a twentieth of the minor axis.
         let mut draw = Draw::new(7);
         let found = path(720, 120.0, |t| {
             let p = circle(sign * t, PERIOD, 4e-3);
@@ -154,7 +156,8 @@ fn velocity_of_circular_motion_turns_once_in_a_period() {
 #[test]
 fn amplitude_of_a_drifting_tip_is_that_of_its_circles() {
     let mut draw = Draw::new(3);
-    // Growth by 40 mm that slows down, a daily oscillation, and circles of 1 mm.
+    // The track is the sum of a drift that approaches 40 mm, a daily oscillation of 3 mm, circles
+    // of radius 1 mm, and noise.
     let drift =
         |t: f64| Vector2::new(0.04 * (1.0 - (-t / (20.0 * HOUR)).exp()), 3e-3 * (TAU * t / (24.0 * HOUR)).sin());
     let tip = path(1440, 120.0, |t| drift(t) + circle(t, PERIOD, 1e-3) + draw.normal() * 5e-5);
@@ -163,8 +166,8 @@ fn amplitude_of_a_drifting_tip_is_that_of_its_circles() {
     let found = tip.nutation(BAND).unwrap();
     let amplitude = found.amplitude.unwrap();
     assert!(span / amplitude > 20.0, "{span} {amplitude}");
-    // The maximum of the envelope exceeds its mean because of noise in the band. Of noise of 0.05
-    // mm a wavelet with s = 45 positions leaves 2 · 0.05/√(2 √π · 45) = 0.008 mm at each scale. The
+    // The maximum of the envelope exceeds its mean because of noise in the band. A wavelet with s =
+    // 45 positions reduces noise of 0.05 mm to 2 · 0.05/√(2 √π · 45) = 0.008 mm at each scale. The
     // tolerance is about three times that.
     assert_abs_diff_eq!(amplitude, 1e-3, epsilon = 0.03 * 1e-3);
     assert_relative_eq!(found.period.unwrap(), PERIOD, epsilon = 0.0, max_relative = 3e-3);
@@ -172,7 +175,7 @@ fn amplitude_of_a_drifting_tip_is_that_of_its_circles() {
     // The spectrum has 400 lines beyond the band. The relative error of their median is about
     // 1/√400.
     assert_abs_diff_eq!(found.noise_floor.unwrap(), 5e-5, epsilon = 0.1 * 5e-5);
-    // The daily oscillation is drift. It is removed up to 0.4 %, which is 1e-2 mm.
+    // The daily oscillation is classified as drift. A fraction of 0.4 % remains, which is 1e-2 mm.
     assert!(found.band_power > 0.98, "{}", found.band_power);
 }
 
@@ -186,8 +189,8 @@ fn white_noise_is_not_reported_as_nutation() {
     let mut floors = 0.0;
     for case in 0..cases {
         let mut draw = Draw::new(seed.wrapping_mul(1_000_003).wrapping_add(case));
-        // Noise at even times, at random times, along a line, and added to a drift with a third of
-        // the frames lost.
+        // The four kinds are noise at even times, at random times, along a line, and added to a
+        // drift with a third of the frames lost.
         let even = path(300, 300.0, |_| draw.normal());
         let mut times: Vec<f64> = (0..300).map(|_| draw.uniform(0.0, 90000.0)).collect();
         times.sort_unstable_by(f64::total_cmp);
@@ -209,7 +212,7 @@ fn white_noise_is_not_reported_as_nutation() {
         }
     }
     println!("nutation is reported for {reported:?} of {cases} tracks of noise");
-    // Nutation is reported for at most one track of 200 of each kind.
+    // The measured rate is at most one track of 200 of each kind. The bound is 5 %.
     assert!(reported.iter().all(|reported| *reported as f64 <= 0.05 * cases as f64), "{reported:?}");
     // For even times the floor is the standard deviation of the noise. The mean of 60 medians of 99
     // lines has an error of one percent.
@@ -223,7 +226,7 @@ fn gaps_lost_frames_and_outliers_do_not_change_period_and_amplitude() {
         let (mut times, mut positions, mut outliers) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..1440 {
             let t = 120.0 * (f64::from(k) + draw.uniform(-0.3, 0.3));
-            // There are two gaps of five hours, and every tenth frame is lost.
+            // There are two gaps of five hours, and a tenth of the frames is lost at random.
             if (9.0 * HOUR..14.0 * HOUR).contains(&t) || (30.0 * HOUR..35.0 * HOUR).contains(&t) || draw.chance(0.1) {
                 continue;
             }
@@ -241,11 +244,11 @@ fn gaps_lost_frames_and_outliers_do_not_change_period_and_amplitude() {
         assert!(relative_eq!(period, PERIOD, epsilon = 0.0, max_relative = 3e-3), "{seed}: {period:?}");
         let [lower, upper] = found.period_quartiles.unwrap();
         assert!(upper - lower < 0.02 * PERIOD, "{seed}: {lower} {upper}");
-        // The noise is twice that of the test with drift, the amplitude three times. The component
-        // with the opposite sense contributes near gaps.
+        // The noise is twice as large as in the test with drift, and the amplitude three times as
+        // large. The component with the opposite sense contributes near gaps.
         let amplitude = found.amplitude.unwrap();
         assert!(abs_diff_eq!(amplitude, 3e-3, epsilon = 0.04 * 3e-3), "{seed}: {amplitude}");
-        // A few consecutive frames are also lost by chance.
+        // Random losses of consecutive frames also produce short gaps.
         let long: Vec<[f64; 2]> = found.gaps.iter().copied().filter(|[from, to]| to - from > 4.0 * HOUR).collect();
         assert_eq!(long.len(), 2, "{seed}: {:?}", found.gaps);
         assert!(outliers.iter().all(|k| found.outliers.contains(k)), "{seed}: {outliers:?} {:?}", found.outliers);
@@ -305,8 +308,8 @@ fn short_coarse_tracks_and_invalid_bands_are_refused() {
     assert_eq!(error, TrackingError::Insufficient { what: "number of positions", value: 1.0, needed: 2.0 });
 }
 
-/// Any track gives finite numbers or an error: huge and tiny lengths, bursts, single positions, few
-/// distinct values.
+/// Tracks with huge or tiny lengths, bursts, single positions or few distinct values give finite
+/// numbers or an error.
 #[test]
 fn random_tracks_give_finite_numbers_or_errors() {
     for seed in 0..number("MORPHOROD_CASES", 100) {
