@@ -1,4 +1,4 @@
-//! Shoots without periodic orbits: the solvers return an error that names the cause, in bounded
+//! Shoots without periodic orbits. The solvers return an error that states the cause, in bounded
 //! time.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,15 +18,15 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Scene, Section, Shoot};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Length beyond the onset, which is at 6.56 cm, m.
+/// Length of the shoot, m. The onset of oscillations is at 6.56 cm.
 pub(super) const LENGTH: f64 = 0.067;
 
 pub(super) struct Growth {
     pub(super) time: f64,
     pub(super) elongates: bool,
-    /// Relative increase of REGR in a second.
+    /// Relative rate of increase of the REGR, 1/s.
     pub(super) rise: f64,
-    /// Whether REGR decreases to zero at the base.
+    /// Whether the REGR decreases linearly to zero at the base.
     pub(super) linear: bool,
 }
 
@@ -43,10 +43,10 @@ impl GrowthLaw for Growth {
     }
 }
 
-/// Weight, a lateral load, and a rotating force at the apex, N.
+/// Weight, a lateral load (N/m), and a force at the apex (N) that depends on time.
 pub(super) type Pull = (Weight, Distributed, ApicalForce<fn(f64) -> Vector3<f64>>);
 
-/// A base that is tilted (rad) and rotates (rad/s).
+/// Base with an initial tilt (rad) and a constant rate of rotation (rad/s).
 #[derive(Clone, Copy, Default)]
 pub(super) struct Place {
     pub(super) tilt: f64,
@@ -72,7 +72,7 @@ pub(super) struct Plan {
     pub(super) section: Section,
 }
 
-/// Two elements suffice where only the kind of the result matters.
+/// Plain shoot of a given length (m). Its two elements suffice for tests of the kind of the result.
 pub(super) fn plan(length: f64) -> Plan {
     Plan {
         length,
@@ -108,7 +108,7 @@ impl Plan {
     }
 }
 
-/// The leading mode of the plain shoot of 6.7 cm.
+/// Leading mode of the plain shoot of 6.7 cm.
 pub(super) static MODE: LazyLock<Root> = LazyLock::new(|| super::mode(&plan(LENGTH).shoot()));
 
 pub(super) fn memories(time: f64, delay: f64) -> impl TropismLaw + Send + Sync {
@@ -119,8 +119,8 @@ pub(super) fn memories(time: f64, delay: f64) -> impl TropismLaw + Send + Sync {
     )
 }
 
-/// Returns the result. Fails unless it is returned without a panic within 60 s, ten times the
-/// slowest one on a busy core.
+/// Returns the result of a closure. Panics if the closure panics or takes more than 60 s, which is
+/// ten times the longest time measured on a busy core.
 pub(super) fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T + Send + 'static) -> T {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -132,16 +132,16 @@ pub(super) fn within<T: Send + 'static>(what: &str, answer: impl FnOnce() -> T +
 
 pub(super) type Answers = (Result<RotatingWave, CycleError>, Result<PeriodicOrbit, CycleError>);
 
-/// A shoot and its name.
+/// Name of a shoot and a function that builds it.
 type Case = (&'static str, fn() -> Shoot<DynLaws>);
 
-/// Answers of both solvers for a shoot, from the mode of the plain shoot. Checks that the numbers
-/// of an orbit are finite, and that its roots or multipliers are finite or refused.
+/// Results of both solvers for a shoot, with the mode of the plain shoot as initial guess. Checks
+/// that the numbers of an orbit are finite. Roots and multipliers are either finite or an error.
 pub(super) fn both(what: &str, shoot: impl FnOnce() -> Shoot<DynLaws> + Send + 'static) -> Answers {
     both_from(what, shoot, |_| MODE.clone())
 }
 
-/// The same from another mode.
+/// Results of both solvers, as for `both`, with another mode as initial guess.
 pub(super) fn both_from(
     what: &str,
     shoot: impl FnOnce() -> Shoot<DynLaws> + Send + 'static,
@@ -176,7 +176,7 @@ fn is_forced(error: &CycleError) -> bool {
     matches!(error, CycleError::Stability(StabilityError::NotAutonomous { change }) if *change > 0.0)
 }
 
-/// The name of the parameter that is refused.
+/// Name of the rejected parameter. Panics for any other result.
 pub(super) fn refused<T: std::fmt::Debug>(answer: Result<T, CycleError>) -> &'static str {
     match answer {
         Err(CycleError::Parameter(error)) => error.name,
@@ -184,7 +184,7 @@ pub(super) fn refused<T: std::fmt::Debug>(answer: Result<T, CycleError>) -> &'st
     }
 }
 
-/// Fails unless both solvers find no orbit of a shoot.
+/// Panics unless both solvers report that there is no orbit near the initial guess.
 fn assert_none_found(what: &str, shoot: impl FnOnce() -> Shoot<DynLaws> + Send + 'static) {
     let (circle, plane) = both(what, shoot);
     let errors = [circle.unwrap_err(), plane.unwrap_err()];
@@ -219,8 +219,8 @@ fn with_a_short_delay_no_orbit_is_found() {
     assert_none_found("a short delay", || Plan::steered(memories(12.0 * MINUTE, 1.0)));
 }
 
-/// Any strain is stationary if there is no tropism. A shoot without variables once caused a panic
-/// in their solver, and the stationary strain was returned as an orbit.
+/// Without tropism any strain is stationary. Two earlier errors are tested: a panic in the solver
+/// for the variables when a shoot has none, and a stationary strain that was returned as an orbit.
 #[test]
 fn without_tropism_no_orbit_is_found() {
     let (circle, plane) = both("no tropism", || Plan::steered(()));
@@ -236,11 +236,12 @@ fn elongating_shoots_are_refused() {
     assert!(matches!(plane, Err(CycleError::Elongates)), "{plane:?}");
 }
 
-/// An oscillator, a rotating force, a clinostat and increasing growth: the solvers for autonomous
-/// shoots do not know their periods.
+/// Shoots with an oscillator, an oscillating gain, a rotating force, a clinostat or increasing
+/// growth. Solvers for autonomous shoots reject them, because they depend explicitly on time.
 #[test]
 fn time_dependent_shoots_are_refused() {
-    /// Responds to the strain with a gain that oscillates, which has no effect on a straight shoot.
+    /// Law with a response to the strain whose gain oscillates in time. It has no effect on a
+    /// straight shoot.
     struct Moody;
     impl TropismLaw for Moody {
         fn declare(&self, to: &mut Declaration) {
@@ -296,7 +297,7 @@ fn circles_of_laterally_loaded_shoots_are_refused() {
     });
 }
 
-/// A law with a constant gradient.
+/// Law with a constant gradient.
 struct Constant(Vector3<f64>);
 
 impl TropismLaw for Constant {
@@ -316,8 +317,8 @@ fn laws_with_non_finite_gradients_are_refused() {
     }
 }
 
-/// The twist is not an unknown of either solver. Laws whose gradient has a twist were once solved
-/// without it.
+/// Laws whose gradient has a twist component are rejected, because the twist is not an unknown of
+/// either solver. An earlier version ignored this component.
 #[test]
 fn laws_with_a_gradient_of_twist_are_refused() {
     let twist = || Plan::steered((steering(SettledStatoliths), Constant(Vector3::new(0.0, 0.0, 1.0))));

@@ -1,4 +1,5 @@
-//! Lists of roots and multipliers contain all to the right of their line, or outside their radius.
+//! Completeness of the lists of roots and multipliers: they contain all roots to the right of their
+//! line and all multipliers outside their radius.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +10,7 @@ use super::{assert_complex_eq, mode, planes};
 use morphorod::cycle::RotatingWaveSolver;
 use morphorod::tropism::Memory;
 
-/// The list of roots of this circle was once empty, and none counted as unstable.
+/// An earlier version returned an empty list of roots for this circle and counted none as unstable.
 #[test]
 fn circle_of_a_sensitive_shoot_with_short_memories_has_the_decay_seen_in_time() {
     let parameters = Parameters {
@@ -34,7 +35,7 @@ fn circle_of_a_sensitive_shoot_with_short_memories_has_the_decay_seen_in_time() 
     assert_growth("the sensitive shoot", leading, seen);
 }
 
-/// Fourteen Krylov vectors once omitted the second root.
+/// An earlier version with fourteen Krylov vectors omitted the second root.
 #[test]
 fn all_roots_to_the_right_of_the_line_are_in_the_shorter_list() {
     for length in [0.076, 0.077, 0.078] {
@@ -44,7 +45,7 @@ fn all_roots_to_the_right_of_the_line_are_in_the_shorter_list() {
         assert!(short.line < 0.0 && !short.roots.is_empty() && long.roots.len() >= 4);
         let beyond = long.roots.iter().filter(|root| root.value.re > short.line);
         for (k, root) in beyond.enumerate() {
-            // Newton's method ends at 1e-12 of the rate of rotation.
+            // The tolerance of Newton's method is 1e-12 of the rate of rotation.
             assert_complex_eq(length, short.roots[k].value, root.value, 1e-9 * orbit.rate);
         }
     }
@@ -58,7 +59,8 @@ fn all_multipliers_outside_the_radius_are_in_the_shorter_list() {
         assert!(!short_set.is_empty() && long_set.len() >= 5);
         let beyond = long_set.iter().filter(|one| one.value.norm() > short.radius);
         for (k, one) in beyond.enumerate() {
-            // Vectors converge to 1e-10, and the condition of the multipliers is some tens.
+            // The eigenvectors converge to 1e-10, and the condition numbers of the multipliers are
+            // several tens.
             assert_complex_eq(k, short_set[k].value, one.value, 1e-8);
         }
     }

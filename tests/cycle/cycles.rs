@@ -1,5 +1,5 @@
-//! Periodic orbits of the reduced model that the solvers find, compared with the exact two-point
-//! problem and with numbers that two other methods give.
+//! Periodic orbits of the reduced model, compared with the exact solution of the two-point boundary
+//! value problem and with reference values from two other methods.
 
 use super::{assert_complex_eq, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, rate};
@@ -19,14 +19,14 @@ pub(super) fn plain(length: f64, elements: u32) -> Shoot<DynLaws> {
 /// Parameters of the reduced model with equal memories.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Parameters {
-    /// Pa.
+    /// Young's modulus, Pa.
     pub(super) youngs_modulus: f64,
     pub(super) beta: f64,
     pub(super) eta: f64,
-    /// s.
+    /// Growth time, s.
     pub(super) growth_time: f64,
     pub(super) memory: Memory,
-    /// m.
+    /// Length, m.
     pub(super) length: f64,
 }
 
@@ -59,8 +59,8 @@ pub(super) fn swing(shoot: &Shoot<DynLaws>, amplitude: f64, intervals: usize) ->
     solver.from_mode(shoot, &mode(shoot), amplitude).unwrap()
 }
 
-/// The leading multipliers in the plane of a swing and out of it, without the trivial ones, and the
-/// larger defect of the trivial ones.
+/// Leading multipliers in the plane of a swing and out of it, without the trivial ones, and the
+/// larger error of the trivial ones.
 pub(super) fn multipliers(shoot: &Shoot<DynLaws>, orbit: &PeriodicOrbit) -> ([Complex<f64>; 2], f64) {
     let found = orbit.multipliers(shoot, 1).unwrap();
     (planes(&found.values).map(|set| set[0].value), found.trivial)
@@ -72,8 +72,8 @@ fn circular_orbits_are_the_exact_ones() {
         let length = 0.0657 + (0.078 - 0.0657) * f64::from(k) / 15.0;
         let (radius, height) = exact_orbit(length);
         let orbit = circle(&plain(length, 12), 0.8 * radius);
-        // Promised: 1e-9 of radius and height, 1e-10 of the rate. Twelve elements of order eight
-        // leave 2e-10.
+        // Required accuracy: 1e-9 of radius and height, 1e-10 of the rate. The error due to
+        // twelve elements of order eight is 2e-10.
         let equal = relative_eq!(orbit.radius(), radius, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: radius {} against {radius}", orbit.radius());
         let equal = abs_diff_eq!(orbit.height(), height, epsilon = 1e-9 * length);
@@ -95,13 +95,15 @@ fn the_roots_of_circular_orbits_have_their_known_values() {
         let found = orbit.roots(&shoot, 2).unwrap();
         assert_eq!(found.unstable(), 0);
         for (root, known) in found.roots.iter().zip(roots) {
-            // Promised: 1e-6. The tables have ten digits. Differences of equilibria leave 1e-9 of
-            // the magnitude of the root.
+            // Required accuracy: 1e-6. The reference values have ten decimals. The error due to
+            // finite differences of equilibria is 1e-9 of the modulus of the root.
             assert_complex_eq(length, root.value * HOUR, known, 1e-8 * known.norm().max(1.0));
-            // The return map, another method, has the order of 16 intervals of six points.
+            // The residual is the distance from the root of the return map, an independent method.
+            // Its error is that of 16 intervals of six points.
             assert!(root.residual * HOUR < 2e-5, "{length}: {:e}", root.residual * HOUR);
         }
-        // Zero up to the error of the differences: 1e-9 of the rate of rotation, 4.3 per h.
+        // The trivial root is zero up to the error of the finite differences, which is 1e-9 of the
+        // rate of rotation (4.3 per h).
         assert!(found.trivial * HOUR < 1e-8, "{length}: {:e}", found.trivial * HOUR);
     }
 }
@@ -110,12 +112,11 @@ fn the_roots_of_circular_orbits_have_their_known_values() {
 fn the_circular_orbit_with_statoliths_has_its_known_values() {
     let shoot = shoot(0.0659, 8).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     let orbit = circle(&shoot, 0.03);
-    // Computed to twelve digits by two other methods (mm, min).
+    // Reference values (mm, min), computed to twelve digits by two other methods.
     assert_relative_eq!(1e3 * orbit.radius(), 29.4264635251, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(1e3 * orbit.height(), 56.0385542275, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(orbit.period() / MINUTE, 92.7509781920, epsilon = 0.0, max_relative = 1e-8);
-    // The orbit is not plane: the shoot twists elastically by up to 0.04 1/m. The growth has no
-    // twist.
+    // The shape is not planar. The largest elastic twist is 0.04 1/m, and the growth has no twist.
     let twist = |e: usize, g: usize| orbit.rod.strain(e, g).unwrap().z.abs();
     let largest = (0..8).flat_map(|e| (0..4).map(move |g| (e, g))).map(|(e, g)| twist(e, g)).fold(0.0, f64::max);
     assert!((0.035..0.045).contains(&largest), "{largest}");
@@ -128,45 +129,45 @@ fn the_circular_orbit_with_statoliths_has_its_known_values() {
     }
 }
 
-/// A swing as computed by two other methods.
+/// Reference values of a swing, computed by two other methods.
 struct KnownSwing {
-    /// m.
+    /// Length, m.
     length: f64,
     /// Largest excursion of the tip, mm.
     excursion: f64,
-    /// Height of the tip there, mm, where the table has one.
+    /// Height of the tip at the largest excursion, mm, if known.
     height: Option<f64>,
-    /// min.
+    /// Period, min.
     period: f64,
-    /// Leading roots in the plane, where the table has one, and out of it, 1/h.
+    /// Leading exponents of disturbances in the plane, if known, and out of it, 1/h.
     inside: Option<f64>,
     outside: f64,
 }
 
 impl KnownSwing {
-    /// Compares the swing that the solver finds on a mesh and on a number of intervals in a period.
-    /// Six elements leave 1e-9 of the excursion. More intervals are necessary where the shoot
-    /// almost buckles during its swing.
+    /// Compares these values with the swing on a given mesh and a given number of intervals in a
+    /// period. The error due to six elements is 1e-9 of the excursion. Shoots that almost buckle
+    /// during their swing need more intervals.
     fn assert_found(&self, elements: u32, intervals: usize) {
         let shoot = plain(self.length, elements);
         let orbit = swing(&shoot, 1e-3 * self.excursion, intervals);
         let (largest, rod) = orbit.largest_excursion(&shoot).unwrap();
-        // Promised: 1e-8 relative, where the table has enough digits.
+        // Required relative accuracy: 1e-8, if the reference value has enough digits.
         assert_relative_eq!(1e3 * largest, self.excursion, epsilon = 0.0, max_relative = 1e-8);
         assert_relative_eq!(orbit.period / MINUTE, self.period, epsilon = 0.0, max_relative = 1e-8);
         if let Some(height) = self.height {
-            // At the largest excursion the height changes in time, and its error is of first order
-            // in the error of the time there.
+            // The height changes in time at the largest excursion. Its error is of first order in
+            // the error of the time of this excursion.
             assert_relative_eq!(1e3 * rod.tip().z, height, epsilon = 0.0, max_relative = 1e-8);
         }
         let (found, defect) = multipliers(&shoot, &orbit);
         let [inside, outside] = found.map(|multiplier| multiplier.norm().ln() / orbit.period * HOUR);
-        // Promised: 1e-6.
+        // Required accuracy of the exponents: 1e-6.
         if let Some(known) = self.inside {
             assert_abs_diff_eq!(inside, known, epsilon = 1e-8);
         }
         assert_abs_diff_eq!(outside, self.outside, epsilon = 1e-7);
-        // Promised: 1e-8.
+        // Required accuracy of the trivial multipliers: 1e-8.
         assert!(defect < 1e-8, "trivial multipliers off by {defect:e}");
     }
 }
@@ -224,8 +225,8 @@ fn swing_at_7_40_cm_has_its_known_values() {
     .assert_found(6, 64);
 }
 
-/// The error of a map of s Radau points in an interval decreases at least with the power s + 1 of
-/// the interval, at points inside the intervals too, where delays read.
+/// The error of the return map with s Radau points in an interval is at least of order s + 1 in the
+/// length of the interval. This order also holds at delayed times inside the intervals.
 #[test]
 fn multipliers_converge_with_the_number_of_intervals() {
     let shoot = plain(0.067, 4);
@@ -241,8 +242,8 @@ fn multipliers_converge_with_the_number_of_intervals() {
     }
 }
 
-/// An orbit is a good initial guess for the same orbit on twice the intervals, and the change
-/// estimates the error of the first.
+/// An orbit is a good initial guess for the same orbit on twice as many intervals. The change
+/// estimates the error of the coarser orbit.
 #[test]
 fn coarse_orbit_is_refined_on_twice_the_intervals() {
     let shoot = plain(0.067, 4);
@@ -250,7 +251,8 @@ fn coarse_orbit_is_refined_on_twice_the_intervals() {
     let solver = PeriodicSolver { intervals: 24, ..PeriodicSolver::default() };
     let fine = solver.from_orbit(&shoot, &coarse).unwrap();
     assert!(fine.iterations <= 4, "{}", fine.iterations);
-    // 87.661715148 and 87.661715126 min: a relative change of 2.5e-10, which is not zero.
+    // The periods are 87.661715148 and 87.661715126 min. Their relative difference of 2.5e-10 is
+    // not zero.
     assert_relative_eq!(fine.period, coarse.period, epsilon = 0.0, max_relative = 1e-9);
     assert_ne!(fine.period, coarse.period);
     let [(before, _), (after, _)] = [&coarse, &fine].map(|orbit| multipliers(&shoot, orbit));
@@ -271,14 +273,14 @@ fn near_the_onset_the_swing_is_wider_than_the_circle_by_the_root_of_four_thirds(
         let (amplitude, _) = swing(&shoot, (1.028 * beyond).sqrt(), 12).largest_excursion(&shoot).unwrap();
         (amplitude / radius).powi(2)
     };
-    // The ratio is linear in the length to first order: extrapolation from two lengths cancels that
-    // term.
+    // The ratio is linear in the length to first order. Extrapolation from two lengths eliminates
+    // this term.
     let [near, far] = [4e-6, 8e-6].map(ratio);
     assert_abs_diff_eq!(2.0 * near - far, 4.0 / 3.0, epsilon = 1e-4);
 }
 
-/// At 2e-4 cm beyond the onset the upright shoot has the growth rate μ. The roots are −μ and −2μ of
-/// the circle, −2μ and 2μ/3 of the swing.
+/// The growth rate of the mode of the upright shoot at 2e-4 cm beyond the onset is μ. The roots of
+/// the circle are −μ and −2μ. The exponents of the swing are −2μ and 2μ/3.
 #[test]
 fn near_the_onset_roots_are_multiples_of_the_growth_rate_of_the_upright_shoot() {
     let shoot = plain(ONSET + 2e-6, 8);
@@ -295,14 +297,14 @@ fn near_the_onset_roots_are_multiples_of_the_growth_rate_of_the_upright_shoot() 
     }
 }
 
-/// A third of the amplitude suffices as an initial guess, unless the shoot almost buckles.
+/// An initial guess of a third of the amplitude suffices, unless the shoot almost buckles.
 #[test]
 fn a_third_of_the_amplitude_is_a_sufficient_initial_guess() {
     for (length, amplitude) in [(0.0659, 0.0168), (0.0670, 0.0342), (0.0690, 0.0469)] {
         let shoot = plain(length, 4);
         let [third, whole] = [1.0 / 3.0, 1.0].map(|share| swing(&shoot, share * amplitude, 24).period);
-        // The two orbits are found to 1e-10. The phases of their grids differ, and 24 intervals
-        // leave less than that.
+        // The tolerance of both orbits is 1e-10. The phases of their grids differ, but the error
+        // due to 24 intervals is less than the tolerance.
         let equal = relative_eq!(third, whole, epsilon = 0.0, max_relative = 1e-9);
         assert!(equal, "{length}: periods {third} and {whole}");
         let [third, whole] = [1.0 / 3.0, 1.0].map(|share| circle(&shoot, share * amplitude).radius());

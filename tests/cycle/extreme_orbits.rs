@@ -1,5 +1,5 @@
-//! Periodic orbits of extreme shoots, and invalid guesses, settings and orbits: the solvers return
-//! an orbit, or an error that names the cause, in bounded time.
+//! Periodic orbits of extreme shoots, and invalid initial guesses, settings and orbits. The solvers
+//! return an orbit, or an error that states the cause, in bounded time.
 
 use std::sync::{Arc, LazyLock};
 
@@ -14,9 +14,9 @@ use morphorod::tropism::{SettledStatoliths, Statoliths, TropismLaw};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::Complex;
 
-/// Stiff laws: disturbances that decay immediately must not reappear as multipliers. With Gauss
-/// points, statoliths that settle in a millisecond had a multiplier of 0.996 at every material
-/// point.
+/// Stiff laws. Disturbances that decay immediately must not appear as multipliers. With collocation
+/// at Gauss points, statoliths that settle in a millisecond had a multiplier of 0.996 at every
+/// material point.
 #[test]
 fn fast_statoliths_have_the_multipliers_of_settled_ones() {
     let leading = |tropism: fn() -> Arc<dyn TropismLaw + Send + Sync>| {
@@ -29,32 +29,33 @@ fn fast_statoliths_have_the_multipliers_of_settled_ones() {
     };
     let (period, settled) = leading(|| Arc::new(steering(SettledStatoliths)));
     let (same, fast) = leading(|| Arc::new(steering(Statoliths { avalanche_time: 1e-3 })));
-    // The avalanche adds about its time to a reaction of 12 min: a relative change of 1e-6.
+    // The avalanche adds about 1e-3 s to a reaction time of 12 min, a relative change of 1e-6.
     assert_relative_eq!(same, period, epsilon = 0.0, max_relative = 3e-6);
-    // Computed by harmonic balance and by spectral steps, on finer elements. The error of four
-    // elements is less than 1e-8.
+    // Reference values from harmonic balance and from a spectral method, on finer elements. The
+    // error due to four elements is less than 1e-8.
     assert_abs_diff_eq!(period / MINUTE, 87.661_715_125, epsilon = 1e-6);
     for (one, known) in [(settled[0][0], 0.657_775_328), (settled[1][0], 1.166_270_117)] {
         assert_complex_eq("settled", one.value, Complex::from(known), 1e-6);
     }
     for (a, b) in settled.iter().flatten().zip(fast.iter().flatten()) {
-        // The same change, magnified by the sensitivity of the multipliers: by less than ten.
+        // The relative change of 1e-6 is amplified by the sensitivity of the multipliers, which is
+        // less than ten.
         assert_complex_eq("settled and fast", a.value, b.value, 3e-5);
     }
 }
 
-/// Fails unless the circle has the exact rate of equal memories. The past must be kept as long as
-/// it is read, also when the period changes between iterations.
+/// Panics unless the circle has the exact rate for equal memories. The history must be as long as
+/// the delay, also when the period changes between iterations.
 fn assert_exact_rate(what: &str, time: f64, delay: f64) {
     let (circle, plane) = both(what, move || Plan::steered(memories(time, delay)));
     let circle = circle.unwrap();
-    // With equal memories the rate satisfies ωτr + atan ωτm = π/2 + 2πn, whatever the shape. The
-    // tolerance is the solver's 1e-11 times the sensitivity of the rate to a small change of the
-    // strain.
+    // With equal memories the rate satisfies ωτr + atan ωτm = π/2 + 2πn for any shape. The
+    // tolerance is that of the solver, 1e-11, times the sensitivity of the rate to a small change
+    // of the strain.
     let turns = (circle.rate * delay + (circle.rate * time).atan()) / std::f64::consts::TAU - 0.25;
     assert!(abs_diff_eq!(turns, turns.round(), epsilon = 1e-9), "{what}: {turns}");
-    // A swing in the plane lasts as long as a circle, up to the fourth power of the amplitude: a
-    // percent.
+    // The periods of a swing and a circle differ by a term of fourth order in the amplitude, about
+    // one percent.
     let plane = plane.unwrap();
     let equal = relative_eq!(plane.period, circle.period(), epsilon = 0.0, max_relative = 0.02);
     assert!(equal, "{what}: {} against {}", plane.period, circle.period());
@@ -70,7 +71,7 @@ fn circle_with_a_memory_of_a_millisecond_has_the_exact_rate() {
     assert_exact_rate("no memory", 1e-3, 24.0 * MINUTE);
 }
 
-/// The state would need as many levels as the delay has steps.
+/// The state would need one history level for each step of the delay.
 #[test]
 fn delays_of_very_many_periods_are_refused() {
     let (_, plane) = both("a delay without end", || Plan::steered(memories(12.0 * MINUTE, 1e9)));
@@ -93,7 +94,7 @@ fn invalid_initial_guesses_are_refused_by_name() {
             assert!(matches!(circle(root, amplitude), Err(CycleError::Stationary { .. })));
         }
         assert!(matches!(swing(root, 1e-9), Err(CycleError::Stationary { .. })));
-        // A shape of such an amplitude has no equilibrium on these elements.
+        // A shape of this amplitude has no equilibrium on these elements.
         for amplitude in [10.0, 1e300] {
             assert!(matches!(circle(root, amplitude), Err(CycleError::Equilibrium(_))));
             assert!(matches!(swing(root, amplitude), Err(CycleError::Equilibrium(_))));
@@ -161,15 +162,14 @@ fn invalid_settings_are_refused_by_name() {
     });
 }
 
-/// The plain shoot of 6.7 cm and its swing.
+/// Plain shoot of 6.7 cm and its swing.
 static SWING: LazyLock<(Shoot<DynLaws>, PeriodicOrbit)> = LazyLock::new(|| {
     let shoot = plan(LENGTH).shoot();
     let swing = PeriodicSolver::default().from_mode(&shoot, &MODE, 0.03).unwrap();
     (shoot, swing)
 });
 
-/// A tolerance below the rounding error is never reached, and the solver must not report that it
-/// was.
+/// A tolerance below the rounding error cannot be reached, and the solver must report this.
 #[test]
 fn circular_solver_reports_when_its_bounds_are_reached() {
     within("bounds", || {
@@ -181,8 +181,8 @@ fn circular_solver_reports_when_its_bounds_are_reached() {
     });
 }
 
-/// The delay ends inside the interval from which it reads: the solver iterates until the values
-/// read and computed agree.
+/// The delay is shorter than the single interval. Delayed values therefore lie in the interval that
+/// is being solved, and the solver iterates until delayed and computed values agree.
 #[test]
 fn swing_on_a_single_interval_of_twelve_points_has_its_period() {
     within("one interval", || {
@@ -193,7 +193,7 @@ fn swing_on_a_single_interval_of_twelve_points_has_its_period() {
     });
 }
 
-/// Multipliers next to the rounding error of the map are not resolved.
+/// Multipliers close to the rounding error of the return map are not resolved.
 #[test]
 fn many_multipliers_converge_or_end_where_the_map_is_rounding() {
     within("multipliers", || {
@@ -216,14 +216,14 @@ fn clockwise_circle_is_the_mirror_image_of_the_counterclockwise_one() {
         mirrored.strain.iter_mut().for_each(|strain| *strain = strain.map(|x| x.conj()));
         let circle = |root: &Root| RotatingWaveSolver::default().from_mode(&shoot, root, 0.02).unwrap();
         let [one, other] = [circle(&MODE), circle(&mirrored)];
-        // The rates are known to the tolerance, 1e-11 of the gradient. The error of the radius is
-        // larger by a factor of order one.
+        // The tolerance of the solver is 1e-11 of the largest gradient, and the rates have errors of
+        // this order. The error of the radius is larger by a factor of order one.
         assert_relative_eq!(one.rate, -other.rate, epsilon = 0.0, max_relative = 1e-9);
         assert_abs_diff_eq!(one.radius(), other.radius(), epsilon = 1e-9 * LENGTH);
         let [a, b] = [&one, &other].map(|orbit| orbit.roots(&shoot, 2).unwrap().roots);
         assert_eq!(a.len(), b.len());
         for (a, b) in a.iter().zip(&b) {
-            // Differences of 1e-9 in the linearisation.
+            // The error due to finite differences in the linearisation is 1e-9.
             assert_complex_eq("root", a.value, b.value, 1e-7 * one.rate);
         }
     });
@@ -252,7 +252,7 @@ fn orbits_of_other_shoots_are_refused() {
             changed.period = period;
             assert!(changed.multipliers(shoot, 2).is_err(), "{period}");
         }
-        // The opposite rate is not refused: a plane shape rotates in either sense.
+        // The opposite rate is accepted, because a planar shape can rotate in either sense.
         for rate in [0.0, f64::NAN, 2.0 * circle.rate] {
             let mut changed = circle.clone();
             changed.rate = rate;
@@ -261,12 +261,13 @@ fn orbits_of_other_shoots_are_refused() {
     });
 }
 
-/// REGR that decreases to zero at the base. No Gauss point lies there, so that all tissue grows.
+/// REGR that decreases linearly to zero at the base. No Gauss point lies at the base, hence the
+/// REGR is positive at all Gauss points.
 #[test]
 fn circle_with_growth_that_vanishes_at_the_base_has_the_exact_period() {
     let growth = || Growth { linear: true, time: 14.0 * HOUR, ..plan(LENGTH).growth };
     let (circle, plane) = both_from("linear", move || Plan { growth: growth(), ..plan(LENGTH) }.shoot(), super::mode);
-    // With equal memories the period does not depend on where tissue grows.
+    // With equal memories the period does not depend on the distribution of growth.
     assert_abs_diff_eq!(circle.unwrap().period() / MINUTE, std::f64::consts::TAU / rate() / MINUTE, epsilon = 1e-7);
     assert!(plane.is_ok(), "{plane:?}");
 }

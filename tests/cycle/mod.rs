@@ -24,18 +24,20 @@ use morphorod::stability::{Linearisation, Root};
 use morphorod::{DynLaws, Shoot, ShootBuilder};
 use nalgebra::Complex;
 
-/// A shoot of any length (m) whose growth zone is the whole shoot, with elements of equal length.
+/// Builder of the reduced model with a given length (m), elements of equal length and a growth zone
+/// that contains the whole shoot.
 fn shoot(length: f64, elements: u32) -> ShootBuilder<Reduced> {
     let nodes: Vec<f64> = (0..=elements).map(|i| length * f64::from(i) / f64::from(elements)).collect();
     reduced(length, GROWTH_TIME).growth(Ongoing(UniformGrowth { zone_length: 1.0, time: GROWTH_TIME })).nodes(&nodes)
 }
 
-/// The leading mode of a shoot about its stationary state.
+/// Rightmost root of the linearisation about the stationary state of a shoot, with its mode.
 fn mode(shoot: &Shoot<DynLaws>) -> Root {
     Linearisation::about(shoot).unwrap().rightmost().unwrap()
 }
 
-/// Quantities of disturbances in the plane of an orbit and out of it. Fails for an orbit without a plane.
+/// Quantities of disturbances in the plane of an orbit and out of it. Panics if the orbit does not
+/// lie in a plane.
 fn planes<T: Clone>(disturbances: &Disturbances<T>) -> [Vec<T>; 2] {
     match disturbances {
         Disturbances::Planar { in_plane, out_of_plane } => [in_plane.clone(), out_of_plane.clone()],
@@ -43,23 +45,24 @@ fn planes<T: Clone>(disturbances: &Disturbances<T>) -> [Vec<T>; 2] {
     }
 }
 
-/// A family of shoots along a parameter. All families are of one type, so that branches are
-/// compiled once for each solver.
+/// Family of shoots along a parameter. All families have the same type, hence the continuation is
+/// compiled only once for each solver.
 fn family(
     shoots: impl Fn(f64) -> Result<Shoot<DynLaws>, CycleError> + 'static,
 ) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
     shared_family(Rc::new(shoots))
 }
 
-/// This function is not generic: its closure has the same type for all families.
+/// Family of shoots from a shared closure. This function is not generic, and its closure has the
+/// same type for all families.
 fn shared_family(
     shoots: Rc<dyn Fn(f64) -> Result<Shoot<DynLaws>, CycleError>>,
 ) -> impl FnMut(f64) -> Result<Shoot<DynLaws>, CycleError> + Clone {
     move |parameter| shoots(parameter)
 }
 
-/// Fails unless two complex numbers of a case differ by at most the tolerance. `approx` compares no
-/// complex numbers without a feature.
+/// Panics unless two complex numbers differ by at most the tolerance. `approx` compares complex
+/// numbers only with an optional feature.
 #[track_caller]
 fn assert_complex_eq(case: impl Display, a: Complex<f64>, b: Complex<f64>, tolerance: f64) {
     assert!(abs_diff_eq!((a - b).norm(), 0.0, epsilon = tolerance), "{case}: {a} against {b}, tolerance {tolerance:e}");

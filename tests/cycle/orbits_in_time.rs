@@ -1,4 +1,4 @@
-//! Runs in time that start on periodic orbits, orbits of user-defined laws and of forced shoots.
+//! Integration in time from periodic orbits, and orbits of user-defined laws and of forced shoots.
 
 use std::f64::consts::TAU;
 
@@ -20,8 +20,8 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Model, Shoot};
 use nalgebra::{Complex, Vector3};
 
-/// The integrator in time, another method: a small disturbance out of the plane grows by the
-/// multiplier in each swing.
+/// Comparison with the time integrator, an independent method. A small disturbance out of the plane
+/// is multiplied by the multiplier in each period.
 #[test]
 fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
     let mut shoot = plain(0.067, 4);
@@ -30,8 +30,9 @@ fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
     let (_, rod) = orbit.largest_excursion(&shoot).unwrap();
     let about = if rod.tip().x.abs() > rod.tip().y.abs() { 0 } else { 1 };
     let history = orbit.enter(&mut shoot).unwrap();
-    // The bend of the swing is 10 1/m. At the end the disturbance is 1e-3 of it, and changes its
-    // own growth by the square of that. The error of an equilibrium is 1e-8 of the bend.
+    // The curvature of the swing is 10 1/m. The final disturbance is 1e-3 of it, and the nonlinear
+    // effect on its growth is the square of this ratio. The error of an equilibrium is 1e-8 of the
+    // curvature.
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::ith(about, 2e-3));
     let mut run = MethodOfSteps::with_solver(orbit.period / 240.0, NewtonSolver::with_tolerance(1e-11));
     run.start(&mut shoot, &history).unwrap();
@@ -41,15 +42,15 @@ fn disturbance_out_of_the_plane_grows_in_time_by_the_multiplier() {
         run.advance(&mut shoot, f64::from(k) * orbit.period).unwrap();
         seen.push(aside(&shoot));
     }
-    // The part of the disturbance that rotates the swing is constant at the same phase, and
-    // differences from swing to swing are free of it. The first eight swings contain decaying parts
-    // with multipliers of 0.24, of which 1e-5 is left.
+    // The part of the disturbance that rotates the swing is constant at equal phases. Differences
+    // between successive periods eliminate it. The first eight periods contain decaying parts with
+    // multipliers of 0.24, which are reduced to 1e-5.
     let growth = ((seen[18] - seen[17]) / (seen[8] - seen[7])).powf(0.1);
     assert_relative_eq!(growth, multiplier.re, epsilon = 0.0, max_relative = 1e-4);
 }
 
-/// Light from a lamp above the shoot, at a finite distance: tissue perceives the direction to the
-/// lamp.
+/// Perception of light from a lamp above the shoot, at a given position (m). Tissue perceives the
+/// direction to the lamp.
 struct Lamp(Vector3<f64>);
 
 impl Perception for Lamp {
@@ -78,28 +79,30 @@ fn shoot_with_a_user_defined_law_has_a_circle_and_a_swing() {
         .unwrap();
     let circular = circle(&shoot, 0.03);
     assert_eq!(circular.roots(&shoot, 2).unwrap().unstable(), 0);
-    // With equal memories the rate is that of every circular orbit, whatever the tissue perceives.
+    // With equal memories the rate is that of every circular orbit and does not depend on the
+    // perception.
     assert_relative_eq!(circular.rate, rate(), epsilon = 0.0, max_relative = 1e-10);
 
     let orbit = swing(&shoot, 0.04, 16);
     let ([_, outside], _) = multipliers(&shoot, &orbit);
     assert!(outside.norm() > 1.1, "{outside}");
-    // Three swings in time end where they began, up to the error of the steps and its growth.
+    // After three periods the tip returns to its initial position, up to the amplified error of the
+    // steps.
     let history = orbit.enter(&mut shoot).unwrap();
     let mut run = MethodOfSteps::new(orbit.period / 240.0);
     run.start(&mut shoot, &history).unwrap();
     let before = shoot.tip();
     run.advance(&mut shoot, 3.0 * orbit.period).unwrap();
     assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(before), epsilon = 1e-6 * 0.068);
-    // Half a swing later the tip is on the other side.
+    // The tip is on the opposite side half a period later.
     run.advance(&mut shoot, 3.5 * orbit.period).unwrap();
     let mirrored = Vector3::new(-before.x, -before.y, before.z);
     assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(mirrored), epsilon = 2e-6 * 0.068);
     assert!(orbit.period > 0.9 * TAU / rate());
 }
 
-/// A weak oscillator below the onset: the orbit is the linear response, and a run in time converges
-/// to it.
+/// Weak oscillator below the onset. The forced orbit is the linear response, and integration in
+/// time from this orbit remains on it.
 #[test]
 fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     let (alpha, period) = (1e-3, 24.0 * MINUTE);
@@ -119,7 +122,8 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     let other = PeriodicSolver::default().forced(&driven, 1.1 * period);
     assert!(matches!(other, Err(CycleError::NotInvariant { .. })), "{other:?}");
     let (excursion, _) = orbit.largest_excursion(&driven).unwrap();
-    // The circle of the tip is 4e-5 of the length: the nonlinear part is the square of that.
+    // The radius of the motion of the tip is 4e-5 of the length. The relative nonlinear effect is
+    // the square of this ratio.
     assert_relative_eq!(excursion, expected, epsilon = 0.0, max_relative = 1e-6);
     // All disturbances decay.
     let found = orbit.multipliers(&driven, 2).unwrap();
@@ -129,12 +133,12 @@ fn forced_orbit_of_an_oscillator_is_the_linear_response() {
     run.start(&mut driven, &history).unwrap();
     let before = driven.tip();
     run.advance(&mut driven, 5.0 * period).unwrap();
-    // A step of a 64th of the period leaves an error of 1e-5 of the circle.
+    // The error due to 64 steps in a period is 1e-5 of the excursion.
     assert_abs_diff_eq!(InNorm(driven.tip()), InNorm(before), epsilon = 1e-4 * excursion);
 }
 
-/// The history of an orbit does not define variables without a time, and laws with other variables
-/// are refused.
+/// The history of an orbit can be evaluated at a time that is NaN without a panic. Laws with other
+/// variables are rejected.
 #[test]
 fn history_of_an_orbit_is_refused_by_other_laws() {
     let mut swinging = plain(0.067, 4);
@@ -142,14 +146,15 @@ fn history_of_an_orbit_is_refused_by_other_laws() {
     let site = Site::new(swinging.environment(), swinging.rod().frames()[0], swinging.rod());
     let mut variables = [f64::INFINITY; 4];
     history.variables(swinging.model().tropism(), f64::NAN, &site, &[], &mut variables);
-    // Other laws have seven variables and not four. The history has no values for them and invents
-    // none.
+    // The other laws have seven variables instead of four. The history has no values for the
+    // additional ones.
     let mut others = shoot(0.067, 4).tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     let refused = MethodOfSteps::new(60.0).start(&mut others, &history);
     assert!(matches!(refused, Err(IntegrationError::NotFinite { .. })), "{refused:?}");
 }
 
-/// A forced orbit is entered at the phase of the forcing at which it was found.
+/// A shoot can enter a forced orbit only at the phase of the forcing at which the orbit was
+/// computed.
 #[test]
 fn forced_orbit_is_entered_only_at_its_phase() {
     let period = 24.0 * MINUTE;
@@ -166,23 +171,24 @@ fn forced_orbit_is_entered_only_at_its_phase() {
     assert!(orbit.enter(&mut driven).is_ok());
 }
 
-/// The tip of a shoot on its periodic orbit has the period of the orbit and odd harmonics of it only: the second half
-/// of a swing is the mirror image of the first. More harmonics exceed the noise than the reading looks for.
+/// The motion of the tip on a periodic orbit has the period of the orbit and only odd harmonics,
+/// because the second half of a swing is the mirror image of the first. The search returns at most
+/// four oscillations, although more harmonics exceed the noise.
 #[test]
 fn oscillations_of_the_tip_of_a_nonlinear_swing_are_odd_harmonics() {
     let shoot = plain(0.074, 6);
     let orbit = swing(&shoot, 0.0567, 64);
     let shapes = orbit.shapes(&shoot).unwrap();
-    // The last shape is the first one of the next period.
+    // The last shape is the first shape of the next period.
     let period = &shapes[..64];
-    // From 4.7 to 15.6 periods of 88 min.
+    // These tracks contain 4.7 to 15.6 periods of 88 min.
     for count in [300, 450, 610, 830, 980, 1000] {
         let (mut times, mut positions) = (Vec::new(), Vec::new());
         let mut draw = Draw::new(1);
         for k in 0..count {
             let (time, rod) = &period[k % 64];
             times.push((k / 64) as f64 * orbit.period + time);
-            // Noise of a ten-thousandth of the largest excursion.
+            // The noise is a ten-thousandth of the largest excursion.
             positions.push(rod.tip().xy() + draw.normal() * 5.7e-6);
         }
         let found = Track::new(times, positions).unwrap().oscillations(&Search::default()).unwrap();
@@ -190,7 +196,7 @@ fn oscillations_of_the_tip_of_a_nonlinear_swing_are_odd_harmonics() {
         waves.sort_by(|a, b| b.period.total_cmp(&a.period));
         let orders: Vec<_> = waves.iter().map(|wave| wave.harmonic).collect();
         assert_eq!(orders, [None, Some(3), Some(5), Some(7)], "{count}: {waves:?}");
-        // The interval of three standard errors.
+        // The tolerance is three standard errors.
         assert!((waves[0].period - orbit.period).abs() < 3.0 * waves[0].period_error, "{count}: {waves:?}");
     }
 }

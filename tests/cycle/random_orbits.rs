@@ -1,4 +1,5 @@
-//! Orbits of random shoots: the leading root or multiplier is the growth of a disturbance in time.
+//! Orbits of random shoots. The leading root or multiplier is compared with the growth of a
+//! disturbance in time.
 
 use std::f64::consts::TAU;
 
@@ -13,20 +14,23 @@ use morphorod::tropism::{Memory, Site, TropismLaw};
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
-/// Largest relative disturbance of the strain during a run whose disturbance decays, and of one whose disturbance
-/// grows: there its square appears in the fit.
+/// Largest relative disturbance of the strain for decaying and for growing disturbances. The second
+/// is smaller, because the square of a growing disturbance affects the fit.
 const SIZES: [f64; 2] = [1e-2, 1e-3];
-/// Factor by which the leading part of a disturbance decays, or grows, during a run, unless that takes too many
-/// periods.
+/// Factor by which the leading part of a decaying or growing disturbance changes during a run,
+/// within the bounds on the number of periods.
 const CHANGES: [f64; 2] = [1e8, 1e3];
-/// Bounds on the number of periods: with the smallest number, faster parts have decayed; the largest bounds the cost.
+/// Bounds on the number of periods. After the smallest number, faster parts have decayed. The
+/// largest number bounds the cost.
 const PERIODS: [f64; 2] = [8.0, 40.0];
-/// Smaller moduli are not distinguished: after eight periods the disturbance is below rounding.
+/// Modulus below which multipliers are not distinguished. After eight periods such a disturbance is
+/// below the rounding error.
 const SMALL: f64 = 0.15;
 /// Number of leading multipliers that are fitted: three pairs.
 const FITTED: usize = 6;
 
-/// The past of a circular orbit: the stimuli have rotated at its rate, and pairs of variables are their memories.
+/// History of a circular orbit. The stimuli rotate at its rate, and each pair of variables is the
+/// memory of a pair of stimuli.
 pub(super) struct Circling {
     pub(super) rate: f64,
     pub(super) memory: Memory,
@@ -51,13 +55,14 @@ fn strain(shoot: &Shoot<DynLaws>) -> DVector<f64> {
     DVector::from_iterator(2 * points.len(), points.iter().flat_map(|point| [point.intrinsic.x, point.intrinsic.y]))
 }
 
-/// Factor by which a small disturbance of an orbit grows in a period. The shoot has the strain of the orbit, and
-/// `expected` determines the size of the disturbance.
+/// Factor by which a small disturbance of an orbit grows in a period. The shoot has the strain of
+/// the orbit, and `expected` determines the size of the disturbance.
 ///
-/// A shift in time and a rotation do not change from one period to the next, and the steps in time add the same to
-/// them in each period: second differences of the strain contain neither. While they grow they obey a linear
-/// recurrence, which is fitted to the last of them. Multipliers of decaying parts form clusters, which no fit
-/// resolves: there the result is the mean decay over the second half of the run.
+/// A shift in time and a rotation are constant from period to period, and the error of the time
+/// steps adds a constant increment to them. Second differences of the strain eliminate both.
+/// Growing disturbances satisfy a linear recurrence, which is fitted to the last differences.
+/// Multipliers of decaying disturbances form clusters that the fit cannot resolve. The result is
+/// then the mean decay over the second half of the run.
 pub(super) fn growth_in_time(
     mut shoot: Shoot<DynLaws>,
     history: &impl HistoryFunction,
@@ -88,7 +93,7 @@ pub(super) fn growth_in_time(
         return (last.norm() / differences[half].norm()).powf(1.0 / (differences.len() - half) as f64);
     }
     let known = DMatrix::from_columns(&differences[differences.len() - FITTED..]);
-    // Smaller singular values are due to second-order terms and rounding.
+    // Smaller singular values result from second-order terms and rounding errors.
     let negligible = 1e-3 * known.norm();
     let coefficients = known.svd(true, true).solve(&last, negligible).unwrap();
     let companion = DMatrix::from_fn(FITTED, FITTED, |row, column| {
@@ -97,20 +102,21 @@ pub(super) fn growth_in_time(
     companion.complex_eigenvalues().iter().map(|x| x.norm()).fold(0.0, f64::max)
 }
 
-/// Fails unless a leading modulus is the growth that a run in time shows.
+/// Panics unless a leading modulus agrees with the growth observed in time.
 pub(super) fn assert_growth(what: &str, leading: f64, seen: f64) {
     let equal = if leading < 1.0 {
-        // Parts of a cluster interfere. Over a dozen periods and more their sum changes by less than a factor of ten
-        // beside the decay.
+        // The parts of a cluster interfere. Over a run, the interference changes the sum by less
+        // than a factor of ten relative to the decay.
         relative_eq!(seen.ln(), leading.ln(), epsilon = 0.0, max_relative = 0.4)
     } else {
-        // The parts that are not fitted and the square of the disturbance: some hundredths.
+        // The parts that are not fitted and the square of the disturbance cause a relative error of
+        // a few hundredths.
         relative_eq!(seen, leading, epsilon = 0.0, max_relative = 0.05)
     };
     assert!(equal || leading.max(seen) < SMALL, "{what}: {leading} against {seen} in time");
 }
 
-/// A random shoot beyond the onset of oscillations.
+/// Random shoot beyond the onset of oscillations, with its parameters.
 fn draw(random: &mut Draw) -> (Parameters, Shoot<DynLaws>) {
     loop {
         let youngs_modulus = random.log(7e6, 1.5e7);
@@ -132,7 +138,7 @@ fn draw(random: &mut Draw) -> (Parameters, Shoot<DynLaws>) {
     }
 }
 
-/// Outcome for an orbit: the leading modulus and the growth in time, a documented error, or no orbit.
+/// Outcome for an orbit: the leading modulus and the growth in time, or an error.
 type Outcome = Result<[f64; 2], CycleError>;
 
 fn of_circle(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> Outcome {
@@ -161,7 +167,8 @@ fn of_swing(parameters: &Parameters, shoot: &Shoot<DynLaws>, amplitude: f64) -> 
     Ok([leading, growth_in_time(moved, &history, swing.period, parameters.memory.delay, leading)])
 }
 
-/// Roots of circles and multipliers of swings against runs in time. `MORPHOROD_CASES` sets the number of shoots.
+/// Comparison of roots of circles and multipliers of swings with integration in time.
+/// `MORPHOROD_CASES` sets the number of shoots.
 #[test]
 fn leading_roots_and_multipliers_of_random_orbits_are_the_growth_of_disturbances_in_time() {
     let (cases, mut random) = (number("MORPHOROD_CASES", 1), Draw::new(number("MORPHOROD_SEED", 1)));
@@ -192,7 +199,7 @@ fn leading_roots_and_multipliers_of_random_orbits_are_the_growth_of_disturbances
         }
     }
     println!("orbits whose growth agrees, errors that give notice, no orbit: {counts:?}");
-    // Documented errors are not a result. At most one orbit of ten ends in one.
+    // Documented errors are permitted for at most one orbit in ten.
     for [agree, errors, _] in counts {
         assert!(agree > 0 && errors * 10 <= agree + errors, "{counts:?}");
     }

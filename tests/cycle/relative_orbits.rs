@@ -1,4 +1,4 @@
-//! Relative periodic orbits from other initial guesses, and of shoots with other laws.
+//! Relative periodic orbits from other initial guesses and of shoots with other laws.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -16,8 +16,8 @@ use morphorod::tropism::{
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Complex, Vector3};
 
-/// The shoot of 6.7 cm, bent about an axis that is not a director, and released. After five hours
-/// it is near the swing about that axis.
+/// Shoot of 6.7 cm after release from a bent shape, whose axis of bending is not a director. After
+/// five hours its motion is close to the swing about that axis.
 static RELEASED: LazyLock<Shoot<DynLaws>> = LazyLock::new(|| {
     let mut run = PLAIN.shoot.clone();
     run.set_intrinsic(|_| Vector3::new(3.0, 8.0, 0.0));
@@ -34,14 +34,15 @@ fn run_in_time_is_an_initial_guess_for_whole_and_half_swings() {
         assert_relative_eq!(found.period, share * swing.period, epsilon = 0.0, max_relative = 1e-9);
         let (one, other) = (excursion(&found, &RELEASED), excursion(swing, plain));
         assert_relative_eq!(one, other, epsilon = 0.0, max_relative = 1e-8);
-        // The rates in that plane and out of it are found although no director lies in the plane.
+        // The rates in the plane and out of it are correct although no director lies in the plane.
         let (found, defect) = rates(&found, &RELEASED);
         assert_abs_diff_eq!(found[..], expected[..], epsilon = 1e-7);
         assert!(defect < 1e-8, "{defect:e}");
     }
 }
 
-/// A bent shoot whose past has no effect yet is on no orbit, but near enough.
+/// Initial guess from a bent shoot on which its past has no effect yet. It is not on an orbit, but
+/// the iteration converges.
 #[test]
 fn bent_shoot_without_a_past_is_an_initial_guess() {
     let mut rest = PLAIN.shoot.clone();
@@ -51,7 +52,7 @@ fn bent_shoot_without_a_past_is_an_initial_guess() {
     assert_relative_eq!(found.period, PLAIN.swing.period, epsilon = 0.0, max_relative = 1e-9);
 }
 
-/// Rounding errors of the shape must not make the solver for forced orbits leave the stationary
+/// Rounding errors of the shape must not cause the solver for forced orbits to leave the stationary
 /// state.
 #[test]
 fn forced_orbit_of_a_shoot_without_forcing_is_stationary() {
@@ -70,7 +71,8 @@ fn shape_of_a_swinging_shoot_is_an_initial_guess_for_a_circle() {
     assert_relative_eq!(found.radius(), circle.radius(), epsilon = 0.0, max_relative = 1e-9);
 }
 
-/// A law that does not declare how its variables rotate has periodic orbits, but no relative ones.
+/// A law with undeclared rotation of its variables has periodic orbits but no relative periodic
+/// orbits.
 #[test]
 fn relative_orbits_of_laws_without_declared_rotation_are_refused() {
     struct Silent;
@@ -87,7 +89,8 @@ fn relative_orbits_of_laws_without_declared_rotation_are_refused() {
     assert!(PeriodicSolver::default().from_mode(&silent, &PLAIN.root, 0.034).is_ok());
 }
 
-/// A forced orbit has no angle, an angle is finite, and a shoot that has not moved has no run.
+/// A forced orbit has no angle, an angle must be finite, and a shoot that has not been integrated
+/// has no run.
 #[test]
 fn invalid_angles_and_runs_are_refused_by_name() {
     let Plain { shoot: plain, root, .. } = &*PLAIN;
@@ -101,8 +104,8 @@ fn invalid_angles_and_runs_are_refused_by_name() {
     assert!(parameter(error, "levels of the history of the run"));
 }
 
-/// Tissue that remembers how far it bends about the direction in which it leans: zero on a swing,
-/// and of opposite sign in its mirror image.
+/// Law with a memory of the curvature component about the direction of lean. This component is zero
+/// on a swing and changes sign in its mirror image.
 struct Sidelong {
     declared: bool,
 }
@@ -132,11 +135,11 @@ impl TropismLaw for Sidelong {
     }
 }
 
-/// Pseudoscalars were once taken for quantities that a reflection leaves unchanged.
+/// Test of pseudoscalars. An earlier version treated them as invariant under reflection.
 #[test]
 fn variables_of_opposite_sign_in_the_mirror_image_change_only_rates_out_of_the_plane() {
-    // The rates in the plane and out of it, for a law that declares how its variables rotate and
-    // for one that does not.
+    // Rates in the plane and out of it, for a law that declares the rotation of its variables and
+    // for a law that does not.
     let [known, unknown] = [true, false].map(|declared| {
         let shoot =
             shoot(0.067, 4).tropism((steering(SettledStatoliths), Sidelong { declared })).into_dyn().build().unwrap();
@@ -149,7 +152,7 @@ fn variables_of_opposite_sign_in_the_mirror_image_change_only_rates_out_of_the_p
     assert_abs_diff_eq!(known[1], unknown[1], epsilon = 1e-7);
 }
 
-/// A wall beside the shoot, on one side: tissue that remembers the wall bends away.
+/// Law of a shoot beside a wall: tissue with a memory of the wall bends away from it.
 struct Wall;
 
 impl TropismLaw for Wall {
@@ -171,12 +174,12 @@ impl TropismLaw for Wall {
     }
 }
 
-/// One shape does not show the wall; the check of the axis must compare several.
+/// A single shape can be unaffected by the wall. The check of the axis must compare several shapes.
 #[test]
 fn relative_orbits_beside_a_wall_on_one_side_are_refused() {
     let walled = shoot(0.067, 4).tropism((steering(SettledStatoliths), Wall)).into_dyn().build().unwrap();
     let mut root = mode(&walled);
-    // The first half of the swing lies on the free side, whatever the phase.
+    // With this phase the first half of the swing lies on the free side of the wall.
     let turn = Complex::from_polar(1.0, 1.2);
     root.strain.iter_mut().for_each(|strain| *strain = strain.map(|s| s * turn));
     for angle in [PI, 0.0] {
@@ -186,7 +189,8 @@ fn relative_orbits_beside_a_wall_on_one_side_are_refused() {
     assert!(PeriodicSolver::default().from_mode(&walled, &root, 0.034).is_ok());
 }
 
-/// A constant variable that affects no growth, in a unit in which its number is large.
+/// Law with a constant variable that does not affect growth. The numerical value of the variable is
+/// large.
 struct Pressure;
 
 impl TropismLaw for Pressure {
@@ -208,7 +212,7 @@ impl TropismLaw for Pressure {
     }
 }
 
-/// A variable of a megapascal, in pascals.
+/// The variable is 1 MPa, expressed in Pa.
 #[test]
 fn period_does_not_depend_on_a_constant_variable_in_a_small_unit() {
     let pressed = shoot(0.067, 4).tropism((steering(SettledStatoliths), Pressure)).into_dyn().build().unwrap();
@@ -216,7 +220,7 @@ fn period_does_not_depend_on_a_constant_variable_in_a_small_unit() {
     assert_relative_eq!(found.period, PLAIN.swing.period, epsilon = 0.0, max_relative = 1e-9);
 }
 
-/// Statoliths that settle in a microsecond: their rates are differences of large numbers.
+/// Statoliths that settle in a microsecond. Their rates are differences of large numbers.
 #[test]
 fn half_a_swing_with_very_fast_statoliths_has_the_period_of_settled_ones() {
     let fast = shoot(0.067, 4).tropism(steering(Statoliths { avalanche_time: 1e-6 })).into_dyn().build().unwrap();
@@ -232,18 +236,19 @@ fn mode_that_is_straight_at_its_start_leads_to_the_same_swing() {
     assert_relative_eq!(found.period, PLAIN.swing.period, epsilon = 0.0, max_relative = 1e-9);
 }
 
-/// The same shoot on two elements. They suffice to compare relative orbits with the swing on the
-/// same mesh.
+/// Shoot of 6.7 cm on two elements. They suffice to compare relative periodic orbits with the swing
+/// on the same mesh.
 static COARSE: LazyLock<Plain> = LazyLock::new(|| Plain::new(2));
 
-/// Solves with a guess of the angle (rad) for a relative orbit. An orbit that is found lasts a
-/// number of half swings, and its angle is that number of half turns. Returns this number.
+/// Returns the number of half swings in the period of the relative periodic orbit that is found
+/// from a guess of the angle (rad), or `None` if the solver finds no orbit. Panics unless this
+/// number is an integer and the angle is that number of half rotations.
 fn half_swings(guess: f64) -> Option<f64> {
     let Plain { shoot, root, swing } = &*COARSE;
     let found = turning(8, guess).from_mode(shoot, root, 0.034).ok()?;
     let halves = 2.0 * found.period / swing.period;
     assert!(abs_diff_eq!(halves, halves.round(), epsilon = 1e-8), "{guess}: {halves} half swings");
-    // The sine vanishes if the difference is a number of whole turns.
+    // The sine vanishes if the difference is an integer number of full rotations.
     let excess = found.angle - PI * halves.round();
     assert!(abs_diff_eq!((0.5 * excess).sin(), 0.0, epsilon = 0.5e-8), "{guess}: angle {}, {halves}", found.angle);
     Some(halves)
@@ -257,9 +262,9 @@ fn guesses_of_the_angle_near_half_a_turn_lead_to_half_a_swing() {
     }
 }
 
-/// Iterations from such guesses pass ever shorter periods, which need more intervals of the past. A
-/// linearisation of the earlier size was once kept there, with a panic. Errors are accepted here,
-/// wrong orbits are not.
+/// Iterations from these guesses pass through decreasing periods, which need more intervals of the
+/// history. An earlier version panicked there, because it kept a linearisation of the previous
+/// size. The test accepts errors but no wrong orbits.
 #[test]
 fn guesses_of_the_angle_far_from_half_a_turn_lead_to_no_wrong_orbit() {
     for guess in [0.6, 1.6, 2.8, 3.4] {
