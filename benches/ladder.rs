@@ -1,9 +1,10 @@
-//! Run time of a sequence of scenes, each with one mechanism more, from a bare rod to the full shoot and its stability.
+//! Run time of a sequence of scenes, from a bare rod to the full shoot and its stability. Each scene adds
+//! one mechanism.
 //!
-//! Command: `cargo bench --workspace --bench ladder`. Each scene has four elements and simulates two hours with time
-//! steps of 90 s (86 steps, including the shorter ones at the start). `tests/time/ladder.rs` asserts the numbers of
-//! operations and allocated bytes. A second group computes equilibria with 8 to 65,536 elements, whose cost is
-//! proportional to this number.
+//! Command: `cargo bench --workspace --bench ladder`. Each scene has four elements and simulates two
+//! hours with time steps of 90 s (86 steps, including the shorter ones at the start).
+//! `tests/time/ladder.rs` asserts the numbers of operations and allocated bytes. A second group computes
+//! equilibria with 8 to 65,536 elements, whose cost is proportional to this number.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

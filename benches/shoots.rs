@@ -1,4 +1,5 @@
-//! Run time of complete simulations: the growing shoot of the paper's video 2, and the righting of a horizontal shoot.
+//! Run time of complete simulations: the growing shoot of the paper's video 2, and the righting of a
+//! horizontal shoot.
 //!
 //! Command: `cargo bench --workspace --bench shoots`. Tests of the same scenes in `tests/` assert the errors.
 
@@ -22,8 +23,8 @@ const YOUNG: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
 const PROPRIOCEPTION: Proprioception = Proprioception { sensitivity: 20.0 };
 
-/// Simulates the growing shoot of video 2, with all laws. Returns the tip, so that the compiler cannot remove the
-/// computation.
+/// Simulates the growing shoot of video 2, with all laws. Returns the tip, so that the compiler cannot
+/// remove the computation.
 fn growing_shoot(hours: f64, elements: usize, step: f64) -> Vector3<f64> {
     let statoliths = Statoliths { avalanche_time: 120.0 };
     let mut shoot = Shoot::builder(Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * 24.0 * HOUR })

@@ -1,9 +1,9 @@
-//! Run time of a linearisation, of the number of unstable roots, of an onset, and of a stability boundary with 200
-//! points.
+//! Run time of a linearisation, of the number of unstable roots, of an onset, and of a stability boundary
+//! with 200 points.
 //!
-//! Command: `cargo bench --workspace --bench stability`. With three elements of order eight, the relative error of the
-//! critical length is 1e-8; `tests/stability/onset.rs` asserts it for four. The example `stability_map` computes twelve
-//! boundaries and prints its run time.
+//! Command: `cargo bench --workspace --bench stability`. With three elements of order eight, the relative
+//! error of the critical length is 1e-8; `tests/stability/onset.rs` asserts it for four. The example
+//! `stability_map` computes twelve boundaries and prints its run time.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

@@ -1,8 +1,8 @@
 //! Run time of the equilibrium of a rod with a horizontal base, from two initial guesses.
 //!
-//! The initial guesses are the straight shape and the equilibrium for a slightly smaller load. Command: `cargo bench
-//! --workspace --bench statics`. The error of the tip, relative to the length, is 1.2e-9 with four elements of order
-//! eight, and 4.4e-12 with eight; `tests/statics/horizontal_base.rs` asserts both.
+//! Command: `cargo bench --workspace --bench statics`. The initial guesses are the straight shape and the
+//! equilibrium for a slightly smaller load. The error of the tip, relative to the length, is 1.2e-9 with
+//! four elements of order eight, and 4.4e-12 with eight; `tests/statics/horizontal_base.rs` asserts both.
 
 #![allow(missing_docs, reason = "the macros of criterion make undocumented items")]
 

@@ -1,4 +1,4 @@
-//! Opens films and the live page in headless Chromium, and looks at what they show.
+//! Test program that opens films and the live page in headless Chromium and checks their contents.
 //!
 //! ```sh
 //! cargo run --release --example growing_shoot -- --film
@@ -7,11 +7,11 @@
 //!     --tip "$(cargo run --release --example live_page -- --tip 2)"
 //! ```
 //!
-//! The program opens a film at three times. It checks that the images are not empty and differ, and
-//! that the console is empty. The live page runs two hours. Its tip must agree with that of this
-//! machine, a slider must change it, and the simulation must be fast enough. A simulated user
-//! (`tests/browser/user.js`) must catch the moving tip with a reaction time of 250 ms. If Chromium is
-//! not installed, the program reports this and returns no error.
+//! The program opens each film at three times. It checks that the images are not empty, that they differ,
+//! and that the console is empty. The live page simulates two hours. Its tip position must agree with the
+//! result of the native program, a slider must change it, and the simulation must be sufficiently fast. A
+//! simulated user (`tests/browser/user.js`) must catch the moving tip with a reaction time of 250 ms. If
+//! Chromium is not installed, the program reports this and returns no error.
 
 #[path = "../examples/common/mod.rs"]
 mod common;
@@ -26,21 +26,23 @@ use common::{Opt, Options, finish};
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
-/// Largest pages, bytes.
+/// Upper limits of the size of a film and of the live page, bytes.
 const FILM: u64 = 3_000_000;
 const LIVE: u64 = 2_000_000;
-/// Hours that the live page runs, the largest distance of its tip from that of this machine (m;
-/// only the mathematical functions differ), and the smallest number of hours that it simulates in a
-/// second.
+/// Simulated time of the live page (h), upper limit of the distance between its tip and that of the
+/// native program (m), and lower limit of its simulation speed (simulated hours per second). The two
+/// programs differ only in the mathematical functions.
 const HOURS: f64 = 2.0;
 const SAME_TIP: f64 = 1e-9;
 const SPEED: f64 = 10.0;
-/// Simulated user who catches the tip, the number of tries, and the smallest number of successes.
+/// Script of a simulated user who catches the tip, the smallest number of tries, and the smallest number
+/// of successes.
 const USER: &str = include_str!("browser/user.js");
 const TRIES: f64 = 20.0;
 const CAUGHT: f64 = 18.0;
-/// Colour of the growth zone. At least `DRAWN` of the 800 000 pixels have it, and at least `MOVED`
-/// pixels gain or lose it between two times. The legend has a third of `DRAWN`.
+/// Colour of the growth zone. At least `DRAWN` of the 800 000 pixels must have this colour, and at least
+/// `MOVED` pixels must gain or lose it between two times. The legend has about `DRAWN`/3 pixels of this
+/// colour.
 const ZONE: [u8; 3] = [0, 158, 115];
 const DRAWN: usize = 300;
 const MOVED: usize = 100;
@@ -86,7 +88,7 @@ fn run() -> Outcome {
     Ok(())
 }
 
-/// Calls `visit` for all files of a folder and those in it.
+/// Calls `visit` for all files of a folder and of its subfolders.
 fn find(folder: &Path, visit: &mut impl FnMut(&Path)) -> Outcome {
     let mut entries: Vec<_> = fs::read_dir(folder)?.collect::<Result<_, _>>()?;
     entries.sort_by_key(fs::DirEntry::path);
@@ -136,7 +138,7 @@ fn check_live(browser: &Browser, file: &Path, tip: &str) -> Outcome<String> {
     if native.len() != 3 {
         return Err("--tip is needed: what `live_page --tip 2` prints".into());
     }
-    // The user is added to a copy of the page.
+    // The script of the simulated user is added to a copy of the page.
     let with_user = browser.out.join("live_with_user.html");
     fs::write(&with_user, page.replace("</body>", &format!("<script>{USER}</script></body>")))?;
     let dom = browser.dom(&with_user, &format!("check={HOURS}"))?;
@@ -172,14 +174,15 @@ struct Browser {
 }
 
 impl Browser {
-    /// The first that answers.
+    /// First installed browser of a list of names. `None` if no browser is installed.
     fn installed(out: PathBuf) -> Option<Self> {
         let names = ["chromium", "chromium-browser", "google-chrome"];
         let answers = |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|out| out.status.success());
         Some(Self { program: names.into_iter().find(answers)?, out })
     }
 
-    /// Opens a page; what is written to the console is an error.
+    /// Opens a page at `#place` with the option `what`. Returns an error if the page writes to the
+    /// console.
     fn open(&self, page: &Path, place: &str, what: &str) -> Outcome<Output> {
         let profile = fs::canonicalize(&self.out)?.join("profile");
         let url = format!("file://{}#{place}", fs::canonicalize(page)?.display());
@@ -200,10 +203,10 @@ impl Browser {
         Ok(String::from_utf8(self.open(page, place, "--dump-dom")?.stdout)?)
     }
 
-    /// Red, green and blue of all pixels.
+    /// Screenshot of a page: red, green and blue values of all pixels, row by row.
     fn screenshot(&self, page: &Path, place: &str) -> Outcome<Vec<u8>> {
         let file = fs::canonicalize(&self.out)?.join("seen.png");
-        // Not that of before.
+        // A previous screenshot is removed, so that it cannot be mistaken for the new one.
         let _ = fs::remove_file(&file);
         self.open(page, place, &format!("--screenshot={}", file.display()))?;
         let mut decoder = png::Decoder::new(BufReader::new(File::open(&file)?));

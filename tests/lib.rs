@@ -1,5 +1,6 @@
-//! Chapters of the documentation whose programs need dependencies of the tests. They are compiled and run from here.
+//! Chapters of the documentation whose programs need the dependencies of the tests. The programs run as
+//! documentation tests of this crate.
 
-/// Needs a format to write in.
+/// Chapter on saving. Its programs need `serde_json`.
 #[doc = include_str!("../docs/saving.md")]
 pub struct Saving;

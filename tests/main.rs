@@ -1,4 +1,4 @@
-//! All tests of `morphorod`, in one program: what they share is compiled once, and slow tests run beside each other.
+//! All tests of `morphorod` in one program. Shared code is compiled once, and slow tests run in parallel.
 
 mod cycle;
 mod fixtures;

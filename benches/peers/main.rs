@@ -5,9 +5,9 @@
 //! cargo bench -p morphorod-benches --bench peers -- --peers target/out/peers_python.csv
 //! ```
 //!
-//! All programs start from the straight shape. Programs in Rust are measured in alternation on one thread, and the
-//! shortest run time of each setting counts. `--peers` adds the results of `benches/peers/peers.py` for programs in
-//! Python. `benches/peers/README.md` contains the results.
+//! All programs start from the straight shape. Programs in Rust are measured in alternation on one
+//! thread, and the shortest run time of each setting counts. `--peers` adds the results of
+//! `benches/peers/peers.py` for programs in Python. `benches/peers/README.md` contains the results.
 
 #[path = "../../examples/common/mod.rs"]
 mod common;
@@ -27,9 +27,11 @@ use problem::{Run, exact_tip, load_of, race};
 
 /// Error, relative to the length, for which the fastest settings are compared under heavy loads.
 const GOAL: f64 = 1e-9;
-/// Largest error of a solution that is close to the reference and not to another equilibrium, relative to the length.
+/// Largest error of a solution that is close to the reference and not to another equilibrium, relative to
+/// the length.
 const CLOSE: f64 = 1e-2;
-/// Heavier loads q̂. At the last one, the bent part at the base has a twentieth of the length, and the rest hangs down.
+/// Heavier loads q̂. Under the last load, the bent part at the base is a twentieth of the length, and the
+/// rest hangs down.
 const HEAVY: [f64; 4] = [12.0, 20.0, 300.0, 1000.0];
 /// Number of elements of the reference under heavy loads.
 const FINE: usize = 256;
@@ -93,7 +95,8 @@ fn fastest<'a>(runs: &[&'a Run], peer: &str, error: f64) -> Option<&'a Run> {
     good.min_by(|a, b| a.seconds.total_cmp(&b.seconds)).copied()
 }
 
-/// Prints the fastest setting of each program for several errors, and its run time divided by that of `morphorod`.
+/// Prints the fastest setting of each program for several errors, and its run time divided by that of
+/// `morphorod`.
 fn compare(runs: &[&Run]) {
     println!("fastest settings for given errors of the tip, relative to the length");
     for error in [1e-4, 1e-6, 3e-9, GOAL, 1e-11] {
@@ -141,7 +144,8 @@ fn heavy(load: f64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Draws one curve for each order of `morphorod` from four, and one for the best settings of each other program.
+/// Draws one curve for each of the orders four, six and eight of `morphorod`, and one for the best
+/// settings of each other program.
 fn draw(file: &Path, runs: &[&Run]) -> std::io::Result<()> {
     let place = |run: &Run| (1e6 * run.seconds, run.error);
     let mut series = Vec::new();

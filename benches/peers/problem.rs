@@ -1,4 +1,5 @@
-//! Benchmark problem: a rod with a clamped horizontal base that bends under its own weight, in three dimensions.
+//! Benchmark problem: a rod with a clamped horizontal base that bends under its own weight, in three
+//! dimensions.
 
 use std::time::Instant;
 
@@ -29,8 +30,9 @@ pub fn exact_tip() -> Vector3<f64> {
     Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89) / LENGTH
 }
 
-/// Program with one setting. `solve` returns the tip divided by the length, from a straight initial guess, or `None` if
-/// it does not converge. Preparations that are independent of the rod are made in advance.
+/// Program with one setting. `solve` returns the tip divided by the length, from a straight initial
+/// guess, or `None` if it does not converge. Preparations that are independent of the rod are made in
+/// advance.
 pub struct Candidate {
     pub peer: String,
     pub setting: String,
@@ -41,14 +43,15 @@ pub struct Candidate {
 pub struct Run {
     pub peer: String,
     pub setting: String,
-    /// Distance of the tip from the exact position, divided by the length. NaN if the candidate does not converge.
+    /// Distance of the tip from the exact position, divided by the length. NaN if the candidate does not
+    /// converge.
     pub error: f64,
     /// Shortest run time, s.
     pub seconds: f64,
 }
 
-/// Measures the candidates in alternation, so that other programs affect all of them equally, and keeps the shortest
-/// run times.
+/// Measures the candidates in alternation, so that other programs affect all of them equally, and keeps
+/// the shortest run times.
 pub fn race(candidates: &mut [Candidate], rounds: usize, exact: Vector3<f64>) -> Vec<Run> {
     let mut seconds = vec![f64::INFINITY; candidates.len()];
     let mut errors = vec![f64::NAN; candidates.len()];

@@ -1,15 +1,17 @@
 //! Solution of the problem by shooting, with the crate `differential-equations`.
 //!
-//! The initial value problem integrates position, frame (a quaternion) and couple along the rod. The unknown couple at
-//! the base is determined such that the couple at the tip is zero. There are two variants:
+//! The initial value problem integrates position, frame (a quaternion) and couple along the rod. The
+//! unknown couple at the base is determined such that the couple at the tip is zero. There are two
+//! variants:
 //!
-//! - [`general`] uses the crate's solver for boundary value problems. It determines all ten variables at the base by
-//!   Newton's method with finite differences.
-//! - [`tailored`] uses the integrators of the crate with a search for this problem. It has three unknowns, stores no
-//!   trajectory and constructs the integrator once.
+//! - [`general`] uses the crate's solver for boundary value problems. It determines all ten variables at
+//!   the base by Newton's method with finite differences.
+//! - [`tailored`] uses the integrators of the crate with a search for this problem. It has three
+//!   unknowns, stores no trajectory and constructs the integrator once.
 //!
-//! Both use that the force is known in advance, that the bending stiffnesses are equal, and that the problem is
-//! dimensionless. `morphorod` uses none of these properties.
+//! Both variants exploit three properties of the problem: the force is known in advance, the bending
+//! stiffnesses are equal, and the variables are dimensionless. `morphorod` exploits none of these
+//! properties.
 
 use differential_equations::control::ControlFlag;
 use differential_equations::interpolate::Interpolation;
@@ -25,8 +27,8 @@ const GENERAL: &str = "differential-equations BVP";
 const TAILORED: &str = "differential-equations IVP";
 /// Relative and absolute tolerances.
 const TOLERANCES: [f64; 8] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12];
-/// Initial guesses of the couple at the base, divided by that of a straight rod. The second is closer to that of a bent
-/// rod.
+/// Initial guesses of the couple at the base, divided by the couple of a straight rod. The second is
+/// closer to the couple of a bent rod.
 const GUESSES: [f64; 2] = [1.0, 0.5];
 /// Number of segments in multiple shooting.
 const SEGMENTS: usize = 4;
@@ -34,10 +36,12 @@ const SEGMENTS: usize = 4;
 const MAX_INTEGRATIONS: usize = 100;
 /// Largest number of Newton iterations of the crate's solver. Successful runs need about six.
 const MAX_ITERATIONS: usize = 25;
-/// Relative step of finite differences with respect to the base couple, the square root of the rounding error.
+/// Relative step of finite differences with respect to the base couple, the square root of the rounding
+/// error.
 const DIFFERENCE: f64 = 1.5e-8;
 
-/// Position, quaternion of the frame (scalar first) and couple in the fixed frame, in units of the length and of E I.
+/// Position, quaternion of the frame (scalar first) and couple in the fixed frame, in units of the length
+/// and of E I.
 type State = [f64; 10];
 
 /// Right-hand side, with the arc length as independent variable.
@@ -49,10 +53,12 @@ impl ODE<f64, State> for Rod {
     fn diff(&self, s: f64, y: &State, rate: &mut State) {
         let [_, _, _, w, x, yy, z, mx, my, mz] = *y;
         let tangent = [2.0 * (x * z + w * yy), 2.0 * (yy * z - w * x), 1.0 - 2.0 * (x * x + yy * yy)];
-        // K⁻¹ m for equal bending stiffnesses: the factor is 1 normal to the tangent, and E I/(G J) = 1 + ν along it.
+        // K⁻¹ m for equal bending stiffnesses: the factor is 1 normal to the tangent, and
+        // E I/(G J) = 1 + ν along it.
         let along = POISSON * (mx * tangent[0] + my * tangent[1] + mz * tangent[2]);
         let [a, b, c] = [mx + along * tangent[0], my + along * tangent[1], mz + along * tangent[2]];
-        // Force n, the weight of the part beyond s; m' = −d3 × n.
+        // Vertical component n of the force, due to the weight beyond s. The balance of moments is
+        // m' = −d3 × n e3.
         let n = -self.load * (1.0 - s);
         *rate = [
             tangent[0],

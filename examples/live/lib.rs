@@ -1,6 +1,8 @@
-//! The live page's shoot behind a C interface, for WebAssembly: `live_page` builds it, and the page calls it.
+//! C interface of the shoot of the live page, for WebAssembly. The example `live_page` compiles it, and
+//! the page calls it.
 //!
-//! One shoot in one thread. Calls answer 0, or 1 where they fail; [`live_message`] says why.
+//! Each thread has one shoot. Calls that may fail return 0 on success and 1 on failure; [`live_message`]
+//! then returns the address of the error message.
 
 #[path = "../camera/mod.rs"]
 mod camera;
@@ -8,7 +10,7 @@ mod camera;
 mod frame;
 mod shoot;
 
-/// What examples share, as far as it runs in a browser.
+/// Part of the common module of the examples that compiles for a browser.
 mod common {
     pub use crate::frame::Frame;
 }
@@ -18,7 +20,7 @@ use std::error::Error;
 
 use shoot::Live;
 
-/// What the page reads: numbers, and the last message.
+/// Simulation, and buffers that the page reads: numbers and the last error message.
 #[derive(Default)]
 struct Desk {
     live: Option<Live>,
@@ -30,7 +32,8 @@ thread_local! {
     static DESK: RefCell<Desk> = RefCell::default();
 }
 
-/// Does something with the shoot, and writes down why it failed.
+/// Applies a function to the shoot and the numbers, and stores the error message. The first call creates
+/// the shoot.
 fn with(act: impl FnOnce(&mut Live, &mut Vec<f64>) -> Result<(), Box<dyn Error>>) -> i32 {
     DESK.with_borrow_mut(|desk| {
         let Desk { live, numbers, message } = desk;
@@ -44,7 +47,7 @@ fn with(act: impl FnOnce(&mut Live, &mut Vec<f64>) -> Result<(), Box<dyn Error>>
     })
 }
 
-/// Changes a parameter, numbered as in `shoot::Parameter`.
+/// Changes a parameter, which is given by its index in `shoot::Parameter`.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_set(number: usize, value: f64) -> i32 {
     with(|live, _| live.set(number, value))
@@ -59,7 +62,7 @@ pub extern "C" fn live_get(number: usize) -> i32 {
     })
 }
 
-/// Begins again with the present parameters.
+/// Restarts the simulation with the current parameters.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_restart() -> i32 {
     with(|live, _| live.restart())
@@ -71,7 +74,8 @@ pub extern "C" fn live_advance(seconds: f64) -> i32 {
     with(|live, _| live.advance(seconds))
 }
 
-/// Writes the shoot: time, length, zone, tip, then three counts and all places and directions of the frame.
+/// Writes a description of the shoot to the numbers: time (s), length (m), relative start of the growth
+/// zone, tip (m), three counts, and all positions (m) and unit vectors of the frame.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_look() -> i32 {
     with(|live, numbers| {
@@ -87,7 +91,7 @@ pub extern "C" fn live_look() -> i32 {
     })
 }
 
-/// Writes the tip (m).
+/// Writes the tip position (m) to the numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_tip() -> i32 {
     with(|live, numbers| {
@@ -96,7 +100,8 @@ pub extern "C" fn live_tip() -> i32 {
     })
 }
 
-/// Writes period (s; zero without an oscillation), semi-major axis and signed semi-minor axis (m).
+/// Writes period (s), semi-major axis and signed semi-minor axis (m) to the numbers; all three are zero
+/// without an oscillation.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_read() -> i32 {
     with(|live, numbers| {
@@ -105,7 +110,8 @@ pub extern "C" fn live_read() -> i32 {
     })
 }
 
-/// Writes the lengths (m) of buckling and of the onset of swinging; infinite if they do not exist.
+/// Writes the self-buckling length and the critical length for oscillations (m) to the numbers. A length
+/// that does not exist is infinite.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_critical() -> i32 {
     with(|live, numbers| {
@@ -120,7 +126,7 @@ pub extern "C" fn live_numbers() -> *const f64 {
     DESK.with_borrow(|desk| desk.numbers.as_ptr())
 }
 
-/// Returns their count.
+/// Returns the count of the numbers.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_count() -> usize {
     DESK.with_borrow(|desk| desk.numbers.len())
@@ -132,7 +138,7 @@ pub extern "C" fn live_message() -> *const u8 {
     DESK.with_borrow(|desk| desk.message.as_ptr())
 }
 
-/// Its bytes.
+/// Returns the length of the last message, bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn live_message_length() -> usize {
     DESK.with_borrow(|desk| desk.message.len())

@@ -1,24 +1,25 @@
-//! HTML page with a simulation of a shoot: sliders for its parameters, a base to tilt, a tip to
-//! push.
+//! HTML page that simulates a shoot, with sliders for its parameters. The user can tilt the base and
+//! apply a force to the tip.
 //!
-//! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and put into one HTML file, which needs no network.
+//! The shoot of `examples/live/shoot.rs` is compiled to WebAssembly and embedded in one HTML file, which
+//! needs no network.
 //!
 //! # What to see
-//! Take the second video's preset, and wait for a day: the small circles of the oscillator are replaced by the wide
-//! swing due to the delays. Then make the reaction time half as long: within half a day the swing decays and only
-//! the oscillator remains, until the shoot has grown so long that it swings again, from about 55 h on, every 65
-//! minutes.
+//! Select the preset of the second video and simulate a day. Large oscillations due to the delays replace
+//! the small circles due to the oscillator. Then halve the reaction time. Within half a day, the large
+//! oscillations decay, and only those due to the oscillator remain. From about 55 h on, the shoot is long
+//! enough to oscillate again, with a period of 65 min.
 //!
 //! # What to try
-//! Take the preset of the fourth video, set the length to 6.4 cm and start again: the oscillation after the two
-//! pulses decays. At 6.5 cm it persists. Between them lies the critical length, 6.46 cm with statoliths, the orange
-//! line of the scale.
+//! Select the preset of the fourth video, set the length to 6.4 cm and restart. The oscillation after the
+//! two pulses decays. At 6.5 cm, it persists. The critical length with statoliths is 6.46 cm; the orange
+//! line of the scale shows it.
 
 #[path = "../camera/mod.rs"]
 mod camera;
 #[path = "../common/mod.rs"]
 mod common;
-// Only what a check needs is used here.
+// This program uses only the part of the module that is needed for the option `--tip`.
 #[allow(dead_code)]
 mod shoot;
 
@@ -72,7 +73,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Compiles the shoot for the browser.
+/// Compiles the shoot to WebAssembly and returns the path of the file.
 fn compiled() -> Result<PathBuf, Box<dyn Error>> {
     let home = Path::new(env!("CARGO_MANIFEST_DIR"));
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());

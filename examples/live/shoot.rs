@@ -1,4 +1,5 @@
-//! The shoot of the live page: parameters by their numbers, their change during the simulation, what the page draws.
+//! Shoot of the live page: numbered parameters, their change during the simulation, and the data that the
+//! page draws.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -20,64 +21,70 @@ use crate::common::Frame;
 
 const MINUTE: f64 = 60.0;
 const HOUR: f64 = 3600.0;
+/// Radius, m.
 const RADIUS: f64 = 5e-4;
+/// Density, kg/m³.
 const DENSITY: f64 = 1000.0;
-/// Interval (s) at which the tip position is stored. Period and amplitude are read from these positions.
+/// Interval (s) at which the tip position is stored. Period and amplitude are computed from these
+/// positions.
 const EVERY: f64 = 2.0 * MINUTE;
-/// Duration of the stored part, in sums of memory time and reaction time. A period is about four of them, and the
-/// reading needs a few periods beside the drift.
+/// Duration of the stored tip track divided by the sum of memory time and reaction time. The stored
+/// duration is at least 6 h. A period is about four of these sums. Several periods are needed to
+/// distinguish the oscillation from the drift.
 const RECENT: f64 = 12.0;
-/// Largest number of positions from which they are read; the time that a reading takes grows with its square.
+/// Largest number of positions from which period and amplitude are computed. The run time grows
+/// quadratically with this number.
 const MOST_READ: usize = 240;
-/// Longest step, s.
+/// Largest time step, s.
 const STEP: f64 = MINUTE;
 
-/// What the page can change, in the units that it shows. The page names them by their places here.
+/// Parameters that the page can change, in the units of the page. The page refers to them by their
+/// indices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(usize)]
 pub enum Parameter {
-    /// α.
+    /// Amplitude α of the oscillator.
     Alpha,
-    /// β.
+    /// Gravitropic sensitivity β.
     Beta,
-    /// η.
+    /// Proprioceptive sensitivity η.
     Eta,
-    /// τg, h.
+    /// Growth time τg, h.
     GrowthTime,
-    /// τm = τ̄m, min.
+    /// Memory time τm = τ̄m, min.
     MemoryTime,
-    /// τr = τ̄r, min.
+    /// Reaction time τr = τ̄r, min.
     ReactionTime,
-    /// |g|, m/s².
+    /// Gravitational acceleration |g|, m/s².
     Gravity,
-    /// E0, MPa.
+    /// Young's modulus E0 of young tissue, MPa.
     Stiffness,
-    /// Lean of the base towards e1, degrees.
+    /// Tilt of the base towards e1, degrees.
     Tilt,
-    /// τe, min.
+    /// Period τe of the oscillator, min.
     OscillatorPeriod,
-    /// 1 or −1: the oscillator rotates counterclockwise or clockwise.
+    /// Sense of rotation of the oscillator: 1 for counterclockwise, −1 for clockwise.
     OscillatorSense,
-    /// Force of the hand on the apex along e1, e2, e3, µN.
+    /// Component of the user's force on the apex along e1, µN.
     PushX,
-    /// See `PushX`.
+    /// Component of the user's force on the apex along e2, µN.
     PushY,
-    /// See `PushX`.
+    /// Component of the user's force on the apex along e3, µN.
     PushZ,
-    /// Length at the start, cm.
+    /// Initial length, cm.
     Length,
-    /// Whether the shoot gets longer: 1 or 0.
+    /// 1 if the shoot grows in length, 0 if its length is constant.
     Grows,
-    /// What starts it: 0 nothing, 1 the two pulses of the fourth video, 2 the rotating force of the fifth and
-    /// sixth.
+    /// Initial perturbation: 0 for none, 1 for the two pulses of the fourth video, 2 for the rotating
+    /// force of the fifth and sixth videos.
     Kick,
 }
 use Parameter as P;
 
-/// How many there are.
+/// Number of parameters.
 pub const PARAMETERS: usize = P::Kick as usize + 1;
 
-/// The second video's shoot.
+/// Parameters of the shoot of the second video.
 const DEFAULTS: [f64; PARAMETERS] =
     [0.2, 0.8, 20.0, 40.0, 12.0, 12.0, 9.81, 10.0, 0.0, 24.0, 1.0, 0.0, 0.0, 0.0, 6.8, 1.0, 0.0];
 
@@ -86,7 +93,7 @@ type Loads = (Weight, Hand, Option<(Pulse, Pulse)>, Option<Whirl>);
 type Model = Laws<Lignifying, Box<dyn GrowthLaw + Send + Sync>, Steering, Loads, Still>;
 type Failure = Box<dyn Error>;
 
-/// A force on the apex, N, that stays until it is changed.
+/// Constant force on the apex, N, in the fixed frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Hand(Vector3<f64>);
 
@@ -96,16 +103,16 @@ impl Load for Hand {
     }
 }
 
-/// What the tip's path of the last hours says.
+/// Period and amplitude of the largest oscillation in the stored tip track.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading {
-    /// Period, s; zero without an oscillation.
+    /// Period, s.
     pub period: f64,
-    /// Semi-axes of the ellipse, m; the sign of the second is that of the sense: counterclockwise is positive.
+    /// Semi-axes of the ellipse, m. The second is negative if the sense of rotation is clockwise.
     pub axes: [f64; 2],
 }
 
-/// A shoot that runs.
+/// Simulation of a shoot with its parameters and its stored tip track.
 pub struct Live {
     values: [f64; PARAMETERS],
     shoot: Shoot<Model>,
@@ -113,7 +120,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// The second video's shoot, at its start.
+    /// Returns the shoot of the second video at t = 0.
     pub fn new() -> Result<Self, Failure> {
         let shoot = build(&DEFAULTS)?;
         let mut live = Self { values: DEFAULTS, shoot, tips: Vec::new() };
@@ -121,18 +128,19 @@ impl Live {
         Ok(live)
     }
 
-    /// The value of a parameter.
+    /// Value of a parameter, or `None` if its number is invalid.
     pub fn value(&self, number: usize) -> Option<f64> {
         self.values.get(number).copied()
     }
 
-    /// Changes a parameter during the simulation. Length, growth and pulse take effect at the next
-    /// start.
+    /// Changes a parameter during the simulation. Initial length, growth and perturbation take effect at
+    /// the next restart.
     pub fn set(&mut self, number: usize, value: f64) -> Result<(), Failure> {
         let mut values = self.values;
         *values.get_mut(number).ok_or_else(|| format!("there is no parameter {number}"))? = value;
         if number < P::Length as usize {
-            // A longer delay than the history reaches back: the past is taken to have been as the present is.
+            // The change fails if a new delay is longer than the history. The shoot is then restarted
+            // with the stimuli of its first equilibrium at all earlier times.
             self.shoot = self.shoot.with_model(model(&values)).or_else(|_| {
                 let mut shoot = self.shoot.with_model_restarted(model(&values))?;
                 integrator(&values).start(&mut shoot, &ConstantHistory::Steady)?;
@@ -143,7 +151,7 @@ impl Live {
         Ok(())
     }
 
-    /// Begins again at t = 0 with the present parameters.
+    /// Restarts the simulation at t = 0 with the current parameters.
     pub fn restart(&mut self) -> Result<(), Failure> {
         let mut shoot = build(&self.values)?;
         integrator(&self.values).start(&mut shoot, &ConstantHistory::Empty)?;
@@ -169,17 +177,18 @@ impl Live {
         Ok(())
     }
 
-    /// The shoot as it is now.
+    /// Current shape of the shoot for a drawing.
     pub fn look(&self) -> Frame {
         camera::frame_of(&self.shoot, Some(0))
     }
 
-    /// The tip, m.
+    /// Tip position, m.
     pub fn tip(&self) -> Vector3<f64> {
         self.shoot.tip()
     }
 
-    /// The largest oscillation of the tip in the last hours, seen from above.
+    /// Largest oscillation in the stored tip track, viewed from above. `None` if no oscillation is
+    /// found.
     pub fn read(&self) -> Option<Reading> {
         let (times, places): (_, Vec<_>) =
             self.tips.iter().step_by(self.tips.len().div_ceil(MOST_READ)).copied().unzip();
@@ -190,15 +199,15 @@ impl Live {
         Some(Reading { period: largest.period, axes: [largest.ellipse.major, sign * largest.ellipse.minor] })
     }
 
-    /// The length (m) at which an upright shoot of the present parameters would buckle under its weight: Greenhill's.
+    /// Self-buckling length (m) of an upright shoot with the current parameters, by Greenhill's formula.
     pub fn buckling_length(&self) -> f64 {
         let modulus = 1e6 * self.values[P::Stiffness as usize];
         let weight = DENSITY * self.values[P::Gravity as usize] * PI * RADIUS * RADIUS;
         (Weight::GREENHILL * modulus * 0.25 * PI * RADIUS.powi(4) / weight).cbrt()
     }
 
-    /// Critical length (m) at which oscillations begin, for a shoot that responds to stimuli along its whole length.
-    /// `None` if there is no such length or no steady state.
+    /// Critical length (m) at which oscillations begin, for a shoot that responds to stimuli along its
+    /// whole length. `None` if there is no such length or no steady state.
     pub fn critical_length(&self) -> Option<f64> {
         let longest = self.buckling_length();
         let laws = model(&self.values);
@@ -238,7 +247,7 @@ fn model(values: &[f64; PARAMETERS]) -> Model {
     let growth: Box<dyn GrowthLaw + Send + Sync> = if of(P::Grows) > 0.0 {
         Box::new(UniformGrowth { zone_length, time })
     } else {
-        // All of it responds to stimuli, whatever its length.
+        // The whole shoot responds to stimuli, because a zone of 1 m is longer than all shoots.
         Box::new(Ongoing(UniformGrowth { zone_length: 1.0, time }))
     };
     let handedness = if of(P::OscillatorSense) > 0.0 { Handedness::Counterclockwise } else { Handedness::Clockwise };
@@ -272,7 +281,7 @@ fn build(values: &[f64; PARAMETERS]) -> Result<Shoot<Model>, Failure> {
     let length = 0.01 * values[P::Length as usize];
     let mut builder = Shoot::of(model(values)).length(length).radius(RADIUS).elements(elements);
     if values[P::Grows as usize] == 0.0 {
-        // The zone is longer than the shoot: elements are those of the shoot.
+        // The growth zone is longer than the shoot. The nodes are equally spaced along the shoot.
         let nodes: Vec<f64> = (0..=elements).map(|i| length * i as f64 / elements as f64).collect();
         builder = builder.nodes(&nodes);
     }

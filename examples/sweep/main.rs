@@ -1,27 +1,30 @@
 //! Onset and amplitude of oscillations for a grid of lengths and proprioceptive sensitivities.
 //!
-//! The shoots are upright and of constant length, with delayed gravitropism and proprioception. For each point of the
-//! grid, the program computes the leading characteristic root of the upright shoot and the number of unstable roots. It
-//! also simulates the response to a small perturbation of the intrinsic curvature. All cores of the machine are used.
+//! The shoots are upright and of constant length, with delayed gravitropism and proprioception. For each
+//! point of the grid, the program computes the leading characteristic root of the upright shoot and the
+//! number of unstable roots. It also simulates the response to a small perturbation of the intrinsic
+//! curvature. By default, all cores of the machine are used.
 //!
 //! # Results
-//! The colours show the amplitude of the tip at the end of the simulations. The black curve is the critical length,
-//! computed from the characteristic roots. To the left of this curve, the perturbation decays. To the right of it, the
-//! shoot oscillates with an amplitude of centimetres. The colours and the curve are computed by largely independent
-//! parts of the library, and the colours change at the curve. A larger proprioceptive sensitivity reduces the critical
-//! length, because the response is delayed. To the right of the dashed line, the shoot buckles under its weight.
+//! The colours show the amplitude of the tip at the end of the simulations. The black curve is the
+//! critical length, computed from the characteristic roots. To the left of this curve, the perturbation
+//! decays. To the right of it, the shoot oscillates with an amplitude of centimetres. The colours and the
+//! curve are computed by largely independent parts of the library, and the colours change at the curve. A
+//! larger proprioceptive sensitivity reduces the critical length, because the response is delayed. To the
+//! right of the dashed line, the shoot buckles under its weight.
 //!
 //! # Interruption
-//! Each row of the grid is a separate file, which is written as a whole. An interrupted sweep is resumed by the same
-//! command. The final table is identical byte for byte for all numbers of threads, parts and interruptions, on machines
-//! of the same kind. On other machines, mathematical functions may differ in the last bit.
+//! Each row of the grid is a separate file, which is written as a whole. An interrupted sweep is resumed
+//! by the same command. The final table is identical byte for byte for all numbers of threads, parts and
+//! interruptions, on machines of the same kind. On other machines, mathematical functions may differ in
+//! the last bit.
 //!
 //! # Several machines
 //! `--shard i/n` computes row i and every n-th row after it. The jobs of a job array share one folder:
 //!
 //! ```sh
-//! sweep --shard $INDEX/$COUNT --out /shared/map     # each job
-//! sweep --merge --out /shared/map                   # afterwards: writes table and picture, or reports missing rows
+//! sweep --shard $INDEX/$COUNT --out /shared/map   # each job
+//! sweep --merge --out /shared/map                 # afterwards: table and picture, or a list of missing rows
 //! ```
 
 #[path = "../common/mod.rs"]
@@ -48,7 +51,7 @@ use store::Store;
 const HOUR: f64 = 3600.0;
 const CM: f64 = 0.01;
 
-/// Error in a thread.
+/// Error that a thread can return.
 type Failure = Box<dyn Error + Send + Sync>;
 
 /// Part that is given on the command line.
@@ -57,7 +60,7 @@ struct Shard(Part);
 impl Value for Shard {
     const MUST_BE: &'static str = "i/n with whole numbers and 1 <= i <= n, like 2/8";
     fn read(text: &str) -> Option<Self> {
-        // Without the option, all rows.
+        // An absent option selects all rows.
         if text.is_empty() { Some(Self(Part::WHOLE)) } else { Part::read(text).map(Self) }
     }
 }
@@ -135,8 +138,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     if whole { publish(&grid, &store, cores, &out) } else { Ok(()) }
 }
 
-/// Computes rows. A row is written when its last point is computed. Threads share points instead of rows, so that all
-/// threads have work until the end.
+/// Computes rows. A row is written when its last point is computed. Threads share points instead of rows,
+/// so that all threads have work until the end.
 fn compute(grid: &Grid, store: &Store, rows: &[usize], cores: usize) -> Result<(), Failure> {
     let clock = Instant::now();
     let across = grid.lengths.count;
@@ -164,7 +167,7 @@ fn compute(grid: &Grid, store: &Store, rows: &[usize], cores: usize) -> Result<(
     Ok(())
 }
 
-/// Writes table and picture of all rows.
+/// Writes table and picture of all rows. Returns an error if rows are missing.
 fn publish(grid: &Grid, store: &Store, cores: usize, out: &Path) -> Result<(), Box<dyn Error>> {
     let found = store.read()?;
     let missing: Vec<String> = (1..=found.len()).filter(|k| found[k - 1].is_none()).map(|k| k.to_string()).collect();

@@ -9,9 +9,9 @@ use crate::common::file::write_whole;
 use crate::common::table::number;
 use crate::common::{Map, Series, Style, map_figure};
 
-/// Lengths are shown in centimetres.
+/// Factor from metres to centimetres, the unit of displayed lengths.
 const CM_PER_M: f64 = 1e2;
-/// Amplitudes are shown in millimetres.
+/// Factor from metres to millimetres, the unit of displayed amplitudes.
 const MM_PER_M: f64 = 1e3;
 const HOUR: f64 = 3600.0;
 /// Amplitudes at the ends of the colour bar, mm. The upper limit exceeds all lengths of the default grid.
@@ -29,8 +29,8 @@ pub fn write_table(file: &Path, rows: &[Vec<Numbers>]) -> io::Result<()> {
     write_whole(file, text)
 }
 
-/// Draws the amplitudes as colours, with the critical lengths and the self-buckling length. `onsets` are the critical
-/// lengths of the rows, m.
+/// Draws the amplitudes as colours, with the critical lengths and the self-buckling length. `onsets` are
+/// the critical lengths of the rows, m.
 ///
 /// # Errors
 /// Returns errors of the file system.

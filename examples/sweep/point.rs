@@ -14,18 +14,20 @@ use nalgebra::Vector3;
 
 use super::grid::Grid;
 
-/// Memory of all responses, s. This and the following parameters are those of Agostinelli, DeSimone and Noselli (2021).
+/// Memory time and reaction time of all responses, s. This and the following parameters are those of
+/// Agostinelli, DeSimone and Noselli (2021).
 const MEMORY: Memory = Memory { time: 720.0, delay: 720.0 };
 /// Radius, m.
 const RADIUS: f64 = 0.5e-3;
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 };
 const WEIGHT: Weight = Weight { density: 1000.0 };
-/// Initial bending angle due to the perturbation, rad. It is small compared with oscillations of tens of degrees.
+/// Initial bending angle due to the perturbation, rad. It is small compared with oscillations of tens of
+/// degrees.
 const PERTURBATION: f64 = 0.01;
 /// Duration of the final interval in which the amplitude is determined, s. Periods are at most 90 min.
 pub const LAST: f64 = 5400.0;
-/// Largest length in the search for an onset, divided by the self-buckling length, at which the equilibrium is
-/// singular.
+/// Largest length in the search for an onset, divided by the self-buckling length, at which the
+/// equilibrium is singular.
 const BELOW_BUCKLING: f64 = 0.9995;
 
 /// Names and units of the results of a point.
@@ -33,10 +35,11 @@ pub const COLUMNS: [&str; 6] = ["length_m", "eta", "growth_rate_per_s", "period_
 
 /// Results for one shoot, in the order of [`COLUMNS`].
 ///
-/// Growth rate and period are those of the rightmost isolated root. They are NaN if the mesh resolves no isolated root,
-/// which is the case for very stable shoots. If the upright shoot is mechanically unstable, the number of unstable
-/// roots is NaN, too. The amplitude is the largest distance of the tip from the vertical in the last [`LAST`] seconds.
-/// It is NaN if the curvature becomes so large that no equilibrium is found on this mesh.
+/// Growth rate and period are those of the rightmost isolated root. They are NaN if the mesh resolves no
+/// isolated root, which is the case for very stable shoots. If the upright shoot is mechanically
+/// unstable, the number of unstable roots is NaN, too. The amplitude is the largest distance of the tip
+/// from the vertical in the last [`LAST`] seconds. It is NaN if the curvature becomes so large that no
+/// equilibrium is found on this mesh.
 pub type Numbers = [f64; COLUMNS.len()];
 
 /// Builds the upright shoot.
@@ -89,8 +92,9 @@ fn is_unresolved(error: &StabilityError) -> bool {
     matches!(error, NoIsolatedRoot | UnderResolved { .. } | NoConvergence { .. })
 }
 
-/// Largest distance of the tip from the vertical in the final interval, m. The perturbation is three-dimensional, with
-/// different planes of bending at base and tip, so that it excites both planar and circular oscillations.
+/// Largest distance of the tip from the vertical in the final interval, m. The perturbation is
+/// three-dimensional, with different planes of bending at base and tip, so that it excites both planar
+/// and circular oscillations.
 fn amplitude(grid: &Grid, length: f64, eta: f64) -> Result<f64, IntegrationError> {
     let mut shoot = upright(grid, length, eta)?;
     let bend = PERTURBATION / length;

@@ -13,7 +13,8 @@ use super::grid::Grid;
 use super::point::{COLUMNS, Numbers};
 use crate::common::table::number;
 
-/// First line without the number of the format, which changes with the meaning of the results.
+/// Beginning of the first line. The number of the format follows, which changes with the meaning of the
+/// results.
 const NAME: &str = "morphorod sweep, format ";
 const FORMAT: &str = "1";
 const CHECKSUM: &str = "# checksum: ";
@@ -82,8 +83,8 @@ fn numbers(line: &str) -> Option<Numbers> {
     values?.try_into().ok()
 }
 
-/// Checksum FNV-1a with 64 bits (Fowler, Noll and Vo, RFC 9923). It detects every change of a single byte, because each
-/// step is invertible, and other random changes with a probability of 1 − 2⁻⁶⁴.
+/// Checksum FNV-1a with 64 bits (Fowler, Noll and Vo, RFC 9923). It detects every change of a single
+/// byte, because each step is invertible, and other random changes with a probability of 1 − 2⁻⁶⁴.
 fn checksum(text: &str) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;

@@ -58,7 +58,8 @@ impl Store {
     /// Writes a row. If another process has written the same row in the meantime, its file is kept.
     ///
     /// # Errors
-    /// Returns an error if the file cannot be written, or if an existing file is not a valid row of this sweep.
+    /// Returns an error if the file cannot be written, or if an existing file is not a valid row of this
+    /// sweep.
     pub fn write(&self, row: usize, points: &[Numbers]) -> io::Result<()> {
         if self.read_row(row)?.is_some() {
             return Ok(());

@@ -1,15 +1,15 @@
 //! Distribution of work over threads.
 //!
-//! The tasks are independent and take milliseconds each, so that a shared counter distributes them sufficiently well
-//! over scoped threads of the standard library. Work stealing, as in `rayon`, would not be faster and would add a
-//! dependency.
+//! The tasks are independent and take milliseconds each, so that a shared counter distributes them
+//! sufficiently well over scoped threads of the standard library. Work stealing, as in `rayon`, would not
+//! be faster and would add a dependency.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-/// Computes `count` tasks on `threads` threads, which start them in order. Each result is passed with its number to
-/// `take` on the thread of the caller, in the order of completion.
+/// Computes `count` tasks on `threads` threads, which start them in order. Each result is passed with its
+/// number to `take` on the thread of the caller, in the order of completion.
 ///
 /// # Errors
 /// Returns the first error of a task or of `take`. No task starts after an error.

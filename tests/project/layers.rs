@@ -1,5 +1,5 @@
-//! The layers of `ARCHITECTURE.md`: a module imports only from lower layers, and imports within a
-//! folder have no cycles.
+//! Tests of the layers of `ARCHITECTURE.md`. A module imports only from lower layers, and imports within
+//! a folder have no cycles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,7 +20,8 @@ const LAYERS: [&[&str]; 11] = [
     &["guide"],
 ];
 
-/// All files of the library with their code, without comments and without unit tests at the end of a file.
+/// Paths of all files of the library with their code. Comments and unit tests at the end of a file are
+/// removed.
 fn sources() -> Vec<(PathBuf, String)> {
     let (mut folders, mut found) = (vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")], Vec::new());
     while let Some(folder) = folders.pop() {
@@ -49,7 +50,7 @@ fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
             found.insert(name(rest));
             continue;
         };
-        // Text in nested braces belongs to the item before them.
+        // Text in nested braces is part of the preceding item and is skipped.
         let (mut depth, mut item) = (0, String::new());
         for c in list.chars() {
             match c {
@@ -67,7 +68,7 @@ fn names_after(code: &str, prefix: &str) -> BTreeSet<String> {
     found
 }
 
-/// File of a folder that defines each name that `mod.rs` of the folder exports again.
+/// Map from each name that `mod.rs` of a folder re-exports to the file that defines it.
 fn reexported(folder: &Path) -> BTreeMap<String, PathBuf> {
     let text = fs::read_to_string(folder.join("mod.rs")).unwrap_or_default();
     let mut found = BTreeMap::new();
@@ -81,7 +82,7 @@ fn reexported(folder: &Path) -> BTreeMap<String, PathBuf> {
     found
 }
 
-/// Module of a file: its folder in `src`, or the name of the file.
+/// Name of the module of a file: the folder in `src`, or the file name without extension.
 fn module(path: &Path) -> String {
     let inside = path.strip_prefix(Path::new(env!("CARGO_MANIFEST_DIR")).join("../src")).unwrap();
     inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs").to_owned()
@@ -111,7 +112,7 @@ fn modules_import_only_from_lower_layers() {
 fn imports_between_files_of_a_folder_have_no_cycles() {
     let mut imports: BTreeMap<PathBuf, BTreeSet<PathBuf>> = BTreeMap::new();
     for (path, code) in sources() {
-        // A name is that of a file, or `mod.rs` exports it again from a file.
+        // A name is either the name of a file or is re-exported by `mod.rs` from a file.
         let exported = reexported(path.parent().unwrap());
         let sibling = |name: String| match exported.get(&name) {
             Some(file) => file.clone(),
@@ -124,7 +125,7 @@ fn imports_between_files_of_a_folder_have_no_cycles() {
     assert!(imports.is_empty(), "cyclic imports among {:?}", imports.keys());
 }
 
-/// All files of a folder inside a module count as one.
+/// All files of a folder inside a module are one node of the import graph.
 #[test]
 fn imports_between_folders_of_a_module_have_no_cycles() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
@@ -146,7 +147,7 @@ fn imports_between_folders_of_a_module_have_no_cycles() {
             if folder.is_dir() { folder } else { folder.with_extension("rs") }
         };
         let found = named.into_iter().map(beside).filter(|to| to.exists() && *to != room);
-        // `mod.rs` of a module imports its parts in order to export them again.
+        // `mod.rs` of a module is excluded, because it imports the parts of the module to re-export them.
         if !room.ends_with("mod.rs") {
             imports.entry(room.clone()).or_default().extend(found);
         }
@@ -156,8 +157,8 @@ fn imports_between_folders_of_a_module_have_no_cycles() {
     assert!(imports.is_empty(), "cyclic imports among {imports:?}");
 }
 
-/// Repeatedly removes entries that import no remaining entry. The entries that remain are cycles
-/// and entries that import them.
+/// Repeatedly removes all entries without imports from the remaining entries. The final entries are those
+/// of cycles, and entries that import from cycles.
 fn remove_acyclic(imports: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) {
     loop {
         let free: Vec<PathBuf> = imports.iter().filter(|(_, to)| to.is_empty()).map(|(path, _)| path.clone()).collect();

@@ -1,9 +1,10 @@
-//! Cargo compiles the files that manifests and module lists name. These tests find files that none of them names.
+//! Tests that all files are compiled. Cargo ignores files without an entry in a manifest or a module
+//! declaration.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Rust files and folders of a folder, each with its name without the ending.
+/// Rust files and subfolders of a folder, each with its name without extension.
 fn entries(folder: &Path) -> Vec<(PathBuf, String)> {
     let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let rust = paths.filter(|path| path.is_dir() || path.extension().is_some_and(|ending| ending == "rs"));
@@ -16,7 +17,7 @@ fn check_modules(folder: &Path, parent: &Path) -> usize {
     let declared = fs::read_to_string(parent).unwrap();
     let mut files = 0;
     for (path, name) in entries(folder) {
-        // Roots of further programs, and data.
+        // These entries are crate roots of other programs, or contain data.
         if path == parent || ["lib", "browser", "reference"].contains(&&*name) {
             continue;
         }

@@ -1,4 +1,4 @@
-//! The project itself: its layers, its list of files, and the example `sweep` as a program.
+//! Tests of the project itself: layers of modules, lists of files, and the example `sweep` as a program.
 
 mod layers;
 mod manifest;

@@ -1,4 +1,4 @@
-//! The program `sweep` on the command line: interrupted and resumed sweeps, sweeps in parts,
+//! Tests of the program `sweep` on the command line: interrupted and resumed sweeps, sweeps in parts,
 //! invalid files and options.
 
 use std::fs;
@@ -58,7 +58,7 @@ fn results_do_not_depend_on_threads_or_parts() {
     let whole = folder("whole");
     succeed(&whole, &["--threads", "1"]);
     let expected = results(&whole);
-    // Eight rows of four shoots below a header.
+    // The table has 33 lines: a header, and eight rows of four shoots.
     assert_eq!(expected[0].iter().filter(|byte| **byte == b'\n').count(), 33);
 
     let threads = folder("threads");
@@ -85,8 +85,8 @@ fn killed_sweep_resumes_to_the_results_of_an_uninterrupted_sweep() {
     let expected = results(&whole);
 
     let killed = folder("killed");
-    // Random delays by a linear congruential generator (Knuth, The Art of Computer Programming 2,
-    // 3.3.4). The clock is the seed, so that they differ in every run.
+    // Random delays by a linear congruential generator (Knuth, The Art of Computer Programming 2, 3.3.4).
+    // The seed is taken from the clock, so that the delays differ in every run.
     let mut seed = SystemTime::now().duration_since(UNIX_EPOCH).unwrap().subsec_nanos() as u64;
     let mut kills = Vec::new();
     while rows(&killed) < 8 && kills.len() < 30 {
@@ -99,7 +99,7 @@ fn killed_sweep_resumes_to_the_results_of_an_uninterrupted_sweep() {
         let _ = child.wait().unwrap();
         kills.push((delay, rows(&killed)));
     }
-    // All files in the folder are valid, so that this run neither fails nor starts again.
+    // All files in the folder are valid, so that this run succeeds and keeps the existing rows.
     succeed(&killed, &[]);
     assert!(results(&killed) == expected, "killed at (delay, number of rows) {kills:?}");
     assert!(kills.len() > 1, "the sweep ended before it was killed twice: {kills:?}");
@@ -137,7 +137,7 @@ fn invalid_row_files_are_refused_and_kept() {
         }
         assert_eq!(fs::read(&file).unwrap(), bytes, "{reason}: the file has changed");
     }
-    // A row of another position in the grid, and a sweep with other settings.
+    // A row of another position in the grid and a row of a sweep with other settings are rejected.
     fs::copy(out.join("rows/row-0008.csv"), &file).unwrap();
     let message = fail(&out, &[]);
     assert!(message.contains("row-0007.csv") && message.contains("row: 8 of 8"), "{message}");
