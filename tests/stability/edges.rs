@@ -18,8 +18,8 @@ use nalgebra::Vector3;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
 
-/// Linearisation about the upright shape of a shoot with the given laws, growth time (h), length
-/// (m) and number of elements.
+/// Linearisation about the upright shape of a shoot with the given laws, load, scene, growth time
+/// (h), length (m) and number of elements.
 pub(super) fn analyse(
     laws: impl TropismLaw + Send + Sync + 'static,
     load: impl Load + Send + Sync + 'static,
@@ -45,10 +45,10 @@ pub(super) const WEIGHT: Weight = Weight { density: 1000.0 };
 pub(super) const BENDING: Remembered<Proprioception> =
     Remembered { response: Proprioception { sensitivity: 20.0 }, memory: MEMORY };
 
-/// A law in one plane that perceives either the strain or the tilt, through two variables with
+/// Law in one plane that depends on either the strain or the tilt, through two variables with
 /// linear dynamics.
 struct Own {
-    /// Whether the law perceives the strain. Otherwise it perceives the tilt of the frame.
+    /// Whether the stimulus is the strain. Otherwise it is the tilt of the frame.
     strain: bool,
     sensitivity: f64,
     /// Matrix a in ẏ_i = a_i1 y1 + a_i2 y2 + b_i x, where b is `drive`. The gradient depends on y1.
@@ -82,8 +82,8 @@ impl TropismLaw for Own {
 
 #[test]
 fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
-    // ẏ = μ y + x/τ with μ > 0. For any feedback g > 0 both roots of λ² − μ λ + g have a positive
-    // real part.
+    // ẏ = μ y + x/τ with μ > 0. For any feedback g > 0, both roots of λ² − μ λ + g have positive
+    // real parts.
     let law = |rate: f64| Own {
         strain: true,
         sensitivity: 1.0,
@@ -97,8 +97,8 @@ fn law_with_an_unstable_variable_makes_infinitely_many_roots_unstable() {
         let infinite = matches!(answer, Err(StabilityError::InfinitelyMany { abscissa }) if abscissa > 0.0);
         assert!(infinite, "{answer:?}");
     }
-    // For a resonator, y'' = w² (x − y) − c y', with unit gain the feedback loop is stable if c >
-    // 1/τg (Routh).
+    // The feedback loop of a resonator y'' = w² (x − y) − c y' with unit gain is stable if c > 1/τg
+    // (Routh's criterion).
     let resonator = |damping: f64| Own {
         strain: true,
         sensitivity: 1.0,
@@ -140,8 +140,8 @@ fn roots_of_two_planes_with_different_laws_are_counted_separately_beside_a_slow_
 
 #[test]
 fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_and_without_memory() {
-    // The reference is the rightmost root of 1 + b = 0, by Newton's method from 400 initial
-    // guesses.
+    // The reference is the rightmost root of 1 + b = 0, computed by Newton's method from 400
+    // initial guesses.
     for (time, delay, hours) in [(100.0, 900.0, 40.0), (300.0, 900.0, 40.0), (720.0, 720.0, 20.0)] {
         let memory = Memory { time, delay };
         let laws = Proprioception { sensitivity: 20.0 }.remembered(memory);
@@ -164,7 +164,7 @@ fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_a
         }
         assert!(abs_diff_eq!(found.re, best, epsilon = 1e-10), "{time} s, {delay} s: {found} against {best}");
     }
-    /// Proprioception without memory or delay: λ = −η/τg.
+    /// Proprioception without memory or delay, for which λ = −η/τg.
     struct AtOnce;
     impl TropismLaw for AtOnce {
         fn gradient(&self, _at: &Growing, _past: &[f64], now: &[f64]) -> Vector3<f64> {
@@ -184,8 +184,8 @@ fn essential_spectrum_agrees_with_its_scalar_equation_left_of_the_slowest_rate_a
 
 #[test]
 fn onset_of_a_real_root_is_found_at_zero_frequency() {
-    /// Bends every point in the direction in which the apex is tilted: u̇* = k REGR M[tilt of the
-    /// apex].
+    /// Law that bends every point in the direction in which the apex is tilted: u̇* = k REGR M[tilt
+    /// of the apex].
     struct Topple(f64);
     impl TropismLaw for Topple {
         fn gradient(&self, _at: &Growing, past: &[f64], _now: &[f64]) -> Vector3<f64> {
@@ -208,8 +208,8 @@ fn onset_of_a_real_root_is_found_at_zero_frequency() {
     // At λ = 0 the strain is uniform, and η θ' = k θ(ℓ) = k ℓ θ'.
     let expected = 20.0 / length;
     for found in [onset(family, 100.0, 900.0).unwrap(), crossings(family, 100.0, 900.0).unwrap()[0]] {
-        // The search places the root on the axis to 1e-11 of 1/(720 s). The root moves by 1e-7/s if
-        // k changes by one.
+        // The search locates the root on the imaginary axis to within 1e-11 of 1/(720 s). The root
+        // changes by 1e-7/s if k changes by one.
         assert_relative_eq!(found.parameters[0], expected, epsilon = 0.0, max_relative = 1e-8);
         assert_eq!(found.frequency, 0.0, "{found:?}");
     }
@@ -217,7 +217,7 @@ fn onset_of_a_real_root_is_found_at_zero_frequency() {
 
 #[test]
 fn small_closed_stability_boundary_is_followed_all_around() {
-    // The length equals the length at onset on a circle of the given radius in the plane (a, b).
+    // The length equals the length at onset on a circle in the plane (a, b).
     let radius = 0.05_f64;
     let family = |a: f64, b: f64| {
         let length = 0.065_614_866_491 + 0.004 * ((a * a + b * b) / (radius * radius) - 1.0);
@@ -266,8 +266,8 @@ fn roots_of_a_shoot_on_a_tilted_base_with_statoliths_converge_with_the_mesh() {
         Linearisation::about(&shoot)
     };
     let [coarse, fine] = [4, 6].map(|elements| linear(0.068, elements).unwrap().rightmost().unwrap().value);
-    // The order is eight, which leaves an error of 1e-6 on four elements. `approx` cannot compare
-    // complex numbers without its feature `num-complex`.
+    // The order is eight, and the relative error on four elements is less than 1e-6. `approx`
+    // cannot compare complex numbers without its feature `num-complex`.
     assert!((coarse - fine).norm() < 1e-6 * fine.norm(), "{coarse} and {fine}");
     let found = crossings(|length| linear(length, 4), 0.060, 0.068).unwrap();
     assert!(!found.is_empty());

@@ -1,8 +1,8 @@
 //! Stability analysis with extreme parameters: delays much longer than memories, material points
-//! that all differ, and search ranges with many roots at one end. The results agree with other
-//! methods, and no analysis exceeds the bound on the work.
+//! with different growth rates, and search ranges with many roots at one end. The results are
+//! compared with other methods, and no analysis exceeds the bound on the work.
 //!
-//! `MORPHOROD_CASES=1000 cargo test --workspace --test all stability::extreme` analyses more random
+//! `MORPHOROD_CASES=1000 cargo test --workspace --test all stability::extreme` analyses 1000 random
 //! shoots.
 
 use crate::fixtures::upright;
@@ -20,17 +20,17 @@ use proptest::prelude::*;
 use crate::fixtures::random::number;
 use crate::fixtures::upright::continuous::Upright;
 
-/// Parameters of a shoot on a tilted base, with statoliths, and with proprioception of the same
-/// memory.
+/// Parameters of a shoot on a tilted base, with statoliths and with equal memories of gravitropism
+/// and proprioception. The avalanche time is in seconds, the length in metres, the tilt in radians.
 #[derive(Debug, Clone, Copy)]
 struct Leaning {
     memory: Memory,
     avalanche_time: f64,
     beta: f64,
     eta: f64,
-    /// s.
+    /// Growth time, in seconds.
     growth_time: f64,
-    /// Pa.
+    /// Young's modulus, in pascals.
     stiffness: f64,
     length: f64,
     tilt: f64,
@@ -51,13 +51,13 @@ const LONG: Leaning = Leaning {
 };
 
 impl Leaning {
-    /// The stationary shoot with uniform growth and statoliths.
+    /// Stationary shoot with uniform growth and statoliths.
     fn shoot(&self) -> Result<Shoot<DynLaws>, StabilityError> {
         let growth = UniformGrowth { zone_length: 0.1, time: self.growth_time };
         self.with(growth, Statoliths { avalanche_time: self.avalanche_time })
     }
 
-    /// The stationary shoot with another growth law and another perception of gravity.
+    /// Stationary shoot with a given growth law and a given perception of gravity.
     fn with<P>(
         &self,
         growth: impl GrowthLaw + Send + Sync + 'static,
@@ -84,8 +84,8 @@ impl Leaning {
         Ok(shoot)
     }
 
-    /// The rightmost root of τg λ (1 + τm λ) + η exp(−λτr) = 0, by Newton's method from 6000
-    /// initial guesses.
+    /// Rightmost root (1/s) of τg λ (1 + τm λ) + η exp(−λτr) = 0, computed by Newton's method from
+    /// 6000 initial guesses.
     fn essential(&self) -> Complex<f64> {
         let Memory { time, delay } = self.memory;
         let unit = time.max(delay).recip();
@@ -128,15 +128,15 @@ fn essential_spectrum_is_exact_for_delays_much_longer_than_memories() {
 
 #[test]
 fn essential_spectrum_is_found_at_every_point_of_a_nonuniform_growth_zone() {
-    // With a linear profile REGR is 2 (1 − σ/ℓg)/τg at a distance σ from the apex. The local
-    // problem is that of uniform growth at this rate. Its root at the fastest point of the mesh,
-    // which is next to the apex, is the rightmost or the leftmost.
+    // For a linear profile, REGR is 2 (1 − σ/ℓg)/τg at a distance σ from the apex. The local
+    // problem is that of uniform growth at this rate. The rightmost root is that of the Gauss point
+    // nearest to the apex, where growth is fastest.
     let leaning = Leaning { elements: 5, tilt: 0.0, ..LONG };
     let profile = LinearProfile { zone_length: 0.1, time: leaning.growth_time };
     let shoot = leaning.with(profile, SettledStatoliths).unwrap();
     let found = Linearisation::about(&shoot).unwrap().essential_spectrum().unwrap();
-    // Distance of the last Gauss point of order eight from the apex, as a fraction of the element:
-    // (1 − x)/2 for the largest Legendre node x.
+    // Distance (m) of the last Gauss point from the apex. At order eight its ratio to the length of
+    // the element is (1 − x)/2, where x is the largest Legendre node.
     let nearest = 0.069_431_844_202_973_71 * leaning.length / 5.0;
     let growth_time = leaning.growth_time / (2.0 * (1.0 - nearest / 0.1));
     let expected = Leaning { growth_time, ..leaning }.essential();
@@ -178,20 +178,21 @@ fn roots_left_of_zero_are_refused_without_proprioception() {
         .build()
         .unwrap();
     let linear = Linearisation::about(&shoot).unwrap();
-    // The continuous problem has infinitely many roots to the right of any such line. Roots of a
-    // mesh there are artefacts.
+    // The continuous problem has infinitely many roots to the right of any line left of the
+    // imaginary axis. The roots of a discretised problem there are artefacts.
     assert!(matches!(linear.roots(-1e-4), Err(StabilityError::Parameter(_))));
     assert_eq!(linear.rightmost().unwrap_err(), StabilityError::NoIsolatedRoot);
     assert!(linear.roots(1e-8).unwrap().is_empty());
 }
 
-/// Factor by which a small disturbance grows between two times, by time integration: the ratio of
-/// the largest displacements of the tip in two windows, each of which is twice the slowest time
-/// scale long.
+/// Factor by which a small disturbance grows, measured by time integration: the ratio of the
+/// largest displacements of the tip in two windows of time. Each window is twice as long as the
+/// slowest time scale.
 fn growth_in_time(leaning: &Leaning) -> f64 {
     let mut shoot = leaning.shoot().unwrap();
     let rest = shoot.tip();
-    // The disturbance is small: cubic terms are 1e-6 of it even after a growth by a factor of 100.
+    // The disturbance is small: the relative size of cubic terms is 1e-6 even after growth by a
+    // factor of 100.
     shoot.set_intrinsic(|point| point.intrinsic + Vector3::new(5e-5, 1e-4, 0.0));
     let Memory { time, delay } = leaning.memory;
     let slowest = time.max(delay).max(leaning.growth_time / leaning.eta);
@@ -209,10 +210,9 @@ fn growth_in_time(leaning: &Leaning) -> f64 {
     largest(&mut shoot, 12.0 * slowest) / first
 }
 
-/// Number of random shoots. A dozen takes less than two seconds. Proptest draws other parameters in
-/// every run, and the ranges are the same for any number: a defect that affects one shoot in six
-/// fails a run of twelve with a probability of 0.9, and a rarer one fails after a few runs. The
-/// extremes that are known have tests of their own above.
+/// Number of random shoots. Twelve shoots take less than two seconds. Every run draws other
+/// parameters from the same ranges. Twelve shoots reveal a defect that affects one shoot in six
+/// with a probability of 0.9. Known extreme cases have separate tests.
 fn cases() -> u32 {
     number("MORPHOROD_CASES", 12) as u32
 }
@@ -247,13 +247,14 @@ proptest! {
             tilt,
             elements,
         };
-        // There is no stationary shape, or its waves are too short for the number of elements.
+        // An error means that there is no stationary shape, or that its waves are too short for the
+        // number of elements.
         let Ok(shoot) = leaning.shoot() else { return Err(TestCaseError::reject("not stationary")) };
         let linear = Linearisation::about(&shoot).unwrap();
         let essential = linear.essential_spectrum().unwrap().first().copied();
         let expected = leaning.essential();
-        // Two roots that nearly coincide on the real axis move by the square root of the relative
-        // error 1e-9 of the differences.
+        // The relative error of the finite differences is 1e-9. The error of two nearly coincident
+        // roots on the real axis is its square root.
         let near = 1e-4 * expected.norm();
         let left = -0.9 / time.max(leaning.avalanche_time);
         let found = essential.is_some_and(|essential| (essential - expected).norm() < near);
@@ -274,8 +275,8 @@ proptest! {
 
 #[test]
 fn unstable_roots_are_counted_exactly_when_disturbances_grow_in_time() {
-    // Delays from a tenth to a hundred times the memory time. The first three shoots are stable; in
-    // the last one waves of any length grow.
+    // The ratios of delay to memory time range from 0.1 to 100. The first three shoots are stable.
+    // In the last one, waves of any length grow.
     let with = |time: f64, delay: f64| Leaning { memory: Memory { time, delay }, ..LONG };
     for (leaning, unstable) in [
         (with(2540.0, 254.0), false),

@@ -1,8 +1,8 @@
-//! The rightmost isolated root lies right of the essential spectrum, also where that spectrum is unstable, and moves
-//! by no more than its estimated error.
+//! The rightmost isolated root lies to the right of the essential spectrum, even if that spectrum
+//! is unstable. Mesh refinement changes the root by no more than its estimated error.
 //!
-//! `MORPHOROD_CASES=300 cargo test --workspace --test all stability::isolated -- --nocapture` draws more shoots,
-//! other ones with `MORPHOROD_SEED`.
+//! `MORPHOROD_CASES=300 cargo test --workspace --test all stability::isolated -- --nocapture` tests
+//! 300 random shoots. `MORPHOROD_SEED` selects other shoots.
 
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -31,15 +31,16 @@ fn rightmost_root_right_of_an_unstable_essential_spectrum_is_that_of_the_continu
             let found = linear.rightmost().unwrap().value;
             assert!(found.re > abscissa && abscissa > 0.0, "{found} and the essential spectrum at {abscissa}");
             let exact = shoot.root(length, found);
-            // The last of these shoots has the shortest waves, which six elements resolve to 4e-7. `approx` cannot
-            // compare complex numbers without its feature `num-complex`.
+            // The last of these shoots has the shortest waves, and a relative error of 4e-7 on six
+            // elements. `approx` cannot compare complex numbers without its feature `num-complex`.
             assert!((found - exact).norm() < 1e-6 * exact.norm(), "{elements} elements: {found} and {exact}");
         }
     }
 }
 
-/// A shoot with random memories, delays, sensitivities, growth time, stiffness, length and tilt. Half of the shoots
-/// are upright, have equal memories of gravity and bending, or have settled statoliths. One in twelve has an unstable
+/// Shoot with random memories, delays, sensitivities, growth time, stiffness, length and tilt. Each
+/// of three properties has a probability of one half: an upright base, equal memories of
+/// gravitropism and proprioception, and settled statoliths. One shoot in twelve has an unstable
 /// essential spectrum.
 struct Random {
     gravity: Memory,
@@ -100,8 +101,8 @@ impl Random {
     }
 }
 
-/// A root right of the essential spectrum. `None` if it does not exist, or if the mesh does not resolve the waves
-/// there.
+/// Root to the right of the essential spectrum. `None` if it does not exist, or if the mesh does
+/// not resolve the waves there.
 fn conclusive(answer: Result<Root, StabilityError>) -> Option<Root> {
     use StabilityError::{NoIsolatedRoot, ToleranceNotMet, UnderResolved};
     match answer {
@@ -110,8 +111,8 @@ fn conclusive(answer: Result<Root, StabilityError>) -> Option<Root> {
     }
 }
 
-/// Number of random shoots. The default seven take less than three seconds of processor time, and two of them have an
-/// unstable essential spectrum.
+/// Number of random shoots. The seven default shoots take less than three seconds of processor
+/// time. Two of them have an unstable essential spectrum.
 fn cases() -> u64 {
     number("MORPHOROD_CASES", 7)
 }
@@ -123,7 +124,7 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
     for seed in seed..seed + cases() {
         let random = Random::new(seed);
         let elements = 4 + (seed % 5) as usize;
-        // A tilted shoot need not have a stationary shape that so few elements resolve.
+        // A tilted shoot may have no stationary shape that is resolved on these meshes.
         let (Ok(coarse), Ok(fine)) = (random.linear(elements), random.linear(2 * elements)) else { continue };
         stationary += 1;
         let abscissa = fine.essential_spectrum().unwrap().first().map_or(f64::NEG_INFINITY, |root| root.re);
@@ -131,9 +132,9 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
         let isolated = |root: &Root| assert!(root.value.re > abscissa, "{seed}: {} and {abscissa}", root.value);
         let roots = [&coarse, &fine].map(|linear| conclusive(linear.rightmost()));
         roots.iter().flatten().for_each(isolated);
-        // The error of a root is its distance to the root that Newton's method finds on the finer mesh. If this is
-        // the rightmost root there, it is the distance of the two roots. Rounding of the differences is 1e-10 of a
-        // root.
+        // The error estimate of a root is its distance from the root to which Newton's method
+        // converges on the finer mesh. The rightmost root of the finer mesh is expected to be this
+        // root. The relative rounding error of the finite differences is 1e-10.
         let moves = |root: &Root, other: &Root, error: f64| {
             let moved = (root.value - other.value).norm();
             assert!(moved <= 1.000_001 * error + 1e-10 * root.value.norm(), "{seed}: {moved:e} of {error:e}");
@@ -145,7 +146,8 @@ fn rightmost_roots_of_random_shoots_move_by_no_more_than_their_errors() {
         let meshes = Refinement { last: 24, ..Refinement::to(1e-5) };
         if let Some(root) = conclusive(meshes.rightmost(|elements| random.linear(elements))) {
             isolated(&root);
-            // Four points in an element.
+            // The strain has values at four points of each element, so that this mesh has twice as
+            // many elements.
             let finer = random.linear(root.strain.len() / 2).unwrap().rightmost().unwrap();
             refined += 1;
             moves(&root, &finer, root.error.unwrap());

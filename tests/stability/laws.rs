@@ -12,8 +12,8 @@ use nalgebra::Vector3;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
 
-/// Gravitropism that saturates. Its variables are two concentrations c of the order of `scale` C,
-/// and u̇* = REGR (β/r) tanh(c/C).
+/// Gravitropism that saturates. Its variables are two concentrations c, whose magnitude is of the
+/// order of `scale` C, and u̇* = REGR (β/r) tanh(c/C).
 #[derive(Clone, Copy)]
 struct Saturating {
     sensitivity: f64,
@@ -49,7 +49,8 @@ impl TropismLaw for Saturating {
     }
 }
 
-/// Linear problem of the upright shoot of a length (m) with another law for gravitropism.
+/// Linearisation about the upright shape of a shoot of given length (m) with another law of
+/// gravitropism.
 fn problem(gravity: impl TropismLaw + Send + Sync + 'static, length: f64) -> Result<Linearisation, StabilityError> {
     let shoot = Shoot::builder(YOUNG)
         .length(length)
@@ -67,8 +68,8 @@ fn problem(gravity: impl TropismLaw + Send + Sync + 'static, length: f64) -> Res
 fn saturating_gravitropism_has_the_onset_of_its_linear_part() {
     let law = Saturating { sensitivity: 0.8, scale: 1.0, memory: MEMORY };
     let found = onset(|length| problem(law, length), 0.055, 0.075).unwrap().parameters[0];
-    // In the upright shape tanh is linear. Differences with a step of 1e-4 of the scale have a
-    // relative error of 1e-8/3, which changes the length by less.
+    // The derivative of tanh at zero is one. Finite differences with a step of 1e-4 of the scale
+    // have a relative error of 1e-8/3. The resulting relative error of the length is smaller.
     assert_relative_eq!(found, 0.065_614_866_491, epsilon = 0.0, max_relative = 1e-8);
 }
 
@@ -105,31 +106,33 @@ fn stability_boundary_passes_through_known_onsets_and_ends_on_the_edge_of_the_re
     };
     let curve = follow(0.01);
     for point in &curve {
-        // The period follows from x tan x = 1 and is the same everywhere. A point lies within 1e-9
-        // of the rectangle's sides of the curve, which changes the frequency by the same fraction.
-        // The differences in the matrix have an error of 1e-9.
+        // The period follows from x tan x = 1 and is the same at all points. The distance of a
+        // point from the curve is at most 1e-9 of the sides of the rectangle, which causes a
+        // relative error of 1e-9 in the frequency. The finite differences in the matrix also have
+        // an error of 1e-9.
         let period = std::f64::consts::TAU / point.frequency / MINUTE;
         let agrees = relative_eq!(period, 87.638_358_711_642_3, epsilon = 0.0, max_relative = 1e-8);
         assert!(agrees, "{point:?}: {period} min");
     }
-    // The first point is next to the initial guess, the last one on the edge.
+    // The first point is close to the initial guess, and the last point is on the edge of the
+    // rectangle.
     assert_abs_diff_eq!(curve[0].parameters[0], 20.0, epsilon = 0.1);
     let last = curve[curve.len() - 1].parameters;
     assert_eq!(last[0], high[0]);
-    // At the last point a search in the length alone finds the same onset. The growth time of 40 h
-    // lies between two points.
+    // A search along the length at the growth time of the last point returns the same onset. The
+    // growth time of 40 h lies between two points.
     let found = onset(|length| family(45.0, length), 0.065, 0.078).unwrap().parameters[0];
     assert_relative_eq!(last[1], found, epsilon = 0.0, max_relative = 1e-8);
     let around = curve.windows(2).find(|pair| pair[0].parameters[0] <= 40.0 && pair[1].parameters[0] > 40.0).unwrap();
     assert!(around[0].parameters[1] < 0.072_407_759_341 && around[1].parameters[1] > 0.072_407_759_341);
-    // Each point takes two linearisations, and both ends take a few more.
+    // Each point requires two linearisations, and the two ends require a few more.
     let points = curve.len();
     assert!(linearisations <= 3 * points + 10, "{linearisations} linearisations for {points} points");
 }
 
 #[test]
 fn stability_boundary_is_followed_around_a_fold() {
-    // At this length the growth time at onset is 20 h. With τg = 15 h (1 + (q − 1)² + 0.1 p) the
+    // The growth time at onset is 20 h at this length. For τg = 15 h (1 + (q − 1)² + 0.1 p), the
     // boundary in (p, q) is a parabola with a fold at q = 1.
     let family = |p: f64, q: f64| {
         let hours = 15.0 * (1.0 + (q - 1.0).powi(2) + 0.1 * p);
@@ -148,8 +151,8 @@ fn stability_boundary_is_followed_around_a_fold() {
     let curve = boundary(family, &settings).unwrap();
     for point in &curve {
         let [p, q] = point.parameters;
-        // The relative error of the length is 1e-9 on three elements. The slope of the growth time
-        // against the length multiplies it by 10, and p by another 10.
+        // The relative error of the length is 1e-9 on three elements. The slope of growth time
+        // against length amplifies it by 10, and the factor 0.1 of p by another 10.
         let expected = 10.0 * (1.0 / 3.0 - (q - 1.0).powi(2));
         assert!(abs_diff_eq!(p, expected, epsilon = 1e-5), "{point:?}: {expected}");
     }
@@ -181,7 +184,7 @@ fn invalid_boundary_settings_and_unstable_families_are_refused() {
         assert!(matches!(follow(wrong), Err(StabilityError::Parameter(_))), "{wrong:?}");
     }
     let gravity = Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
-    // The shoots of this family are longer than the buckling length.
+    // Shoots of this family are longer than the buckling length.
     assert!(matches!(
         boundary(|_, _| problem(gravity, 0.081), &settings),
         Err(StabilityError::MechanicallyUnstable { .. })
@@ -193,18 +196,18 @@ fn boundary_points_are_accurate_with_long_continuation_steps() {
     let family = |hours: f64, length: f64| linearisation(length, hours * HOUR, 0.8, 20.0, SettledStatoliths, 3);
     let [low, high] = [[9.0, 0.045], [45.0, 0.078]];
     let (start, frequency) = ([20.0, 0.0656], 0.86 / MEMORY.delay);
-    // Long steps need several corrections each. The corrector stops when it expects the next
-    // correction to be small.
+    // Long steps need several corrections each. The corrector stops when the estimate of the next
+    // correction is small.
     for step in [0.03, 0.1] {
         let settings = BoundarySettings { start, frequency, direction: [1.0, 0.0], low, high, step, points: 1000 };
         let curve = boundary(family, &settings).unwrap();
         for point in &curve {
             let [hours, length] = point.parameters;
-            // The reference is another method on the same mesh, with an error of 1e-11.
+            // The reference is computed by another method on the same mesh, with an error of 1e-11.
             let found = onset(|length| family(hours, length), 0.99 * length, 1.01 * length).unwrap().parameters[0];
-            // The bound is 1e-9 of the sides normal to the curve. From 20 h on the scaled slope of
-            // the curve is less than one, so that the error along the length is at most √2 times as
-            // large.
+            // The error normal to the curve is at most 1e-9 of the sides of the rectangle. For
+            // growth times of at least 20 h the scaled slope of the curve is less than one, so that
+            // the error along the length is at most √2 times as large.
             let off = (length - found).abs() / (high[1] - low[1]);
             assert!(off < 1.5e-9, "{step}, {point:?}: {off:e}");
         }

@@ -1,4 +1,5 @@
-//! Laws with very many variables: independent memories are analysed quickly, long chains of variables are refused.
+//! Laws with hundreds of variables. Independent memories are analysed quickly, and long chains of
+//! variables are refused.
 
 use approx::assert_relative_eq;
 use morphorod::Still;
@@ -12,8 +13,8 @@ use crate::fixtures::upright::MEMORY;
 /// Gravitropism with pairs of memories of the vertical.
 struct Pairs {
     number: usize,
-    /// Whether each pair remembers the one before it. Otherwise all pairs remember the vertical, and the gradient is
-    /// the mean of their responses.
+    /// Whether each pair is a memory of the preceding pair. Otherwise each pair is a memory of the
+    /// vertical. The gradient is the response to the mean of all pairs.
     chain: bool,
 }
 
@@ -51,14 +52,16 @@ fn linear(law: impl TropismLaw + Send + Sync + 'static) -> Result<Linearisation,
     analyse((law, BENDING), WEIGHT, Still::upright(), 20.0, 0.067, 2)
 }
 
-/// Eigenvalues of one matrix for all variables and its factorisation at every λ took more than 90 s.
+/// An earlier version used one matrix for all variables, and took more than 90 s for its
+/// eigenvalues and its factorisation at every λ.
 #[test]
 fn thousand_equal_memories_have_the_roots_of_one_memory() {
     let one = linear(Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY)).unwrap();
     let many = linear(Pairs { number: 500, chain: false }).unwrap();
     assert_eq!(many.unstable(), one.unstable());
     let [one, many] = [one, many].map(|linear| linear.rightmost().unwrap().value);
-    // The finite differences of the laws have a relative error of 1e-9, and a sum of 500 terms one of 1e-13.
+    // The relative error of the finite differences of the laws is 1e-9. The relative error of a sum
+    // of 500 terms is 1e-13.
     assert_relative_eq!(many.re, one.re, epsilon = 1e-8 * one.norm());
     assert_relative_eq!(many.im, one.im, epsilon = 0.0, max_relative = 1e-8);
 }
@@ -67,7 +70,7 @@ fn thousand_equal_memories_have_the_roots_of_one_memory() {
 fn long_chain_of_variables_is_refused_with_its_work() {
     assert!(linear(Pairs { number: 30, chain: true }).unwrap().unstable().is_ok());
     let error = linear(Pairs { number: 500, chain: true }).unwrap_err();
-    // Each component has a chain of 500 variables, and takes 500³ operations.
+    // Each of the two components has a chain of 500 variables, which requires 500³ operations.
     let StabilityError::TooMuchWork { amount: operations, most, .. } = error else { panic!("{error}") };
     assert_relative_eq!(operations, 2.5e8, epsilon = 0.0, max_relative = 1e-6);
     assert!(most < operations, "{error}");

@@ -1,6 +1,6 @@
 //! Onset of oscillations of the upright shoot, compared with the linear theory of Agostinelli,
-//! DeSimone and Noselli (2021), section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0, solved to
-//! ten digits by other codes.
+//! DeSimone and Noselli (2021), section 3.1: EI [(1 + b) θ'' + a θ'] + q (ℓ − s) θ = 0. The
+//! reference values were computed to ten digits by other codes.
 
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
@@ -13,14 +13,14 @@ use nalgebra::Complex;
 
 use crate::fixtures::upright::{HOUR, MEMORY, MINUTE, YOUNG, linearisation};
 
-/// Period at onset (s) for equal memories, τm = τr = 12 min. With x = ωτr it satisfies x tan x = 1
-/// for any length and growth time.
+/// Period at onset (s) for equal memories, τm = τr = 12 min. The frequency x = ωτr satisfies x tan
+/// x = 1 for any length and growth time.
 const PERIOD: f64 = 87.638_358_711_642_3 * MINUTE;
 
 #[test]
 fn length_and_period_at_onset_agree_with_linear_theory() {
-    // τg (h), η, length at onset (m) and search range. The paper prints the lengths 6.56 and 7.24
-    // cm.
+    // τg (h), η, length at onset (m) and search range (m). The paper gives the lengths 6.56 and
+    // 7.24 cm.
     let cases = [
         (20.0, 20.0, 0.065_614_866_491, [0.060, 0.070]),
         (40.0, 20.0, 0.072_407_759_341, [0.066, 0.077]),
@@ -29,8 +29,8 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
     ];
     for (hours, eta, length, [from, to]) in cases {
         let found = onset(|l| linearisation(l, hours * HOUR, 0.8, eta, SettledStatoliths, 4), from, to).unwrap();
-        // Seven digits are promised. Four elements of order eight and differences with an error of
-        // 1e-9 leave 1e-9.
+        // The relative error of four elements of order eight, with finite differences of relative
+        // error 1e-9, is 1e-9.
         for (value, expected) in [(found.parameters[0], length), (found.period(), PERIOD)] {
             let agrees = relative_eq!(value, expected, epsilon = 0.0, max_relative = 1e-8);
             assert!(agrees, "{hours} h, η = {eta}: {value} against {expected}, {found:?}");
@@ -43,7 +43,7 @@ fn length_and_period_at_onset_agree_with_linear_theory() {
 fn slow_statoliths_reduce_the_length_at_onset() {
     let statoliths = Statoliths { avalanche_time: 2.0 * MINUTE };
     let found = onset(|l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, statoliths, 4), 0.06, 0.07).unwrap();
-    // The length is known to ten digits, the period to nine.
+    // The reference length has ten digits, the reference period nine.
     assert_relative_eq!(found.parameters[0], 0.064_595_221_175, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(found.period(), 92.769_230_7 * MINUTE, epsilon = 0.0, max_relative = 1e-8);
 }
@@ -54,8 +54,8 @@ fn length_at_onset_converges_at_least_at_order_eight() {
         let family = |l| linearisation(l, 20.0 * HOUR, 0.8, 20.0, SettledStatoliths, elements);
         (onset(family, 0.06, 0.07).unwrap().parameters[0] / 0.065_614_866_491 - 1.0).abs()
     };
-    // On these coarse meshes the errors (1e-5 to 1e-9) are far above the error 1e-10 of the
-    // differences in the matrix.
+    // On these coarse meshes the errors (1e-5 to 1e-9) are much larger than the error of the finite
+    // differences in the matrix, which is 1e-10.
     let (one, three) = (error(1), error(3));
     let order = (one / three).ln() / 3.0_f64.ln();
     assert!(order > 7.5, "observed order {order}: errors {one:e} and {three:e}");
@@ -66,14 +66,15 @@ fn onset_in_microgravity_is_that_of_the_essential_spectrum() {
     let family = |growth_time: f64| weightless(20.0, growth_time, MEMORY);
     let found = onset(family, 2.0 * HOUR, 6.0 * HOUR).unwrap();
     assert!(found.essential);
-    // The growth time follows from 1 + b(iω) = 0. The paper prints 3.5 h.
+    // The growth time follows from 1 + b(iω) = 0. The paper gives 3.5 h.
     assert_abs_diff_eq!(found.parameters[0] / HOUR, 3.524_494_109_609_37, epsilon = 1e-9);
     assert_relative_eq!(found.period(), PERIOD, epsilon = 0.0, max_relative = 1e-9);
     let unstable = family(3.0 * HOUR).unwrap().unstable();
     assert!(matches!(unstable, Err(StabilityError::InfinitelyMany { abscissa }) if abscissa > 0.0), "{unstable:?}");
 }
 
-/// Linear problem of a weightless shoot with proprioception only.
+/// Linearisation about the straight shape of a weightless shoot with proprioception only. The
+/// growth time is in seconds.
 fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisation, StabilityError> {
     let shoot = Shoot::builder(YOUNG)
         .length(0.05)
@@ -89,8 +90,8 @@ fn weightless(eta: f64, growth_time: f64, memory: Memory) -> Result<Linearisatio
 
 #[test]
 fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
-    // With τr = 0 the equation 1 + b = 0 is τg λ (1 + λ τm) + η = 0, which is stable at any growth
-    // time.
+    // With τr = 0 the equation 1 + b = 0 is τg λ (1 + λ τm) + η = 0. Its roots are stable for any
+    // growth time.
     let (eta, time) = (20.0, 720.0);
     for hours in [0.5, 3.0, 20.0] {
         let growth_time: f64 = hours * HOUR;
@@ -98,7 +99,7 @@ fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
         let root = linear.essential_spectrum().unwrap()[0];
         let expected =
             0.5 * (Complex::from(1.0 / (time * time) - 4.0 * eta / (growth_time * time)).sqrt() - 1.0 / time);
-        // Newton's method leaves 1e-13 of a root of 1e-3/s.
+        // Newton's method has a relative error of 1e-13 for roots of about 1e-3/s.
         assert!(abs_diff_eq!(root.re, expected.re, epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert!(abs_diff_eq!(root.im, expected.im.abs(), epsilon = 1e-14), "{hours} h: {root} against {expected}");
         assert_eq!(linear.unstable().unwrap(), 0);
@@ -107,11 +108,11 @@ fn essential_spectrum_without_delay_is_the_root_of_a_quadratic() {
 
 #[test]
 fn onset_of_negative_proprioception_is_at_zero_frequency() {
-    // With η < 0 a bend increases itself, and the shoot is unstable without oscillations.
+    // For η < 0 the curvature grows exponentially without oscillations.
     let family = |eta: f64| weightless(eta, 20.0 * HOUR, MEMORY);
     let found = onset(family, 5.0, -5.0).unwrap();
-    // Near zero λ ≈ −η/τg. The search places it on the axis to 1e-11 of the slowest rate, 1/(720
-    // s), so that |η| < 1e-9.
+    // Near zero λ ≈ −η/τg. The search locates λ on the imaginary axis to within 1e-11 of the
+    // slowest rate, 1/(720 s), so that |η| is at most 1e-9.
     assert!(found.essential);
     assert_abs_diff_eq!(found.parameters[0], 0.0, epsilon = 1e-8);
     assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
@@ -119,10 +120,10 @@ fn onset_of_negative_proprioception_is_at_zero_frequency() {
 
 #[test]
 fn rigid_shoot_with_gravitropism_alone_is_stable() {
-    // The shoot is stable in the limit of infinite stiffness. For growth times from three hours on,
-    // tissue a million times stiffer than real tissue is rigid enough. Faster growth amplifies
-    // waves by exp(2 β ℓ τm/(r τg)) along the shoot, and the remaining elasticity becomes
-    // noticeable.
+    // The shoot is stable in the limit of infinite stiffness. For growth times of at least three
+    // hours, tissue a million times stiffer than real tissue is rigid enough. Waves are amplified
+    // by exp(2 β ℓ τm/(r τg)) along the shoot, so that its elasticity is not negligible for faster
+    // growth.
     for hours in [3.0, 5.0, 10.0, 20.0, 40.0, 100.0, 1000.0] {
         for elements in [2, 3, 4, 8] {
             let mut stiff = YOUNG;
@@ -138,7 +139,7 @@ fn rigid_shoot_with_gravitropism_alone_is_stable() {
                 .build()
                 .unwrap();
             let linear = Linearisation::about(&shoot).unwrap();
-            // Roots are counted to the right of 1e-6/τm.
+            // The count includes only roots to the right of 1e-6/τm.
             assert_eq!(linear.unstable().unwrap(), 0, "τg = {hours} h, {elements} elements");
             assert!(matches!(linear.rightmost(), Err(StabilityError::NoIsolatedRoot)));
         }
@@ -151,7 +152,7 @@ fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
     let error = onset(upright, 0.05, 0.06).unwrap_err();
     assert!(matches!(error, StabilityError::NoCrossing { unstable: [0, 0] }), "{error}");
     assert!(matches!(onset(upright, f64::NAN, 0.06), Err(StabilityError::Parameter(_))));
-    // Beyond Greenhill's length (7.93 cm) an upright shoot buckles.
+    // An upright shoot longer than Greenhill's length (7.93 cm) buckles.
     assert!(matches!(upright(0.08), Err(StabilityError::MechanicallyUnstable { negative: 2 })));
 
     let shoot = |law: bool, tilt: f64| {
@@ -170,7 +171,7 @@ fn missing_onset_forcing_and_missing_stationary_state_are_reported() {
             .unwrap()
     };
     let forced = Linearisation::about(&shoot(true, 0.0)).unwrap_err();
-    // The gradient of the oscillator rotates on a circle of radius α/r = 400/m.
+    // The gradient of the oscillator rotates on a circle of radius α/r = 400/m, where α = 0.2.
     assert!(
         matches!(forced, StabilityError::NotAutonomous { change } if change > 100.0 && change <= 800.0),
         "{forced}"

@@ -1,7 +1,8 @@
-//! Discretisation errors of the module `stability`: estimates compared with the continuous problem,
-//! and refinement to a tolerance.
+//! Discretisation errors of the module `stability`: error estimates compared with the continuous
+//! problem, and mesh refinement to a tolerance.
 //!
-//! `MORPHOROD_CASES=200 cargo test --workspace --test all stability::refinement` draws more shoots.
+//! `MORPHOROD_CASES=200 cargo test --workspace --test all stability::refinement` tests 200 random
+//! shoots.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +23,8 @@ use crate::fixtures::random::number;
 use crate::fixtures::upright::continuous::Upright;
 use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
-/// A shoot with short waves. On four elements the relative error of the length at onset is 2e-4.
+/// Parameters of a shoot with short waves. The relative error of its length at onset on four
+/// elements is 2e-4.
 const SHORT_WAVES: Upright = Upright {
     beta: 1.911,
     eta: 3.1276,
@@ -37,8 +39,8 @@ fn errors(shoot: &Upright, found: &Crossing<1>) -> [f64; 2] {
     [(found.parameters[0] / length - 1.0).abs(), (found.frequency / frequency - 1.0).abs()]
 }
 
-/// Whether an estimate agrees with an error up to a factor between 0.3 and 30. Below 3e-10 the
-/// error of the finite differences dominates the error of the mesh.
+/// Whether the ratio of an estimate to an error is between 0.3 and 30. Only the lower bound applies
+/// to errors below 3e-10, where the error of the finite differences dominates that of the mesh.
 fn is_near(estimate: f64, error: f64) -> bool {
     estimate > 0.3 * error.min(3e-10) && (error < 3e-10 || (0.3..30.0).contains(&(estimate / error)))
 }
@@ -52,8 +54,8 @@ fn error_estimates_of_an_onset_agree_with_the_errors() {
         assert_eq!((checked.parameters, checked.frequency), (found.parameters, found.frequency));
         let [length, frequency] = errors(&SHORT_WAVES, &found);
         let estimate = checked.parameter_errors.unwrap()[0] / found.parameters[0];
-        // The errors are 2e-4 to 4e-9. The error of the finer mesh is less than a hundredth of
-        // that.
+        // The errors range from 2e-4 to 4e-9. The error on the finer mesh is less than a hundredth
+        // of these.
         let agrees = abs_diff_eq!(estimate, length, epsilon = 0.1 * length);
         assert!(agrees, "{elements} elements: {estimate:e} for {length:e}");
         let estimate = checked.frequency_error.unwrap() / found.frequency;
@@ -81,8 +83,8 @@ fn refinement_to_a_tolerance_chooses_the_mesh() {
         assert!(is_near(found.parameter_errors.unwrap()[0] / found.parameters[0], length), "{length:e}: {found:?}");
         assert!(found.elements > last, "{found:?}");
         last = found.elements;
-        // The search on four elements takes about fifteen linearisations, each finer mesh at most
-        // three.
+        // The search requires about fifteen linearisations on four elements and at most three on
+        // each finer mesh.
         assert!(linearisations < 40, "{linearisations} {found:?}");
     }
 }
@@ -96,12 +98,13 @@ fn unattainable_tolerances_and_unsuitable_meshes_are_refused() {
     }
     let bounded = Refinement { last: 8, ..Refinement::to(1e-8) };
     let error = bounded.onset(family, 0.02, 0.03).unwrap_err();
-    // The error on eight elements is 9e-7.
+    // The relative error on eight elements is 9e-7.
     let reported =
         matches!(error, StabilityError::ToleranceNotMet { error, elements: 8, .. } if error > 3e-7 && error < 3e-5);
     assert!(reported, "{error}");
-    // No elements, fewer elements than the first mesh, and a single mesh: the second one would have
-    // 126 elements.
+    // Three invalid sequences: a first mesh without elements, a last mesh equal to the first, and a
+    // last mesh of 64 elements after a first mesh of 63, where the second mesh would have 126
+    // elements.
     let alone = Refinement { first: 63, last: 64, ..bounded };
     for meshes in [Refinement { first: 0, ..bounded }, Refinement { last: 4, ..bounded }, alone] {
         assert!(matches!(meshes.onset(family, 0.02, 0.03), Err(StabilityError::Parameter(_))));
@@ -136,7 +139,7 @@ proptest! {
         let shoot = Upright {
             beta, eta, gravity: memory(gravity), bending: memory(bending), growth_time: hours * HOUR,
         };
-        // There is no result if the range holds no onset, or if the onset is too close to the
+        // There is no result if the range contains no onset, or if the onset is too close to the
         // essential spectrum.
         let meshes = Refinement { last: 32, ..Refinement::to(10_f64.powf(-digits)) };
         let answer = meshes.onset(|length, n| shoot.linear(length, n), 0.015, 0.078);
@@ -179,7 +182,7 @@ fn roots_have_error_estimates_and_meet_tolerances() {
 
 #[test]
 fn error_estimates_of_essential_crossings_are_rounding_errors() {
-    // For η < 0 a bend increases itself.
+    // For η < 0 the curvature grows exponentially.
     let weightless = |eta: f64, growth_time: f64, elements: usize| {
         let shoot = Shoot::builder(YOUNG)
             .length(0.05)
@@ -197,22 +200,23 @@ fn error_estimates_of_essential_crossings_are_rounding_errors() {
     assert!(found.essential, "{found:?}");
     assert_abs_diff_eq!(found.parameters[0], 0.0, epsilon = 1e-8);
     assert_eq!((found.frequency, found.period()), (0.0, f64::INFINITY));
-    // For a range that contains zero the estimate is 1e-10 of the end of larger magnitude.
+    // For a range that contains zero, the estimate is 1e-10 times the larger magnitude of its two
+    // ends.
     assert_eq!(found.parameter_errors, Some([5e-10]));
     let found = meshes.onset(|hours, n| weightless(20.0, hours * HOUR, n), 2.0, 6.0).unwrap();
     assert!(found.essential, "{found:?}");
     assert_relative_eq!(found.parameters[0], 3.524_494_109_609_37, epsilon = 0.0, max_relative = 1e-9);
     let error = found.parameter_errors.unwrap()[0] / found.parameters[0];
-    // The estimate is the rounding error of the differences. It comes from the first mesh that can
-    // have an estimate.
+    // The estimate is the rounding error of the finite differences. The second mesh, which has six
+    // elements, is the first one with an estimate.
     assert_relative_eq!(error, 1e-10, epsilon = 0.0, max_relative = 1e-6);
     assert_eq!(found.elements, 6);
 }
 
 #[test]
 fn crossing_next_to_buckling_agrees_with_the_continuous_problem() {
-    // Only gravitropism acts. The response X has a singularity where the shoot buckles, the
-    // characteristic function has none.
+    // The shoot has gravitropism only. Its mechanical response is singular where the shoot buckles;
+    // the characteristic function is regular there.
     let lengths = |ratio: f64, from: f64, to: f64| {
         let length = ratio * 0.079_334_124;
         let shoot =
@@ -223,8 +227,9 @@ fn crossing_next_to_buckling_agrees_with_the_continuous_problem() {
     };
     for ratio in [0.97, 0.99, 0.999] {
         let [exact, length] = lengths(ratio, 8.0, 9.0);
-        // The error on twelve elements is 3e-8. Finite differences with bends of 3e-5 rad,
-        // regardless of the displacements that follow, once gave an error of 3e-3 at 0.999.
+        // The error on twelve elements is 3e-8. An earlier version had an error of 3e-3 at a ratio
+        // of 0.999. Its finite differences used bends of 3e-5 rad, whose size did not depend on the
+        // resulting displacements.
         let agrees = relative_eq!(exact, length, epsilon = 0.0, max_relative = 1e-7);
         assert!(agrees, "{ratio}: {length} against {exact}");
     }
@@ -254,8 +259,8 @@ fn stability_boundary_meets_its_tolerance_at_every_point() {
     assert!(error(&coarse[0])[0] > 1e-4);
     let checked = coarse[0].with_error(|[h, l]| family(h, l, 8)).unwrap();
     assert_eq!((checked.parameters, checked.frequency), (coarse[0].parameters, coarse[0].frequency));
-    // The estimate is the shortest distance to the curve, which is a little less than the distance
-    // along the length.
+    // The estimate is the shortest distance to the curve, which is slightly less than the distance
+    // in the direction of the length.
     let estimate = checked.parameter_errors.unwrap()[1] / coarse[0].parameters[1];
     assert!((0.3..1.1).contains(&(estimate / error(&coarse[0])[0])), "{estimate:e} {:?}", error(&coarse[0]));
     let mut linearisations = 0;
@@ -267,17 +272,17 @@ fn stability_boundary_meets_its_tolerance_at_every_point() {
     assert_eq!(found.len(), coarse.len());
     for refined in &found {
         let [length, frequency] = error(refined);
-        // Growth time and length both meet the tolerance. On a curve of slope one the error of the
-        // length at a given growth time is at most twice the tolerance.
+        // Growth time and length both meet the tolerance. For a curve of slope one, the error of
+        // the length at a given growth time is at most twice the tolerance.
         assert!(length < 2e-6 && frequency < 2e-6, "{length:e} {frequency:e} {refined:?}");
         assert!(refined.elements > 4 && TAU / refined.frequency > 0.0);
     }
-    // Each point takes two linearisations on the coarse mesh and one on the fine mesh. Every
+    // Each point requires two linearisations on the coarse mesh and one on the fine mesh. Every
     // sixteenth point is refined through four meshes.
     assert!(linearisations < 6 * found.len(), "{linearisations}");
 }
 
-/// A stationary shoot on a tilted base, with a point force at a node and stiffness that varies
+/// Stationary shoot on a tilted base, with a point force at a node and with stiffness that varies
 /// along the shoot.
 fn leaning(elements: usize) -> Result<Shoot<DynLaws>, StabilityError> {
     let graded = Graded { law: YOUNG, factor: |tissue: &Tissue| 1.0 + 10.0 * tissue.initial_apex_distance };
@@ -316,8 +321,8 @@ fn refined_linearisation_of_a_shoot_converges_to_that_of_a_finer_shoot() {
         if parts == 1 {
             assert_eq!(error, coarse);
         } else {
-            // The order is eight, so that the error decreases at least by a factor of 100, down to
-            // the rounding of differences.
+            // The order is eight, so that the error decreases at least by a factor of 100, until
+            // the rounding error of the finite differences dominates.
             assert!(error < (0.01 * coarse).max(1e-8), "{parts}: {error:e} after {coarse:e}");
         }
     }
@@ -329,8 +334,8 @@ fn refined_linearisation_of_a_shoot_converges_to_that_of_a_finer_shoot() {
     moving.set_intrinsic(|point| point.intrinsic * 0.9);
     let answer = Linearisation::refined(&moving, 2);
     assert!(matches!(answer, Err(StabilityError::NotSteadyState { .. })), "{answer:?}");
-    // The refined linearisation can be used as a family of meshes. The difference of complex
-    // numbers is bounded by hand, since `approx` needs its feature `num-complex` for them.
+    // The refined linearisation can be used as a family of meshes. `approx` cannot compare complex
+    // numbers without its feature `num-complex`.
     let found =
         Refinement { first: 1, ..Refinement::to(1e-6) }.rightmost(|parts| Linearisation::refined(&shoot, parts));
     assert!((found.unwrap().value - exact).norm() < 1e-6 * exact.norm());

@@ -20,7 +20,7 @@ use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 
 #[test]
 fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
-    /// Gravity that rotates once in an hour, as on a clinostat.
+    /// Gravity that rotates once per hour, as on a clinostat.
     struct Clinostat;
     impl Scene for Clinostat {
         fn gravity(&self, t: f64) -> Vector3<f64> {
@@ -36,11 +36,11 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
     let pull = ApicalForce(|t: f64| Vector3::new(1e-7 * (2.0 * PI * t / 1440.0).sin(), 0.0, 0.0));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
-    // A force along the shoot, which does not bend the upright shape.
+    // This force acts along the shoot and does not bend the upright shape.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-7 * (2.0 * PI * t / 1440.0).sin()));
     let answer = analyse(laws(), (WEIGHT, pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
-    // A force that changes by 1e-11 of its magnitude.
+    // This force varies by 1e-11 of its magnitude.
     let pull = ApicalForce(|t: f64| Vector3::new(0.0, 0.0, 1e-3 * (1.0 + 1e-11 * (2.0 * PI * t / 1440.0).sin())));
     let answer = analyse(laws(), ((), pull), Still::upright(), 20.0, 0.05, 3);
     assert!(matches!(answer, Err(StabilityError::NotAutonomous { .. })), "{answer:?}");
@@ -48,8 +48,8 @@ fn gravity_and_loads_that_depend_on_time_are_refused_as_forced() {
     assert!(analyse(laws(), (WEIGHT, steady), Still::upright(), 20.0, 0.05, 3).is_ok());
 }
 
-/// Growth with a daily rhythm. It does not move a straight upright shoot, but its response differs
-/// from the response at the mean growth rate.
+/// Growth with a daily rhythm does not bend a straight upright shoot. The response of the shoot to
+/// a disturbance differs from that at the mean growth rate.
 #[test]
 fn growth_rate_that_depends_on_time_is_refused_as_forced() {
     #[derive(Debug, Clone)]
@@ -78,8 +78,8 @@ fn growth_rate_that_depends_on_time_is_refused_as_forced() {
 
 #[test]
 fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
-    // β, η, τm and τr of both laws, τg (h), length (m). Finer meshes find dozens of unstable roots,
-    // or report that they are too coarse.
+    // β, η, τm and τr (s) of both laws, τg (h), length (m). An analysis on a finer mesh returns
+    // dozens of unstable roots, or an error that the mesh is too coarse.
     let cases = [
         (2.280_986, 1.754_145_65, [951.073, 1974.152], 11_348.48 / HOUR, 0.042_481_8),
         (2.0, 5.0, [720.0, 1440.0], 2.0, 0.07),
@@ -105,7 +105,8 @@ fn coarse_meshes_do_not_report_an_unstable_shoot_as_stable() {
 
 #[test]
 fn twisted_stationary_shoot_is_linearised_and_invalid_delays_are_refused() {
-    /// Drives the twist to 10/m. The test changes the delay after the shoot has been built.
+    /// Law with a stationary twist of 10/m. The test changes its delay (s) after the shoot has been
+    /// built.
     struct Twist {
         delay: Arc<Mutex<f64>>,
     }

@@ -1,4 +1,5 @@
-//! Laws that write a wrong steady state: the analyses that use it return an error that names the law.
+//! Laws that write a wrong steady state. The analyses that use it return an error that names the
+//! law.
 
 use morphorod::cycle::{CycleError, RotatingWaveSolver};
 use morphorod::stability::{Linearisation, StabilityError, solve_steady_state};
@@ -12,9 +13,9 @@ use crate::stability::edges::BENDING;
 /// Gravitropism with memory that writes a multiple of the stimuli as its steady state.
 #[derive(Clone, Copy)]
 struct Upwards {
-    /// One for the steady state.
+    /// Ratio of the written state to the stimuli, which is one for the steady state.
     multiple: f64,
-    /// Whether the law keeps the provided `steady`.
+    /// Whether `steady` writes the initial state, as its default implementation does.
     provided: bool,
 }
 
@@ -42,21 +43,23 @@ impl TropismLaw for Upwards {
 
 const RIGHT: Upwards = Upwards { multiple: 1.0, provided: false };
 
-/// The default state, the negative one, and one that is off by a millionth.
+/// Laws that write the initial state, the negative of the steady state, and a state with a relative
+/// error of 1e-6.
 const WRONG: [Upwards; 3] = [
     Upwards { provided: true, ..RIGHT },
     Upwards { multiple: -1.0, ..RIGHT },
     Upwards { multiple: 1.0 + 1e-6, ..RIGHT },
 ];
 
-/// A shoot of 6.7 cm on a tilted base (rad). The law is the second of two, so that its variables have the numbers 2
-/// and 3.
+/// Shoot with a length of 6.7 cm on a base tilted by `tilt` (rad). The law is the second of two, so
+/// that its variables have the numbers 2 and 3.
 fn shoot(law: Upwards, tilt: f64) -> Shoot<DynLaws> {
     let builder = reduced(0.067, 20.0 * HOUR).elements(3).tropism((BENDING, law));
     builder.scene(Still::tilted(tilt)).into_dyn().build().unwrap()
 }
 
-/// The rate of variable 2 and its share of the terms, if the error names the law and this variable.
+/// Rate (1/s) of variable 2 and its share of the terms. Panics unless the error names the law and
+/// this variable.
 fn named(error: StabilityError) -> (f64, f64) {
     let message = error.to_string();
     let StabilityError::NotSteady { law, variable: 2, rate, share } = error else { panic!("{message}") };
@@ -72,7 +75,8 @@ fn stationary_shape_for_a_wrong_steady_state_is_refused_and_the_law_is_named() {
         let (rate, share) = named(solve_steady_state(&mut tilted).unwrap_err());
         assert_eq!(tilted.state(), &before);
         let multiple = if law.provided { 0.0 } else { law.multiple };
-        // The rate (1 − multiple) x/τm is at most 1/τm in magnitude. Its terms are (1 + |multiple|) |x|/τm.
+        // The rate is (1 − multiple) x/τm, where |x| ≤ 1. The magnitudes of its terms sum to (1 +
+        // |multiple|) |x|/τm.
         let expected = (1.0 - multiple).abs() / (1.0 + multiple.abs());
         approx::assert_relative_eq!(share, expected, epsilon = 0.0, max_relative = 1e-6);
         assert!(rate != 0.0 && rate.abs() < 2.0 / MEMORY.time, "{rate}");
@@ -86,7 +90,7 @@ fn linearisation_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
     solve_steady_state(&mut right).unwrap();
     assert!(Linearisation::about(&right).is_ok());
     for law in WRONG {
-        // The shape is that of the right law.
+        // The intrinsic strains are those of the stationary shoot with the right law.
         let mut wrong = shoot(law, 0.3);
         wrong.set_intrinsic({
             let mut strains = right.rod().points().iter().map(|point| point.intrinsic).collect::<Vec<_>>().into_iter();
@@ -94,7 +98,8 @@ fn linearisation_about_a_wrong_steady_state_is_refused_and_the_law_is_named() {
         });
         named(Linearisation::about(&wrong).unwrap_err());
         named(Linearisation::refined(&wrong, 2).unwrap_err());
-        // The stimuli of the upright shoot are zero, and so is the steady state of its variables.
+        // The stimuli of the upright shoot are zero, and the steady state of its variables is zero
+        // too.
         assert!(Linearisation::about(&shoot(law, 0.0)).is_ok());
     }
 }

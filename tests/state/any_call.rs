@@ -1,4 +1,4 @@
-//! Safe calls with wrong sizes, indices, times and numbers: each returns a result or an error
+//! Safe calls with wrong sizes, indices, times and numbers. Each call returns a result or an error
 //! without a panic, and an error leaves the shoot unchanged.
 
 use std::sync::{Arc, LazyLock};
@@ -17,7 +17,7 @@ use morphorod::{DynLaws, Order, Scene, Section, Shoot, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// The growing shoot before its run, at its start, and during the run.
+/// Growing shoot before a run, at the start of the run, and during the run.
 static GROWING: LazyLock<[Shoot<DynLaws>; 3]> = LazyLock::new(|| {
     [None, Some(0.0), Some(0.7 * HOUR)].map(|until| {
         let mut shoot = growing().elements(2).into_dyn().build().unwrap();
@@ -33,7 +33,7 @@ static REDUCED: LazyLock<Shoot<Reduced>> = LazyLock::new(|| {
     shoot
 });
 
-/// Usual numbers and invalid ones.
+/// Strategy for typical, extreme and invalid numbers.
 fn number() -> impl Strategy<Value = f64> {
     let odd = [
         0.0,
@@ -109,12 +109,12 @@ fn call_rod([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
             }
         };
         match answer {
-            // Sums over a rod of the largest number overflow.
+            // Sums overflow if the length of the rod is close to the largest finite number.
             Ok(_) => assert!(sound(&rod) || a > 1e300, "{rod:?}"),
-            // Printed forms are compared because NaN differs from itself.
+            // The debug output is compared, because NaN is not equal to itself.
             Err(_) => assert_eq!(format!("{rod:?}"), before),
         }
-        // The internal force of another rod.
+        // The internal force of another rod is refused if the numbers of points differ.
         let foreign = InternalForce::of(GROWING[0].rod(), &(), &environment);
         let fits = rod.points().len() == GROWING[0].rod().points().len();
         let answer = solver.equilibrate(&mut rod, &law, &foreign);
@@ -166,7 +166,7 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
             .map(|shoot| shoot.time()),
     };
     assert!(built.is_err() || a > 0.0 && a.is_finite());
-    // Direct calls of laws.
+    // The growth laws are also called directly.
     for law in [
         &UniformGrowth { zone_length: 0.07, time: 72e3 } as &dyn GrowthLaw,
         &LinearProfile { zone_length: 0.07, time: 72e3 },
@@ -182,7 +182,7 @@ fn call_builder([a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
 fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: [f64; 4], [i, j, k]: [usize; 3]) {
     let mut moved = shoot.clone();
     let (now, before) = (shoot.time(), shoot.state().clone());
-    // Limit the distance, so that no case takes seconds.
+    // The distance in time is limited, so that no case takes several seconds.
     let near = |t: f64| if (t - now).abs() < 3000.0 || !t.is_finite() { t } else { now + 1.0 };
     let step = if a > 0.0 && a < 60.0 { 60.0 + a } else { a };
     let mut steps = MethodOfSteps::new(step);
@@ -202,7 +202,7 @@ fn call_integrator<M: morphorod::Model + Clone>(shoot: &Shoot<M>, [a, b, c, d]: 
     read_rod(moved.rod(), [a, b, c, d], [i, j, k]);
 }
 
-/// Restores states of other shoots, sets other laws, and computes their stability.
+/// Restores states of other shoots, replaces laws, and analyses the stability of the changed shoot.
 fn call_shoot([a, b, c, d]: [f64; 4], [i, j, _]: [usize; 3]) {
     let mut shoot = REDUCED.clone();
     let before = shoot.state().clone();

@@ -1,4 +1,4 @@
-//! Laws that are replaced during the life of a shoot.
+//! Replacement of the laws of a shoot between two runs.
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots;
@@ -24,8 +24,8 @@ fn run(shoot: &mut Shoot<impl Model>, until: f64) {
     let _ = MethodOfSteps::new(STEP).advance(shoot, until).expect("advances");
 }
 
-/// Gravitropism and proprioception, multiplied by a factor from `CHANGE` on. The law announces this
-/// discontinuity.
+/// Gravitropism and proprioception, multiplied by a factor from the time `CHANGE` on. The law
+/// declares this discontinuity in `next_discontinuity`.
 struct Weakened(f64);
 
 impl TropismLaw for Weakened {
@@ -61,10 +61,10 @@ fn parameter_set_by_hand_acts_like_a_law_that_announces_its_change() {
     let model = shoot.model().clone().with_tropism((gravitropism, proprioception)).into_dyn();
     shoot = shoot.with_model(model).unwrap();
     run(&mut shoot, END);
-    // The same steps and the same numbers, except that the announced law is evaluated a few units
-    // of rounding of time beside its change.
+    // Both runs take the same steps. They differ by rounding errors, because the announced law is
+    // evaluated within a few rounding errors of the time of its change.
     assert_abs_diff_eq!(InNorm(shoot.tip()), InNorm(announced.tip()), epsilon = 1e-15);
-    // The change moves the tip visibly.
+    // The change displaces the tip by more than 0.01 mm.
     let mut unchanged = righting().tropism(steering(STATOLITHS)).into_dyn().build().unwrap();
     run(&mut unchanged, END);
     assert!((unchanged.tip() - announced.tip()).norm() > 1e-5);
@@ -130,10 +130,10 @@ fn tissue_outside_a_shorter_zone_stops_growing() {
         let range = shoot.rod().growth_zone();
         assert_abs_diff_eq!(range.end - range.start, new_zone, epsilon = 1e-12);
         assert!(shoot.longest_element() <= new_zone / 8.0 * (1.0 + 1e-12));
-        // Tissue that stopped growing at the change has this exit time.
+        // The exit time of tissue that stopped growing at the change is the time of the change.
         let stopped = shoot.rod().points().iter().filter(|point| point.exit_time == change).count();
         assert!(stopped > 0);
-        // A zone that includes mature tissue is refused. Growth may end altogether.
+        // A zone that includes mature tissue is refused. A shoot without growth is accepted.
         let wide = shoot.model().clone().with_growth(UniformGrowth { zone_length: zone, time }).into_dyn();
         let error = shoot.with_model(wide).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains("growth zone is 0.06"), "{error}");
@@ -175,7 +175,7 @@ fn state_saved_after_a_change_of_laws_has_the_same_future() {
     assert_eq!(resumed.state(), changed.state());
 }
 
-/// Light from one side, which requires a memory of its own.
+/// Light from one side, which requires a separate memory.
 #[derive(Clone, Copy)]
 struct Light;
 
@@ -212,7 +212,8 @@ fn laws_with_other_variables_require_a_new_history() {
 
 #[test]
 fn invalid_new_laws_are_refused_and_the_shoot_is_unchanged() {
-    // Static types: the test changes parameters inside the laws and compares whole shoots.
+    // The laws have static types, because the test changes their parameters and compares whole
+    // shoots.
     let mut shoot = reduced(0.05, 20.0 * HOUR).build().unwrap();
     run(&mut shoot, CHANGE);
     let before = shoot.clone();
@@ -227,18 +228,18 @@ fn invalid_new_laws_are_refused_and_the_shoot_is_unchanged() {
     refuse(&|laws| laws.growth.0.zone_length = 0.04, "length of a shoot of constant length");
     refuse(&|laws| laws.tropism.0.memory.delay = 5000.0, "longest delay of the laws is 5000");
     refuse(&|laws| laws.tropism.1.memory.time = f64::NAN, "memory time is NaN");
-    // A load that jumps outside the shoot.
+    // A load with a jump outside the shoot is refused.
     for apex_distance in [0.051, f64::INFINITY] {
         let jumping = shoot.model().with_load((WEIGHT, Jump(apex_distance))).into_dyn();
         let error = shoot.with_model(jumping).map(|_| ()).unwrap_err();
         assert!(error.to_string().contains("at which a load jumps"), "{error}");
     }
-    // The history suffices for shorter delays and other memories.
+    // The history is long enough for shorter delays and can be used with other memory times.
     let mut model = *shoot.model();
     model.tropism.0.memory = Memory { time: 300.0, delay: 240.0 };
     shoot = shoot.with_model(model).unwrap();
     run(&mut shoot, END);
-    // Statoliths have variables of their own.
+    // Statoliths add variables, for which there is no history.
     let own = Proprioception { sensitivity: 20.0 }.remembered(MEMORY);
     let piled = (steering(Statoliths { avalanche_time: 120.0 }).0, own);
     let piled = shoot.model().with_tropism(piled).into_dyn();
@@ -282,8 +283,8 @@ fn change_of_laws_keeps_fourth_order_in_time() {
 
 #[test]
 fn setting_the_same_laws_again_is_accepted_on_coarse_meshes() {
-    // On coarse meshes the elements add up to the length of the zone only to the accuracy of the
-    // mesh.
+    // On coarse meshes the sum of the element lengths equals the length of the zone only to the
+    // accuracy of the mesh.
     for order in Order::ALL {
         let mut shoot = Shoot::builder(YOUNG)
             .length(0.05)
@@ -309,7 +310,8 @@ fn growth_may_begin_late_and_its_zone_may_change_repeatedly() {
     let mut shoot = resting.with_model(resting.model().clone().with_growth(growth).into_dyn()).unwrap();
     run(&mut shoot, HOUR);
     assert_abs_diff_eq!(shoot.rod().length(), 0.05 * f64::exp(0.05), epsilon = 1e-15);
-    // The number of elements stays bounded if a zone longer than the shoot is doubled and halved.
+    // The number of elements remains bounded if a zone longer than the shoot is doubled and halved
+    // repeatedly.
     let mut shoot = resting.with_model(resting.model().clone().with_growth(growth).into_dyn()).unwrap();
     for i in 0..12 {
         let zone_length = if i % 2 == 0 { 0.12 } else { 0.06 };
@@ -355,7 +357,7 @@ fn new_laws_are_checked_at_every_material_point() {
     }
 }
 
-/// Gravity that rises to its full value just after a time.
+/// Gravity that increases to its full value immediately after a given time (s).
 #[derive(Clone, Copy)]
 struct SetsIn(f64);
 
@@ -378,6 +380,6 @@ fn stability_at_a_discontinuity_is_that_after_it() {
     let at = Linearisation::about(&shoot).unwrap().rightmost().unwrap().value;
     run(&mut shoot, HOUR + 1.0);
     let after = Linearisation::about(&shoot).unwrap().rightmost().unwrap().value;
-    // Complex numbers: approx compares them only with a feature of num-complex that is off.
+    // `approx` cannot compare complex numbers without its feature `num-complex`.
     assert!((at - after).norm() < 1e-9 * after.norm(), "{at} {after}");
 }

@@ -1,5 +1,5 @@
-//! Checkpoints: valid ones restore every bit, and each kind of invalid one is refused with its own
-//! error.
+//! Checkpoints. A valid checkpoint restores every bit, and each kind of invalid checkpoint is
+//! refused with its own error.
 
 use crate::fixtures::shoots::{HOUR, growing, righting};
 use morphorod::checkpoint::{CheckpointError, from_bytes, to_bytes};
@@ -23,7 +23,7 @@ fn infinities_and_all_bits_are_kept() {
     let back: (f64, f64, f64, f64, f64) = from_bytes(&to_bytes(&odd).unwrap()).unwrap();
     let bits = |x: (f64, f64, f64, f64, f64)| [x.0, x.1, x.2, x.3, x.4].map(f64::to_bits);
     assert_eq!(bits(back), bits(odd));
-    // No point of this shoot ever leaves the growth zone, so its exit time is infinite.
+    // Points of this shoot never leave the growth zone, and their exit times are infinite.
     let state = small();
     assert!(state.rod().points().iter().any(|point| point.exit_time == f64::INFINITY));
     assert!(from_bytes::<State>(&to_bytes(&state).unwrap()).unwrap() == state);
@@ -98,7 +98,8 @@ fn run_resumed_from_a_checkpoint_repeats_the_uninterrupted_run() {
     let end = 2.0 * HOUR;
     let steps = MethodOfSteps::new(90.0);
     let whole = resumed(make, &steps, end, 0);
-    // Fifty pseudo-random numbers of steps: multiples of the golden ratio.
+    // Fifty quasi-random numbers of steps are computed from the fractional parts of multiples of
+    // the golden ratio.
     for k in 1..=50_u32 {
         let stop = (f64::from(k) * 0.618_034).fract() * 90.0;
         assert!(resumed(make, &steps, end, stop as usize) == whole, "after {stop} steps");

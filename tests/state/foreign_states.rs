@@ -1,5 +1,5 @@
-//! States that are damaged or belong to another shoot: the error names the cause, and the shoot is
-//! unchanged.
+//! States that are damaged or belong to another shoot. The error names the cause, and the shoot
+//! remains unchanged.
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT, YOUNG, growing, righting, steering};
@@ -15,7 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 fn state_of_other_laws_is_refused() {
     let mut foreign = growing().elements(4).into_dyn().build().unwrap();
     let mut shoot = righting().elements(4).into_dyn().build().unwrap();
-    // Before a run there is no history, and only the rod is checked.
+    // A state before a run has no history, so that only its rod is checked.
     shoot.restore(foreign.state()).unwrap();
     let mut shoot = righting().elements(4).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
@@ -56,7 +56,8 @@ fn state_with_a_nan_strain_is_refused() {
     assert!(&kept == shoot.state());
 }
 
-/// Runs for days on coarse meshes. Fails unless the shoot accepts each of its own states.
+/// Advances shoots on coarse meshes for 69 hours. Panics unless each shoot accepts all of its own
+/// states.
 fn assert_own_states_are_accepted(growth: impl GrowthLaw + Copy + Send + Sync + 'static) {
     for (order, elements) in [(Order::Two, 16), (Order::Eight, 2)] {
         let mut shoot = Shoot::builder(YOUNG)
@@ -116,7 +117,7 @@ mod written {
 
     use super::*;
 
-    /// States before a run, at its start, and during the run, in their written form.
+    /// Serialised states before a run, at its start, and at two times during the run.
     static STATES: LazyLock<Vec<Value>> = LazyLock::new(|| {
         let mut shoot = growing().elements(4).into_dyn().build().unwrap();
         let mut states = vec![serde_json::to_value(shoot.state()).unwrap()];
@@ -128,11 +129,11 @@ mod written {
     });
 
     fn read(value: &Value) -> Result<State, String> {
-        // Conversion to text, as in a file.
+        // The value is converted to text, as in a file.
         serde_json::from_str(&value.to_string()).map_err(|error| error.to_string())
     }
 
-    /// The message with which a state of 1.7 h is refused after `damage`.
+    /// Error message for the state at 1.7 h after `damage`.
     fn refusal(damage: impl Fn(&mut Value)) -> String {
         let mut value = STATES[3].clone();
         read(&value).unwrap();
@@ -179,9 +180,9 @@ mod written {
         Swap,
     }
 
-    /// Damages a list or a number at the end of a random walk through the state, so that short
-    /// parts are damaged as often as long ones. A list on the walk is itself damaged every third
-    /// time.
+    /// Damages a list or a value at the end of a random walk through the state, so that short parts
+    /// are damaged as often as long ones. A list of lists or objects on the walk is itself damaged
+    /// with a probability of one third.
     fn damage(node: &mut Value, kind: Damage, walk: &[usize]) {
         let Some((at, rest)) = walk.split_first() else { return };
         let lists = matches!(kind, Damage::Drop | Damage::Duplicate | Damage::Swap);

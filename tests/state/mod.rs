@@ -1,4 +1,5 @@
-//! The state as a value: saved, restored, changed, inspected.
+//! Tests of the state of a shoot: saving, restoring, changing and comparing states, and replacing
+//! laws.
 
 mod any_call;
 mod change_of_course;

@@ -1,4 +1,4 @@
-//! The order of convergence in time of runs in which a shoot is changed by hand.
+//! Order of convergence in time of runs that are interrupted by a change of the shoot.
 
 use crate::fixtures::shoots::{HOUR, WEIGHT, righting};
 use approx::assert_abs_diff_eq;
@@ -40,8 +40,8 @@ fn runs_with_a_change_by_hand_keep_fourth_order() {
         let tips = [60.0, 30.0, 15.0, 7.5].map(tip);
         let differences: Vec<f64> = tips.windows(2).map(|pair| (pair[0] - pair[1]).norm()).collect();
         for pair in differences.windows(2) {
-            // The method has order four. The graded steps behind a discontinuity leave a term of higher order at
-            // these steps.
+            // The method has order four. The graded steps after a discontinuity add an error of
+            // higher order, which is visible at these step sizes.
             assert_abs_diff_eq!((pair[0] / pair[1]).log2(), 4.0, epsilon = 0.3);
         }
     }
@@ -58,6 +58,7 @@ fn disturbed_run_with_a_tolerance_takes_at_most_three_times_the_steps() {
         }
         integrator.advance(&mut shoot, END).unwrap().steps
     };
-    // The disturbance is a second start. It costs the graded steps of one and makes the motion several times larger.
+    // The disturbance requires graded steps like those at the start, and makes the motion several
+    // times larger.
     assert!(steps(true) <= 3 * steps(false), "{} {}", steps(true), steps(false));
 }

@@ -1,5 +1,6 @@
-//! The state of a shoot is a plain value: saved, restored, compared, written and read, it has the
-//! same future to the bit. An error leaves it unchanged.
+//! The state of a shoot is a plain value, which can be saved, restored, compared, written and read.
+//! A run from a restored state repeats the original run to the bit, and an error leaves the state
+//! unchanged.
 
 use crate::fixtures::shoots::{
     BETA, ETA, HOUR, MEMORY, MINUTE, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, reduced, righting, steering,
@@ -12,7 +13,8 @@ use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, Settled
 use morphorod::{Model, Scene, Shoot, State, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Continues from a state at `t1` to `t2` in several ways. Fails unless all end in the same bits.
+/// Advances a shoot from its state at `t1` to `t2` (s) in several ways. Panics unless all final
+/// states are equal.
 fn assert_repeats<M: Model, I: Integrator>(mut shoot: Shoot<M>, integrator: impl Fn() -> I, t1: f64, t2: f64)
 where
     Shoot<M>: Clone,
@@ -25,20 +27,21 @@ where
     run.advance(&mut shoot, t2).unwrap();
     let end = shoot.state().clone();
     assert!(kept != end, "states at two times are equal");
-    // The same integrator, which has advanced further meanwhile.
+    // The state is restored, and the same integrator is used, which has advanced further in the
+    // meantime.
     shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
     run.advance(&mut shoot, t2).unwrap();
     assert!(&end == shoot.state(), "restored");
-    // A new integrator.
+    // The state is restored, and a new integrator is used.
     shoot.restore(&kept).unwrap();
     let _ = integrator().advance(&mut shoot, t2).unwrap();
     assert!(&end == shoot.state(), "with a fresh integrator");
-    // A copy of the whole shoot.
+    // A copy of the whole shoot is advanced.
     let mut copy = copy;
     let _ = integrator().advance(&mut copy, t2).unwrap();
     assert!(&end == copy.state(), "copied");
-    // A shoot of the same laws in another state.
+    // The state is restored into a shoot with the same laws and another state.
     let _ = integrator().advance(&mut copy, t2 + 0.5 * HOUR).unwrap();
     copy.restore(&kept).unwrap();
     let _ = integrator().advance(&mut copy, t2).unwrap();
@@ -48,8 +51,8 @@ where
 #[test]
 fn growing_shoot_resumed_from_a_state_repeats_the_uninterrupted_run() {
     let shoot = || growing().elements(4).into_dyn().build().unwrap();
-    // Times before and after the first point has left the zone (1.16 h), during the doubling steps
-    // of the start, and at no multiple of the step.
+    // The times are before and after the first point leaves the zone (1.16 h), during the first
+    // steps of increasing length, and between multiples of the step.
     for (t1, t2) in [(0.0, HOUR), (20.0, 200.0), (0.9 * HOUR, 1.5 * HOUR), (2.0 * HOUR, 3.01 * HOUR)] {
         assert_repeats(shoot(), || MethodOfSteps::new(90.0), t1, t2);
     }
@@ -61,7 +64,7 @@ fn shoot_of_constant_length_resumed_from_a_state_repeats_the_uninterrupted_run()
     let shoot = || {
         reduced(0.0659, 20.0 * HOUR).elements(4).load((WEIGHT, whirl)).tropism(steering(STATOLITHS)).into_dyn().build()
     };
-    // The load drops at 43.8 min: times before the jump, at it, and after it.
+    // The load vanishes at 43.8 min. The times are before, at and after this jump.
     for t1 in [43.0 * MINUTE, 43.8 * MINUTE, 44.0 * MINUTE] {
         assert_repeats(shoot().unwrap(), || MethodOfSteps::new(100.0), t1, 2.0 * HOUR);
     }
@@ -91,8 +94,8 @@ fn integrator_used_for_several_shoots_in_turn_gives_independent_results() {
     let mut alone = with_memory(30.0);
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, 0.5 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut alone, HOUR).unwrap();
-    // The same integrator advances two shoots alternately, in equal steps, and in between one with
-    // other elements.
+    // One integrator alternately advances two shoots in equal steps, and a third shoot with another
+    // mesh.
     let mut run = MethodOfSteps::new(90.0);
     let (mut first, mut second) = (with_memory(6.0), with_memory(30.0));
     for t in [0.5 * HOUR, HOUR] {
@@ -114,7 +117,7 @@ fn states_that_differ_anywhere_are_not_equal() {
     assert!(&kept != shoot.state());
     shoot.restore(&kept).unwrap();
     assert!(&kept == shoot.state());
-    // States that differ only in their history.
+    // These states differ only in their history.
     let start = |settled: bool| {
         let mut shoot = righting().elements(4).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(90.0);
@@ -137,7 +140,7 @@ fn advancing_to_the_present_time_changes_nothing() {
     assert!(&kept == shoot.state());
 }
 
-/// Base whose quaternion is not of norm 1 after half an hour.
+/// Base whose quaternion is NaN after half an hour.
 #[derive(Debug, Clone, Copy)]
 struct BrokenPot;
 
@@ -153,8 +156,8 @@ impl Scene for BrokenPot {
 
 #[test]
 fn error_during_a_run_leaves_the_shoot_unchanged() {
-    // A load that becomes NaN half an hour after the start, on a shoot whose elements are cut
-    // before.
+    // The load becomes NaN half an hour after the start. The elements of the shoot are subdivided
+    // before that time.
     let load = (WEIGHT, ApicalForce(|t: f64| Vector3::new(1e-6, 0.0, if t < 1800.0 { 0.0 } else { f64::NAN })));
     let mut shoot = growing().load(load).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
@@ -170,8 +173,8 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
         assert!(&kept == shoot.state());
     }
 
-    // A solver with too few iterations. With enough of them the run continues like an undisturbed
-    // one.
+    // The solver has too few iterations at first. With enough iterations the run repeats one
+    // without this error.
     let shoot = || righting().into_dyn().build().unwrap();
     let mut steady = shoot();
     let _ = MethodOfSteps::new(90.0).advance(&mut steady, HOUR).unwrap();
@@ -186,8 +189,7 @@ fn error_during_a_run_leaves_the_shoot_unchanged() {
     run.advance(&mut retried, HOUR).unwrap();
     assert!(steady.state() == retried.state());
 
-    // A base whose quaternion is not of norm 1, with a solver that uses the base and one that does
-    // not.
+    // The quaternion of the base becomes NaN. One solver uses the base, and the other does not.
     let mut pot = reduced(0.05, 20.0 * HOUR).scene(BrokenPot).into_dyn().build().unwrap();
     let before = pot.state().clone();
     assert!(MethodOfSteps::new(90.0).advance(&mut pot, HOUR).is_err());
@@ -219,12 +221,12 @@ fn unloaded_solver_refuses_a_load_that_begins_during_a_run() {
     assert!(&kept == shoot.state());
 }
 
-/// The name of a format, and a function that writes a state in it and reads the result.
+/// Name of a format, and a function that writes a state in this format and reads it again.
 type Format = (&'static str, fn(&State) -> State);
 
-/// Text and binary formats. Binary formats contain neither names nor lengths of fields, so every
-/// field must be written, in order. Text keeps all digits by the feature `float_roundtrip` of
-/// `serde_json`.
+/// Text and binary formats. Binary formats contain neither names nor lengths of fields, so that
+/// every field must be written in order. The feature `float_roundtrip` of `serde_json` preserves
+/// all digits in text.
 const FORMATS: [Format; 3] = [
     ("serde_json", |state| serde_json::from_str(&serde_json::to_string(state).unwrap()).unwrap()),
     ("postcard", |state| postcard::from_bytes(&bytes(state)).unwrap()),
@@ -237,13 +239,13 @@ const FORMATS: [Format; 3] = [
     }),
 ];
 
-/// All bits of a state. Equal states may differ in the sign of a zero.
+/// Bytes that represent all bits of a state. Equal states may differ in the sign of a zero.
 fn bytes(state: &State) -> Vec<u8> {
     postcard::to_allocvec(state).unwrap()
 }
 
-/// Writes and reads the state of a shoot in all formats, and continues from each for `further`
-/// seconds.
+/// Writes and reads the state of a shoot in all formats, and advances a shoot from each result by
+/// `further` seconds.
 fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, further: f64) {
     let (kept, t) = (shoot.state(), shoot.state().time());
     let on = |kept: &State| {
@@ -264,11 +266,11 @@ fn assert_reads<M: Model>(shoot: &Shoot<M>, build: impl Fn() -> Shoot<M>, furthe
 fn state_written_and_read_again_is_the_same_in_every_format() {
     let build = || growing().elements(4).into_dyn().build().unwrap();
     let mut shoot = build();
-    // The state before the start of an integrator.
+    // The first state is that before the start of an integrator.
     assert_reads(&shoot, build, HOUR);
     let mut run = MethodOfSteps::new(90.0);
-    // The exit time of tissue in the zone is infinity, which JSON lacks. After 1.16 h some tissue
-    // has left the zone.
+    // The exit time of tissue in the zone is infinite, and JSON has no infinity. After 1.16 h some
+    // tissue has left the zone.
     for (t, some_has_left) in [(0.0, false), (0.5 * HOUR, false), (1.7 * HOUR, true)] {
         run.advance(&mut shoot, t).unwrap();
         let (inside, outside): (Vec<f64>, _) =
@@ -278,7 +280,7 @@ fn state_written_and_read_again_is_the_same_in_every_format() {
     }
 }
 
-/// Growth that has not begun: the exit time of tissue behind the zone is −∞.
+/// Growth that has not begun, for which the exit time of tissue behind the zone is −∞.
 #[derive(Debug, Clone, Copy)]
 struct Dormant;
 
