@@ -11,8 +11,7 @@ use morphorod::tropism::{Memory, Oscillator, Proprioception, Response};
 use morphorod::{Model, Shoot};
 use nalgebra::Vector3;
 
-/// The system's allocator with a count of the allocations of each thread, while the thread requests
-/// it.
+/// System allocator that counts the allocations of each thread while the thread requests it.
 struct Counting;
 
 thread_local! {
@@ -63,7 +62,8 @@ fn counter_counts_allocations() {
 /// Allocations in calls that advance a shoot by the given numbers of steps, after its history has
 /// reached its full length.
 fn in_calls(mut shoot: Shoot<impl Model>, mut run: impl Integrator, step: f64, calls: &[u32]) -> Vec<usize> {
-    // The first steps double, starting from a sixty-fourth. Then the history fills for one delay.
+    // The first step is a sixty-fourth of `step`, and the following ones double in length. Then the
+    // history fills for one delay.
     let mut until = 2.0 * MEMORY.delay + 4.0 * step;
     run.advance(&mut shoot, until).unwrap();
     for _ in 0..4 {
@@ -89,7 +89,7 @@ fn step_of_a_shoot_of_constant_length_allocates_no_memory() {
     };
     let calls = [1, 1, 2, 5, 20, 100, 1];
     for step in [90.0, 100.0, 720.0] {
-        // Explicit steps, and implicit ones.
+        // Steps are explicit with the first delay, and implicit without a delay.
         for delay in [MEMORY.delay, 0.0] {
             let found = in_calls(shoot(delay), MethodOfSteps::new(step), step, &calls);
             assert_eq!(found, [0; 7], "delay {delay} s, step {step} s: allocations in calls of {calls:?} steps");

@@ -15,8 +15,7 @@ const NOT_POSITIVE: [f64; 6] = [0.0, -0.0, -1.0, f64::INFINITY, f64::NEG_INFINIT
 const NEGATIVE: [f64; 4] = [-1e-9, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 const NOT_FINITE: [f64; 3] = [f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
 
-/// Fails unless the error contains a parameter's name with the given words, its value and a
-/// requirement.
+/// Asserts that the error contains the name of the parameter, its value and a requirement.
 fn assert_names(error: &ParameterError, words: &str, value: f64) {
     assert!(error.name.contains(words), "“{error}” does not name the {words}");
     assert!(
@@ -30,7 +29,7 @@ fn assert_names(error: &ParameterError, words: &str, value: f64) {
     assert!(text.contains(&value.to_string()) || text.contains(&format!("{value:e}")), "{text}");
 }
 
-/// Builds with each of the values and fails unless each is refused by name.
+/// Asserts that building with each of the values returns an error that names the parameter.
 fn refused<T>(words: &str, values: &[f64], build: impl Fn(f64) -> Result<T, ParameterError>) {
     for value in values {
         match build(*value) {
@@ -44,7 +43,7 @@ fn refused<T>(words: &str, values: &[f64], build: impl Fn(f64) -> Result<T, Para
 fn invalid_geometry_and_material_are_refused_by_name() {
     refused("length", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(x).radius(RADIUS).into_dyn().build());
     refused("radius", &NOT_POSITIVE, |x| Shoot::builder(YOUNG).length(0.05).radius(x).into_dyn().build());
-    // A radius that is invalid in one place only.
+    // The radius is invalid in one part of the shoot only.
     refused("radius", &NOT_POSITIVE, |x| {
         Shoot::builder(YOUNG).length(0.05).section(move |s| if s > 0.04 { x } else { RADIUS }).into_dyn().build()
     });
@@ -173,7 +172,7 @@ fn invalid_tropisms_are_refused_by_name() {
     refused("oscillator", &NOT_FINITE, |x| {
         righting().tropism(Oscillator { phase: x, ..oscillator }).into_dyn().build()
     });
-    // The law inside an option, a box, a tuple.
+    // Laws inside an option, a tuple or a box are validated too.
     refused("oscillator", &NOT_POSITIVE, |x| {
         righting().tropism(Some(Oscillator { period: x, ..oscillator })).into_dyn().build()
     });

@@ -20,7 +20,7 @@ use morphorod::{Shoot, Still};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-/// Fails unless the error names the parameter with the given words, and its value.
+/// Asserts that the error contains the name of the parameter and its value.
 fn assert_refused(answer: Result<morphorod::integrator::Statistics, IntegrationError>, words: &str, value: f64) {
     let error = answer.expect_err(words);
     let text = error.to_string();
@@ -88,7 +88,7 @@ fn given_history_with_nan_or_infinity_is_refused() {
 #[test]
 fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
     // One element cannot represent the shape of a shoot a million times as dense as water. The
-    // solver has three iterations.
+    // solver is limited to three iterations.
     let mut shoot = righting().elements(1).load(Weight { density: 1e9 }).into_dyn().build().unwrap();
     let before = shoot.state().clone();
     let mut run = MethodOfSteps::new(90.0);
@@ -98,7 +98,7 @@ fn equilibrium_that_does_not_converge_is_an_error_with_its_residual() {
     else {
         panic!("{error}")
     };
-    // The whole weight, ρ g π r² ℓ.
+    // Total weight of the shoot, ρ g π r² ℓ, in newtons.
     let weight = 1e9 * 9.81 * std::f64::consts::PI * 25e-8 * 0.05;
     assert!(time == 0.0 && residual.is_finite(), "{time} {residual}");
     assert_relative_eq!(force, weight, epsilon = 0.0, max_relative = 0.1);
@@ -120,7 +120,7 @@ fn step_below_the_rounding_of_time_does_not_hang() {
     assert!(answer.is_err() || answer.is_ok_and(|steps| steps <= 100));
 }
 
-/// Positive number of any size that a wrong unit may give.
+/// Factor between 1e-12 and 1e12, as a wrong unit may introduce.
 fn positive() -> impl Strategy<Value = f64> {
     (-12.0..12.0_f64).prop_map(|p| 10.0_f64.powf(p))
 }
@@ -133,11 +133,11 @@ fn factors() -> impl Strategy<Value = Vec<f64>> {
     )
 }
 
-/// Multiplies all parameters by factors. Fails unless four runs of two steps each end in a sound
-/// state, or in an error that leaves the shoot unchanged.
+/// Multiplies each parameter by its factor in `f`. Asserts that four runs of two steps each end in
+/// a sound state, or in an error that leaves the shoot unchanged.
 fn assert_error_or_sound(f: &[f64], tilt: f64) {
     let memory = Memory { time: 720.0 * f[5], delay: 720.0 * f[6] };
-    // A zone much shorter than the shoot would make very many elements.
+    // A zone much shorter than the shoot would require very many elements.
     let zone = 0.07 * f[2].max(f[0] / 20.0);
     let built = Shoot::builder(LinearElastic { youngs_modulus: 1e7 * f[3], poissons_ratio: 0.5 })
         .length(0.068 * f[0])
@@ -160,7 +160,7 @@ fn assert_error_or_sound(f: &[f64], tilt: f64) {
     for _ in 0..4 {
         let before = shoot.state().clone();
         match run.advance(&mut shoot, before.time() + 2.0 * run.step) {
-            // A shoot of very many elements would only take long.
+            // Runs with very many elements are skipped because they are slow.
             Ok(_) if shoot.rod().elements() > 300 => return,
             Ok(_) => assert_sound(&shoot),
             Err(_) => {
@@ -182,15 +182,15 @@ proptest! {
 
 #[test]
 fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
-    // Cases found by the test above in thirty thousand: factors of length, radius, zone, E, τg, τm,
-    // τr, α, β, τa, η, ρ.
+    // Failures that the test above found in thirty thousand cases. The factors are those of length,
+    // radius, zone, E, τg, τm, τr, α, β, τa, η, ρ.
     const CASES: [([f64; 12], f64); 4] = [
-        // An avalanche of 0.7 ns in steps of 90 s.
+        // Avalanche time of 0.7 ns with steps of 90 s.
         ([4.327, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 6.0085e-12, 1.0, 1.0], 2.9312),
-        // Avalanches of 17 s and 1 s in shoots that grow so fast that they move violently.
+        // Avalanche times of 17 s and 1 s in shoots that grow and move very fast.
         ([2.19, 1.0, 1.0, 0.34253, 0.0037213, 0.29317, 1.0, 1.0, 1.0, 0.13767, 1.0, 1.0], 3.1248),
         ([1.0, 1.0, 7.3675e-7, 1.0, 0.0011395, 4.5013, 1.0, 1.0, 1.0, 0.0094158, 1.0, 0.16481], 0.11319),
-        // A fast avalanche and fast growth: the interval was halved endlessly.
+        // Short avalanche time and fast growth. The interval was halved without end.
         (
             [1.0, 1.0, 1.0, 1.0, 3.243867516078684e-5, 1.0, 1.0, 1.0, 579.2, 1.2118742811624113e-11, 0.0090924, 1.0],
             -3.125542999163488,
@@ -212,7 +212,7 @@ fn statoliths_too_fast_to_integrate_end_in_an_error_or_a_sound_state() {
 
 #[test]
 fn growth_far_faster_than_a_step_is_refused_at_once() {
-    // The zone is renewed 700,000 times in a step, and creates four mature elements each time.
+    // The zone is renewed 700,000 times in a step, and each renewal creates four mature elements.
     let growth = UniformGrowth { zone_length: 0.07, time: 1.3e-4 };
     let mut shoot =
         Shoot::builder(YOUNG).length(0.068).radius(RADIUS).elements(4).growth(growth).into_dyn().build().unwrap();
@@ -222,7 +222,7 @@ fn growth_far_faster_than_a_step_is_refused_at_once() {
     assert!(error.is_recoverable() && &before == shoot.state());
     // A short step creates only a few mature elements.
     let _ = MethodOfSteps::new(2e-4).advance(&mut shoot, 1e-3).unwrap();
-    // With a tolerance the integrator chooses the step, until the steps allowed are used up.
+    // The adaptive integrator chooses the step and fails when the allowed steps are used up.
     let mut run = Adaptive::new(1e-3);
     run.max_steps = 1000;
     let answer = run.advance(&mut shoot, HOUR);
@@ -241,11 +241,11 @@ fn failed_run_continues_like_an_undisturbed_one_once_the_cause_is_removed() {
     run.advance(&mut shoot, 2.0 * HOUR).unwrap();
     let _ = MethodOfSteps::new(90.0).advance(&mut other, 2.0 * HOUR).unwrap();
     assert!(shoot.state() == other.state());
-    // The length of the reference in `growing_shoot`.
+    // Length (m) of the reference in `growing_shoot` after two hours.
     assert_abs_diff_eq!(shoot.rod().length(), 0.071470872419, epsilon = 1e-12);
 }
 
-/// The number of evaluations of the load until `Adaptive` refuses a shoot.
+/// Number of evaluations of the load until `Adaptive` returns an error.
 fn evaluations(youngs_modulus: f64, growth_time: f64) -> usize {
     let count = Arc::new(AtomicUsize::new(0));
     let counted = Arc::clone(&count);
@@ -272,12 +272,13 @@ fn shoots_with_absurd_constants_are_refused_soon() {
     for (youngs_modulus, growth_time) in [(1e-300, 72e3), (1e-5, 72e3), (1e7, 1e-300), (1e7, 1e-5)] {
         let evaluations = evaluations(youngs_modulus, growth_time);
         println!("E = {youngs_modulus:e} Pa, τg = {growth_time:e} s: {evaluations} evaluations of the load");
-        // A run of the sound shoot evaluates the load 20,000 times.
+        // A run with realistic constants evaluates the load 20,000 times.
         assert!(evaluations < 100_000, "E = {youngs_modulus:e}, τg = {growth_time:e}: {evaluations}");
     }
 }
 
-/// A law whose rate jumps with its own variable has no solution of the implicit step there.
+/// Law whose rate is a discontinuous function of its own variable. The implicit step has no
+/// solution at the discontinuity.
 #[derive(Debug)]
 struct Relay {
     calls: Arc<AtomicUsize>,
@@ -318,7 +319,8 @@ fn failures_of_the_variables_do_not_refine_the_elements() {
     integrator.max_steps = 2000;
     let error = integrator.advance(&mut shoot, HOUR).unwrap_err();
     assert!(matches!(error, IntegrationError::Variables { .. }), "{error}");
-    // One series of trials takes 12,510 evaluations. Each refinement of the elements would repeat it with more of them.
+    // One series of trials takes 12,510 evaluations. Each refinement of the elements would repeat
+    // the series with more elements.
     let calls = calls.load(Ordering::Relaxed);
     assert!(calls < 25_000, "{calls}");
 }

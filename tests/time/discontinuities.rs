@@ -10,18 +10,18 @@ use morphorod::tropism::{Declaration, Growing, SettledStatoliths, Site, TropismL
 use morphorod::{Environment, Scene, Still, Turned};
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Ways to code "t lies between two times", with < or <=.
+/// Function that returns whether t lies between two times, coded with `<` or `<=`.
 type Spelling = fn(t: f64, from: f64, until: f64) -> bool;
 
 const SPELLINGS: [Spelling; 4] = [
     |t, from, until| t >= from && t < until,
     |t, from, until| t > from && t <= until,
     |t, from, until| t >= from && t <= until,
-    // The end is off by the rounding of a difference.
+    // The end has the rounding error of a difference.
     |t, from, until| t - from >= 0.0 && t - from < until - from,
 ];
 
-/// Base that leans by half a radian from one time until another.
+/// Base that is tilted by 0.5 rad between the times `from` and `until` (s).
 struct Pot {
     leans: Spelling,
     from: f64,
@@ -49,8 +49,8 @@ fn tip(scene: impl Scene + Send + Sync + 'static, mut run: impl Integrator, end:
 
 #[test]
 fn base_tilted_for_half_an_hour_keeps_fourth_order_however_the_condition_is_coded() {
-    // The second case is tilted as the run starts. The times of the third coincide with no step,
-    // and their difference is rounded.
+    // In the second case the base is tilted at the start of the run. In the third case the times
+    // coincide with no step, and their difference is rounded.
     for (from, until) in [(1800.0, 3600.0), (0.0, 1800.0), (1234.567, 3034.5670000000005)] {
         let steps = [120.0, 60.0, 30.0, 15.0];
         let best = tip(Turned::tilted(0.5, from, until), MethodOfSteps::new(3.75), 3.0 * HOUR);
@@ -66,18 +66,18 @@ fn base_tilted_for_half_an_hour_keeps_fourth_order_however_the_condition_is_code
             }
             errors.push((expected - best).norm());
         }
-        // Fourth order. The last error is far above rounding and the error of the reference, 256
-        // times smaller.
+        // The order is four. The last error is far above rounding and above the error of the
+        // reference, which is 256 times smaller.
         assert!(order(&errors) > 3.5 && errors[3] > 1e-13, "{from} s: {errors:?}");
     }
 }
 
 #[test]
 fn base_tilted_at_the_start_acts_like_one_tilted_later() {
-    // The first equilibrium is upright, where nothing moves: a later tilt gives the same motion,
-    // later.
+    // The first equilibrium is upright and stationary, so a later tilt gives the same motion with a
+    // time shift.
     let after = |from: f64| tip(Turned::tilted(0.5, from, f64::INFINITY), MethodOfSteps::new(22.5), from + HOUR);
-    // Rounding of the times, at 7e-6 m/s, and of the tip.
+    // The bound covers rounding of the times, at a tip speed of 7e-6 m/s, and rounding of the tip.
     let at_start = after(0.0);
     assert_abs_diff_eq!(InNorm(at_start), InNorm(after(1e-3)), epsilon = 1e-14);
     assert_abs_diff_eq!(InNorm(at_start), InNorm(after(777.7)), epsilon = 1e-14);
@@ -183,7 +183,7 @@ fn invalid_announcements_of_discontinuities_are_errors() {
         assert!(error.contains("next discontinuity of the load") || error.contains("that a law announces"), "{error}");
         error
     }
-    // Endlessly many, not a number, always the same time, a time in the past.
+    // Announced times: infinitely many, NaN, the same time for every t, a time before t.
     assert!(refused(f64::next_up).contains("without end"));
     assert!(refused(|_| f64::NAN).contains("NaN"));
     assert!(refused(|_| 200.0).contains("200"));

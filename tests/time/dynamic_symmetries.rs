@@ -1,5 +1,6 @@
 //! Symmetries of the growing, steering, loaded shoot: rotating the scene rotates the solution,
-//! reflecting it reflects the solution, and changed units of length, time and force change nothing.
+//! reflecting it reflects the solution, and a change of the units of length, time and force leaves
+//! it unchanged.
 
 use std::f64::consts::PI;
 
@@ -16,7 +17,7 @@ use morphorod::{Shoot, Still};
 use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Two hours of a shoot 1 mm longer than its growth zone, in given units.
+/// Parameters of a run of two hours with a shoot 1 mm longer than its growth zone, in given units.
 #[derive(Debug, Clone, Copy)]
 struct Case {
     gravity: Vector3<f64>,
@@ -59,7 +60,7 @@ impl Case {
                     Proprioception { sensitivity: ETA }.remembered(memory),
                 ))
                 .load((
-                    // Only the weight of a volume, ρ g, matters.
+                    // The solution depends only on the weight per volume, ρ g.
                     Weight { density: 1000.0 * n / m.powi(3) },
                     Distributed(self.wind * (n / m)),
                     ApicalForce(move |t: f64| pull * (2.0 * PI * t / period).cos()),
@@ -79,9 +80,9 @@ impl Case {
 
 /// Tolerance of angles, rad. The algebraic error, at most Newton's tolerance of 1e-11 rad, and
 /// rounding differ between the two runs in each of ninety steps. In two hours the shoot magnifies
-/// these errors by a small factor only. (At 180 s the statoliths are near the ratio of step to
-/// avalanche time at which the integrator begins to halve: two runs that differ by rounding may
-/// decide differently, and then differ by the error of the step, 1e-8.)
+/// these errors by a small factor only. At 180 s the ratio of step to avalanche time is near the
+/// value at which the integrator begins to halve steps. Only one of two runs that differ by
+/// rounding may then halve a step, and the runs differ by the error of the step, 1e-8.
 const ANGLE: f64 = 1e-10;
 
 fn assert_same(expected: impl Iterator<Item = (Vector3<f64>, Matrix3<f64>)>, found: &Answer) {
@@ -166,8 +167,8 @@ proptest! {
 
 #[test]
 fn extreme_units_of_length_change_nothing() {
-    // In large units of length strains are numbers of 1e4, while the normals of statoliths are
-    // numbers below 1.
+    // In large units of length, strains have values of about 1e4, while the components of statolith
+    // normals are below 1.
     let case = Case {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base: UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(0.7276, -0.2724, 0.6296, 0.0)),
@@ -186,7 +187,7 @@ fn extreme_units_of_length_change_nothing() {
 
 #[test]
 fn handedness_and_phase_of_the_oscillator_change_the_solution() {
-    // Otherwise the test of reflections would prove nothing.
+    // The test of reflections is meaningful only if these parameters change the solution.
     let case = Case {
         gravity: Vector3::new(0.0, 0.0, -9.81),
         base: UnitQuaternion::from_scaled_axis(Vector3::new(0.3, 0.2, 0.1)),

@@ -1,5 +1,5 @@
 //! Unusual cases: sudden and rotating scenes, stiff and slow laws, tissue that grows fast or for
-//! long, a shoot that collapses, a mesh of one element. The state stays sound and a run with
+//! long, a shoot that collapses, a mesh of one element. The state remains sound and a run with
 //! shorter steps or more elements agrees.
 
 use crate::fixtures::in_norm::InNorm;
@@ -48,10 +48,10 @@ fn hours<const N: usize>(hours: [f64; N]) -> [f64; N] {
     hours.map(|h| h * HOUR)
 }
 
-/// Promised error of the growing shoot with steps of 90 s, m.
+/// Documented error of the growing shoot with steps of 90 s, in metres.
 const DEFAULT_ERROR: f64 = 1e-5;
 
-/// Base that is tilted by an angle just after an hour and a half.
+/// Base that is tilted by an angle (rad) after 1.5 h.
 struct Tilted(f64);
 
 impl Scene for Tilted {
@@ -84,8 +84,8 @@ fn sudden_tilt_of_the_base_keeps_the_default_accuracy() {
 
 #[test]
 fn shoot_turned_exactly_upside_down_stays_sound() {
-    // In a plane and without imperfection, only rounding makes the shoot leave this equilibrium: no
-    // finer run is comparable.
+    // Without imperfections, only rounding makes the shoot leave this planar equilibrium, so a
+    // finer run is not comparable.
     let laws = steering(STATOLITHS);
     let shoot = reduced(0.065, 20.0 * HOUR).tropism(laws).scene(Tilted(PI)).into_dyn().build().unwrap();
     let tips = sound_tips(shoot, 90.0, &hours([1.5, 1.6, 2.0, 4.0, 8.0, 16.0]), true);
@@ -129,7 +129,8 @@ fn weightless_shoot_grows_and_statoliths_respond_to_late_gravity() {
     let found = sound_tips(shoot(), 90.0, &times, false);
     let error = distance(&found, &sound_tips(shoot(), 22.5, &times, false));
     assert!(error < DEFAULT_ERROR, "{error:e} m");
-    // Ten avalanche times after gravity has begun the piles have settled, up to exp(−10).
+    // Ten avalanche times after the onset of gravity, the deviation of the piles from their
+    // equilibrium has decayed by exp(−10).
     let mut shoot = reduced(0.05, 20.0 * HOUR).tropism(steering(STATOLITHS)).scene(Launch).into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(90.0);
     run.advance(&mut shoot, HOUR + 20.0 * 60.0).unwrap();
@@ -147,8 +148,8 @@ fn fast_statoliths_approach_settled_statoliths_in_proportion_to_the_avalanche_ti
     };
     let limit = sound_tips(righting().elements(2).into_dyn().build().unwrap(), 30.0, &times, false);
     let off = [1.0, 0.1, 1e-2, 1e-3].map(|tau| distance(&sound_tips(shoot(tau), 30.0, &times, true), &limit));
-    // The pile lags by τa, 1/30 to 1/30000 of the step, and the distance is proportional to it: 9.4
-    // µm at 1 s, down to the difference of 1e-10 m between two ways of integrating one memory.
+    // The pile lags by τa, 1/30 to 1/30000 of the step. The distance is proportional to τa, with
+    // 9.4 µm at 1 s. Two ways of integrating one memory differ by 1e-10 m.
     for pair in off.windows(2) {
         assert!(abs_diff_eq!(pair[0] / pair[1], 10.0, epsilon = 0.2), "{off:?}");
     }
@@ -186,8 +187,8 @@ fn memory_far_shorter_than_the_step_costs_little_accuracy() {
         let shoot = righting().elements(4).tropism(laws()).into_dyn().build().unwrap();
         sound_tips(shoot, step, &hours([1.0, 2.0, 4.0, 6.0]), false)
     };
-    // The memory fills in 1 s, while the first step is 1.4 s: 5 % of the motion in 1 s, (β/(r τg))
-    // ℓ²/2 · 1 s = 2.8e-5 m.
+    // The memory fills in 1 s, while the first step is 1.4 s. The bound is 5 % of the motion in 1
+    // s, (β/(r τg)) ℓ²/2 · 1 s = 2.8e-5 m.
     let error = distance(&run(90.0), &run(11.25));
     assert!(error < 1.4e-6, "{error:e} m");
 }
@@ -204,8 +205,8 @@ fn strong_fast_oscillator_keeps_the_default_accuracy() {
 
 #[test]
 fn ten_growth_times_have_the_exact_length_and_a_converged_tip() {
-    // The zone is renewed ten times: every point that is in it at the end was within ℓg exp(−10) of
-    // the apex.
+    // The zone is renewed ten times. Every point that is in it at the end was initially within ℓg
+    // exp(−10) of the apex.
     let shoot = |elements: usize| {
         let (gravitropism, proprioception) = steering(STATOLITHS);
         Shoot::builder(YOUNG)
@@ -253,7 +254,7 @@ fn several_elements_may_leave_the_growth_zone_in_one_step() {
         let _ = MethodOfSteps::new(90.0).advance(&mut last, 2400.0).unwrap();
         // Tissue that leaves the zone in one step is stretched by up to exp(0.15). Its length is a
         // sum over the four Gauss points of an element, with a relative error of (0.15)⁸ · 1.6e-17
-        // · 8!, about a hundred times over.
+        // · 8!, repeated about a hundred times.
         assert!(
             relative_eq!(last.rod().length(), 0.17, epsilon = 0.0, max_relative = 1e-11),
             "{elements} elements: {} m",
@@ -270,8 +271,8 @@ fn zone_of_one_element_is_accurate_to_the_order_of_the_element() {
     let times = hours([1.0, 4.0, 10.0]);
     let one = sound_tips(growing().elements(1).into_dyn().build().unwrap(), 90.0, &times, false);
     let many = sound_tips(growing().elements(8).into_dyn().build().unwrap(), 90.0, &times, false);
-    // Eighth order, 1e-9 of the length with four elements: 4⁸ times that with one, repeated by the
-    // feedback.
+    // The error is of eighth order: 1e-9 of the length with four elements, and 4⁸ times as much
+    // with one. Feedback increases it further.
     let error = distance(&one, &many);
     assert!(error < 5e-4 * 0.0855, "{error:e} m");
 }
@@ -289,8 +290,8 @@ fn collapsing_soft_shoot_stays_sound_or_ends_in_a_recoverable_error() {
             .build()
             .unwrap()
     };
-    // Two and five times softer than a shoot that just stands: it bends down, swings over and never
-    // stands again.
+    // These shoots are two and five times softer than one that is just stable upright. They bend
+    // down and remain bent.
     for modulus in [5e6, 2e6] {
         let tips = sound_tips(shoot(modulus), 90.0, &hours([0.0, 0.5, 1.0, 2.0, 4.0, 8.0]), false);
         assert!(tips.iter().all(|tip| tip.z < 0.04), "{tips:?}");

@@ -38,22 +38,22 @@ fn delay_longer_than_the_run_leaves_the_shoot_unchanged() {
     for delay in [10.5 * HOUR, 1e3 * HOUR, 1e12] {
         let laws = remembering(Memory { time: 720.0, delay });
         let tip = tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 10.0 * HOUR);
-        // The tolerance of the equilibria.
+        // The bound follows from the tolerance of the equilibria.
         assert!(abs_diff_eq!(InNorm(tip), InNorm(rest), epsilon = 1e-11), "{delay} s: {tip:?} against {rest:?}");
     }
 }
 
 #[test]
 fn response_of_a_very_slow_memory_is_inversely_proportional_to_its_time() {
-    // y = x t/τ from an empty past while the shape has hardly changed: the strain is that of x (t −
-    // d)²/(2τ).
+    // While the shape is nearly constant, an initially empty memory is y = x t/τ, and the intrinsic
+    // strain is proportional to x (t − d)²/(2τ).
     let moved = |time: f64| {
         let laws = remembering(Memory { time, delay: 720.0 });
         tip_at(righting().tropism(laws).into_dyn().build().unwrap(), 90.0, 5.0 * HOUR)
     };
     let rest = tip_at(righting().tropism(()).into_dyn().build().unwrap(), 90.0, 0.0);
     let [first, second] = [1e9, 1e10].map(|time| (moved(time) - rest) * time);
-    // The effect of the changed shape is 1e-4 of the first.
+    // The relative effect of the change of shape is 1e-4.
     assert!(first.z > 0.0, "{first:?}");
     assert_abs_diff_eq!(InNorm(first), InNorm(second), epsilon = 1e-3 * first.norm());
 }
@@ -82,7 +82,8 @@ fn circular_orbit_is_unchanged_after_a_year() {
         assert_sound(&shoot);
         (shoot.tip().xy().norm(), shoot.tip().z)
     };
-    // The first call ends in a step of another length, after the steps during the pulse.
+    // The first call ends with a step of another length, because the rotating force ends between
+    // two multiples of the step.
     let _ = place(30.0 * DAY);
     let (half, year) = (place(180.0 * DAY), place(365.0 * DAY));
     assert_relative_eq!(half.0, year.0, epsilon = 0.0, max_relative = 1e-9);
@@ -110,9 +111,9 @@ fn mature_tissue_a_million_times_as_stiff_acts_like_rigid_tissue() {
     };
     let (coarse, fine) = (stiff(1e6, 6), stiff(1e6, 12));
     assert_abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-6);
-    // The remaining compliance is 1e-6.
+    // The compliance of mature tissue is 1e-6 of that of young tissue.
     assert_abs_diff_eq!(InNorm(coarse), InNorm(stiff(1e9, 6)), epsilon = 1e-6);
-    // The stiffness matters.
+    // The stiffness affects the tip position.
     assert!((coarse - stiff(1.0, 6)).norm() > 1e-4);
 }
 
@@ -133,18 +134,18 @@ fn twisted_rods_of_all_poissons_ratios_converge() {
         shoot
     };
     let twisted = |poissons_ratio: f64, elements: usize| tip_at(rod(poissons_ratio, elements), 60.0, 0.0);
-    // Near −1 Newton's method needs more and more iterations, 700 here: a step twists by the square
-    // of its size.
+    // The number of Newton iterations increases as ν approaches −1, and is 700 here. The twist in a
+    // step is proportional to the square of the size of the step.
     let limit = twisted(-1.0 + 1e-8, 16);
     for ratio in [0.5, 0.0, -0.9, -0.99, -0.999_999] {
         let (coarse, fine) = (twisted(ratio, 8), twisted(ratio, 16));
-        // The tolerance of equilibria, relative to the length.
+        // The bound is the tolerance of equilibria relative to the length.
         assert!(
             abs_diff_eq!(InNorm(coarse), InNorm(fine), epsilon = 1e-9 * 0.06),
             "ν = {ratio}: {coarse:?} against {fine:?}"
         );
-        // K3 is proportional to 1/(1 + ν): the limit has no twist, and the distance to it is
-        // proportional to 1 + ν.
+        // The torsional stiffness K3 is proportional to 1/(1 + ν). The limit has no twist, and the
+        // distance to it is proportional to 1 + ν.
         let share = (fine - limit).norm() / (1.0 + ratio);
         assert!((1.8e-3..4.2e-3).contains(&share), "ν = {ratio}: {share:e}");
     }
@@ -210,7 +211,8 @@ fn one_element_and_a_hundred_thousand_elements_give_the_same_shape() {
 
 #[test]
 fn shoots_of_a_hundred_times_the_weight_converge() {
-    // Shoots that hang, lie or stand: a hundred times the weight is q ℓ³/(E I) = 200 and more.
+    // The shoots hang, are horizontal or are nearly upright. At a hundred times the weight, q ℓ³/(E
+    // I) is about 200.
     for tilt in [3.0, FRAC_PI_2, 0.3] {
         let heavy = |elements: usize| {
             let shoot = reduced(0.05, 20.0 * HOUR)
@@ -258,7 +260,8 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     let metre = grown(1.0);
     for unit in [1e5, 1e-7, 3e8, 1e-11] {
         let found = grown(unit);
-        // The tolerance of equilibria is an angle, and rounding decides when the iteration ends.
+        // The tolerance of equilibria is an angle, and rounding may change the number of
+        // iterations.
         assert!(
             abs_diff_eq!(InNorm(found), InNorm(metre), epsilon = 1e-9 * 0.07),
             "{unit:e}: {found:?} against {metre:?}"
@@ -266,8 +269,8 @@ fn shoots_scaled_to_kilometres_and_nanometres_have_the_same_shape() {
     }
 }
 
-/// All times of a scene in which stops coincide, in another unit. Its pulse begins one or three delays after the
-/// beginning of the run.
+/// Runs of a scene with coinciding stops, in several units of time. The pulse begins one or three
+/// delays after the start of the run.
 #[test]
 fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
     for (delays, duration) in [([720.0, 720.0], 300.0), ([720.0, 600.0], 720.0), ([240.0, 137.0], 60.0)] {
@@ -294,7 +297,7 @@ fn unit_of_time_changes_neither_the_steps_nor_the_shape() {
         for unit in [1e-2, 1e-4, 3e-5, 1e-6, 1e4] {
             let (same, other) = run(unit);
             assert_eq!(same, steps, "{delays:?}, {unit:e}");
-            // Rounding of the times moves a shoot of 5 cm by less than 1e-13 m.
+            // Rounding of the times moves the tip of a shoot of 5 cm by less than 1e-13 m.
             assert_abs_diff_eq!(InNorm(other), InNorm(tip), epsilon = 1e-13);
         }
     }

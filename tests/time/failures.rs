@@ -53,14 +53,14 @@ fn failed_call_leaves_the_shoot_unchanged_wherever_it_fails() {
         MethodOfSteps::new(120.0).advance(&mut shoot, HOUR).unwrap();
         shoot
     };
-    // Two failures: from the extrapolated guess, and from the last shape.
+    // The solver fails twice: with the extrapolated initial guess and with the last shape.
     for at in 1..30 {
         let mut shoot = start.clone();
         let mut run = MethodOfSteps::with_solver(120.0, Flaky::new(at..at + 2));
         let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
         assert!(matches!(error, IntegrationError::Equilibrium { .. }) && error.is_recoverable(), "{error}");
         assert!(shoot.state() == start.state(), "failure {at}");
-        // The integrator keeps nothing of the failed call: the same call now succeeds with the
+        // The integrator keeps no data of the failed call. The same call now succeeds with the
         // result of an undisturbed run.
         run.advance(&mut shoot, 2.0 * HOUR).unwrap();
         let mut calm = start.clone();
@@ -94,7 +94,7 @@ fn failed_step_is_retried_with_half_its_length() {
     run.retries = 8;
     let before = shoot.clone();
     assert!(run.advance(&mut shoot, 2.0 * HOUR).is_err());
-    // Two initial guesses for every trial.
+    // Each trial uses two initial guesses.
     assert!(shoot.state() == before.state() && run.solver.asked <= 9 + 2 * (1 + 8), "{}", run.solver.asked);
 }
 
@@ -156,7 +156,7 @@ fn law_that_returns_nan_or_infinity_is_an_error_that_leaves_the_shoot_unchanged(
         let mut shoot = righting().tropism(law).into_dyn().build().unwrap();
         let mut run = MethodOfSteps::new(120.0);
         run.retries = 3;
-        // Seven hours take 50,000 evaluations and more.
+        // Seven hours take at least 50,000 evaluations.
         let mut before = None;
         let error = loop {
             before.replace(shoot.state().clone());

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 /// Time (s), length and tip (m) of the growing shoot ("video 2" of doi 10.3389/fpls.2021.608005: ℓ0
 /// = 6.8 cm, ℓg = 7 cm, α = 0.2, τe = 24 min, τg = 40 h, lignification, statoliths) under a lateral
 /// load of 1e-6 N/m along −e2 and an apical load of 1e-7 N along −e1 and along −e2, default past.
-/// Converged to 2e-9 m in time step, mesh and order by a code that is unrelated to this crate. A
+/// Converged to 2e-9 m in time step, mesh and order by a code that is independent of this crate. A
 /// third code agrees to 2e-7 m, its own limit.
 const REFERENCE: [[f64; 5]; 11] = [
     [0.0, 0.068000000000, -0.000056885129, -0.000071669657, 0.067999927291],
@@ -40,11 +40,11 @@ fn tip_matches_the_reference_at_every_hour() {
     let mut shoot = growing().into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 90.0, &hours());
     let error = largest_error(&tips);
-    // The crate promises 1e-5 m at its defaults. 90 s are a sixteenth of the oscillator's period,
-    // with a fourth-order error of 1e-6 m on the tip's swing of a centimetre.
+    // The documented error is 1e-5 m at the default settings. Steps of 90 s are a sixteenth of the
+    // oscillator's period, with a fourth-order error of 1e-6 m on the tip's swing of a centimetre.
     assert!(error < 1e-5, "{error:e} m");
-    // One equilibrium a step. The initial guess, extrapolated from the last five, leaves one
-    // iteration.
+    // Each step solves one equilibrium. One iteration suffices from an initial guess that is
+    // extrapolated from the last five equilibria.
     assert_eq!(statistics.equilibria, statistics.steps + 1);
     assert!(statistics.steps < 410, "{statistics:?}");
     assert!(
@@ -71,7 +71,8 @@ fn refined_run_matches_the_reference_to_a_tenth_of_a_micrometre() {
     let mut shoot = growing().elements(16).into_dyn().build().unwrap();
     let (tips, statistics) = tips(&mut shoot, 45.0, &hours());
     let error = largest_error(&tips);
-    // Half the step: a sixteenth of the error of 1e-6 m at 90 s, and the reference's own 2e-9 m.
+    // Half the step has a sixteenth of the error of 1e-6 m at 90 s. The error of the reference is
+    // 2e-9 m.
     assert!(error < 1e-7, "{error:e} m");
     // At half the step the extrapolated initial guess is so good that one iteration suffices.
     assert!(10 * statistics.iterations <= 11 * statistics.equilibria, "{statistics:?}");
@@ -102,7 +103,7 @@ fn boundary_of_the_growth_zone_is_always_between_two_elements() {
         let (mature, growing) = rod.points().split_at(first * rod.order().points());
         assert!(mature.iter().all(|point| point.exit_time <= t) && growing.iter().all(|p| p.exit_time.is_infinite()));
         if first > 0 {
-            // Sums of about fifty lengths.
+            // The bound covers rounding in sums of about fifty lengths.
             let zone = rod.length() - rod.centre_line()[first].0;
             assert!(
                 relative_eq!(zone, 0.07, epsilon = 0.0, max_relative = 1e-12),
@@ -130,7 +131,7 @@ fn merging_mature_elements_moves_the_tip_by_less_than_its_tolerance() {
     for tolerance in [1e-3, 1e-4, 1e-5] {
         let (tips, _, elements) = run(tolerance);
         let off = tips.iter().zip(&exact).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        // An angle of this tolerance on the arm of the whole shoot.
+        // The bound is the tolerance, an angle in rad, times the length of the shoot.
         assert!(off < tolerance * 0.0855, "tolerance {tolerance}: {off:e} m");
         assert!(elements < all / 4, "tolerance {tolerance}: {elements} of {all} elements are left");
     }
@@ -144,11 +145,11 @@ fn number_of_mature_elements_follows_the_slow_swings_not_the_ripples() {
         let rod = shoot.rod();
         let growing = rod.elements() - rod.zone().start / rod.order().points();
         // Elements are halved at an eighth of the zone, so lengths are between a sixteenth and an
-        // eighth; the boundary cuts one more.
+        // eighth; the boundary of the zone adds one element.
         assert!((8..=17).contains(&growing), "{growing} elements in the zone at {t} s");
-        // One period of the oscillator leaves a ripple of ℓg τe/τg = 0.7 mm. Its loss does not
-        // depend on the length of the element. The slow swing, of 90 min and 2.6 mm, must be
-        // resolved to 2e-3 rad: an element of eighth order covers nearly two swings.
+        // One period of the oscillator leaves a ripple of wavelength ℓg τe/τg = 0.7 mm. Its loss in
+        // merging does not depend on the length of the element. The slow swing, of 90 min and 2.6
+        // mm, must be resolved to 2e-3 rad: an element of eighth order covers nearly two swings.
         let mature = rod.zone().start / rod.order().points();
         let swings = (rod.length() - 0.07) / 2.6e-3;
         assert!((mature as f64) < 0.6 * swings + 8.0, "{mature} elements for {swings} swings");
@@ -158,10 +159,10 @@ fn number_of_mature_elements_follows_the_slow_swings_not_the_ripples() {
 
 #[test]
 fn merging_preserves_the_bending_of_fresh_tissue() {
-    // The default tolerance against a hundredth of it, after 40 h. The lost part of the intrinsic
-    // strain has zero moments. The bend of an element may change by 1e-6 of itself, and bends of a
-    // radian in all on an arm of 14 cm give 1.4e-7 m, which the slow swing magnifies slightly. If
-    // that bound is removed, the tip is 1e-5 m off.
+    // Compare the default tolerance with a hundredth of it after 40 h. The lost part of the
+    // intrinsic strain has zero moments. The relative change of the bend of an element is at most
+    // 1e-6. A total bend of one radian on an arm of 14 cm gives 1.4e-7 m, which the slow swing
+    // magnifies slightly. Without that bound the error of the tip is 1e-5 m.
     let tip = |tolerance: f64| {
         let mut shoot = growing().elements(8).merge_tolerance(tolerance).into_dyn().build().unwrap();
         tips(&mut shoot, 90.0, &[40.0 * HOUR]).0[0]

@@ -1,5 +1,5 @@
-//! Features that a scene lacks cost nothing: counts of work, which depend on no machine, for scenes
-//! from a bare rod to the full shoot.
+//! Counts of work for scenes from a bare rod to the full shoot, which do not depend on the machine.
+//! Absent features add no work.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -39,7 +39,7 @@ fn each_added_feature_adds_only_its_own_cost() {
     let oscillator = Oscillator::new(0.2, 1440.0);
     let wood = Lignifying { young: YOUNG, mature_modulus: 2e9, time: 6.0 * DAY };
     let (bare, bare_bytes) = count(rod());
-    // Nothing acts: the initial guess is the solution, and one tangent confirms it.
+    // No load or law acts. The initial guess is the solution, and one tangent verifies it.
     assert!(bare.iterations == bare.equilibria && bare.halvings == 0, "{bare:?}");
     let (heavy, heavy_bytes) = count(rod().load(WEIGHT).into_dyn());
     // The shape is constant: no history is stored, and every equilibrium but the first needs only
@@ -47,10 +47,10 @@ fn each_added_feature_adds_only_its_own_cost() {
     assert!(heavy.equilibria == bare.equilibria && heavy_bytes == bare_bytes);
     assert!(heavy.iterations < heavy.equilibria + 6, "{heavy:?}");
     let (growing, growing_bytes) = count(rod().load(WEIGHT).growth(growth).into_dyn());
-    // The shoot grows by 5 %: the elements stay, and each new boundary adds a few bytes.
+    // The shoot grows by 5 %, and each new boundary of elements adds a few bytes.
     assert!(growing.equilibria == heavy.equilibria && growing_bytes < heavy_bytes + 64, "{growing:?} {growing_bytes}");
     let (one, one_bytes) = count(rod().load(WEIGHT).growth(growth).tropism(gravity).into_dyn());
-    // Two variables, their rates and two stimuli at about a dozen levels of the history.
+    // The history stores two variables, their rates and two stimuli at about a dozen levels.
     assert!(one.equilibria == growing.equilibria && one_bytes > growing_bytes, "{one:?} {one_bytes}");
     let (two, two_bytes) = count(rod().load(WEIGHT).growth(growth).tropism((gravity, bend)).into_dyn());
     assert!(two.equilibria == one.equilibria && two.halvings == 0, "{two:?}");
@@ -67,7 +67,7 @@ fn each_added_feature_adds_only_its_own_cost() {
     let whole = Shoot::builder(wood).length(0.068).radius(RADIUS).elements(4).scene(Still::tilted(0.1)).load(WEIGHT);
     let (whole, _) = count(whole.growth(growth).tropism((oscillator, slow, bend)).into_dyn());
     assert!(whole.equilibria == settling.equilibria, "{whole:?}");
-    // One tangent and one gradient a step, except at the start.
+    // Each step evaluates one tangent and one gradient, except at the start.
     assert!(whole.iterations <= whole.equilibria + 12 && whole.evaluations <= whole.iterations + 24, "{whole:?}");
 }
 
@@ -77,7 +77,7 @@ fn absent_laws_change_no_count() {
     let bend = Proprioception { sensitivity: ETA }.remembered(MEMORY);
     let with = || rod().load(WEIGHT).growth(constant).scene(Still::tilted(FRAC_PI_2));
     let plain = count(with().tropism(bend).into_dyn());
-    // Absent laws of every kind, beside the one that is present.
+    // Absent laws of several types are combined with the one that is present.
     assert_eq!(count(with().tropism((bend, ())).into_dyn()), plain);
     assert_eq!(count(with().tropism((None::<Oscillator>, bend, ((), ()))).into_dyn()), plain);
     assert_eq!(count(with().tropism(bend).load((WEIGHT, ())).into_dyn()), plain);

@@ -37,7 +37,7 @@ impl GrowthLaw for Parabola {
 /// Growth law of any type, shared by several shoots.
 type AnyGrowth = Arc<dyn GrowthLaw + Send + Sync>;
 
-/// Shoot without load and steering, which stays straight.
+/// Shoot without load and steering, which remains straight.
 fn shoot(growth: AnyGrowth, length: f64, elements: usize, order: Order) -> Shoot<DynLaws> {
     let builder = Shoot::builder(YOUNG).length(length).radius(0.01 * length).elements(elements).order(order);
     builder.growth(growth).into_dyn().build().unwrap()
@@ -68,19 +68,20 @@ fn travel(law: &dyn GrowthLaw, a: f64, b: f64) -> f64 {
 /// Runge–Kutta steps for each material point and growth time, so a hundred growth times take 4 to 9
 /// s; `MORPHOROD_LONG=1` requests them.
 ///
-/// Forty growth times still show the defects that such a law can have and the others cannot. The
-/// motion of tissue is compared over a tenth of a growth time, with a bound for that interval
-/// alone: a wrong motion or stretch fails at once, and one of elements that have grown from tissue
-/// at the apex fails after 10 or 20 growth times, when most of the zone has been renewed. Elements
-/// near the apex that are cut once in a growth time, instead of once in an octave of σ, add forty
-/// nodes and exceed the bound, 16 beyond two for each element. Rounding of lengths that adds up over a
-/// thousand steps is a matter of code that all laws share; the uniform law and the linear profile
-/// test it over a hundred growth times.
+/// Forty growth times suffice to detect the defects that are specific to such a law. The motion of
+/// tissue is compared over a tenth of a growth time, with a bound for that interval alone: a wrong
+/// motion or stretch fails at once, and one of elements that have grown from tissue at the apex
+/// fails after 10 or 20 growth times, when most of the zone has been renewed. Elements near the
+/// apex that are cut once in a growth time, instead of once in an octave of σ, add forty nodes and
+/// exceed the bound, 16 beyond two for each element. Rounding errors of lengths accumulate over a
+/// thousand steps in code that all laws share. The uniform law and the linear profile test this
+/// code over a hundred growth times.
 fn growth_times_of_integrated_laws() -> u32 {
     if long() { 100 } else { 40 }
 }
 
-/// Follows a shoot for a number of growth times; all errors are relative.
+/// Grows a shoot for a number of growth times and asserts that relative errors of lengths and
+/// positions are small.
 fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, growth_times: u32) {
     let law: AnyGrowth = Arc::new(law);
     for (elements, order) in [(4, Order::Eight), (3, Order::Four), (3, Order::Two)] {
@@ -93,7 +94,8 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
             let rod = shoot.rod();
             // The mean of all these laws over the zone is 1/τg.
             let exact = 0.05 + ZONE * time / TIME;
-            // At most a thousand steps, each with a rounding error of one ulp of the length.
+            // The bound covers at most a thousand steps, each with a rounding error of one ulp of
+            // the length.
             assert!(
                 relative_eq!(rod.length(), exact, epsilon = 0.0, max_relative = 1e-12),
                 "{order:?}, {time} s: length {} m, expected {exact} m",
@@ -106,14 +108,14 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
                 nodes[0]
             );
             most = most.max(nodes.len());
-            // Initial apex distances in the zone decrease strictly towards the apex, however small
-            // they have become.
+            // Initial apex distances in the zone decrease strictly towards the apex, even when they
+            // are very small.
             let names = rod.points()[rod.zone()].iter().map(|point| point.initial_apex_distance);
             assert!(names.clone().all(|name| name > 0.0) && names.clone().zip(names.skip(1)).all(|(a, b)| a > b));
             if i % 10 != 0 {
                 continue;
             }
-            // The same ends of elements a tenth of a growth time later.
+            // Positions of the same element ends a tenth of a growth time later.
             run.advance(&mut shoot, time + 0.1 * TIME).unwrap();
             let later = zone_nodes(shoot.rod());
             let moved = |sigma: f64| {
@@ -137,11 +139,11 @@ fn assert_stays_accurate(law: impl GrowthLaw + Copy + Send + Sync + 'static, gro
                 assert!(error.abs() < 1e-11, "{order:?}, {time} s, {ends:?}: {error:e}");
             }
         }
-        // Halves of the initial elements, and up to three more for every octave of σ over which the
-        // cosine profile stretches its apex unevenly; σ ~ t^(−1/2) passes five octaves in a hundred
-        // growth times.
+        // The zone contains halves of the initial elements. Up to three more are added for every
+        // octave of σ over which the cosine profile stretches its apex unevenly; σ ~ t^(−1/2)
+        // passes five octaves in a hundred growth times.
         assert!(most <= 2 * elements + 16, "{order:?}: {most} nodes in the zone");
-        // The final state is valid: reading it again accepts it.
+        // The final state is valid, and deserialisation accepts it.
         let saved = serde_json::to_string(shoot.state()).unwrap();
         assert!(serde_json::from_str::<State>(&saved).unwrap() == *shoot.state());
     }
@@ -177,7 +179,7 @@ fn tiny_initial_apex_distances_keep_relative_accuracy() {
     run.advance(&mut shoot, time).unwrap();
     for point in &shoot.rod().points()[shoot.rod().zone()] {
         let exact = point.apex_distance * (-time / TIME).exp();
-        // 145 cuts and 2000 steps, each with a rounding error of one or two ulp.
+        // The bound covers 145 cuts and 2000 steps, each with a rounding error of one or two ulp.
         assert_relative_eq!(point.initial_apex_distance, exact, epsilon = 0.0, max_relative = 1e-11);
     }
 }
@@ -206,8 +208,8 @@ fn positions_of_points_converge_at_the_order_of_the_elements() {
             ("linear", meshes.map(|elements| position_error(Arc::new(LINEAR), elements, order))),
             ("user-defined", meshes.map(|elements| position_error(Arc::new(Parabola), elements, order))),
         ] {
-            // The order of the elements, down to rounding. A half is subtracted because coarse and
-            // fine meshes are cut at different places.
+            // The observed order must reach that of the elements unless errors are near rounding. A
+            // half is subtracted because coarse and fine meshes are cut at different positions.
             let observed = shoots::order(&errors.map(|error| error.max(1e-14)));
             let least = if errors[2] < 1e-13 { 0.0 } else { f64::from(2 * p) - 0.5 };
             assert!(observed > least, "{law}, {order:?}: order {observed}, errors {errors:?}");
@@ -223,7 +225,7 @@ fn length_follows_the_closed_form_from_tiny_and_huge_initial_lengths() {
             let mut run = MethodOfSteps::with_solver(TIME / 20.0, Unloaded);
             run.advance(&mut shoot, 20.0 * TIME).unwrap();
             let exact = if start < ZONE { ZONE * (21.0 - (ZONE / start).ln()) } else { start + 20.0 * ZONE };
-            // Hundreds of steps, each with a rounding error of one ulp.
+            // The bound covers hundreds of steps, each with a rounding error of one ulp.
             assert!(
                 relative_eq!(shoot.rod().length(), exact, epsilon = 0.0, max_relative = 1e-12),
                 "from {start} m, {elements} elements: {} m, expected {exact} m",
@@ -235,8 +237,8 @@ fn length_follows_the_closed_form_from_tiny_and_huge_initial_lengths() {
 
 #[test]
 fn growth_zone_shorter_than_an_element_grows_at_the_exact_rate() {
-    // The number of elements is that of the zone. With one element, the zone is a single element,
-    // the longest possible.
+    // The number of elements refers to the zone. With one element, the zone is a single element of
+    // the largest possible length.
     let mut shoot = shoot(Arc::new(LINEAR), 1.0, 1, Order::Four);
     MethodOfSteps::with_solver(TIME / 20.0, Unloaded).advance(&mut shoot, 30.0 * TIME).unwrap();
     let exact = 1.0 + 30.0 * ZONE;
@@ -273,7 +275,7 @@ impl GrowthLaw for OnAndOff {
 #[test]
 fn growth_that_starts_and_stops_has_the_exact_length() {
     let mut shoot = shoot(Arc::new(OnAndOff), 0.05, 4, Order::Eight);
-    // No multiple of the step coincides with a start or a stop.
+    // Most starts and stops do not coincide with multiples of the step.
     let mut run = MethodOfSteps::with_solver(TIME / 17.3, Unloaded);
     for t in [0.2, 0.5, 3.1, 30.0].map(|t| t * TIME) {
         run.advance(&mut shoot, t).unwrap();

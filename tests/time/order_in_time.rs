@@ -51,7 +51,7 @@ fn assert_fourth_order(name: &str, errors: [f64; 4]) {
 }
 
 const HOURS: [f64; 5] = [HOUR, 2.0 * HOUR, 4.0 * HOUR, 6.0 * HOUR, 8.0 * HOUR];
-/// A half, a quarter, … of the delay of 12 min.
+/// Steps (s): a half, a quarter, an eighth and a sixteenth of the delay of 12 min.
 const STEPS: [f64; 4] = [360.0, 180.0, 90.0, 45.0];
 
 #[test]
@@ -69,7 +69,8 @@ fn righting_shoot_with_statoliths_has_fourth_order() {
 #[test]
 fn growing_shoot_has_fourth_order() {
     let shoot = || growing().merge_tolerance(1e-6).into_dyn().build().unwrap();
-    // The oscillator of 24 min requires shorter steps. Merging to 1e-6 changes the tip by 1e-12 m.
+    // The oscillator of 24 min requires shorter steps. Merging with a tolerance of 1e-6 changes the
+    // tip by 1e-12 m.
     let steps = [180.0, 90.0, 45.0, 22.5];
     let times = [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].map(|h| h * HOUR);
     assert_fourth_order("growing", errors(shoot, MethodOfSteps::new, &times, steps, 7.5));
@@ -113,7 +114,7 @@ fn steps_are_corrected_only_if_they_exceed_the_shortest_delay() {
     let (near, corrections) = run(60.0);
     assert_eq!(corrections, 0);
     assert_eq!(run(420.0).1, 0);
-    // A longer step has its own error in time.
+    // A longer step has a larger error in time.
     let (far, corrections) = run(600.0);
     assert!(corrections > 10, "{corrections}");
     assert_abs_diff_eq!(InNorm(far), InNorm(near), epsilon = 1e-4);
@@ -122,8 +123,8 @@ fn steps_are_corrected_only_if_they_exceed_the_shortest_delay() {
 #[test]
 fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     let pulse = Pulse { peak: Vector3::new(2e-5, 1e-5, 0.0), start: 20.0 * MINUTE, duration: 12.0 * MINUTE };
-    // Two turns of 87.6 min end at 10512 s, not a multiple of any step, and the force drops from
-    // 1e-5 N to zero.
+    // Two turns of 87.6 min end at 10512 s, which is not a multiple of any step. The force then
+    // drops from 1e-5 N to zero.
     let whirl = Whirl { force: 1e-5, period: 87.6 * MINUTE, turns: 2.0 };
     // The pulse is a half sine of 12 min: the longest step is a fourth of it.
     let steps = [180.0, 90.0, 45.0, 22.5];
@@ -141,9 +142,9 @@ fn jumps_of_a_load_or_of_its_slope_keep_fourth_order() {
     assert_fourth_order("pulse, no delay", found);
 }
 
-/// A weightless shoot with proprioception alone obeys, point by point, u̇ = −(η/τg) y(t − τr), τm ẏ
-/// = u − y, with u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 + λτm), if −λ (1 + λτm)
-/// exp(λτr) is η/τg.
+/// Exact solution for a weightless shoot with proprioception alone. At each point it obeys u̇ =
+/// −(η/τg) y(t − τr), τm ẏ = u − y, with u = u1 + i u2. A solution is u = u0 exp(λt), y = u/(1 +
+/// λτm), if −λ (1 + λτm) exp(λτr) is η/τg.
 struct Circling {
     memory: Memory,
     /// −Re λ and Im λ, 1/s.
@@ -226,7 +227,7 @@ fn delays_that_no_step_divides_keep_fourth_order() {
     for (gravity, bend) in [(550.0, 550.0), (550.0, 71.0)] {
         let shoot = || righting().tropism(laws(memory(gravity), memory(bend))).into_dyn().build().unwrap();
         let found = errors(shoot, MethodOfSteps::new, &[2560.0, 7680.0], [160.0, 80.0, 40.0, 20.0], 5.0);
-        // Rounding is 1e-16 m.
+        // Rounding errors are 1e-16 m.
         assert!(order(&found) >= LEAST, "delays {gravity} s and {bend} s: {found:?}");
         // With steps across the kinks, the errors with both delays at 550 s were 1.3e-7, 2.5e-8,
         // 3.4e-9, 3.5e-11 m.
@@ -236,14 +237,13 @@ fn delays_that_no_step_divides_keep_fourth_order() {
 
 #[test]
 fn memories_far_shorter_than_a_step_keep_fourth_order() {
-    // y rises to its stimulus almost at once, so that the response jumps after one delay.
+    // The variable y reaches its stimulus almost at once, so the response jumps after one delay.
     for time in [1e-6, 1e-4] {
         let memory = Memory { time, delay: 720.0 };
         let shoot = || righting().tropism(laws(memory, memory)).into_dyn().build().unwrap();
         let found = errors(shoot, MethodOfSteps::new, &[HOUR, 2.0 * HOUR], [240.0, 120.0, 60.0, 30.0], 5.0);
         assert_fourth_order("a short memory", found);
-        // The error of the rise is a part of its area, β ℓ²/(r τg) time, a thousandth of this
-        // bound.
+        // The error of the rise is a small part of its area, β ℓ²/(r τg) times the memory time.
         assert!(found[3] < 1e-9 * 0.05, "{time} s: {found:?}");
     }
 }

@@ -43,7 +43,7 @@ fn scene(seed: u64) -> End {
         })
         .scene(Still::tilted(draw.uniform(-3.2, 3.2)));
     let weight = draw.chance(0.8).then(|| Weight { density: draw.log(1.0, 2e4) });
-    // Forces are given as fractions of the weight of a shoot of water.
+    // Forces are given as multiples of the weight of a shoot of water.
     let force = draw.log(1e-6, 10.0) * 1e4 * radius * radius * length;
     let wind = draw.chance(0.3).then(|| Distributed(draw.vector(force / length)));
     let pull = draw.chance(0.3).then(|| {
@@ -111,7 +111,7 @@ fn run(mut shoot: Shoot<DynLaws>, mut draw: Draw) -> End {
             assert!(read == *shoot.state());
             shoot.restore(&read).unwrap();
         }
-        // The same call gives the same bits.
+        // A repeated call gives the same bits.
         if twice {
             let after = shoot.state().clone();
             shoot.restore(&before).unwrap();
@@ -140,6 +140,6 @@ fn random_scenes_end_in_a_sound_state_or_an_error() {
         }
     }
     println!("{scenes} scenes: {ends:?}; the slowest, number {}, took {:.2} s", slowest.1, slowest.0);
-    // At least a third of the scenes must run, or the test would test little.
+    // At least a third of the scenes must run for the test to be meaningful.
     assert!(3 * ends.get(&End::Answer).copied().unwrap_or(0) > scenes, "{ends:?}");
 }

@@ -1,4 +1,4 @@
-//! The righting response of a shoot laid on its side: reduced model, h = −ĝ, ℓ = 5 cm, τg = 20 h,
+//! Righting response of a horizontal shoot: reduced model, h = −ĝ, ℓ = 5 cm, τg = 20 h,
 //! horizontal base.
 
 use crate::fixtures::in_norm::InNorm;
@@ -9,8 +9,8 @@ use morphorod::integrator::{ConstantHistory, Integrator, MethodOfSteps};
 use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths, Site};
 use nalgebra::Vector3;
 
-/// Tip (x along the base tangent, z up, m) at full hours: the model of doi
-/// 10.3389/fpls.2021.608005, reduced, integrated by two unrelated codes to an error below 1e-8 m.
+/// Tip (x along the base tangent, z up, m) at full hours: the reduced model of doi
+/// 10.3389/fpls.2021.608005, integrated by two independent codes to an error below 1e-8 m.
 const TABLE: [(f64, f64, f64); 4] = [
     (0.0, 0.048402645, -0.011718344),
     (4.0, 0.016944722, 0.041497416),
@@ -29,7 +29,7 @@ fn tip_matches_the_table() {
     for ((hour, x, z), tip) in TABLE.into_iter().zip(tips) {
         let error = (tip - Vector3::new(x, 0.0, z)).norm();
         assert!(error < TABLE_ERROR, "after {hour} h: {error:e} m");
-        // The scene is planar. Rounding of 5 cm is 1e-17.
+        // The scene is planar. The rounding unit of 5 cm is 1e-17 m.
         assert!(abs_diff_eq!(tip.y, 0.0, epsilon = 1e-14), "the shoot leaves its plane by {:e} m", tip.y);
     }
 }
@@ -70,8 +70,8 @@ fn righting_shoot_reaches_the_stationary_shape_for_any_memories() {
     }
 }
 
-/// The steady history of the righting shoot, point by point: up and bend as in the first
-/// equilibrium.
+/// Steady history of the righting shoot: upward direction and bending strains at each point, as in
+/// the first equilibrium.
 fn as_it_is(_t: f64, site: &Site, variables: &mut [f64]) {
     let up = site.along_directors(&site.environment.up());
     variables.copy_from_slice(&[up.x, up.y, site.strain.x, site.strain.y]);
@@ -98,8 +98,8 @@ fn given_history_that_is_zero_or_constant_acts_like_the_empty_or_steady_history(
     };
     let [empty, zero, steady, constant] = [0, 1, 2, 3].map(tips_after);
     for i in 0..times.len() {
-        // Interpolation of a constant is exact. Rounding may change whether Newton's method meets
-        // its tolerance, 1e-11 rad over 5 cm.
+        // Interpolation of a constant is exact. Rounding may change the number of Newton
+        // iterations. Their tolerance is 1e-11 rad over 5 cm.
         assert_abs_diff_eq!(InNorm(empty[i]), InNorm(zero[i]), epsilon = 1e-12);
         assert_abs_diff_eq!(InNorm(steady[i]), InNorm(constant[i]), epsilon = 1e-12);
     }
@@ -143,15 +143,15 @@ fn steady_history_bends_the_shoot_at_a_constant_rate_for_one_delay() {
         // u2).
         let gradient = [-BETA / RADIUS * y[1] - ETA * y[2], BETA / RADIUS * y[0] - ETA * y[3]];
         let exact = Vector3::new(gradient[0], gradient[1], 0.0) * (MEMORY.delay / (20.0 * HOUR));
-        // Sums of about ten terms: a few ulp.
+        // Sums of about ten terms have rounding errors of a few ulp.
         assert_abs_diff_eq!(InNorm(point.intrinsic), InNorm(exact), epsilon = 1e-14 * exact.norm());
     }
 }
 
 #[test]
 fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
-    // With y = y0 exp(t/σ) on [−τr, 0] in the memory of h1 alone, until t = τr
-    // u2* = (β y0/(r τg)) σ (exp((t − τr)/σ) − exp(−τr/σ)).
+    // Let y = y0 exp(t/σ) on [−τr, 0] in the memory of h1 alone. Until t = τr the intrinsic strain
+    // is u2* = (β y0/(r τg)) σ (exp((t − τr)/σ) − exp(−τr/σ)).
     let (scale, y0) = (6.0 * MINUTE, 0.3);
     let mut shoot = righting().into_dyn().build().unwrap();
     let mut run = MethodOfSteps::new(100.0);
@@ -161,9 +161,9 @@ fn varying_given_history_bends_the_shoot_as_in_the_closed_form() {
         run.advance(&mut shoot, t).unwrap();
         let memory = ((t - MEMORY.delay) / scale).exp() - (-MEMORY.delay / scale).exp();
         let exact = BETA * y0 / (RADIUS * 20.0 * HOUR) * scale * memory;
-        // Sampled 64 times over τr = 2σ and interpolated by cubics: h⁴/384 of the fourth
-        // derivative, and slopes from five samples, h⁴/20 of the fifth at the end: (2/64)⁴/20 =
-        // 5e-8.
+        // The history is sampled 64 times over τr = 2σ and interpolated by cubics, with an error of
+        // h⁴/384 times the fourth derivative. Slopes from five samples have an error of h⁴/20 times
+        // the fifth derivative at the end: (2/64)⁴/20 = 5e-8.
         for point in shoot.rod().points() {
             assert_relative_eq!(point.intrinsic.y, exact, epsilon = 0.0, max_relative = 5e-8);
             assert_eq!(point.intrinsic.x, 0.0);
@@ -182,14 +182,15 @@ fn steps_that_do_not_divide_the_delays_are_as_accurate_as_those_that_do() {
         };
         let run =
             |step: f64| tips(&mut righting().elements(4).tropism(laws()).into_dyn().build().unwrap(), step, &times).0;
-        // 12 min is a multiple of 90 s, but not of 97 s and 113 s: the same fourth order with the
-        // same constant, up to a factor of 2 by which the error varies along the run. The reference
-        // uses 20 s, with an error 400 times smaller.
+        // 12 min is a multiple of 90 s, but not of 97 s or 113 s. The order is four for all steps,
+        // with the same constant up to a factor of 2 by which the error varies along the run. The
+        // reference uses steps of 20 s, with an error 400 times smaller.
         let fine = run(20.0);
         let error = |step: f64| run(step).iter().zip(&fine).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         let (divisor, others) = (error(90.0), [error(97.0), error(113.0)]);
-        // Fourth order at an eighth of the memory time: (1/8)⁴/384 of the motion of 4 cm is 2.5e-8
-        // m, with up to a factor of four for the two laws with memories of their own.
+        // The error is of fourth order with steps of an eighth of the memory time: (1/8)⁴/384 of
+        // the motion of 4 cm is 2.5e-8 m. It is up to four times larger for two laws with different
+        // memories.
         assert!(divisor < 1e-7, "{divisor:e}");
         for (step, other) in [97.0_f64, 113.0].into_iter().zip(others) {
             assert!(other < 2.0 * divisor * (step / 90.0).powi(4), "{step} s: {other:e} against {divisor:e}");

@@ -49,7 +49,7 @@ fn growth_lengthens_the_unstretched_rod_and_weight_stretches_it() {
         let length = 0.05 * (hours * HOUR / time).exp();
         let stretched = length + 1000.0 * 9.81 * length * length / (2.0 * soft().youngs_modulus);
         assert!(stretched > 1.02 * length);
-        // Rounding of 120 factors of growth.
+        // The bound covers the rounding of 120 growth factors.
         let rounding = 500.0 * f64::EPSILON;
         assert_relative_eq!(shoot.rod().length(), length, epsilon = 0.0, max_relative = rounding);
         assert_relative_eq!(shoot.tip().norm(), stretched, epsilon = 0.0, max_relative = rounding);
@@ -63,7 +63,7 @@ fn resumed_run_of_a_stretching_shoot_repeats_the_uninterrupted_run() {
     let mut run = MethodOfSteps::new(120.0);
     let _ = run.advance(&mut shoot, 4.0 * HOUR).unwrap();
     let (s, line) = (shoot.rod().length(), shoot.rod().centre_line_length());
-    // The centre line is stretched visibly.
+    // The length of the centre line differs from the unstretched length by more than 0.1 %.
     assert!((line / s - 1.0).abs() > 1e-3, "{line} m of {s} m");
     let state: State = postcard::from_bytes(&postcard::to_allocvec(shoot.state()).unwrap()).unwrap();
     assert_eq!(&state, shoot.state());
@@ -79,8 +79,8 @@ fn resumed_run_of_a_stretching_shoot_repeats_the_uninterrupted_run() {
     let clip = PointForce { initial_apex_distance: 0.0301, force: Vector3::x() * 1e-7 };
     let other = shoot.with_model(shoot.model().clone().with_load(clip).into_dyn()).unwrap();
     assert_eq!(other.rod().elements(), shoot.rod().elements() + 1);
-    // The parts interpolate a polynomial of degree p in rotations and p − 1 in the strain of the
-    // line by p points on either side.
+    // The two parts interpolate polynomials of degree p in the rotations and p − 1 in the strain of
+    // the centre line, with p points each.
     assert_abs_diff_eq!(InNorm(other.tip()), InNorm(shoot.tip()), epsilon = 1e-9 * s);
     assert_abs_diff_eq!(other.rod().centre_line_length(), shoot.rod().centre_line_length(), epsilon = 1e-9 * s);
 }
@@ -95,9 +95,10 @@ fn boxed_and_graded_stretching_laws_give_the_same_shoot() {
         shoot.tip()
     };
     let direct = build(Box::new(soft()));
-    // Shear and stretch move the tip visibly.
+    // Shear and stretch move the tip by more than 0.1 % of the length.
     assert!((direct - build(Box::new(YOUNG))).norm() > 1e-3 * 0.05);
-    // Twice a law of half the moduli: factors that are powers of two change no bit.
+    // A factor of two on a law with half the moduli gives the same bits, because multiplication by
+    // a power of two is exact.
     let half = Timoshenko {
         law: LinearElastic { youngs_modulus: 0.5 * YOUNG.youngs_modulus, ..YOUNG },
         youngs_modulus: 0.5 * soft().youngs_modulus,
@@ -107,7 +108,7 @@ fn boxed_and_graded_stretching_laws_give_the_same_shoot() {
     assert_eq!(build(Box::new(Graded { law: half, factor: |_: &Tissue| 2.0 })), direct);
 }
 
-/// Upright shoot that steers, of the given tissue, with a downward force at half its height.
+/// Upright shoot with tropisms, of the given tissue, with a downward force (N) at half its height.
 fn upright(law: impl Constitutive + Send + Sync + 'static, force: f64) -> Shoot<DynLaws> {
     Shoot::builder(law)
         .length(0.05)
@@ -138,8 +139,8 @@ fn roots_of_a_stretching_shoot_are_those_of_a_rigid_line_under_haringx_force() {
     let (soft_roots, rigid, wrong) =
         (roots(upright(soft(), force)), roots(upright(YOUNG, effective)), roots(upright(YOUNG, force)));
     assert!(!soft_roots.is_empty() && soft_roots.len() == rigid.len(), "{} {}", soft_roots.len(), rigid.len());
-    // Complex numbers: approx compares them only with a feature of num-complex that is off, so
-    // norms are compared.
+    // Norms of differences are compared, because approx supports complex numbers only with a
+    // disabled feature of num-complex.
     for (a, b) in soft_roots.iter().zip(&rigid) {
         assert!((a.value - b.value).norm() < 1e-7 * b.value.norm(), "{} {}", a.value, b.value);
     }
@@ -172,8 +173,8 @@ fn first_equilibrium_of_a_stretching_shoot_keeps_the_tolerance() {
 
 #[test]
 fn crushed_tissue_is_an_error_that_leaves_the_shoot_unchanged() {
-    // The weight compresses the foot by ρ g ℓ/E = 0.4 % of its length, and the force compresses it
-    // to nothing.
+    // The weight compresses the base by a strain of ρ g ℓ/E = 0.4 %. The force compresses it to
+    // zero length.
     let law = Timoshenko { youngs_modulus: 5e3, ..Timoshenko::circular(YOUNG) };
     let crush = |force: f64| {
         let mut shoot = Shoot::builder(law)

@@ -11,7 +11,8 @@ use nalgebra::Vector3;
 
 const END: f64 = 4000.0;
 
-/// A shoot on a tilted base that straightens with a delay, with a load beside its weight.
+/// Shoot on a tilted base with proprioception of a given memory time and delay (s), its weight and
+/// an additional load.
 fn pushed(load: impl Load + Send + Sync + 'static, time: f64, delay: f64) -> Shoot<DynLaws> {
     Shoot::builder(YOUNG)
         .length(0.05)
@@ -25,7 +26,7 @@ fn pushed(load: impl Load + Send + Sync + 'static, time: f64, delay: f64) -> Sho
         .unwrap()
 }
 
-/// The shapes at 20 equidistant times and at times during the event and soon after it.
+/// Shapes at 21 equidistant times and at times during the event and shortly after it.
 fn path(mut shoot: Shoot<DynLaws>, integrator: &mut impl Integrator, event: f64) -> (Path, Statistics) {
     let mut times: Vec<f64> = (0..=20).map(|k| END * f64::from(k) / 20.0).collect();
     times.extend([0.25, 0.5, 0.75, 1.0, 1.2, 1.5].map(|share| share * event));
@@ -54,7 +55,7 @@ fn events_shorter_than_a_step_keep_the_tolerance() {
             let (found, statistics) = path(shoot(), &mut Adaptive::new(tolerance), *event);
             let (error, estimate) = (distance(&found, &exact), statistics.error.unwrap());
             assert!(error <= tolerance, "scene {scene}, {tolerance:e}: error {error:e}");
-            // The promised range of the estimate.
+            // Documented range of the ratio of estimate to error.
             let ratio = estimate / error;
             assert!(
                 (0.1..30.0).contains(&ratio),
@@ -64,8 +65,8 @@ fn events_shorter_than_a_step_keep_the_tolerance() {
     }
 }
 
-/// The first call ends just before a pulse begins and before the time that is one delay after the beginning of the
-/// run. A second pulse begins within rounding of the times of steps.
+/// The first call ends before a pulse that begins one delay after the start of the run. A second
+/// pulse begins at the same time or up to 1e-4 s later.
 #[test]
 fn discontinuities_that_nearly_coincide_are_passed() {
     let pulse = |start: f64| Pulse { peak: Vector3::new(0.0, 3e-5, 0.0), start, duration: 60.0 };
@@ -74,7 +75,8 @@ fn discontinuities_that_nearly_coincide_are_passed() {
         let mut integrator = Adaptive::new(1e-5);
         for until in [stop, END] {
             let cost = integrator.advance(&mut shoot, until).unwrap_or_else(|error| panic!("{gap:e}, {stop}: {error}"));
-            // 58 steps if both pulses begin at one time. No step becomes so short that there are many more.
+            // The larger count is 58 steps if both pulses begin at the same time. Very short
+            // steps would increase this number.
             assert!(cost.steps <= 70, "{gap:e}, {stop}: {cost:?}");
         }
     }

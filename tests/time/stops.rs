@@ -42,7 +42,7 @@ fn single_steps_repeat_the_run_of_one_call() {
     }
     assert_eq!((single.state(), calls), (whole.state(), expected.steps));
     assert_eq!(found, expected);
-    // No step is left at the end.
+    // A call at the end time takes no step.
     assert_eq!(integrator.step(&mut single, end).unwrap().steps, 0);
 }
 
@@ -52,7 +52,7 @@ fn stop_at_a_length_occurs_at_the_time_of_the_closed_form() {
         let mut shoot = eventful();
         let condition = |shoot: &Shoot<_>| shoot.rod().length() - target;
         let statistics = MethodOfSteps::new(step).advance_until(&mut shoot, 100.0 * HOUR, condition).unwrap();
-        // The length increases at ℓg/τg, by one unit of its rounding in 5e-10 s.
+        // The length increases at ℓg/τg, by one unit in its last place in 1.2e-11 s.
         let expected = (target - 0.05) / (0.04 / (20.0 * HOUR));
         assert_abs_diff_eq!(shoot.time(), expected, epsilon = 1e-6);
         assert!(shoot.rod().length() >= target);
@@ -62,20 +62,20 @@ fn stop_at_a_length_occurs_at_the_time_of_the_closed_form() {
 
 #[test]
 fn stop_at_an_angle_has_the_order_of_the_integrator() {
-    // Time at which the tip of a righting shoot points upwards by 60°.
+    // Time at which the tip of a righting shoot points upwards at 60° to the horizontal.
     let time = |step: f64| {
         let mut shoot = righting().into_dyn().build().unwrap();
         let up = |shoot: &Shoot<_>| (shoot.rod().apex_frame() * Vector3::z()).z - 60.0_f64.to_radians().sin();
         let _ = MethodOfSteps::new(step).advance_until(&mut shoot, 24.0 * HOUR, up).unwrap();
-        // The time is known to 1e-10 of the step, and the tip rotates by less than 1e-3 rad in a
+        // The time is located to 1e-10 of the step, and the tip rotates by less than 1e-3 rad in a
         // second.
         assert!(up(&shoot) >= 0.0 && up(&shoot) < 3e-11);
         shoot.time()
     };
     let finest = time(15.0);
     let errors = [240.0, 120.0, 60.0].map(|step| (time(step) - finest).abs());
-    // The error is below a second of 1.4 hours with steps of four minutes, and decreases at fourth
-    // order.
+    // With steps of four minutes the error of the time, which is 1.4 h, is below one second. It
+    // decreases at fourth order.
     assert!(errors[0] < 1.0, "{errors:?}");
     for pair in errors.windows(2) {
         assert!((pair[0] / pair[1]).log2() > 3.5, "{errors:?}");
@@ -88,7 +88,8 @@ fn steering_rate_is_the_rate_of_intrinsic_strain_and_detects_a_stationary_shoot(
     let mut integrator = MethodOfSteps::new(180.0);
     assert_eq!(shoot.steering_rate(), 0.0);
     let _ = integrator.advance(&mut shoot, 2.0 * HOUR).unwrap();
-    // The rate against the change of the intrinsic strain over the next second, weighted by length.
+    // Compare the rate with the change of the intrinsic strain over the next second, weighted by
+    // length.
     let (rate, strains) = (shoot.steering_rate(), shoot.rod().points().to_vec());
     let mut later = shoot.clone();
     let _ = integrator.advance(&mut later, shoot.time() + 1.0).unwrap();
@@ -96,7 +97,7 @@ fn steering_rate_is_the_rate_of_intrinsic_strain_and_detects_a_stationary_shoot(
     let changed = later.rod().points().iter().zip(&strains).zip(weights.iter().cycle());
     let expected: f64 =
         changed.map(|((now, then), w)| (now.intrinsic - then.intrinsic).norm() * w * then.jacobian).sum();
-    // The rate itself varies on the scale of twenty minutes.
+    // The rate varies on a time scale of twenty minutes.
     assert!(rate > 1e-6, "{rate}");
     assert_relative_eq!(rate, expected, epsilon = 0.0, max_relative = 2e-3);
     let still = |shoot: &Shoot<_>| 1e-9 - shoot.steering_rate();
@@ -117,7 +118,7 @@ fn condition_that_is_not_met_is_an_error_with_the_time_and_value_reached() {
     assert_abs_diff_eq!(value, -0.948, epsilon = 1e-3);
     assert!(error.to_string().contains("by 3600 s") && !error.is_recoverable());
     assert_eq!(shoot.state(), &before);
-    // A condition that is NaN at some time.
+    // A condition that is NaN at some time is an error.
     let bad = |shoot: &Shoot<_>| if shoot.time() > 2400.0 { f64::NAN } else { -1.0 };
     let error = integrator.advance_until(&mut shoot, HOUR, bad).unwrap_err();
     assert!(matches!(error, IntegrationError::NotFinite { what: "condition", .. }), "{error}");
@@ -125,10 +126,10 @@ fn condition_that_is_not_met_is_an_error_with_the_time_and_value_reached() {
     // A condition that holds at once takes no step.
     let statistics = integrator.advance_until(&mut shoot, HOUR, |_| 0.0).unwrap();
     assert_eq!((statistics.steps, shoot.state()), (0, &before));
-    // The latest time is in the past.
+    // A latest time in the past is an error.
     assert!(integrator.advance_until(&mut shoot, 0.0, |_| -1.0).is_err());
     assert_eq!(shoot.state(), &before);
-    // The time of a condition that jumps, or is infinite before it holds, is found.
+    // The time is located if the condition jumps or is infinite before it holds.
     for below in [-1.0, f64::NEG_INFINITY] {
         let mut shoot = shoot.clone();
         let jump = |shoot: &Shoot<_>| if shoot.time() >= 2512.3 { 1.0 } else { below };
@@ -160,7 +161,7 @@ fn output_times_leave_the_run_unchanged_and_show_accurate_shapes() {
         let (mut fine, mut short) = (eventful(), MethodOfSteps::new(15.0));
         for (time, tip, length) in &path {
             let _ = short.advance(&mut fine, *time).unwrap();
-            // Fourth order in the step, with 1e-5 m at four minutes.
+            // The bound is of fourth order in the step, and 1e-5 m at four minutes.
             let bound = 1e-5 * (step / 240.0_f64).powi(4) + 1e-10;
             assert!(
                 abs_diff_eq!(InNorm(fine.tip()), InNorm(*tip), epsilon = bound),
@@ -245,7 +246,7 @@ fn stops_at_almost_equal_times_keep_the_accuracy() {
         }
         shoot.tip()
     };
-    // Explicit steps, and implicit ones.
+    // Steps are explicit with the first delay, and implicit without a delay.
     for delay in [MEMORY.delay, 0.0] {
         let plain = end(&[3960.0], delay);
         for gap in [5e-13, 1e-11, 1e-9, 1e-7, 1e-5, 1e-3, 0.1] {
@@ -253,7 +254,8 @@ fn stops_at_almost_equal_times_keep_the_accuracy() {
                 [[3960.0, 3960.0 + gap].as_slice(), &[3960.0, 3960.0 + gap, 3960.0 + 2.0 * gap], &[gap, 3960.0]]
             {
                 let tip = end(stops, delay);
-                // A step in two unequal parts differs by its own error in time, about 1e-7 m.
+                // Division of a step into two unequal parts changes the tip by the error of a step,
+                // about 1e-7 m.
                 assert!(
                     abs_diff_eq!(InNorm(tip), InNorm(plain), epsilon = 5e-7),
                     "delay {delay}, {stops:?}: {tip:?} against {plain:?}"
@@ -287,7 +289,7 @@ fn any_change_of_sign_of_a_condition_is_located_in_bounded_work() {
         let mut steps = MethodOfSteps::new(180.0);
         let _ = steps.advance(&mut shoot, 2340.0).unwrap();
         let found = steps.advance_until(&mut shoot, HOUR, |shoot| condition(shoot.time())).unwrap();
-        // The time is known to 1e-10 of the step, or for flat conditions to the rounding of their
+        // The time is located to 1e-10 of the step, or for flat conditions to the rounding of their
         // values.
         assert!(abs_diff_eq!(shoot.time(), at, epsilon = 1e-6), "condition {i}: {} against {at}", shoot.time());
         assert!(found.steps == 1 && found.equilibria < 110, "condition {i}: {found:?}");

@@ -12,9 +12,9 @@ use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, Settled
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
-/// Length of a shoot, and points along its centre line.
+/// Length of a shoot and points along its centre line, in metres.
 pub(super) type Place = (f64, Vec<Vector3<f64>>);
-/// Places at equidistant times.
+/// Shapes at successive output times.
 pub(super) type Path = Vec<Place>;
 
 pub(super) const LOOKS: u32 = 23;
@@ -37,8 +37,7 @@ pub(super) fn distance(a: &Path, b: &Path) -> f64 {
     a.iter().zip(b).map(at).fold(0.0, f64::max)
 }
 
-/// True error, against a fine run of fixed resolution, and error estimate of a run with each
-/// tolerance.
+/// True error, relative to a fine run of fixed resolution, and error estimate for each tolerance.
 fn errors(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, step: f64, tolerances: &[f64]) -> Vec<(f64, f64)> {
     let mut fine = MethodOfSteps::new(step);
     fine.solver.tolerance = 1e-12;
@@ -78,9 +77,10 @@ fn tolerance_is_kept_and_the_estimate_is_near_the_true_error() {
     for (scene, errors) in all.iter().enumerate() {
         for ((error, estimate), tolerance) in errors.iter().zip(tolerances) {
             assert!(*error <= tolerance, "scene {scene}, {tolerance:e}: {error:e}");
-            // The promised range of the estimate. The estimate here belongs to a run without output
-            // times, the error to one with them. `random_shoots_keep_the_tolerance` compares an
-            // estimate with the error of its own run.
+            // Documented range of the ratio of estimate to error. The estimate here belongs to a
+            // run without output times, the error to one with them.
+            // `random_shoots_keep_the_tolerance` compares an estimate with the error of its own
+            // run.
             let ratio = estimate / error;
             assert!(
                 ratio > 0.3 && ratio < 60.0,
@@ -92,8 +92,8 @@ fn tolerance_is_kept_and_the_estimate_is_near_the_true_error() {
 
 #[test]
 fn first_equilibrium_keeps_the_tolerance() {
-    // q ℓ³/(E I) from small values to 300, against 64 elements each 1.1 times as long as the one
-    // before.
+    // The load parameter q ℓ³/(E I) increases from small values to 300. The reference has 64
+    // elements, each 1.1 times as long as the previous one.
     for density in [100.0, 1000.0, 66_000.0] {
         let ratio = 1.1_f64;
         let mut nodes: Vec<f64> = (0..=64).map(|i| 0.0659 * (ratio.powi(i) - 1.0) / (ratio.powi(64) - 1.0)).collect();
@@ -157,7 +157,7 @@ fn chosen_plan_is_part_of_the_state() {
     let kept = whole.state().clone();
     let rest = integrator.advance(&mut whole, end).unwrap();
     assert!(rest.trial_steps == 0 && rest.error == first.error, "the same plan");
-    // Another shoot and a new integrator.
+    // A restored shoot with a new integrator repeats the run.
     let mut resumed = make();
     resumed.restore(&kept).unwrap();
     let again = Adaptive::new(1e-4).advance(&mut resumed, end).unwrap();
@@ -240,7 +240,7 @@ fn delays_and_time_spans_of_any_size_are_accepted() {
 #[test]
 fn almost_coincident_kinks_and_vanishing_loads_are_integrated() {
     // The response to the beginning of the pulse, one delay later, occurs at its end or slightly
-    // beside it.
+    // before or after it.
     for duration in [720.0, 720.0_f64.next_down(), 719.95, 720.05] {
         let pulse = Pulse { peak: Vector3::new(1e-6, 0.0, 0.0), start: 1000.1, duration };
         let mut shoot = righting().load((WEIGHT, pulse)).into_dyn().build().unwrap();
@@ -304,7 +304,8 @@ fn tolerance_is_kept_after_a_change_of_load() {
 
 #[test]
 fn strongly_loaded_upright_shoot_is_refined_until_the_tolerance_is_met() {
-    // P ℓ²/(E I) = 510, straight down on an upright shoot: it bends over and hangs beside its base.
+    // A downward force with P ℓ²/(E I) = 510 acts on an upright shoot, which bends over and hangs
+    // beside its base.
     let load = ApicalForce(|_t: f64| Vector3::new(0.0, 0.0, -0.1));
     let make = |elements| {
         Shoot::builder(YOUNG).length(0.05).radius(5e-4).elements(elements).load(load).into_dyn().build().unwrap()
@@ -313,14 +314,14 @@ fn strongly_loaded_upright_shoot_is_refined_until_the_tolerance_is_met() {
     let cost = Adaptive::new(1e-6).advance(&mut shoot, 0.0).unwrap();
     assert!(cost.error.is_some_and(|error| error <= 1e-6));
     let _ = MethodOfSteps::new(1.0).advance(&mut fine, 0.0).unwrap();
-    // It may fall to any side, so only heights are compared.
+    // The shoot may fall to any side, so only heights are compared.
     assert_abs_diff_eq!(shoot.tip().z, fine.tip().z, epsilon = 1e-6 * 0.05);
 }
 
 #[test]
 fn error_of_far_too_coarse_elements_is_not_attributed_to_the_steps() {
-    // If proprioception is zero, the tip curls more and more: runs with three and five elements
-    // differ by more than 0.02 of the length.
+    // Without proprioception the tip curls increasingly. Runs with three and five elements differ
+    // by more than 0.02 of the length.
     let (gravitropism, _) = steering(SettledStatoliths);
     let make = |elements: usize| {
         let curls = (gravitropism, Proprioception { sensitivity: 0.0 }.remembered(shoots::MEMORY));
@@ -335,8 +336,8 @@ fn error_of_far_too_coarse_elements_is_not_attributed_to_the_steps() {
 
 #[test]
 fn motion_inside_merged_elements_is_below_the_tolerance() {
-    // A tilted shoot that leaves a smooth bend behind its zone: merging elements moves the line
-    // between their ends.
+    // A tilted shoot leaves a smooth bend behind its growth zone. Merging elements moves the centre
+    // line between their ends.
     let make = |elements: usize| {
         Shoot::builder(YOUNG)
             .length(0.04)
@@ -365,8 +366,8 @@ fn motion_inside_merged_elements_is_below_the_tolerance() {
     }
 }
 
-/// Gravitropism is strong in proportion to proprioception, so that the intrinsic strain rotates the elements of the
-/// first run by π before long.
+/// Gravitropism is strong relative to proprioception, so the intrinsic strain soon rotates the
+/// elements of the first run by π.
 #[test]
 fn elements_that_rotate_by_pi_are_refined() {
     let make = |elements: usize| {

@@ -1,4 +1,4 @@
-//! Random scenes with pulses, short memories and fast statoliths keep their tolerance.
+//! Runs of random scenes with pulses, short memories and fast statoliths keep their tolerance.
 
 use super::tolerance::{Path, distance};
 use crate::fixtures::random::{Draw, number};
@@ -78,7 +78,7 @@ impl Scene {
         }
         let (beta, eta) = (draw.uniform(0.1, 1.2), draw.uniform(1.0, 30.0));
         let oscillator = draw.chance(0.25).then(|| Oscillator::new(draw.uniform(0.02, 0.3), draw.log(600.0, 5000.0)));
-        // Half of the statoliths are faster than ten seconds.
+        // Half of the avalanche times are below ten seconds.
         let fast = draw.chance(0.5);
         let avalanche_time = if fast { draw.log(0.05, 10.0) } else { draw.log(10.0, 600.0) };
         let settled = draw
@@ -97,7 +97,7 @@ impl Scene {
         self.shoot.clone().elements(elements).build().unwrap()
     }
 
-    /// Equidistant times, and times during each pulse and soon after it.
+    /// Output times (s): equidistant times, and times during each pulse and shortly after it.
     fn times(&self) -> Vec<f64> {
         let mut times: Vec<f64> = (0..=23).map(|k| (self.end * f64::from(k) / 23.0).min(self.end)).collect();
         for pulse in &self.pulses {
@@ -109,7 +109,8 @@ impl Scene {
         times
     }
 
-    /// A run with iterated steps of a size, and shorter ones during each pulse and soon after it.
+    /// Path of a reference run with steps of at most `step` s. During each pulse and shortly after
+    /// it, steps are at most 1/24 of the duration of the pulse.
     fn fine(&self, elements: usize, step: f64) -> Result<Path, IntegrationError> {
         let mut shoot = self.shoot(elements);
         let mut edges: Vec<f64> = vec![0.0, self.end];
@@ -164,9 +165,11 @@ fn random_events_keep_the_tolerance() {
     let lowest = verdicts.iter().map(|(_, ratio)| *ratio).fold(f64::INFINITY, f64::min);
     println!("{all} of {cases} scenes with a result, {kept} keep the tolerance, {near} estimates within 0.3 and 30");
     println!("largest error {worst:.2} tolerances, smallest estimate {lowest:.2} errors");
-    // The promise is 99 of 100, no error above twice the tolerance and no estimate below a tenth of the error.
+    // Documented limits: 99 of 100 runs keep the tolerance, no error exceeds twice the tolerance,
+    // and no estimate is below a tenth of the error.
     assert!((all - kept) * 100 <= all && worst <= 2.0 && lowest >= 0.1, "{kept} of {all}, {worst}, {lowest}");
-    // The promise is 95 of 100. In a small sample one may be outside.
+    // Documented rate: 95 of 100 estimates are within these factors. One more may be outside in a
+    // small sample.
     assert!(near + 1 + all / 20 >= all, "{near} of {all}");
     assert!(all as u64 * 10 >= cases * 9, "{all} of {cases}");
 }

@@ -9,8 +9,7 @@ use morphorod::integrator::{Adaptive, IntegrationError, Integrator, MethodOfStep
 use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths};
 use morphorod::{DynLaws, Shoot, Still};
 
-/// Pseudo-random numbers that are the same in every run. Seeds of this test belong to this
-/// generator.
+/// Reproducible generator of pseudo-random numbers. The seeds of this test refer to this generator.
 struct Draw(u64);
 
 impl Draw {
@@ -38,7 +37,7 @@ fn judge(make: impl Fn(usize) -> Shoot<DynLaws>, end: f64, tolerance: f64) -> Op
     integrator.max_steps = 15_000;
     let mut shoot = make(8);
     let cost = match integrator.advance(&mut shoot, end) {
-        // A shoot that snaps or falls has no smooth path.
+        // The path of a shoot that snaps or falls is not smooth.
         Err(IntegrationError::ToleranceNotMet { .. } | IntegrationError::Equilibrium { .. }) => return None,
         cost => cost.unwrap(),
     };
@@ -114,8 +113,8 @@ fn random_shoots_keep_the_tolerance() {
     println!("{all} of {cases} shoots with a result, {kept} keep the tolerance, {near} estimates within 0.3 and 30");
     // The documented rate is 97 %. One more failure is allowed for small samples.
     assert!(all - kept <= 1 + 3 * all / 100, "{kept} of {all}");
-    // Eight of ten: if the first trial is far better than requested, the estimate is off by larger
-    // factors.
+    // Eight of ten estimates must be within the range. An estimate is less accurate if the first
+    // trial is far more accurate than requested.
     assert!(near * 10 >= all * 8, "{near} of {all}");
     assert!(all as u64 * 10 >= cases * 9);
 }
