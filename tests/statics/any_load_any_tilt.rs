@@ -1,4 +1,4 @@
-//! A uniform shoot at any tilt under any weight, from a straight initial guess.
+//! Equilibria of a uniform shoot at any tilt under any weight, from a straight initial guess.
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods::{Hanging, LENGTH, RADIUS, bending_stiffness, density_for, sag, young_tissue};
@@ -9,13 +9,13 @@ use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 
-/// q ℓ³/(E I), from an eighth of to 1300 times the load under which an upright shoot buckles.
+/// Loads q ℓ³/(E I), from 1/8 to 1300 times the self-buckling load of an upright shoot.
 const LOADS: [f64; 9] = [1.0, 4.492, 7.0, 8.0, 12.0, 20.0, 100.0, 1e3, 1e4];
-/// Angle of the base from upright, degrees.
+/// Angles of the base tangent from upright, degrees.
 const TILTS: [f64; 8] = [0.01, 1.0, 10.0, 45.0, 90.0, 135.0, 170.0, 179.0];
 
-/// Nodes of elements that shrink towards the base, where a heavy shoot bends down within about ℓ
-/// q̂^(-1/2).
+/// Nodes (arc lengths, m) of elements whose length decreases towards the base. A heavy shoot bends
+/// down there within a length of about ℓ q̂^(-1/2).
 fn graded(elements: usize, load: f64) -> Vec<f64> {
     let grade = (0.5 * load.sqrt()).ln_1p();
     let at = |i: usize| LENGTH * (grade * i as f64 / elements as f64).exp_m1() / grade.exp_m1();
@@ -26,7 +26,7 @@ fn straight(nodes: &[f64], scene: &Still) -> Rod {
     Rod::straight(nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod")
 }
 
-/// The equilibrium from the default solver.
+/// Solves for the equilibrium with the default solver.
 fn solve(rod: &mut Rod, load: f64, scene: &Still) -> Equilibrium {
     let weight = Weight { density: density_for(load, LENGTH) };
     NewtonSolver::default().solve(rod, &young_tissue(), &weight, &scene.environment(0.0)).expect("an equilibrium")
@@ -53,15 +53,15 @@ fn solver_finds_a_stable_equilibrium_at_every_load_and_tilt() {
                 assert!(found.error <= 1e-11, "{case}: {:e}", found.error);
                 let tip = lean.inverse() * rod.tip() / LENGTH;
                 // No force acts across the vertical plane in which the base leans. The smallest
-                // pivot is the stiffness to a rotation of that plane, and rounding moves the shape
-                // by the inverse of its margin.
+                // pivot is the stiffness to a rotation of that plane. The displacement by rounding
+                // is inversely proportional to its margin.
                 let sideways = tip.y.abs();
                 let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
                 assert!(tip.x > 0.0 && sideways < promised, "{case}: {sideways:e} against {promised:e}");
                 tip
             });
-            // The requirement is 1e-8 of the length. At order 8, the error of a mesh of half the
-            // size is 256 times smaller.
+            // The required accuracy is 1e-8 of the length. At order 8, halving the elements reduces
+            // the error by a factor of 256.
             assert!(
                 abs_diff_eq!(InNorm(tips[0]), InNorm(tips[1]), epsilon = 1e-8),
                 "{case}: {} against {}",
@@ -92,7 +92,7 @@ fn tip_of_heavy_shoots_matches_shooting() {
             };
             let known = hanging.tip(steps);
             // The bound contains the step error of the integration, the rounding of its 2 · steps
-            // additions, and the last change of the crate's mesh.
+            // additions, and the difference between the two meshes of the crate.
             let rounding = 2.0 * steps as f64 * f64::EPSILON * LENGTH;
             let promised = known.error + rounding + (tips[0] - tips[1]).norm();
             let expected = Vector2::from(known.value);
@@ -108,7 +108,7 @@ fn tip_of_heavy_shoots_matches_shooting() {
 
 #[test]
 fn heavy_horizontal_shoots_converge_on_a_uniform_mesh() {
-    // The first load is that of the default shoot. Each load is 1.5 times the one before.
+    // The first load is that of the default shoot. Each load is 1.5 times the previous one.
     let scene = Still::tilted(90_f64.to_radians());
     let mut load = 4.492;
     while load <= 1000.0 {
@@ -142,7 +142,8 @@ fn coarse_meshes_give_a_stable_shape_or_a_recoverable_error() {
                         Ok(found) => assert_eq!(found.inertia.negative, 0, "{case}"),
                         Err(error) => assert!(error.is_recoverable() && rod == before, "{case}: {error}"),
                     }
-                    // The tip of an inextensible rod is no farther than its length, up to rounding.
+                    // The distance of the tip from the base is at most the length of an
+                    // inextensible rod, up to rounding.
                     assert!(rod.tip().norm() <= LENGTH * (1.0 + 1e-14), "{case}");
                 }
             }

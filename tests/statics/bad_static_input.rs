@@ -1,5 +1,5 @@
-//! Invalid input is refused with a named parameter or an error with numbers, without panic, and the
-//! rod is unchanged.
+//! Invalid input is refused without panic, and the rod is unchanged. The error names the parameter
+//! or contains numbers.
 
 use crate::fixtures::in_norm::InNorm;
 use crate::fixtures::rods;
@@ -19,8 +19,8 @@ fn upright(elements: usize) -> Rod {
     Rod::uniform(LENGTH, RADIUS, UnitQuaternion::identity(), elements, Order::default()).expect("a rod")
 }
 
-/// Asserts that the error names the parameter, its value and a requirement, as fields and in its
-/// message.
+/// Asserts that the error contains the parameter's name, its value and a requirement, as fields and
+/// in its message.
 fn refused<T: std::fmt::Debug>(answer: Result<T, ParameterError>, name: &str, value: f64) {
     let error = answer.expect_err(name);
     assert_eq!(error.name, name);
@@ -97,7 +97,8 @@ fn loads_and_scenes_refuse_invalid_parameters() {
     assert_eq!(().check(), Ok(()));
 }
 
-/// Solves, expects an error, and asserts that it leaves the rod unchanged bit for bit.
+/// Solves, expects an error and returns it. Asserts that the frames and the tip of the rod are
+/// unchanged bit for bit.
 fn fails(
     solver: &mut impl EquilibriumSolver,
     rod: &mut Rod,
@@ -107,7 +108,7 @@ fn fails(
 ) -> EquilibriumError {
     let before = rod.clone();
     let error = solver.solve(rod, &material, &load, environment).expect_err("an error");
-    // NaN strains are not equal to themselves, so that only the frames and the tip are compared.
+    // NaN strains are not equal to themselves. Only the frames and the tip are therefore compared.
     assert_eq!((rod.frames(), rod.tip()), (before.frames(), before.tip()), "{error}");
     error
 }
@@ -209,7 +210,8 @@ fn solvers_do_not_panic_at_extreme_magnitudes() {
                         let environment = Environment { time: 0.0, gravity: Vector3::new(0.0, 0.0, -gravity) };
                         let mut solver = NewtonSolver { max_iterations: 20, ..NewtonSolver::default() };
                         let answer = solver.solve(&mut rod, &tissue, &Weight { density: 1.0 }, &environment);
-                        // A solution is finite, and an error leaves the rod unchanged.
+                        // The frames have unit norm in every case, and an error leaves the rod
+                        // unchanged.
                         assert!(normalised(&rod), "{answer:?}");
                         assert!(answer.is_ok() || rod == before, "{answer:?}");
                         let answer = Unloaded.solve(&mut rod, &tissue, &(), &environment);
@@ -228,7 +230,8 @@ fn rod_of_one_element_and_one_material_point_is_solved() {
         let mut rod = Rod::uniform(0.01, RADIUS, scene.base, 1, order).expect("a rod");
         let found = rods::sag(&mut rod, DENSITY, &scene);
         assert_eq!(found.inertia.positive, 3 * order.points());
-        // The tip of a short shoot with q ℓ³/(E I) = 0.0157 sags by less than an eighth of that.
+        // The tip of a short shoot with q ℓ³/(E I) = 0.0157 sags by less than 0.0157/8 of its
+        // length.
         let straight = scene.base * Vector3::z() * 0.01;
         assert_abs_diff_eq!(InNorm(rod.tip()), InNorm(straight), epsilon = 0.0157 / 8.0 * 0.01);
     }

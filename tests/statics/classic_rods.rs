@@ -14,7 +14,7 @@ use morphorod::{Order, Scene, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// A straight rod of unit length with the given intrinsic strain.
+/// Straight rod of 1 m length with the given intrinsic strain, 1/m.
 fn with_strain(elements: usize, order: Order, strain: impl Fn(f64) -> Vector3<f64>) -> Rod {
     let mut rod = Rod::uniform(1.0, 0.01, UnitQuaternion::identity(), elements, order).expect("a rod");
     rod.set_intrinsic(|point| strain(1.0 - point.apex_distance));
@@ -30,7 +30,7 @@ fn relaxed(rod: &Rod) -> [Rod; 2] {
     [direct, newton]
 }
 
-/// ∫ exp(û s) e3 ds from 0 to `s`: a point of a helix about u.
+/// Point ∫ exp(û s) e3 ds, from 0 to `s`, of a helix about u.
 fn helix(u: &Vector3<f64>, s: f64) -> Vector3<f64> {
     let (size, axis) = (u.norm(), u.normalize());
     let along = axis * axis.z;
@@ -58,14 +58,14 @@ proptest! {
         let u = direction.normalize() * (2.0 * PI * turns);
         for rod in relaxed(&with_strain(elements, order, |_| u)) {
             for (i, frame) in rod.frames().iter().enumerate() {
-                // The rotation vector is linear in s, which every order represents. The error is
-                // rounding of a few units for each element and, with a tight tolerance, as much
-                // again from Newton's method.
+                // The rotation vector is linear in s, which every order represents. The error is a
+                // few units of rounding for each element. Newton's method with a tight tolerance
+                // adds an error of the same size.
                 let exact = UnitQuaternion::from_scaled_axis(u * (i as f64 / elements as f64));
                 let (angle, rounding) = (frame.angle_to(&exact), 8.0 * (elements as f64) * f64::EPSILON + 2e-14);
                 prop_assert!(abs_diff_eq!(angle, 0.0, epsilon = rounding), "{order:?}, frame {i}: {angle:e}");
             }
-            // The centre line is the rule's quadrature of the tangent.
+            // The centre line is the Gauss quadrature of the tangent.
             let bound = gauss_error(order.points(), u.norm() / elements as f64) + 2e-14;
             let (tip, expected) = (rod.tip(), helix(&u, 1.0));
             prop_assert!(
@@ -78,16 +78,16 @@ proptest! {
 
 #[test]
 fn straight_initial_guess_converges_to_a_closed_circle() {
-    // The straight shape of a rod with the intrinsic shape of a circle is far from equilibrium, and
-    // no force sets a scale.
+    // The straight shape of a rod whose intrinsic shape is a circle is far from equilibrium.
+    // Without a load, no force defines a scale.
     for order in Order::ALL {
         for elements in [4, 16] {
             let u = Vector3::new(0.0, 2.0 * PI, 0.0);
             for rod in relaxed(&with_strain(elements, order, |_| u)) {
                 let turned = rod.apex_frame().angle();
                 assert!(turned < 8.0 * (elements as f64) * f64::EPSILON + 2e-14, "{order:?}: {turned:e}");
-                // The tip is the integral of a sine over a whole period, for which the sum of the
-                // elements is exact.
+                // The tip is the integral of a sine over a whole period. The sum over equal
+                // elements is exact for it.
                 assert!(rod.tip().norm() < 1e-13, "{order:?}, {elements} elements: {:?}", rod.tip());
             }
         }
@@ -133,14 +133,14 @@ fn intrinsic_strain_with_rotating_direction_gives_a_helix() {
                 let exact = UnitQuaternion::from_scaled_axis(w) * UnitQuaternion::from_scaled_axis(Vector3::z() * -k);
                 (direct.tip() - helix(&w, 1.0)).norm().max(direct.apex_frame().angle_to(&exact))
             })
-            // Smaller errors are rounding of the frames.
+            // Errors of at most 1e-14 are rounding of the frames.
             .filter(|error| *error > 1e-14)
             .collect();
         let halvings = errors.len() - 1;
         assert!(halvings >= 2, "{order:?}: {errors:?}");
         let observed = (errors[0] / errors[halvings]).log2() / halvings as f64;
-        // The next term of the error, h² times the leading one with h up to 1 rad, moves the mean
-        // by a tenth or two.
+        // The next term of the error, h² times the leading one with h up to 1 rad, changes the mean
+        // observed order by 0.1 to 0.2.
         let expected = order.exponent() as f64;
         assert!(
             abs_diff_eq!(observed, expected, epsilon = 0.3),
@@ -171,11 +171,11 @@ impl Constitutive for SquareSection {
     }
 }
 
-/// The polar second moment, which the papers use for the torsion constant of the square.
+/// Square section whose torsion constant is its polar second moment, as in the papers.
 const POLAR: SquareSection = SquareSection { torsion_constant: 1.0 / 6.0 };
 
-/// An arc of 45° and radius 100 in, clamped with its tangent along e3 and curved towards e1, pulled
-/// along e2 at its end.
+/// Arc of 45° and radius 100 in, clamped with its tangent along e3 and curved towards e1. A force
+/// (lb) along e2 pulls at its end.
 fn bend(section: &SquareSection, force: f64, elements: usize, order: Order) -> Rod {
     let length = 100.0 * FRAC_PI_4;
     let mut rod = Rod::uniform(length, 0.5, UnitQuaternion::identity(), elements, order).expect("a rod");
@@ -186,8 +186,8 @@ fn bend(section: &SquareSection, force: f64, elements: usize, order: Order) -> R
     rod
 }
 
-/// The coordinates of the tip in the order of the tables: towards the centre of the arc, along the
-/// tangent of the base, out of the plane.
+/// Coordinates of the tip (in), in the order of the tables: towards the centre of the arc, along
+/// the tangent of the base, out of the plane.
 fn tabulated(rod: &Rod) -> Vector3<f64> {
     let tip = rod.tip();
     Vector3::new(tip.x, tip.z, tip.y)
@@ -210,14 +210,14 @@ fn bend_of_45_degrees_matches_published_tables() {
     ];
     for (who, elements, force, printed, half_unit) in tables {
         let converged = tabulated(&bend(&POLAR, force, 16, Order::default()));
-        // Their elements have constant strain, as those of lowest order of the crate. Another
-        // interpolation may double the error.
+        // The elements of the tables have constant strain, as have the elements of lowest order of
+        // the crate. Another interpolation may double the error.
         let coarse = (tabulated(&bend(&POLAR, force, elements, Order::Two)) - converged).norm();
-        // Their rods also stretch and shear, by at most n/(E A) and n/(κ G A) per length, with κ =
-        // 5/6.
+        // The rods of the tables also stretch and shear, by at most n/(E A) and n/(κ G A) per
+        // length, with κ = 5/6.
         let shear = force * 100.0 * FRAC_PI_4 * (1e-7 + 1.0 / (5e6 * 5.0 / 6.0));
         let (difference, granted) = ((printed - converged).norm(), 2.0 * coarse + shear + 3_f64.sqrt() * half_unit);
-        // The bound is one of the norm, from the rounding of three printed coordinates.
+        // The bound on the norm contains the rounding of three printed coordinates.
         assert!(difference < granted, "{who}, {force} lb: {difference} against {granted}");
     }
 }
@@ -249,8 +249,8 @@ fn bend_of_45_degrees_satisfies_the_balance_equations() {
 
 #[test]
 fn coil_is_found_from_a_straight_initial_guess_in_few_iterations() {
-    // The strains rotate an element by 2.9 rad, so that eight elements form 3.7 turns. They are
-    // solved with and without weight.
+    // The strains rotate an element by 1.9 to 2.9 rad. With the first strain, eight elements form
+    // 3.7 turns. Each coil is solved with and without weight.
     for (u, elements) in
         [(Vector3::new(0.0, 20.0, 11.6), 8), (Vector3::new(17.0, 9.0, 3.0), 8), (Vector3::new(3.0, 60.0, 3.0), 32)]
     {
@@ -276,7 +276,7 @@ fn coil_that_no_element_resolves_is_refused_with_a_clear_message() {
     assert!(matches!(error, EquilibriumError::Folded { element: 0 }), "{error}");
     assert!(error.to_string().contains("take more elements"), "{error}");
     assert_eq!(rod, kept);
-    // An axial force straightens the rod, which the elements then resolve.
+    // An axial force straightens the rod, and the elements then resolve it.
     let pull: &dyn Load = &ApicalForce(|_| Vector3::z() * 1e3);
     let law: &dyn Constitutive = &young_tissue();
     let _ = NewtonSolver::default().solve(&mut rod, &law, &pull, &Still::upright().environment(0.0)).unwrap();

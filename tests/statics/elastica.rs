@@ -13,12 +13,12 @@ use morphorod::{Order, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// Carlson's integrals RF and RD by duplication, B. C. Carlson (1979), Numer. Math. 33, 1–16, to
-/// rounding.
+/// Carlson's integrals RF and RD, computed to rounding by duplication. Reference: B. C. Carlson
+/// (1979), Numer. Math. 33, 1–16.
 fn carlson(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
     let (mut sum, mut factor) = (0.0, 1.0);
-    // Each iteration reduces the differences of the arguments by a factor of four. Thirty make them
-    // equal to rounding.
+    // Each iteration reduces the differences of the arguments by a factor of four. After thirty
+    // iterations the arguments are equal to rounding.
     for _ in 0..30 {
         let lambda = (x * y).sqrt() + (x * z).sqrt() + (y * z).sqrt();
         sum += factor / (z.sqrt() * (z + lambda));
@@ -28,7 +28,7 @@ fn carlson(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
     (1.0 / z.sqrt(), 3.0 * sum + factor / (z * z.sqrt()))
 }
 
-/// Legendre's incomplete integrals F(φ, k) and E(φ, k); complete for φ = π/2.
+/// Legendre's incomplete integrals F(φ, k) and E(φ, k). They are complete for φ = π/2.
 fn legendre(phi: f64, k: f64) -> (f64, f64) {
     let (sin, cos) = phi.sin_cos();
     let (rf, rd) = carlson(cos * cos, 1.0 - (k * sin).powi(2), 1.0);
@@ -55,15 +55,15 @@ fn straight(elements: usize, base: UnitQuaternion<f64>) -> Rod {
     Rod::uniform(SPAN, RADIUS, base, elements, Order::default()).expect("a rod")
 }
 
-/// A force on the apex in units of E I/ℓ².
+/// Force on the apex, in units of E I/ℓ².
 fn apical(x: f64, y: f64, z: f64) -> ApicalForce<impl Fn(f64) -> Vector3<f64>> {
     let force = Vector3::new(x, y, z) * (bending_stiffness() / (SPAN * SPAN));
     ApicalForce(move |_| force)
 }
 
-/// Projection and deflection of the tip, over the length, and end slope of a cantilever along e1
-/// under a transverse end load P = `load` · E I/ℓ² along −e3, after K. E. Bisshopp and D. C.
-/// Drucker (1945), Quart. Appl. Math. 3, 272–275.
+/// Projection and deflection of the tip, relative to the length, and end slope (rad) of a
+/// cantilever along e1. The transverse end load is P = `load` · E I/ℓ² along −e3. Reference: K. E.
+/// Bisshopp and D. C. Drucker (1945), Quart. Appl. Math. 3, 272–275.
 fn bisshopp_drucker(load: f64) -> [f64; 3] {
     let root = load.sqrt();
     let start = |k: f64| (0.5_f64.sqrt() / k).min(1.0).asin();
@@ -91,7 +91,7 @@ fn elliptic_integrals_reproduce_mattiassons_table_of_the_cantilever() {
     ] {
         let [x, z, angle] = bisshopp_drucker(load);
         let (found, printed) = (Vector3::new(1.0 - x, z, angle), Vector3::new(shortening, deflection, slope));
-        // The last printed digit bounds each component.
+        // Half a unit of the last printed digit bounds each component.
         assert!(abs_diff_eq!(found, printed, epsilon = 0.5e-5), "load {load}: {found} against {printed}");
     }
 }
@@ -112,14 +112,14 @@ fn cantilever_under_an_end_load_matches_elliptic_integrals() {
         };
         // At order 8 the error of eight elements decreases by 2⁸ or more with sixteen elements, and
         // again with 32. The rounding of the crate and of the integrals is 1e-14. The modulus of
-        // the integrals is accurate to 2e-16 and ill-conditioned for small loads by 1/load.
+        // the integrals is accurate to 2e-16. For small loads its error is amplified by 1/load.
         let (coarse, fine) = (miss(8), miss(32));
         let promised = coarse / 256.0 + 1e-14 / load.min(1.0);
         assert!(coarse < 1e-8 && fine < promised, "load {load}: {coarse:e} with 8 elements, {fine:e} with 32");
     }
 }
 
-/// A linear law with three stiffnesses, N m².
+/// Linear law with the stiffnesses to bending about d1 and d2 and to twist, N m².
 struct Section(Vector3<f64>);
 
 impl Constitutive for Section {
@@ -137,7 +137,7 @@ fn axial(solver: &mut NewtonSolver, material: &dyn Constitutive, load: f64) -> I
     solver.inertia(&rod, &material, &push, &weightless()).expect("an inertia")
 }
 
-/// The load at which the number of negative eigenvalues exceeds `count`.
+/// Load at which the number of negative eigenvalues exceeds `count`, in units of E I/ℓ².
 fn critical(material: &dyn Constitutive, count: usize, (mut low, mut high): (f64, f64)) -> f64 {
     let mut solver = NewtonSolver::default();
     while high - low > 1e-11 * high {
@@ -160,8 +160,8 @@ proptest! {
         let stiffness = Vector3::new(ratio * weak, weak, torsion * weak);
         let first = critical(&Section(stiffness), 0, (0.1, 4.0));
         let second = critical(&Section(stiffness), 1, (0.5 * ratio * euler, 2.0 * ratio * euler));
-        // The requirement is 1e-8. The second mode of the weak plane, at 9 times the first load, is
-        // above the second load.
+        // The required relative accuracy is 1e-8. The second mode of the weak plane, at 9 times the
+        // first load, is above the second load.
         prop_assert!(relative_eq!(first, euler, epsilon = 0.0, max_relative = 1e-8), "{first} against {euler}");
         let expected = ratio * euler;
         prop_assert!(relative_eq!(second, expected, epsilon = 0.0, max_relative = 1e-8), "{second} against {expected}");
@@ -173,8 +173,8 @@ fn each_euler_load_adds_two_negative_eigenvalues_and_tension_adds_none() {
     let mut solver = NewtonSolver::default();
     let euler = |mode: f64| ((2.0 * mode - 1.0) * FRAC_PI_2).powi(2);
     for (mode, negative) in [(1.0, 2), (2.0, 4), (3.0, 6)] {
-        // 1e-6 is far above the discretisation error of 16 elements. The exponent p = 8 of hᵖ
-        // doubles in an eigenvalue.
+        // The discretisation error of an eigenvalue with 16 elements of order p = 8 is of order
+        // h²ᵖ. It is far below 1e-6.
         assert_eq!(axial(&mut solver, &young_tissue(), euler(mode) * (1.0 - 1e-6)).negative, negative - 2);
         assert_eq!(axial(&mut solver, &young_tissue(), euler(mode) * (1.0 + 1e-6)).negative, negative);
     }
@@ -186,9 +186,9 @@ fn each_euler_load_adds_two_negative_eigenvalues_and_tension_adds_none() {
 
 #[test]
 fn buckled_column_matches_the_elastica() {
-    // A. E. H. Love, Treatise on the Mathematical Theory of Elasticity, section 263. With p the
-    // sine of half the slope at the apex, the load is K(p)² E I/ℓ², the height 2 E(p)/K(p) − 1, the
-    // deflection 2 p/K(p), in lengths.
+    // Reference: A. E. H. Love, Treatise on the Mathematical Theory of Elasticity, section 263.
+    // With p the sine of half the slope at the apex, the load is K(p)² E I/ℓ². In units of ℓ, the
+    // height is 2 E(p)/K(p) − 1 and the deflection is 2 p/K(p).
     for degrees in [20.0_f64, 60.0, 120.0, 150.0] {
         let p = (0.5 * degrees.to_radians()).sin();
         let (k, e) = legendre(FRAC_PI_2, p);
@@ -202,7 +202,7 @@ fn buckled_column_matches_the_elastica() {
             let slope = up.xy().norm().atan2(up.z) - degrees.to_radians();
             (tip.xy().norm() - 2.0 * p / k).hypot(tip.z - 2.0 * e / k + 1.0).max(slope.abs())
         };
-        // The bound is that of the cantilever. Near the critical load, the amplitude magnifies
+        // The bound is that of the cantilever. Near the critical load, the amplitude amplifies
         // rounding by 1/p².
         let (coarse, fine) = (miss(16), miss(64));
         let promised = coarse / 256.0 + 1e-14 / (p * p);
@@ -212,7 +212,7 @@ fn buckled_column_matches_the_elastica() {
 
 #[test]
 fn lateral_force_selects_the_direction_of_buckling() {
-    // Far above the critical load, a lateral force of 1e-4 of the load selects the direction.
+    // At 1.6 times the critical load, a lateral force of 1e-4 of the load selects the direction.
     for azimuth in [0.0, 1.0, 2.5, 4.0] {
         let (sin, cos) = f64::sin_cos(azimuth);
         let mut rod = straight(16, UnitQuaternion::identity());
@@ -221,8 +221,8 @@ fn lateral_force_selects_the_direction_of_buckling() {
         let found = NewtonSolver::default().solve(&mut rod, &law, &push, &weightless()).expect("an equilibrium");
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "azimuth {azimuth}");
         let (tip, sideways) = (rod.tip() / SPAN, (rod.tip().y * cos - rod.tip().x * sin) / SPAN);
-        // Only the lateral force resists a rotation of the plane. Its pivot is the smallest one,
-        // whose inverse magnifies rounding.
+        // Only the lateral force resists a rotation of the plane of bending. Its pivot is the
+        // smallest one, and the inverse of its margin amplifies rounding.
         let promised = 3.0 * found.error + 4.0 * f64::EPSILON / found.inertia.margin;
         assert!(sideways.abs() < promised, "azimuth {azimuth}: {sideways:e} against {promised:e}");
         assert!(promised < 1e-8 && tip.x * cos + tip.y * sin > 0.5, "azimuth {azimuth}: {tip:?}, {promised:e}");

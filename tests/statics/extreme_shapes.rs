@@ -1,6 +1,6 @@
 //! Equilibria that a few elements cannot resolve, such as a boundary layer at the clamp or a coil
-//! of a hundred turns. The adaptive integrator finds them to a tolerance from a mesh that is far
-//! too coarse.
+//! of a hundred turns. The adaptive integrator resolves them to a given tolerance from a mesh of
+//! few elements.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 /// intrinsic strain (1/m).
 fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<DynLaws> {
     let (radius, density) = (1e-3, 1000.0);
-    // q/(E I) with I = π r⁴/4.
+    // The modulus follows from q ℓ³/(E I), with q = ρ g π r², I = π r⁴/4 and ℓ = 1 m.
     let youngs_modulus = density * 9.81 * 4.0 / (radius * radius * softness);
     let mut shoot = Shoot::builder(LinearElastic { youngs_modulus, poissons_ratio: 0.5 })
         .length(1.0)
@@ -32,15 +32,15 @@ fn rod(softness: f64, elements: usize, strain: Vector3<f64>) -> Shoot<DynLaws> {
     shoot
 }
 
-/// The tip (m) of a shoot on its own mesh, solved with a tight tolerance.
+/// Tip position (m) of a shoot on its initial mesh, solved with a tight tolerance.
 fn on_equal_elements(mut shoot: Shoot<DynLaws>) -> Vector3<f64> {
     let mut run = MethodOfSteps::with_solver(60.0, NewtonSolver::with_tolerance(1e-13));
     let _ = run.start(&mut shoot, &ConstantHistory::Empty).unwrap();
     shoot.tip()
 }
 
-/// Asserts that each tolerance is met from a mesh of four elements, with `most` elements at most.
-/// The reference errs by `own`.
+/// Asserts that the adaptive integrator meets each tolerance from a mesh of four elements, with no
+/// more than `most` elements. The error of the reference is at most `own` (m).
 fn assert_kept(softness: f64, strain: Vector3<f64>, reference: &Vector3<f64>, own: f64, most: usize) {
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
         let mut shoot = rod(softness, 4, strain);
@@ -55,7 +55,8 @@ fn assert_kept(softness: f64, strain: Vector3<f64>, reference: &Vector3<f64>, ow
 #[test]
 fn adaptive_mesh_resolves_the_boundary_layer_of_a_hanging_hair() {
     for softness in [1e2, 1e3, 1e4, 1e5, 1e6] {
-        // Elements with a quarter of the length of the boundary layer err by 1e-11 of it.
+        // For the softest rod, an element is a quarter as long as the boundary layer. Its error is
+        // 1e-11 of the length of the layer.
         let reference = on_equal_elements(rod(softness, 4096, Vector3::zeros()));
         assert_kept(softness, Vector3::zeros(), &reference, 2e-12, 150);
         // The rod bends in a layer of width ε = 1/√(q ℓ³/(E I)) at the clamp, where φ' = −(2/ε)
@@ -75,16 +76,17 @@ fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
     let strain = Vector3::new(0.0, 100.0 * TAU, 30.0 * TAU);
     for softness in [1e-9, 10.0, 100.0, 1000.0] {
         let reference = on_equal_elements(rod(softness, 2048, strain));
-        // 2048 elements err by 2e-12. The change from 1024 to 2048 elements is at most 1e-9.
+        // The error with 2048 elements is about 2e-12 m. The change from 1024 to 2048 elements is
+        // at most 1e-9 m.
         assert_kept(softness, strain, &reference, 1e-11, 3000);
         if softness < 1.0 {
-            // The shape is a helix about the intrinsic strain with ω = |u*|. The tangent keeps its
-            // part along the axis, and the other part rotates.
+            // The shape is a helix about the intrinsic strain with ω = |u*|. The component of the
+            // tangent along the axis is constant, and the perpendicular component rotates.
             let (omega, axis) = (strain.norm(), strain.normalize());
             let along = axis * axis.z;
             let across = Vector3::z() - along;
             let helix = along + (across * omega.sin() + axis.cross(&across) * (1.0 - omega.cos())) / omega;
-            // The base is rotated by a quarter turn about e2, so that d3 = e1 and d1 = −e3.
+            // The base is rotated by π/2 about e2, so that d3 = e1 and d1 = −e3.
             let tip = Vector3::new(helix.z, helix.y, -helix.x);
             assert!(
                 abs_diff_eq!(InNorm(reference), InNorm(tip), epsilon = 1e-8),
@@ -94,8 +96,8 @@ fn adaptive_mesh_resolves_a_coil_of_a_hundred_turns() {
     }
 }
 
-/// The stiffness jumps at a place (relative to the length) that is not a node. The reference has a
-/// node there.
+/// The stiffness beyond the arc length `place`, relative to the length, is multiplied by a factor.
+/// The reference has a node at the jump.
 #[test]
 fn adaptive_mesh_resolves_a_jump_of_stiffness_inside_an_element() {
     for (place, factor) in [(0.37, 3.0), (0.123, 5.0), (0.5, 0.2), (0.71, 1e3)] {

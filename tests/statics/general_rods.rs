@@ -21,12 +21,12 @@ use proptest::prelude::*;
 /// Radius at the apex over that at the base.
 const TAPER: f64 = 0.6;
 
-/// The radius of a conical shoot at the given distance from its apex.
+/// Radius (m) of a conical shoot at the distance σ (m) from its apex.
 fn conical(sigma: f64) -> f64 {
     RADIUS * (TAPER + (1.0 - TAPER) * sigma / LENGTH)
 }
 
-/// Volume of the truncated cone between the apex and distance σ.
+/// Volume (m³) of the truncated cone between the apex and the distance σ (m).
 fn conical_volume(sigma: f64) -> f64 {
     let (tip, here) = (conical(0.0), conical(sigma));
     PI * sigma * (tip * tip + tip * here + here * here) / 3.0
@@ -60,8 +60,8 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
     for order in Order::ALL {
         let error = |k: i32| (settled(1 << k, order).tip() - finest.tip()).norm() / LENGTH;
         let errors: Vec<f64> = (1..8).map(error).filter(|e| (1e-13..1e-3).contains(e)).collect();
-        // The two finest halvings are used. Coarse meshes do not resolve the taper, and the error
-        // changes its sign.
+        // Only the two finest halvings are used. Coarse meshes do not resolve the taper, and their
+        // error changes sign.
         let [.., first, _, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
         let observed = (first / last).log2() / 2.0;
         let expected = order.exponent() as f64;
@@ -70,15 +70,16 @@ fn tip_of_tapered_shoot_matches_shooting_and_converges_at_full_order() {
             "{order:?}: observed {observed} against {expected}, from {errors:?}"
         );
     }
-    // Two points or more integrate r², of degree two, exactly. The error is the rounding of 128
-    // elements.
+    // A Gauss rule with two or more points integrates r², a polynomial of degree two, exactly. The
+    // remaining error is the rounding of 128 elements.
     let rounding = 128.0 * f64::EPSILON;
     assert_relative_eq!(finest.volume(), conical_volume(LENGTH), epsilon = 0.0, max_relative = rounding);
     assert_relative_eq!(finest.length(), LENGTH, epsilon = 0.0, max_relative = rounding);
 }
 
-/// The relative error of a solved rod when its balance is integrated from its apex to its base, and
-/// a bound on it. The error is the larger one of the base frame and the tip.
+/// Relative error of a solved rod, and a bound on it. The balance equations are integrated from the
+/// apex of the rod to its base. The error is the larger of the errors of the base frame and of the
+/// tip.
 fn imbalance(
     rod: &Rod,
     environment: &Environment,
@@ -96,8 +97,8 @@ fn imbalance(
     let known = run(&rod.apex_frame());
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
     let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm() / length);
-    // The growth of an error of the apex frame on the way to the base, from small rotations about
-    // three axes.
+    // Amplification of an error of the apex frame by the integration to the base, from small
+    // rotations about three axes.
     let growth = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
         let other = run(&(rod.apex_frame() * UnitQuaternion::from_scaled_axis(axis * 1e-6)));
         (other.value.0 - known.value.0).norm().max((other.value.1 - known.value.1).norm() / length) / 1e-6
@@ -138,8 +139,8 @@ proptest! {
             (rod, found)
         };
         let ((coarse, _), (rod, found)) = (solve(12), solve(24));
-        // The error of the finer mesh is at most the last change of mesh, its tolerance and
-        // magnified rounding.
+        // The error of the finer mesh is at most the sum of three terms: its difference from the
+        // coarser mesh, the error estimate of the solver, and amplified rounding.
         let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error
             + 4.0 * f64::EPSILON / found.inertia.margin;
         let stiffness = young_tissue().stiffness(RADIUS);
@@ -150,20 +151,21 @@ proptest! {
     }
 }
 
-/// A tissue that stiffens under strain, with W = ½ K |e|² + ¼ c |e|⁴ for bending and twist alike.
+/// Isotropic tissue that stiffens under strain. Its energy per length (J/m) is
+/// W = ½ K |e|² + ¼ c |e|⁴, with the same coefficients for bending and twist.
 struct Stiffening {
-    /// K, N m².
+    /// Linear stiffness K, N m².
     linear: f64,
-    /// c, N m⁴.
+    /// Cubic stiffness c, N m⁴.
     cubic: f64,
-    /// Whether the tangent contains only half of the cubic part, which violates the contract of the
-    /// trait.
+    /// Whether the tangent contains only half of its term 2 c e eᵀ, which violates the contract of
+    /// the trait.
     crude_tangent: bool,
 }
 
 impl Stiffening {
-    /// The strain under a couple, from K e + c e³ = m by Newton's method from above, which
-    /// converges monotonically.
+    /// Strain (1/m) under a couple (N m), from K e + c e³ = m by Newton's method. The iteration
+    /// starts above the root and converges monotonically.
     fn strain(&self, couple: &Vector3<f64>) -> Vector3<f64> {
         let size = couple.norm();
         let mut e = (size / self.linear).min((size / self.cubic).cbrt());
@@ -192,7 +194,7 @@ impl Constitutive for Stiffening {
     }
 }
 
-/// A law whose cubic part equals the linear part at a bending radius of 3 cm.
+/// Tissue whose cubic part equals the linear part at a radius of curvature of 3 cm.
 fn stiffening(crude_tangent: bool) -> Stiffening {
     let linear = bending_stiffness();
     Stiffening { linear, cubic: linear * 0.03 * 0.03, crude_tangent }
@@ -215,8 +217,8 @@ fn user_written_stiffening_tissue_satisfies_the_balance_equations() {
     let uncertain = coarse.apex_frame().angle_to(&rod.apex_frame()) + found.error;
     let (missed, promised) = imbalance(&rod, &environment, &loads, uncertain, |_, couple| law.strain(couple));
     assert!(missed < promised && promised < 1e-9, "{missed:e} against {promised:e}");
-    // Newton's method squares its error only with the exact tangent. With the crude tangent it
-    // halves the error at best, and the same shape takes many more iterations.
+    // Newton's method converges quadratically only with the exact tangent. With the crude tangent
+    // it converges linearly, and the same shape takes many more iterations.
     let (other, crude) = solve(&stiffening(true), 32);
     assert!(found.iterations <= 8, "{} iterations", found.iterations);
     assert!(crude.iterations >= 2 * found.iterations, "{} against {}", crude.iterations, found.iterations);
@@ -256,8 +258,8 @@ fn strain_converges_to_the_couple_over_the_stiffness_at_order_p_plus_1() {
     }
 }
 
-/// The tip, six days after the start, of a horizontal default shoot whose tissue left the growth
-/// zone at the given time (s).
+/// Tip position (m), at t = 6 days, of the default shoot on a horizontal base. Its tissue left the
+/// growth zone at the time `exit` (s).
 fn sagged(law: &dyn Constitutive, exit: f64) -> Vector3<f64> {
     let scene = Still::tilted(FRAC_PI_2);
     let mut rod = Rod::uniform(LENGTH, RADIUS, scene.base, 8, Order::default()).expect("a rod");
@@ -269,8 +271,8 @@ fn sagged(law: &dyn Constitutive, exit: f64) -> Vector3<f64> {
 
 #[test]
 fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
-    // I = π r⁴/4, J = 2 I, μ = E/(2 (1 + ν)), r = 0.5 mm, E = 10 MPa: E I = 4.908738521234052e-7 N
-    // m².
+    // With I = π r⁴/4, J = 2 I, μ = E/(2 (1 + ν)), r = 0.5 mm and E = 10 MPa, the bending stiffness
+    // E I is 4.908738521234052e-7 N m².
     let bending = 4.908_738_521_234_052e-7;
     for (nu, torsion) in [(0.5, bending / 1.5), (0.0, bending), (-0.5, 2.0 * bending)] {
         let stiffness = LinearElastic { youngs_modulus: MODULUS, poissons_ratio: nu }.stiffness(RADIUS);
@@ -280,13 +282,13 @@ fn stiffnesses_match_a_circular_section_and_grow_with_lignification() {
             "ν = {nu}: {stiffness} against {expected}"
         );
     }
-    // Equation (13) with E0 = 10 MPa and E1 = 200 E0, before and after one lignification time of 6
-    // days.
+    // Equation (13) has E0 = 10 MPa, E1 = 200 E0 and a lignification time of 6 days. The cases are
+    // growing tissue, tissue at its exit from the growth zone, and tissue 6 days after its exit.
     let law = Lignifying { young: young_tissue(), mature_modulus: 200.0 * MODULUS, time: 518_400.0 };
     for (exit, modulus) in [(f64::INFINITY, 1.0), (518_400.0, 1.0), (0.0, 200.0 - 199.0 * (-1_f64).exp())] {
         let tissue = LinearElastic { youngs_modulus: modulus * MODULUS, poissons_ratio: 0.5 };
         let (lignified, linear) = (sagged(&law, exit), sagged(&tissue, exit));
-        // The two problems differ by the rounding of the modulus.
+        // The two problems differ only by the rounding of the modulus.
         assert!(
             abs_diff_eq!(InNorm(lignified), InNorm(linear), epsilon = 64.0 * f64::EPSILON * LENGTH),
             "{modulus}: {lignified} against {linear}"

@@ -16,8 +16,8 @@ use morphorod::{Order, Scene, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// The solution at the clamp of θ'' + α σ θ = 0, θ(0) = 1, θ'(0) = 0, with σ from apex to base. Its
-/// series is Σ (−α)^k / Π (3 j − 1)(3 j).
+/// Value at the clamp, σ = 1, of the solution of θ'' + α σ θ = 0, θ(0) = 1, θ'(0) = 0, with σ from
+/// apex to base. Its series is Σₖ (−α)^k / Π (3 j − 1)(3 j), with j = 1 … k.
 fn at_the_clamp(alpha: f64) -> f64 {
     let factor = |k: i32| (3.0 * f64::from(k) - 1.0) * 3.0 * f64::from(k);
     (1..60).rev().fold(1.0, |sum, k| 1.0 - alpha / factor(k) * sum)
@@ -30,7 +30,7 @@ fn greenhill_constant_is_the_first_zero_of_the_series() {
         let middle = 0.5 * (low + high);
         if at_the_clamp(middle) > 0.0 { low = middle } else { high = middle }
     }
-    // The sum rounds by about 1e-16 and its slope at the zero is 0.09.
+    // The rounding error of the sum is about 1e-16, and the slope at the zero is −0.09.
     assert_abs_diff_eq!(low, Weight::GREENHILL, epsilon = 1e-14);
 }
 
@@ -58,7 +58,7 @@ impl Shoot {
         solver.inertia(&rod, &self.tissue, &weight, &scene.environment(0.0)).expect("an inertia")
     }
 
-    /// The length at which the tangent of the straight upright shape becomes indefinite.
+    /// Length (m) at which the tangent of the straight upright shape becomes indefinite.
     fn critical_length(&self, guess: f64) -> f64 {
         let mut solver = NewtonSolver::default();
         let (mut low, mut high) = (0.5 * guess, 1.5 * guess);
@@ -93,7 +93,7 @@ proptest! {
         };
         let exact = shoot.greenhill_length();
         let found = shoot.critical_length(exact);
-        // The requirement is 1e-8.
+        // The required relative accuracy is 1e-8.
         prop_assert!(relative_eq!(found, exact, epsilon = 0.0, max_relative = 1e-8), "{found} against {exact}");
     }
 }
@@ -101,10 +101,10 @@ proptest! {
 #[test]
 fn default_shoot_buckles_at_7_93341251_cm() {
     let shoot = Shoot::default();
-    // (Weight::GREENHILL · E r²/(4 ρ g))^(1/3) in long arithmetic, accurate to half a unit of the last
-    // digit written here.
+    // The length (Weight::GREENHILL · E r²/(4 ρ g))^(1/3), in metres, was computed in multiple
+    // precision. It is accurate to half a unit of the last digit written here.
     assert_abs_diff_eq!(shoot.greenhill_length(), 0.079_334_125_094, epsilon = 0.5e-12);
-    // The requirement is 1e-8 of the length.
+    // The required accuracy is 1e-8 of the length.
     assert_abs_diff_eq!(shoot.critical_length(0.08), 0.079_334_125_094, epsilon = 1e-8 * 0.08);
 }
 
@@ -122,16 +122,16 @@ fn two_eigenvalues_change_sign_at_each_critical_length() {
             let weight = Weight { density: DENSITY };
             let found =
                 solver.solve(&mut rod, &shoot.tissue, &weight, &scene.environment(0.0)).expect("an equilibrium");
-            // The two directions are rotations about the two horizontal axes. Twist does not buckle
-            // under a dead load.
+            // The two negative directions are rotations about the two horizontal axes. A dead load
+            // does not cause buckling in twist.
             assert_eq!((found.inertia.negative, found.inertia.neutral), (negative, 0), "{elements} elements, {ratio}");
             // The upright shape is an equilibrium by symmetry at every length. Its gradient is
             // exactly zero.
             assert_eq!((found.iterations, rod), (1, straight), "{elements} elements, {ratio}");
         }
     }
-    // By Sturm's theorem, the number of buckled modes is the number of sign changes of the solution
-    // at the clamp. Each mode buckles in two planes.
+    // The number of buckled modes follows from Sturm's theorem. It is the number of sign changes of
+    // the solution at the clamp as the load increases from zero. Each mode buckles in two planes.
     for load in [7.0, 30.0, 60.0, 140.0, 150.0, 280.0, 290.0] {
         let steps = 20_000;
         let signs = (1..=steps).map(|i| at_the_clamp(load * f64::from(i) / f64::from(steps)) > 0.0);
@@ -142,12 +142,12 @@ fn two_eigenvalues_change_sign_at_each_critical_length() {
 }
 
 /// Tolerance of the frames of a shoot with a nearly neutral rotation about the vertical, rad. With
-/// a lean of 1.7e-4 rad, the stiffness to that rotation is a million times smaller than to bending,
-/// which magnifies rounding to about 1e-10.
+/// a lean of 1.7e-4 rad, the stiffness to that rotation is a million times smaller than to bending.
+/// Rounding is amplified to about 1e-10 rad.
 const PRECISION: f64 = 1e-10;
 
-/// The tip of the default shoot in equilibrium (outwards, up) from the integration of the fixture,
-/// m.
+/// Tip (outwards, up; m) of a default shoot in equilibrium, from the shooting method of the
+/// fixture. Arguments are the length (m) and the tilt (rad).
 fn hanging_tip(length: f64, tilt: f64) -> Known<[f64; 2]> {
     let weight = DENSITY * GRAVITY * PI * RADIUS * RADIUS;
     Hanging { length, tilt, stiffness: |_| bending_stiffness(), weight: |sigma| weight * sigma }.tip(2000)
@@ -158,9 +158,9 @@ fn tip_of_buckled_shoot_matches_shooting() {
     let critical = Shoot::default().greenhill_length();
     for (ratio, elements) in [(1.001, 16), (1.05, 16), (1.05, 64), (1.05, 256), (1.5, 32)] {
         let length = ratio * critical;
-        // With a lean of a hundredth of a degree there is one stable shape. Exactly upright, a
-        // rotation about the vertical is neutral. For every rotation of the base about its tangent,
-        // the solver must find one of these shapes.
+        // With a lean of a hundredth of a degree there is one stable shape. On an exactly upright
+        // base, a rotation about the vertical is neutral. The solver must find one of these shapes
+        // for every rotation of the base about its tangent.
         for (tilt, azimuth, neutral) in
             [(0.01_f64, 0.0, 0), (0.01, 0.7, 0), (0.0, 0.0, 1), (0.0, 0.7, 1), (0.0, 2.5, 1)]
         {
@@ -178,8 +178,9 @@ fn tip_of_buckled_shoot_matches_shooting() {
             });
             let known = hanging_tip(length, tilt.to_radians());
             // The bound contains the step error of the integration, the rounding of its 2 · 2000
-            // additions, three times the tolerance of the crate (for the uncertainty of its
-            // estimate), and the last change of mesh.
+            // additions, and the difference from a mesh with half as many elements. It also
+            // contains three times the tolerance of the crate, which covers the uncertainty of its
+            // estimate.
             let difference = (tip[0] - known.value[0]).hypot(tip[1] - known.value[1]);
             let mesh = (tip[0] - coarse[0]).hypot(tip[1] - coarse[1]);
             let promised = known.error + mesh + (3.0 * PRECISION + 4000.0 * f64::EPSILON) * length;
@@ -206,9 +207,9 @@ fn hanging_straight_shoot_is_stable_at_any_weight() {
     }
 }
 
-/// Solves the upright default shoot, with a length in units of the critical length, to a tolerance.
-/// Returns the error of the tip relative to the length, its estimate, and the number of elements.
-/// The reference is the integration of the fixture.
+/// Solves for the equilibrium of an upright default shoot to a tolerance. The length is given in
+/// units of the critical length. Returns the error of the tip relative to the length, its estimate,
+/// and the number of elements. The reference is the shooting method of the fixture.
 fn by_tolerance(order: Order, ratio: f64, tolerance: f64) -> (f64, f64, usize) {
     let length = ratio * Shoot::default().greenhill_length();
     let mut shoot = morphorod::Shoot::builder(young_tissue())
@@ -233,8 +234,8 @@ fn buckled_shoot_meets_the_tolerance_without_leaving_its_plane() {
             for tolerance in [1e-3, 1e-4, 1e-5] {
                 let (error, estimate, elements) = by_tolerance(order, 1.0 + over, tolerance);
                 assert!(error <= estimate && estimate <= tolerance, "{order:?}, {over:e}: {error:e}, {estimate:e}");
-                // A rotation about the vertical would appear as an error and cause hundreds of
-                // elements.
+                // A rotation about the vertical would count as an error and cause refinement to
+                // hundreds of elements.
                 assert!(elements <= most, "{order:?}, {over:e}, {tolerance:e}: {elements} elements");
             }
         }
@@ -243,15 +244,15 @@ fn buckled_shoot_meets_the_tolerance_without_leaving_its_plane() {
 
 #[test]
 fn adaptive_mesh_detects_buckling_that_a_coarse_mesh_misses() {
-    // Three elements of order two remain upright up to 1.4 percent above the critical length, where
-    // the tip of the shoot is 40 percent of its length to the side. Elements of higher order remain
-    // upright as well, up to smaller lengths.
+    // Three elements of order two remain upright up to 1.4 percent above the critical length. There
+    // the tip of the exact shape is displaced sideways by 40 percent of the length. Elements of
+    // higher order also remain upright, up to smaller lengths.
     for order in Order::ALL {
         for over in [1e-2, 3e-3, 1e-3, 1e-4, 1e-5] {
             let (error, estimate, _) = by_tolerance(order, 1.0 + over, 1e-3);
             assert!(error <= estimate && estimate <= 1e-3, "{order:?}, {over:e}: {error:e}, {estimate:e}");
         }
-        // Below the critical length the shoot is found upright, to rounding.
+        // Below the critical length the computed shape is upright, to rounding.
         for below in [1e-2, 1e-3, 1e-5] {
             let (error, estimate, elements) = by_tolerance(order, 1.0 - below, 1e-3);
             assert!(

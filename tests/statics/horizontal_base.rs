@@ -1,4 +1,4 @@
-//! The default shoot of 6.59 cm on a horizontal base under its weight.
+//! Equilibria of the default shoot of 6.59 cm on a horizontal base under its weight.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,7 +11,7 @@ use morphorod::rod::Rod;
 use morphorod::{Order, Scene, Still};
 use nalgebra::Vector3;
 
-/// The tip, m (outwards, across, up), from the two-point problem E I θ'' + q (ℓ − s) sin θ = 0,
+/// Tip (outwards, across, up; m), from the boundary value problem E I θ'' + q (ℓ − s) sin θ = 0,
 /// θ(0) = π/2, θ'(ℓ) = 0. Two codes that are independent of this crate agree in all printed digits.
 fn exact_tip() -> Vector3<f64> {
     Vector3::new(0.057_253_565_806_158_82, 0.0, -0.030_426_176_324_779_89)
@@ -26,7 +26,7 @@ fn error(rod: &Rod) -> f64 {
     (rod.tip() - exact_tip()).norm() / LENGTH
 }
 
-/// Error of the tip with equal elements and no algebraic error.
+/// Error of the tip relative to the length, with equal elements and negligible algebraic error.
 fn mesh_error(elements: usize, order: Order) -> f64 {
     let mut rod = straight(elements, order);
     let _ = sag(&mut rod, DENSITY, &Still::tilted(FRAC_PI_2));
@@ -41,8 +41,8 @@ fn tip_of_horizontal_rod_converges_at_the_order_of_the_elements() {
         let used: Vec<f64> = errors.iter().copied().filter(|e| (1e-13..1e-3).contains(e)).collect();
         let [first, .., last] = used[used.len() - 4..] else { panic!("{order:?} has too few errors: {errors:?}") };
         let observed = (first / last).log2() / 3.0;
-        // The next term of the error, h² times the leading one, moves the mean over three halvings
-        // by a tenth or two.
+        // The next term of the error, h² times the leading one, changes the mean observed order
+        // over three halvings by 0.1 to 0.2.
         let expected = order.exponent() as f64;
         assert!(
             abs_diff_eq!(observed, expected, epsilon = 0.3),
@@ -53,9 +53,9 @@ fn tip_of_horizontal_rod_converges_at_the_order_of_the_elements() {
 
 #[test]
 fn sixteen_elements_of_default_order_reach_1e_9_and_thirty_two_reach_rounding() {
-    // The requirement is 1e-9 of the length with at most 16 elements. The leading term of the
-    // error, 7e-5 on one element, decreases by 2⁸ with every halving, to 7e-5/2³² = 2e-14 with 16
-    // elements.
+    // The required accuracy is 1e-9 of the length with at most 16 elements. The leading term of the
+    // error is 7e-5 with one element and decreases by 2⁸ with every halving. With 16 elements it is
+    // 7e-5/2³² = 2e-14.
     assert!(mesh_error(16, Order::default()) < 1e-9);
     assert!(mesh_error(8, Order::default()) < 1e-10);
     // The rounding of 32 chained frames and chords is a few units of 2.2e-16 each.
@@ -76,16 +76,16 @@ fn very_short_elements_do_not_increase_the_error() {
         let mut rod = Rod::straight(&nodes, |_| RADIUS, scene.base, Order::default()).expect("a rod");
         let found = sag(&mut rod, DENSITY, &scene);
         assert_eq!((found.inertia.negative, found.inertia.neutral), (0, 0), "sliver of {sliver:e}");
-        // Splitting an element can only reduce the discretisation error. A tenth is allowed for the
-        // uneven mesh.
+        // Splitting an element can only reduce the discretisation error. The bound allows ten
+        // percent more for the uneven mesh.
         assert!(error(&rod) < 1.1 * coarse, "sliver of {sliver:e}: {:e} against {coarse:e}", error(&rod));
     }
 }
 
 #[test]
 fn straight_initial_guess_needs_few_iterations_on_every_mesh() {
-    // Newton's method squares an error of a few tenths four times to fall below 1e-14. The counts
-    // were (4, 4, 4) when this test was written and must not depend on the mesh.
+    // Newton's method squares the error in each iteration. The counts of iterations, factorisations
+    // and evaluations were (4, 4, 4) when this test was written. They must not depend on the mesh.
     for order in Order::ALL {
         for elements in [2, 8, 32, 128] {
             let found = sag(&mut straight(elements, order), DENSITY, &Still::tilted(FRAC_PI_2));
@@ -109,7 +109,7 @@ fn small_load_change_needs_one_factorisation_and_straight_guess_three() {
         };
         let mut rod = straight(elements, Order::default());
         // Newton's steps are about 1, 1e-1 and 1e-3 rad. Chord steps follow, each a thousandth of
-        // the one before.
+        // the previous one.
         let (iterations, factorisations, evaluations) = solve(&mut rod, DENSITY);
         assert!((iterations, factorisations) <= (3, 3) && evaluations <= 5, "{iterations}, {evaluations}");
         // A thousandth more load gives a step of about 1e-3 rad with an error of 1e-6. Two chord
@@ -163,8 +163,8 @@ fn tip_error_is_bounded_by_the_tolerance() {
         assert!(found.error <= solver.tolerance);
         error(&rod)
     };
-    // Frames that err by the tolerance move the tip by at most the tolerance times the length. The
-    // factor of three covers the uncertainty of the estimate.
+    // Errors of the frames equal to the tolerance displace the tip by at most the tolerance times
+    // the length. The factor of three covers the uncertainty of the estimate.
     assert!(reach(NewtonSolver::default()) < 3.0 * NewtonSolver::default().tolerance);
     assert!(reach(NewtonSolver::with_tolerance(1e-6)) < 3e-6);
     assert!(reach(tight()) < 3.0 * TIGHT);

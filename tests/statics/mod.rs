@@ -1,4 +1,4 @@
-//! Shapes in equilibrium.
+//! Tests of equilibrium shapes.
 
 mod any_load_any_tilt;
 mod bad_static_input;

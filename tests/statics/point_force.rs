@@ -13,8 +13,8 @@ const LENGTH: f64 = 0.06;
 
 #[test]
 fn point_force_bends_the_part_below_it_and_leaves_the_rest_straight() {
-    // The force bends the shoot by about a radian. None of its places is a node of eight equal
-    // elements.
+    // The force bends the shoot by about a radian. None of its points of application is a node of
+    // eight equal elements.
     let force = Vector3::new(0.0, 3e-4, -2e-4);
     for apex_distance in [0.0213, 0.011, 0.0497] {
         let place = LENGTH - apex_distance;
@@ -30,8 +30,8 @@ fn point_force_bends_the_part_below_it_and_leaves_the_rest_straight() {
         let mut run = MethodOfSteps::new(1.0);
         run.solver.tolerance = 1e-13;
         run.advance(&mut loaded, 0.0).unwrap();
-        // The reference is the lower part alone, under a force on its end. The upper part continues
-        // along its last tangent.
+        // The reference is a shoot that consists of the lower part alone, with the force on its
+        // apex. The upper part is straight along the tangent at that apex.
         let mut lower = Shoot::builder(YOUNG)
             .length(place)
             .radius(RADIUS)
@@ -53,8 +53,8 @@ fn point_force_bends_the_part_below_it_and_leaves_the_rest_straight() {
 
 #[test]
 fn node_of_a_point_force_is_kept_while_the_shoot_grows() {
-    // The place is in the growth zone at first and mature long before the end. Elements around it
-    // are split and merged.
+    // The tissue at the point force is in the growth zone at first and leaves it after about 18 h.
+    // Elements around it are split and merged.
     let (apex_distance, zone_length, time) = (0.0441, 0.07, 40.0 * HOUR);
     let fruit = PointForce { initial_apex_distance: apex_distance, force: Vector3::new(1e-6, 0.0, -2e-6) };
     let run = |step: f64, elements: usize| {
@@ -68,10 +68,9 @@ fn node_of_a_point_force_is_kept_while_the_shoot_grows() {
     let place = UniformGrowth { zone_length, time }.trace(0.068, 0.068 - apex_distance, 30.0 * HOUR).arc_length;
     let nodes = shoot.rod().centre_line();
     let nearest = nodes.iter().map(|(s, _)| (s - place).abs()).fold(f64::INFINITY, f64::min);
-    // Exit times are exact, and the arc length is a sum over a few dozen elements.
+    // Exit times are exact. The arc length is a sum over a few dozen elements, with their rounding.
     assert!(nearest < 1e-12, "no node at {place}: the nearest is {nearest} m away");
-    // With half the step and twice the elements, the tip changes by its error in time, as without
-    // the force.
+    // With half the step and twice the elements, the tip changes by about its error in time.
     assert_abs_diff_eq!(InNorm(run(45.0, 16).tip()), InNorm(shoot.tip()), epsilon = 1e-5);
 }
 

@@ -38,9 +38,9 @@ proptest! {
         let best = NewtonSolver::with_tolerance(1e-12).solve(&mut settled, &law, &load, &environment);
         let best = best.expect("an equilibrium");
         let left = rod.frames().iter().zip(settled.frames()).map(|(a, b)| a.angle_to(b)).fold(0.0, f64::max);
-        // An estimate from the last two steps gives the order of magnitude, hence the factor of
-        // ten. The bound also contains the error of the better solution, and rounding magnified by
-        // the softest direction.
+        // The factor of ten is used because an estimate from the last two steps gives only the
+        // order of magnitude. The bound also contains the error of the better solution, and
+        // rounding amplified by the softest direction.
         let bound = 10.0 * (found.error + best.error) + 8.0 * f64::EPSILON / best.inertia.margin;
         prop_assert!(left < bound, "the actual error is {left:e}, {:e} is reported", found.error);
     }

@@ -15,7 +15,7 @@ use morphorod::{Environment, Order, Scene, Section, Still};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-/// A tissue with E I = 1/4 and E A = 1 for a radius of 1 m, so that the rods are stubby.
+/// Tissue with E I = 1/4 N m² and E A = 1 N for a radius of 1 m. The rods are stubby.
 const SOFT: LinearElastic = LinearElastic { youngs_modulus: 1.0 / PI, poissons_ratio: 0.3 };
 const RADIUS: f64 = 1.0;
 const BENDING: f64 = 0.25;
@@ -50,7 +50,7 @@ fn slope_at_zero(x: f64, f: impl Fn(f64) -> f64) -> f64 {
 fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_form() {
     let (length, density, gravity) = (0.7, 0.02, 9.81);
     let (young, tissue) = (SOFT.youngs_modulus, Timoshenko::circular(SOFT));
-    // The closed form ρ g ℓ²/(2 E).
+    // Change of length (m) in closed form, ρ g ℓ²/(2 E).
     let change = density * gravity * length * length / (2.0 * young);
     assert!(change > 0.2 * length, "the stretch is too small for a test: {change}");
     for (angle, sign) in [(PI, 1.0), (0.0, -1.0)] {
@@ -61,8 +61,8 @@ fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_fo
             let weight = Weight { density };
             let found = solve_tight(&mut rod, &tissue, &weight, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
-            // The stretch is linear along the rod, which one Gauss point integrates exactly. The
-            // rest is rounding of three elements.
+            // The stretch is linear along the rod, and one Gauss point integrates it exactly. The
+            // remaining error is the rounding of three elements.
             let expected = length + sign * change;
             let rounding = 16.0 * f64::EPSILON * length;
             assert!(
@@ -72,11 +72,11 @@ fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_fo
             );
             assert_abs_diff_eq!(rod.centre_line_length(), expected, epsilon = rounding);
             assert_abs_diff_eq!(rod.length(), length, epsilon = rounding);
-            // The elastic energy is ∫ n3²/(2 E A) ds = (ρ g)² A ℓ³/(6 E). The work of the stretch
-            // is twice as much.
+            // The elastic energy is ∫ n3²/(2 E A) ds = (ρ g)² A ℓ³/(6 E). The work of the weight
+            // through the stretch is twice this energy.
             let energy = (density * gravity).powi(2) * PI * length.powi(3) / (6.0 * young);
             let fall = sign * density * gravity * PI * length * length / 2.0;
-            // Two Gauss points or more integrate the square of the force exactly.
+            // Rules with two or more Gauss points integrate the square of the force exactly.
             if order != Order::Two {
                 assert_abs_diff_eq!(found.energy, -energy - fall, epsilon = 64.0 * f64::EPSILON * fall.abs());
             }
@@ -101,8 +101,8 @@ fn cantilever_under_small_loads_matches_timoshenko_beam() {
         let _ = solve_tight(&mut rod, &law, load, &weightless()).expect("an equilibrium");
         rod.tip().z
     };
-    // The rotations are at most x ℓ²/(2 E I) = 1.6e-3. Richardson extrapolation leaves their fourth
-    // power, 7e-12.
+    // The rotations are at most x ℓ²/(2 E I) = 1.6e-3. The error of the Richardson extrapolation is
+    // of the order of their fourth power, 7e-12.
     let x = 2e-4;
     let tip = slope_at_zero(x, |force| sag(&apical(Vector3::z() * force)));
     let expected = length.powi(3) / (3.0 * BENDING) + length / shear;
@@ -140,16 +140,16 @@ fn column_buckles_at_the_loads_of_haringx_and_reissner() {
         (1.0, 1.0),
     ] {
         let c: f64 = 1.0 / shear - 1.0 / stretch;
-        // The smaller root of c P² + P = P_E, without cancellation.
+        // The expected load is the smaller root of c P² + P = P_E, computed without cancellation.
         let expected = 2.0 * euler / (1.0 + (1.0 + 4.0 * c * euler).sqrt());
         let (mut low, mut high) = (0.5 * expected, 1.2 * expected);
         while high - low > 1e-13 * expected {
             let middle = 0.5 * (low + high);
             if margin(&column, &law(shear, stretch), middle) > 0.0 { low = middle } else { high = middle }
         }
-        // The error of sixteen elements of order eight in an eigenvalue is h¹⁶ and below rounding.
-        // The elimination of 16 frames (48 unknowns) leaves a rounding error of 1e-14 times the
-        // number of elements squared.
+        // The error of sixteen elements of order eight in an eigenvalue is of order h¹⁶ and below
+        // rounding. The elimination of 16 frames (48 unknowns) leaves a rounding error of 1e-14
+        // times the number of elements squared.
         assert!(
             relative_eq!(low, expected, epsilon = 0.0, max_relative = 1e-11),
             "S {shear}, A {stretch}: {low} against {expected}"
@@ -184,15 +184,15 @@ fn column_that_is_soft_in_compression_is_crushed_without_buckling() {
     for share in [1.0, 1.001, 30.0] {
         let (rod, answer) = push(share);
         let Err(error @ EquilibriumError::Crushed { stretch: left, .. }) = answer else { panic!("{answer:?}") };
-        // The remaining stretch errs by the rounding of a difference.
+        // The error of the remaining stretch is the rounding of a difference.
         assert_abs_diff_eq!(left, 1.0 - share, epsilon = 1e-12 * share);
         assert!(!error.is_recoverable(), "{error}");
         assert_eq!(rod, column);
     }
 }
 
-/// A helix of a wire of 1 m radius about e3, given the radius of the coil (m), the pitch angle, the
-/// number of turns and the number of elements in a turn.
+/// Helix about e3 of a wire of 1 m radius. Arguments are the radius of the coil (m), the pitch
+/// angle (rad), the number of turns and the number of elements per turn.
 fn spring(coil: f64, pitch: f64, turns: usize, elements: usize) -> Rod {
     let (sin, cos) = pitch.sin_cos();
     let strain = Vector3::new(0.0, cos * cos / coil, sin * cos / coil);
@@ -207,10 +207,11 @@ fn spring(coil: f64, pitch: f64, turns: usize, elements: usize) -> Rod {
 #[test]
 fn helical_spring_deflects_by_castiglianos_theorem() {
     // The force acts on the end of the wire, at the distance a from the axis. Castigliano's theorem
-    // with M = (r(ℓ) − r(s)) × P e3 on a helix of whole turns gives the torsion P a cos α (1 − cos
-    // φ), bending P a sin α (1 − cos φ) and P a sin φ, shear P cos α and tension P sin α. The
-    // squares are 3/2, 3/2 and 1/2 on average. A force on the axis gives the torsion P a cos α
-    // throughout, hence the textbook deflection 8 P D³ n/(G d⁴).
+    // is applied with M = (r(ℓ) − r(s)) × P e3 on a helix of whole turns. The torsion is P a cos α
+    // (1 − cos φ). The bending components are P a sin α (1 − cos φ) and P a sin φ. The shear is P
+    // cos α and the tension is P sin α. The mean squares of 1 − cos φ and sin φ are 3/2 and 1/2. A
+    // force on the axis would give the torsion P a cos α throughout, and hence the textbook
+    // deflection 8 P D³ n/(G d⁴).
     let (coil, turns) = (3.0_f64, 3);
     for pitch in [6.5_f64, 20.0] {
         let (sin, cos) = pitch.to_radians().sin_cos();
@@ -225,7 +226,7 @@ fn helical_spring_deflects_by_castiglianos_theorem() {
         let line = length * (cos * cos / shear + sin * sin / stretch);
         assert!(line > 0.02 * bend, "the share of shear and stretch is too small for a test: {}", line / bend);
         let give = |law: &dyn Constitutive| {
-            // The tip rises by a few thousandths of the radius of the coil.
+            // The tip rises by about a thousandth of the radius of the coil.
             slope_at_zero(1e-3 * coil / bend, |force| {
                 let mut rod = rest.clone();
                 let pull = apical(Vector3::z() * force);
@@ -233,8 +234,8 @@ fn helical_spring_deflects_by_castiglianos_theorem() {
                 rod.tip().z
             })
         };
-        // Elements of order eight that rotate by 30° err by 1e-9 in the position of the tip above.
-        // Differences err less.
+        // The error of the tip above is 1e-9 of the length for elements of order eight that rotate
+        // by 30°. The error of a difference of two positions is smaller.
         for (found, expected) in [(give(&wire), bend + line), (give(&SOFT), bend)] {
             assert!(
                 relative_eq!(found, expected, epsilon = 0.0, max_relative = 2e-9),
@@ -265,14 +266,14 @@ fn spring_pulled_to_twice_its_length_satisfies_the_balance_equations() {
     let bend = |_: f64, couple: &Vector3<f64>| strain + couple.component_div(&stiffness);
     let known = back_to_base_of_line(length, &rod.apex_frame(), 4000, bend, line, |_| force);
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
-    // The error of the integration, and that of the mesh at 15° an element, which is 2⁻⁸ of that of
-    // the helix above.
+    // The bound contains the error of the integration and that of the mesh. At 15° per element, the
+    // mesh error is 2⁻⁸ of that of the helix above.
     let granted = known.error + 1e-11;
     assert_abs_diff_eq!(InNorm(known.value.0), InNorm(base), epsilon = granted);
     assert_abs_diff_eq!(InNorm(known.value.1), InNorm(rod.tip()), epsilon = granted * length);
 }
 
-/// A law whose stiffness to bending, shear and stretch falls by half from the base to the apex.
+/// Law whose stiffnesses decrease by half from the base to the apex.
 fn softening(length: f64) -> Graded<Timoshenko<LinearElastic>, impl Fn(&Tissue) -> f64> {
     Graded { law: law(0.5, 0.8), factor: move |tissue: &Tissue| 1.0 + tissue.initial_apex_distance / length }
 }
@@ -297,7 +298,7 @@ proptest! {
         let rod = solve(UnitQuaternion::identity(), 24);
         let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
         let turned = solve(turn, 24);
-        // Rounding of 24 elements, amplified by the inverse of the tangent.
+        // The bound is the rounding of 24 elements, amplified by the inverse of the tangent.
         let image = turn * rod.tip();
         let tip = turned.tip();
         prop_assert!(abs_diff_eq!(InNorm(image), InNorm(tip), epsilon = 1e-12), "{image} against {tip}");
@@ -313,8 +314,9 @@ proptest! {
         );
         let base = rod.frames()[0].to_rotation_matrix().into_inner();
         let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm());
-        // At these loads, an error of the apex grows by less than a factor of 100 on the way to the
-        // base. The change from a mesh with half as many elements bounds the error of the mesh.
+        // At these loads, the integration to the base amplifies an error of the apex by less than a
+        // factor of 100. The change from a mesh with half as many elements bounds the error of the
+        // mesh.
         let mesh = (solve(UnitQuaternion::identity(), 12).tip() - rod.tip()).norm();
         let granted = known.error + 100.0 * (mesh + 1e-14);
         prop_assert!(missed < granted && granted < 1e-8, "{missed:e} against {granted:e}");
@@ -346,8 +348,8 @@ fn tips_converge_at_order_2p_and_profiles_at_order_p_plus_2() {
             let errors: Vec<f64> = rods.iter().map(error).filter(|e| (2e-13..1e-2).contains(e)).collect();
             let [.., first, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
             let observed = (first / last).log2();
-            // The place has another position within its element on every mesh, so that the observed
-            // order varies.
+            // The relative position of the place within its element changes from mesh to mesh. The
+            // observed order therefore varies.
             assert!(observed > expected - 0.5, "{order:?}: observed {observed} against {expected}, from {errors:?}");
         };
         observed(&|rod| (rod.tip() - finest.tip()).norm(), 2.0 * p);

@@ -12,11 +12,11 @@ use morphorod::tropism::SettledStatoliths;
 use morphorod::{Order, Section, Shoot, Still};
 use nalgebra::Vector3;
 
-/// Greenhill's length of the default rod, m: (7.837 E I/q)^(1/3).
+/// Greenhill's length of the default shoot, (7.837 E I/q)^(1/3), m.
 const CRITICAL: f64 = 0.079333;
 
-/// The tip after a day of a shoot with tropisms whose length is given in units of the critical
-/// length, and the statistics.
+/// Tip (m) and statistics of a shoot with tropisms after 24 h. The length is `times` the critical
+/// length, and the tilt is in radians.
 fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, Statistics), IntegrationError> {
     let length = times * CRITICAL;
     let mut shoot = Shoot::builder(YOUNG)
@@ -37,10 +37,10 @@ fn after_a_day(times: f64, tilt: f64, elements: usize) -> Result<(Vector3<f64>, 
 
 #[test]
 fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
-    // The shoot hangs over and snaps from side to side for hours. On a tilted base both meshes give
-    // the same snaps and final shapes. In equilibrium, sixteen elements err by 6e-8 of the length
-    // under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"). Here q ℓ³/(E I) is 26 to 212, and
-    // the effect of a snap decays with memories of 12 min.
+    // The shoot bends over and snaps from side to side for hours. On a tilted base, both meshes
+    // give the same number of snaps and the same final tip. In equilibrium, the error of sixteen
+    // elements is 6e-8 of the length under q ℓ³/(E I) = 300 (docs/accuracy.md, "Heavy base"). Here
+    // q ℓ³/(E I) is 26 to 212. The effect of a snap decays with the memory time of 12 min.
     for (times, elements) in [(1.5, [32, 16]), (2.0, [32, 16]), (3.0, [48, 32])] {
         let (fine, with_fine) = after_a_day(times, 0.3, elements[0]).unwrap();
         let (coarse, with_coarse) = after_a_day(times, 0.3, elements[1]).unwrap();
@@ -58,7 +58,7 @@ fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
     // At five times the critical length the run succeeds with elements that are short enough at the
     // base.
     assert!(after_a_day(5.0, 0.3, 32).is_ok());
-    // With longer elements, one of them would rotate by π, which is an error.
+    // At ten times the critical length, one of eight elements would rotate by π. This is an error.
     let error = after_a_day(10.0, 0.3, 8).unwrap_err();
     assert!(error.to_string().contains("would rotate by π"), "{error}");
 }
@@ -66,8 +66,8 @@ fn shoots_far_above_the_critical_length_snap_alike_on_two_meshes() {
 #[test]
 fn snap_is_counted_with_its_time_and_jump() {
     // A force whose sign reverses bends a shoot above its critical length. The shoot snaps through
-    // once and then hangs to the other side. The section is broader across the plane, so that the
-    // shoot stays in it.
+    // once and then bends to the other side. The section is broader across the plane of bending, so
+    // that the shoot stays in that plane.
     let force = |t: f64| Vector3::new(2e-5 * (1.0 - t / HOUR), 0.0, 0.0);
     let mut shoot = Shoot::builder(YOUNG)
         .section(|_| Section::ellipse(RADIUS, 2.0 * RADIUS))
@@ -83,7 +83,7 @@ fn snap_is_counted_with_its_time_and_jump() {
     assert!(after.snaps == 1 && shoot.tip().x < 0.0, "{after:?}, {:?}", shoot.tip());
     let when = after.last_snap.unwrap();
     assert!(when > HOUR && when < 4.0 * HOUR);
-    // The tip moves from one side to the other.
+    // The tip jumps from one side to the other.
     assert!(after.largest_jump > 0.5 * shoot.tip().x.abs(), "{after:?}");
     // The time of the snap does not depend on the elements or the step, to within one step.
     let mut fine = Shoot::builder(YOUNG)
@@ -119,7 +119,8 @@ fn buckled_shoot_keeps_bending_in_its_plane_without_snaps() {
         assert!(tip.x.abs() > 0.8 * shoot.rod().length(), "{tip:?}");
         // Only rounding rotates the shoot out of its plane.
         assert!(tip.y.abs() < 1e-6 * tip.x.abs(), "{order:?}, {step} s: {tip:?}");
-        // The step after buckling may start from extrapolated upright shapes.
+        // The initial guess may be extrapolated from upright shapes in the step after buckling. A
+        // second snap is therefore allowed.
         let critical_at = 0.01 * CRITICAL / 0.03 * 20.0 * HOUR;
         let last = found.last_snap.unwrap();
         assert!(found.snaps <= 2, "{order:?}, {step} s: {} snaps", found.snaps);
