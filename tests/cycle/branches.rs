@@ -1,5 +1,5 @@
-//! Branches of periodic orbits along a parameter: branches that start at the onset of oscillations,
-//! branches with folds, and the bifurcations at which the stability changes.
+//! Branches of periodic orbits along a parameter: branches that start at the onset of oscillations, branches with
+//! folds, and the bifurcations at which the stability changes.
 
 use super::{assert_complex_eq, family, mode, planes, shoot};
 use crate::fixtures::exact_orbit::{exact_orbit, shape};
@@ -15,8 +15,7 @@ use nalgebra::Complex;
 /// Length at the onset of oscillations of the reduced model, m.
 const ONSET: f64 = 0.065_614_866;
 
-/// Reduced model with a given perception of gravity and equal elements, as a family over the length
-/// (m).
+/// Reduced model with a given perception of gravity and equal elements, as a family over the length (m).
 fn sensing(
     sense: impl Perception<Signal = [f64; 2]> + Copy + Send + Sync + 'static,
     elements: u32,
@@ -24,8 +23,7 @@ fn sensing(
     family(move |length| Ok(shoot(length, elements).tropism(steering(sense)).into_dyn().build()?))
 }
 
-/// Perception of gravity whose gain first increases and then decreases with the tilt. Orbits exist
-/// below the onset.
+/// Perception of gravity whose gain first increases and then decreases with the tilt. Orbits exist below the onset.
 #[derive(Debug, Clone, Copy)]
 struct Keen;
 
@@ -69,8 +67,7 @@ fn circle(elements: u32) -> (Shoot<DynLaws>, RotatingWave) {
     (shoot, orbit)
 }
 
-/// Tests the amplitude of the first circle, the end of the range and the accuracy of all circles
-/// between them.
+/// Tests the amplitude of the first circle, the end of the range and the accuracy of all circles between them.
 #[test]
 fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
     let end = 0.07;
@@ -82,15 +79,15 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
         0.065..=end,
     );
     let points = all(branch.unwrap().largest_step(0.1).unwrap());
-    // The amplitude is prescribed and the length is an unknown. The excursion equals that of the
-    // mode up to a relative error of second order.
+    // The amplitude is prescribed and the length is an unknown. The excursion equals that of the mode up to a
+    // relative error of second order.
     assert_abs_diff_eq!(points[0].excursion, 2e-3, epsilon = 2e-5);
     assert_eq!(points.last().unwrap().parameter, end);
     assert!(points.len() > 8 && points.len() < 30, "{}", points.len());
     for point in &points {
         let (radius, _) = exact_orbit(point.parameter);
-        // Six elements shift the onset by less than 1e-11 m. The relative error of the radius is
-        // this shift divided by twice the distance from the onset.
+        // Six elements shift the onset by less than 1e-11 m. The relative error of the radius is this shift divided
+        // by twice the distance from the onset.
         let tolerance = 1e-9 + 1e-11 / (point.parameter - ONSET);
         assert!(
             relative_eq!(point.excursion, radius, epsilon = 0.0, max_relative = tolerance),
@@ -104,16 +101,16 @@ fn branch_of_circles_from_the_onset_matches_the_exact_circles() {
     }
 }
 
-/// Tests a branch of swings from a first swing of prescribed amplitude to the end of the range, and
-/// the exponents of its last orbit.
+/// Tests a branch of swings from a first swing of prescribed amplitude to the end of the range, and the exponents of
+/// its last orbit.
 #[test]
 fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     let solver = PeriodicSolver::default();
     let branch = Continuation::from_onset(solver, sensing(SettledStatoliths, 6), ONSET, 8e-3, 0.065..=0.067);
     let points = all(branch.unwrap().largest_step(0.15).unwrap());
     let last = points.last().unwrap();
-    // Reference values of excursion (mm), period (min) and exponents in the plane and out of it
-    // (1/h). They are those of `cycles`, computed by two other methods.
+    // Reference values of excursion (mm), period (min) and exponents in the plane and out of it (1/h). They are those
+    // of `cycles`, computed by two other methods.
     assert_eq!(last.parameter, 0.067);
     assert_relative_eq!(1e3 * last.excursion, 34.194_086_156, epsilon = 0.0, max_relative = 1e-8);
     assert_relative_eq!(last.period / MINUTE, 87.661_715_125, epsilon = 0.0, max_relative = 1e-8);
@@ -127,8 +124,8 @@ fn branch_of_swings_from_the_onset_leads_to_the_known_swing() {
     }
 }
 
-/// Smallest length (m) at which a circular orbit exists, and the radius (m) of this orbit.
-/// Successive parabolas locate the minimum of the length over the angle of the apex.
+/// Smallest length (m) at which a circular orbit exists, and the radius (m) of this orbit. Successive parabolas
+/// locate the minimum of the length over the angle of the apex.
 fn exact_fold() -> (f64, f64) {
     let perceived = |theta: f64| Keen::gain(theta.sin()) * theta.sin();
     let length = |apex: f64| {
@@ -145,17 +142,15 @@ fn exact_fold() -> (f64, f64) {
         let [a, b, c] = [apex - width, apex, apex + width].map(length);
         let shift = (0.5 * (a - c) / (a - 2.0 * b + c)).clamp(-2.0, 2.0);
         apex += shift * width;
-        // Lengths are accurate to 1e-15 m. At smaller widths their differences are dominated by
-        // rounding errors.
+        // Lengths are accurate to 1e-15 m. At smaller widths their differences are dominated by rounding errors.
         width = if shift.abs() < 0.5 { (0.5 * width).max(3e-3) } else { width };
     }
     (length(apex), shape(length(apex), apex, perceived)[2])
 }
 
-/// Circles with this perception begin below the onset. The branch has a fold, beyond which the
-/// circles soon become stable. Tests the location of the fold and the stability on both sides of
-/// it. The first circle has half the radius of the circle at the fold, and the range ends just
-/// above the onset.
+/// Circles with this perception begin below the onset. The branch has a fold, beyond which the circles soon become
+/// stable. Tests the location of the fold and the stability on both sides of it. The first circle has half the radius
+/// of the circle at the fold, and the range ends just above the onset.
 #[test]
 fn branch_of_circles_turns_at_the_exact_fold() {
     let within = 0.06..=0.0657;
@@ -165,14 +160,13 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     let at = points.iter().position(|point| point.bifurcation == Some(Bifurcation::Fold)).unwrap();
     let fold = &points[at];
     let (length, radius) = exact_fold();
-    // The length is minimal at the fold. Its error is of second order in the error along the
-    // branch. The error due to five elements is 2e-10.
+    // The length is minimal at the fold. Its error is of second order in the error along the branch. The error due to
+    // five elements is 2e-10.
     assert_relative_eq!(fold.parameter, length, epsilon = 0.0, max_relative = 1e-9);
-    // The fold is located by three successive parabolas. The points of the last one are 4e-3 of a
-    // step of 3 mm apart.
+    // The fold is located by three successive parabolas. The points of the last one are 4e-3 of a step of 3 mm apart.
     assert_abs_diff_eq!(fold.excursion, radius, epsilon = 2e-6);
-    // As an independent criterion, the exponent of the radius vanishes at the fold. The zero is
-    // interpolated linearly between the points before and after the fold.
+    // As an independent criterion, the exponent of the radius vanishes at the fold. The zero is interpolated linearly
+    // between the points before and after the fold.
     let of_radius = |point: &BranchPoint<_>| {
         let real = point.exponents.iter().filter(|x| x.im == 0.0).map(|x| x.re);
         (point.excursion, real.fold(f64::NEG_INFINITY, f64::max))
@@ -190,10 +184,9 @@ fn branch_of_circles_turns_at_the_exact_fold() {
     assert_eq!(points.last().unwrap().parameter, *within.end());
 }
 
-/// Continuation of the same branch in the opposite direction. The bifurcations occur in reverse
-/// order, and the branch ends near the onset, where the radius vanishes. Tests a first point at an
-/// end of the range, steps of either sign, and the end at the onset. Three elements suffice, since
-/// both folds are computed on the same mesh.
+/// Continuation of the same branch in the opposite direction. The bifurcations occur in reverse order, and the branch
+/// ends near the onset, where the radius vanishes. Tests a first point at an end of the range, steps of either sign,
+/// and the end at the onset. Three elements suffice, since both folds are computed on the same mesh.
 #[test]
 fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     let within = 0.06..=0.066;
@@ -220,10 +213,9 @@ fn branch_of_circles_followed_backwards_passes_the_same_fold() {
     assert_abs_diff_eq!(end.parameter, ONSET, epsilon = 2e-4);
 }
 
-/// The branch of swings also has a fold. Its first swings are stable to disturbances out of their
-/// plane, unlike circles. They are unstable beyond a pitchfork. Tests both bifurcations by
-/// comparison with orbits that are computed without continuation. Two elements suffice, since all
-/// orbits are computed on the same mesh.
+/// The branch of swings also has a fold. Its first swings are stable to disturbances out of their plane, unlike
+/// circles. They are unstable beyond a pitchfork. Tests both bifurcations by comparison with orbits that are computed
+/// without continuation. Two elements suffice, since all orbits are computed on the same mesh.
 #[test]
 fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     let solver = swing_solver();
@@ -240,8 +232,8 @@ fn branch_of_swings_has_a_fold_and_loses_its_plane_at_a_pitchfork() {
     }
     let smallest = planes(&points[fold].exponents)[0].iter().map(|x| x.norm()).fold(f64::INFINITY, f64::min);
     assert!(smallest * HOUR < 1e-5, "{}", smallest * HOUR);
-    // Orbits of slightly shorter and longer shoots, computed without continuation. The first is
-    // stable to disturbances out of its plane, the second is not.
+    // Orbits of slightly shorter and longer shoots, computed without continuation. The first is stable to
+    // disturbances out of its plane, the second is not.
     for (beyond, unstable) in [(-2e-6, 0), (2e-6, 1)] {
         let shoot = sensing(Keen, 2)(points[pitchfork].parameter + beyond).unwrap();
         let orbit = solver.from_orbit(&shoot, &points[pitchfork].orbit).unwrap();
@@ -271,8 +263,7 @@ fn invalid_ranges_and_amplitudes_of_a_branch_from_the_onset_are_refused() {
     assert_refused(from(f64::NAN, 2e-3, 0.06..=0.07));
     // Circles with this perception exist below the onset. The first one lies outside this range.
     assert_refused(from(ONSET, 2e-3, ONSET..=0.066));
-    // The exponents of such a small circle cannot be distinguished from those that vanish by
-    // symmetry.
+    // The exponents of such a small circle cannot be distinguished from those that vanish by symmetry.
     assert_refused(from(ONSET, 1e-4, 0.06..=0.066));
     // Far below the onset the mode decays, and no orbit has this amplitude.
     assert!(from(0.05, 2e-3, 0.05..=0.051).is_err());
@@ -293,8 +284,7 @@ fn invalid_steps_and_elements_of_a_branch_from_an_orbit_are_refused() {
     assert!(valid.largest_step(0.0).is_err());
 }
 
-/// Family without shoots in a part of the range. The branch ends with the error that the family
-/// returns.
+/// Family without shoots in a part of the range. The branch ends with the error that the family returns.
 #[test]
 fn errors_of_the_family_end_the_branch() {
     let (_, orbit) = circle(3);
@@ -351,8 +341,8 @@ fn branch_starts_from_an_orbit_on_another_time_grid() {
     assert_relative_eq!(points[0].period, swing.period, epsilon = 0.0, max_relative = 1e-6);
 }
 
-/// Families whose number of material points changes. The change occurs either at the finite
-/// difference of the first point or farther along the branch.
+/// Families whose number of material points changes. The change occurs either at the finite difference of the first
+/// point or farther along the branch.
 #[test]
 fn families_that_change_their_number_of_points_are_refused() {
     let first = sensing(SettledStatoliths, 3)(0.067).unwrap();
@@ -374,19 +364,17 @@ fn folding(
     branch.unwrap().largest_step(0.1).unwrap()
 }
 
-/// With this first amplitude a step ends close to the fold. An earlier version returned an error
-/// there.
+/// With this first amplitude a step ends close to the fold. An earlier version returned an error there.
 #[test]
 fn branch_with_a_step_close_to_the_fold_passes_it() {
     assert_eq!(special(&all(folding(2.28e-3).take(12))), [Bifurcation::Fold, Bifurcation::Torus]);
 }
 
-/// Steps that end at the fold. The exponent that vanishes at the fold cannot be distinguished there
-/// from the trivial exponents.
+/// Steps that end at the fold. The exponent that vanishes at the fold cannot be distinguished there from the trivial
+/// exponents.
 #[test]
 fn fold_at_the_end_of_a_step_is_found() {
-    // State of the branch before the step that passes the fold, and the excursions before this step
-    // and at the fold.
+    // State of the branch before the step that passes the fold, and the excursions before this step and at the fold.
     let (mut branch, mut last) = (folding(2e-3), f64::NAN);
     let (before, at) = loop {
         let before = branch.clone();

@@ -1,5 +1,4 @@
-//! Composition of laws: declarations, chained memories, tuples, boxed laws, and user-defined
-//! models.
+//! Composition of laws: declarations, chained memories, tuples, boxed laws, and user-defined models.
 
 use crate::fixtures::in_norm::InNorm;
 use approx::{abs_diff_eq, assert_abs_diff_eq};
@@ -61,8 +60,8 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
         component(Rotation::First),
         component(Rotation::Second),
         component(Rotation::Invariant),
-        // These memories follow the normal of the pile and the bend. The stimuli of the bend are
-        // declared after the three components of the vertical.
+        // These memories follow the normal of the pile and the bend. The stimuli of the bend are declared after the
+        // three components of the vertical.
         memory(Source::Variable(0), Rotation::First),
         memory(Source::Variable(1), Rotation::Second),
         memory(Source::Stimulus(3), Rotation::First),
@@ -74,8 +73,7 @@ fn declaration_of_combined_laws_lists_variables_stimuli_and_delays() {
     assert_eq!(Declaration::of(&Oscillator::new(0.2, 1440.0)).shortest_delay(), f64::INFINITY);
 }
 
-/// Values after a rotation of the directors by `angle` about d3, transformed as their declared
-/// rotation requires.
+/// Values after a rotation of the directors by `angle` about d3, transformed as their declared rotation requires.
 fn turned(values: &[f64], rotation: impl Fn(usize) -> Rotation, angle: f64) -> Vec<f64> {
     let (sin, cos) = angle.sin_cos();
     let turn = |i: usize| match rotation(i) {
@@ -184,8 +182,7 @@ fn chained_memories_filter_twice_and_add_their_delays() {
         shoot.tip()
     }
     let (found, expected) = (tip(twice), tip(WrittenOut { stages: [600.0, 300.0], delay: 300.0 }));
-    // Only the order of operations differs. A stable shoot does not amplify the rounding errors of
-    // positions of 5 cm.
+    // Only the order of operations differs. A stable shoot does not amplify the rounding errors of positions of 5 cm.
     assert_abs_diff_eq!(InNorm(found), InNorm(expected), epsilon = 1e-14);
     let once =
         DirectionalTropism { sensitivity: 0.8, perception: Sunlight }.remembered(Memory { time: 600.0, delay: 300.0 });
@@ -193,8 +190,8 @@ fn chained_memories_filter_twice_and_add_their_delays() {
     assert!((tip(once) - expected).norm() > 1e-4);
 }
 
-/// A law that responds to the present bend or to its memory. The gradient is NaN if the present or
-/// past values that it receives contradict its declaration.
+/// A law that responds to the present bend or to its memory. The gradient is NaN if the present or past values that
+/// it receives contradict its declaration.
 struct Straightens {
     at_once: bool,
 }

@@ -1,5 +1,4 @@
-//! Equilibria of rods that shear and stretch, compared with closed forms and with integrations that
-//! use no elements.
+//! Equilibria of rods that shear and stretch, compared with closed forms and with integrations that use no elements.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -20,8 +19,8 @@ const SOFT: LinearElastic = LinearElastic { youngs_modulus: 1.0 / PI, poissons_r
 const RADIUS: f64 = 1.0;
 const BENDING: f64 = 0.25;
 
-/// A law with E I = ¼ N m² and the given shear stiffness κ G A and stretching stiffness E A, N, of
-/// a section of 1 m radius.
+/// A law with E I = ¼ N m² and the given shear stiffness κ G A and stretching stiffness E A, N, of a section of 1 m
+/// radius.
 fn law(shear: f64, stretch: f64) -> Timoshenko<LinearElastic> {
     Timoshenko { law: SOFT, youngs_modulus: stretch / PI, shear_modulus: shear / (0.8 * PI), shear_factor: 0.8 }
 }
@@ -61,8 +60,8 @@ fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_fo
             let weight = Weight { density };
             let found = solve_tight(&mut rod, &tissue, &weight, &environment).expect("an equilibrium");
             assert_eq!(found.inertia.negative, 0);
-            // The stretch is linear along the rod, and one Gauss point integrates it exactly. The
-            // remaining error is the rounding of three elements.
+            // The stretch is linear along the rod, and one Gauss point integrates it exactly. The remaining error is
+            // the rounding of three elements.
             let expected = length + sign * change;
             let rounding = 16.0 * f64::EPSILON * length;
             assert!(
@@ -72,8 +71,8 @@ fn weight_stretches_a_hanging_rod_and_compresses_a_standing_one_by_the_closed_fo
             );
             assert_abs_diff_eq!(rod.centre_line_length(), expected, epsilon = rounding);
             assert_abs_diff_eq!(rod.length(), length, epsilon = rounding);
-            // The elastic energy is ∫ n3²/(2 E A) ds = (ρ g)² A ℓ³/(6 E). The work of the weight
-            // through the stretch is twice this energy.
+            // The elastic energy is ∫ n3²/(2 E A) ds = (ρ g)² A ℓ³/(6 E). The work of the weight through the stretch
+            // is twice this energy.
             let energy = (density * gravity).powi(2) * PI * length.powi(3) / (6.0 * young);
             let fall = sign * density * gravity * PI * length * length / 2.0;
             // Rules with two or more Gauss points integrate the square of the force exactly.
@@ -101,8 +100,8 @@ fn cantilever_under_small_loads_matches_timoshenko_beam() {
         let _ = solve_tight(&mut rod, &law, load, &weightless()).expect("an equilibrium");
         rod.tip().z
     };
-    // The rotations are at most x ℓ²/(2 E I) = 1.6e-3. The error of the Richardson extrapolation is
-    // of the order of their fourth power, 7e-12.
+    // The rotations are at most x ℓ²/(2 E I) = 1.6e-3. The error of the Richardson extrapolation is of the order of
+    // their fourth power, 7e-12.
     let x = 2e-4;
     let tip = slope_at_zero(x, |force| sag(&apical(Vector3::z() * force)));
     let expected = length.powi(3) / (3.0 * BENDING) + length / shear;
@@ -122,11 +121,10 @@ fn margin(column: &Rod, law: &dyn Constitutive, load: f64) -> f64 {
 
 #[test]
 fn column_buckles_at_the_loads_of_haringx_and_reissner() {
-    // The normal and the shear force of a section are components along the directors, so that
-    // P (1 + P/S − P/A) is Euler's load π² E I/(4 ℓ²). Without stretch this is the formula of
-    // J. A. Haringx (1948, Philips Res. Rep. 3, 401–449). It is not that of F. Engesser (1891),
-    // P = P_E/(1 + P_E/S). With shear and stretch it is that of E. Reissner (1982,
-    // Ingenieur-Archiv 52, 115–119).
+    // The normal and the shear force of a section are components along the directors, so that P (1 + P/S − P/A) is
+    // Euler's load π² E I/(4 ℓ²). Without stretch this is the formula of J. A. Haringx (1948, Philips Res. Rep. 3,
+    // 401–449). It is not that of F. Engesser (1891), P = P_E/(1 + P_E/S). With shear and stretch it is that of E.
+    // Reissner (1982, Ingenieur-Archiv 52, 115–119).
     let length = 2.0_f64;
     let euler = PI * PI * BENDING / (4.0 * length * length);
     let column = straight(length, UnitQuaternion::identity(), 16);
@@ -147,9 +145,9 @@ fn column_buckles_at_the_loads_of_haringx_and_reissner() {
             let middle = 0.5 * (low + high);
             if margin(&column, &law(shear, stretch), middle) > 0.0 { low = middle } else { high = middle }
         }
-        // The error of sixteen elements of order eight in an eigenvalue is of order h¹⁶ and below
-        // rounding. The elimination of 16 frames (48 unknowns) leaves a rounding error of 1e-14
-        // times the number of elements squared.
+        // The error of sixteen elements of order eight in an eigenvalue is of order h¹⁶ and below rounding. The
+        // elimination of 16 frames (48 unknowns) leaves a rounding error of 1e-14 times the number of elements
+        // squared.
         assert!(
             relative_eq!(low, expected, epsilon = 0.0, max_relative = 1e-11),
             "S {shear}, A {stretch}: {low} against {expected}"
@@ -163,8 +161,7 @@ fn column_buckles_at_the_loads_of_haringx_and_reissner() {
 
 #[test]
 fn column_that_is_soft_in_compression_is_crushed_without_buckling() {
-    // With 4 P_E (1/A − 1/S) > 1 the quadratic has no root. The column is stable until its length
-    // is zero.
+    // With 4 P_E (1/A − 1/S) > 1 the quadratic has no root. The column is stable until its length is zero.
     let (length, shear, stretch) = (2.0_f64, 10.0, 0.3);
     let euler = PI * PI * BENDING / (4.0 * length * length);
     assert!(4.0 * euler * (1.0 / stretch - 1.0 / shear) > 1.0);
@@ -191,8 +188,8 @@ fn column_that_is_soft_in_compression_is_crushed_without_buckling() {
     }
 }
 
-/// Helix about e3 of a wire of 1 m radius. Arguments are the radius of the coil (m), the pitch
-/// angle (rad), the number of turns and the number of elements per turn.
+/// Helix about e3 of a wire of 1 m radius. Arguments are the radius of the coil (m), the pitch angle (rad), the
+/// number of turns and the number of elements per turn.
 fn spring(coil: f64, pitch: f64, turns: usize, elements: usize) -> Rod {
     let (sin, cos) = pitch.sin_cos();
     let strain = Vector3::new(0.0, cos * cos / coil, sin * cos / coil);
@@ -206,12 +203,11 @@ fn spring(coil: f64, pitch: f64, turns: usize, elements: usize) -> Rod {
 
 #[test]
 fn helical_spring_deflects_by_castiglianos_theorem() {
-    // The force acts on the end of the wire, at the distance a from the axis. Castigliano's theorem
-    // is applied with M = (r(ℓ) − r(s)) × P e3 on a helix of whole turns. The torsion is P a cos α
-    // (1 − cos φ). The bending components are P a sin α (1 − cos φ) and P a sin φ. The shear is P
-    // cos α and the tension is P sin α. The mean squares of 1 − cos φ and sin φ are 3/2 and 1/2. A
-    // force on the axis would give the torsion P a cos α throughout, and hence the textbook
-    // deflection 8 P D³ n/(G d⁴).
+    // The force acts on the end of the wire, at the distance a from the axis. Castigliano's theorem is applied with M
+    // = (r(ℓ) − r(s)) × P e3 on a helix of whole turns. The torsion is P a cos α (1 − cos φ). The bending components
+    // are P a sin α (1 − cos φ) and P a sin φ. The shear is P cos α and the tension is P sin α. The mean squares of 1
+    // − cos φ and sin φ are 3/2 and 1/2. A force on the axis would give the torsion P a cos α throughout, and hence
+    // the textbook deflection 8 P D³ n/(G d⁴).
     let (coil, turns) = (3.0_f64, 3);
     for pitch in [6.5_f64, 20.0] {
         let (sin, cos) = pitch.to_radians().sin_cos();
@@ -234,8 +230,8 @@ fn helical_spring_deflects_by_castiglianos_theorem() {
                 rod.tip().z
             })
         };
-        // The error of the tip above is 1e-9 of the length for elements of order eight that rotate
-        // by 30°. The error of a difference of two positions is smaller.
+        // The error of the tip above is 1e-9 of the length for elements of order eight that rotate by 30°. The error
+        // of a difference of two positions is smaller.
         for (found, expected) in [(give(&wire), bend + line), (give(&SOFT), bend)] {
             assert!(
                 relative_eq!(found, expected, epsilon = 0.0, max_relative = 2e-9),
@@ -266,8 +262,8 @@ fn spring_pulled_to_twice_its_length_satisfies_the_balance_equations() {
     let bend = |_: f64, couple: &Vector3<f64>| strain + couple.component_div(&stiffness);
     let known = back_to_base_of_line(length, &rod.apex_frame(), 4000, bend, line, |_| force);
     let base = rod.frames()[0].to_rotation_matrix().into_inner();
-    // The bound contains the error of the integration and that of the mesh. At 15° per element, the
-    // mesh error is 2⁻⁸ of that of the helix above.
+    // The bound contains the error of the integration and that of the mesh. At 15° per element, the mesh error is 2⁻⁸
+    // of that of the helix above.
     let granted = known.error + 1e-11;
     assert_abs_diff_eq!(InNorm(known.value.0), InNorm(base), epsilon = granted);
     assert_abs_diff_eq!(InNorm(known.value.1), InNorm(rod.tip()), epsilon = granted * length);
@@ -314,9 +310,8 @@ proptest! {
         );
         let base = rod.frames()[0].to_rotation_matrix().into_inner();
         let missed = (known.value.0 - base).norm().max((known.value.1 - rod.tip()).norm());
-        // At these loads, the integration to the base amplifies an error of the apex by less than a
-        // factor of 100. The change from a mesh with half as many elements bounds the error of the
-        // mesh.
+        // At these loads, the integration to the base amplifies an error of the apex by less than a factor of 100.
+        // The change from a mesh with half as many elements bounds the error of the mesh.
         let mesh = (solve(UnitQuaternion::identity(), 12).tip() - rod.tip()).norm();
         let granted = known.error + 100.0 * (mesh + 1e-14);
         prop_assert!(missed < granted && granted < 1e-8, "{missed:e} against {granted:e}");
@@ -348,8 +343,8 @@ fn tips_converge_at_order_2p_and_profiles_at_order_p_plus_2() {
             let errors: Vec<f64> = rods.iter().map(error).filter(|e| (2e-13..1e-2).contains(e)).collect();
             let [.., first, last] = errors[..] else { panic!("{order:?}: {errors:?}") };
             let observed = (first / last).log2();
-            // The relative position of the place within its element changes from mesh to mesh. The
-            // observed order therefore varies.
+            // The relative position of the place within its element changes from mesh to mesh. The observed order
+            // therefore varies.
             assert!(observed > expected - 0.5, "{order:?}: observed {observed} against {expected}, from {errors:?}");
         };
         observed(&|rod| (rod.tip() - finest.tip()).norm(), 2.0 * p);
