@@ -47,7 +47,7 @@ const MM: f64 = 1e-3;
 /// Excursion of the tip in the first initial guess, m.
 const FIRST: f64 = 4.0 * MM;
 
-/// The onset is sought in an interval below the first value, whose length is the range divided by this number.
+/// Range of the parameter divided by the length of the interval below its first value in which the onset is located.
 const BEFORE: f64 = 10.0;
 /// Range of the parameter divided by its first step.
 const FIRST_STEP: f64 = 100.0;
@@ -134,7 +134,7 @@ impl Sample {
             Disturbances::Planar { in_plane, out_of_plane } => {
                 [in_plane, out_of_plane].into_iter().filter_map(|list| list.first()).map(|x| x.re).collect()
             }
-            // Of each conjugate pair, one exponent suffices.
+            // One exponent of each conjugate pair suffices.
             Disturbances::Spatial(all) => all.iter().filter(|x| x.im >= 0.0).map(|x| x.re).take(2).collect(),
         };
         rates.resize(2, f64::NAN);
