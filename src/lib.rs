@@ -121,6 +121,7 @@ mod shoot;
 mod so3;
 pub mod stability;
 mod state;
+pub mod support;
 pub mod tracking;
 pub mod tropism;
 

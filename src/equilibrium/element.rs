@@ -151,6 +151,82 @@ impl ElementSystem {
         energy
     }
 
+    /// The derivatives of Σ `parts`[g] p′(g), a part of the chord of the element, by its unknowns: one row for each
+    /// component in the fixed frame, eliminated as the gradient. `parts` are lengths, m.
+    pub fn chord_rows<const P: usize>(
+        &self,
+        reference: &ReferenceElement,
+        material: &impl Constitutive,
+        data: &ElementData,
+        parts: &[f64; MAX_POINTS],
+    ) -> [Row; 3] {
+        let rotate = data.frame.to_rotation_matrix().into_inner();
+        let mut rows = [Row::default(); 3];
+        for g in 0..P {
+            let shape = &reference.shape[g];
+            let point = &data.points[g];
+            let theta = weighted(data.rotations, shape);
+            let exp = Form::exp(&s_functions(theta.norm_squared()));
+            let force = rotate.tr_mul(&data.forces[g]);
+            let along = exp.transpose().apply(&theta, &force);
+            let line = material.line_response(&Tissue::of(point, data.time), &along);
+            let strain = line.map_or(centre_line_tangent(), |line| line.strain);
+            for (k, row) in rows.iter_mut().enumerate() {
+                let unit = rotate.row(k).transpose() * parts[g];
+                let mut by_theta = exp.gradient(&theta, &unit, &strain);
+                let mut by_turn = exp.apply(&theta, &strain).cross(&unit);
+                if let Some(line) = &line {
+                    // A force changes the strain of the centre line, on which the load then works.
+                    let more = line.compliance * exp.transpose().apply(&theta, &unit);
+                    by_theta += exp.gradient(&theta, &force, &more);
+                    by_turn += exp.apply(&theta, &more).cross(&force);
+                }
+                let row = row.as_flattened_mut();
+                for n in 0..P {
+                    for i in 0..3 {
+                        row[3 * n + i] += by_theta[i] * shape[n];
+                    }
+                }
+                for i in 0..3 {
+                    row[3 * P + i] += by_turn[i];
+                }
+            }
+        }
+        for row in &mut rows {
+            self.hessian.reduce::<P>(row);
+        }
+        rows
+    }
+
+    /// The product of two eliminated rows over the pivots of the interior.
+    pub fn interior_product<const P: usize>(&self, a: &Row, b: &Row) -> f64 {
+        self.hessian.interior_product::<P>(a, b)
+    }
+
+    /// The parts of an eliminated row that belong to the rotations of the last and of the first frame.
+    pub fn outer<const P: usize>(&self, row: &Row) -> (Vector3<f64>, Vector3<f64>) {
+        let m = 3 * (P - 1);
+        let (last, whole) = (vector_at(row, m), vector_at(row, m + 3));
+        (self.chain.tr_mul(&last), whole - self.chain * last)
+    }
+
+    /// The gradient after the elimination.
+    pub fn condensed(&self) -> &Row {
+        &self.condensed
+    }
+
+    /// Sets the gradient after the elimination to zero.
+    pub fn clear_gradient(&mut self) {
+        self.condensed = Row::default();
+    }
+
+    /// Subtracts a multiple of an eliminated row from the eliminated gradient.
+    pub fn subtract(&mut self, row: &Row, factor: f64) {
+        for (to, from) in self.condensed.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+            *to -= factor * from;
+        }
+    }
+
     /// Adds `shift` to the diagonal of the interior unknowns, eliminates them, and changes the unknown from the
     /// rotation vector of the last node to the rotation of the last frame. Counts the interior pivots.
     pub fn condense<const P: usize>(&mut self, data: &ElementData, shift: f64, inertia: &mut Inertia) -> Condensed {
@@ -176,13 +252,11 @@ impl ElementSystem {
     /// Eliminates the interior from the gradient with the factors of [`condense`](Self::condense). Returns the
     /// gradient by the rotations of the last and of the first frame.
     pub fn condense_gradient<const P: usize>(&mut self) -> (Vector3<f64>, Vector3<f64>) {
-        let m = 3 * (P - 1);
         for k in 0..=P {
             self.condensed.as_flattened_mut()[3 * k..3 * k + 3].copy_from_slice(self.gradient[k].as_slice());
         }
         self.hessian.reduce::<P>(&mut self.condensed);
-        let (last, whole) = (vector_at(&self.condensed, m), vector_at(&self.condensed, m + 3));
-        (self.chain.tr_mul(&last), whole - self.chain * last)
+        self.outer::<P>(&self.condensed)
     }
 
     /// The Newton step of the interior rotation vectors from the gradient of

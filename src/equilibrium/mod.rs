@@ -2,6 +2,8 @@
 
 mod element;
 mod elimination;
+mod held;
+mod joints;
 mod line;
 mod newton;
 mod saddle;

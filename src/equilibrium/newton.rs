@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::held::{HeldSearch, HeldWorkspace};
 use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
@@ -12,6 +13,7 @@ use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
 use crate::scene::Environment;
+use crate::support::{Reaction, Support};
 
 /// Calls a method that is generic over the number of Gauss points in an element.
 macro_rules! with_points {
@@ -55,6 +57,7 @@ pub struct NewtonSolver {
 #[derive(Debug, Default)]
 pub struct Workspace {
     system: System,
+    held: HeldWorkspace,
     /// Strain of the centre line of an equilibrium before it is accepted.
     line_strains: Vec<Vector3<f64>>,
 }
@@ -118,6 +121,100 @@ impl NewtonSolver {
         force: &InternalForce,
     ) -> Result<Inertia, EquilibriumError> {
         with_points!(rod, self.workspace.system, assemble(rod, material, force, 0.0)).map(|(_, inertia)| inertia)
+    }
+
+    /// Moves the frames of `rod` to an equilibrium under a load and with supports.
+    ///
+    /// # Errors
+    /// See [`EquilibriumError`]; the rod does not change then.
+    pub fn solve_held(
+        &mut self,
+        rod: &mut Rod,
+        material: &impl Constitutive,
+        load: &impl Load,
+        support: &impl Support,
+        environment: &Environment,
+    ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+        let mut force = InternalForce::of(rod, load, environment);
+        self.equilibrate_held(rod, material, &mut force, support, &[])
+    }
+
+    /// The inertia of the second derivative of the energy on the directions that supports permit, at the current
+    /// frames and with the given reactions.
+    ///
+    /// # Errors
+    /// See [`EquilibriumError`].
+    pub fn inertia_held(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        load: &impl Load,
+        support: &impl Support,
+        environment: &Environment,
+        reactions: &[Reaction],
+    ) -> Result<Inertia, EquilibriumError> {
+        let mut force = InternalForce::of(rod, load, environment);
+        with_points!(rod, self, inertia_of(rod, material, &mut force, support, reactions))
+    }
+
+    fn inertia_of<const P: usize>(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        force: &mut InternalForce,
+        support: &impl Support,
+        reactions: &[Reaction],
+    ) -> Result<Inertia, EquilibriumError> {
+        let Workspace { system, held, .. } = &mut self.workspace;
+        let mut search = HeldSearch::<_, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
+        search.guess(reactions);
+        let inertia = search.inertia(rod);
+        self.workspace.system.joints.clear();
+        inertia
+    }
+
+    pub(crate) fn equilibrate_held(
+        &mut self,
+        rod: &mut Rod,
+        material: &impl Constitutive,
+        force: &mut InternalForce,
+        support: &impl Support,
+        guess: &[Reaction],
+    ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
+        force.check(rod)?;
+        if !force.largest().is_finite() {
+            return Err(EquilibriumError::NotFinite { what: "force in the rod" });
+        }
+        self.workspace.system.initial.keep(rod);
+        let answer = with_points!(rod, self, search_held(rod, material, force, support, guess));
+        self.workspace.system.joints.clear();
+        let answer = answer.and_then(|found| {
+            let strains = &mut self.workspace.line_strains;
+            strain_line(strains, rod, material, force);
+            check_line(strains, force)?;
+            std::mem::swap(rod.line_strains_mut(), strains);
+            Ok(found)
+        });
+        if answer.is_err() {
+            self.workspace.system.initial.restore(rod);
+        }
+        answer
+    }
+
+    fn search_held<const P: usize>(
+        &mut self,
+        rod: &mut Rod,
+        material: &impl Constitutive,
+        force: &mut InternalForce,
+        support: &impl Support,
+        guess: &[Reaction],
+    ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+        let kind = (self.stable_only, self.tolerance);
+        let Workspace { system, held, .. } = &mut self.workspace;
+        let mut search = HeldSearch::<_, P>::new((system, held), rod, material, force, support, kind)?;
+        search.guess(guess);
+        search.run(rod, self.max_iterations)
     }
 
     fn search<const P: usize>(

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::element::{ElementData, ElementSystem};
+use super::joints::Joints;
 use super::tangent::Tangent;
 use super::{EquilibriumError, Inertia};
 use crate::constitutive::Constitutive;
@@ -13,8 +14,10 @@ use crate::so3;
 /// Energy, gradient and tangent of a rod. The workspace is reused by successive calls.
 #[derive(Debug, Default)]
 pub(super) struct System {
-    elements: Vec<ElementSystem>,
-    tangent: Tangent,
+    pub elements: Vec<ElementSystem>,
+    pub tangent: Tangent,
+    /// Joints of frames with supports; none for a rod with a clamped base and no supports.
+    pub joints: Joints,
     /// Largest unbalanced couple on a frame in the last [`balance`](Self::balance), N m.
     pub unbalanced: f64,
     /// Smallest pivot of the last tangent relative to that of the same rod without load: a measure of the
@@ -23,9 +26,9 @@ pub(super) struct System {
     /// After [`balance`](Self::balance) the unbalanced couples on the frames, N m; after [`solve`](Self::solve) the
     /// rotations of the frames in the current step, rad. The solver replaces the former by the latter. From base
     /// (zero) to apex.
-    turns: Vec<Vector3<f64>>,
+    pub turns: Vec<Vector3<f64>>,
     /// Changes of the rotation vectors of every element in the current step.
-    steps: Vec<Vector3<f64>>,
+    pub steps: Vec<Vector3<f64>>,
     /// Configuration at the start of the current step.
     pub start: Configuration,
     /// Configuration at the start of the search.
@@ -53,7 +56,7 @@ impl Configuration {
 }
 
 impl System {
-    fn data<'a, const P: usize>(rod: &'a Rod, force: &'a InternalForce, e: usize) -> ElementData<'a> {
+    pub fn data<'a, const P: usize>(rod: &'a Rod, force: &'a InternalForce, e: usize) -> ElementData<'a> {
         ElementData {
             frame: &rod.frames()[e],
             rotations: rod.element_rotations(e),
@@ -72,11 +75,29 @@ impl System {
         force: &InternalForce,
         shift: f64,
     ) -> Result<(f64, Inertia), EquilibriumError> {
+        let (energy, mut inertia) = self.condense::<P>(rod, material, force, shift)?;
+        self.balance::<P>();
+        let interior = inertia.margin;
+        let compliance = self.elements.iter().map(|element| element.compliance);
+        self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance)?);
+        Ok((energy, inertia))
+    }
+
+    /// Assembles and condenses the tangent as [`assemble`](Self::assemble). Returns the energy, J, and the signs of
+    /// the pivots inside the elements.
+    pub fn condense<const P: usize>(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        force: &InternalForce,
+        shift: f64,
+    ) -> Result<(f64, Inertia), EquilibriumError> {
         let n = rod.elements();
         self.elements.resize_with(n, ElementSystem::default);
         self.turns.resize(n + 1, Vector3::zeros());
         self.steps.resize(n * P, Vector3::zeros());
-        self.tangent.reset(n)?;
+        let first = self.joints.first_free();
+        self.tangent.reset(n + 1 - first)?;
         let mut inertia = Inertia::default();
         let mut energy = 0.0;
         for e in 0..n {
@@ -85,16 +106,13 @@ impl System {
             energy += element.evaluate::<P, true>(rod.reference(), material, &data);
             let share = shift * rod.length_of(e) / P as f64;
             let blocks = element.condense::<P>(&data, share, &mut inertia);
-            self.tangent.add_diagonal(e, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
-            if e > 0 {
-                self.tangent.add_diagonal(e - 1, &blocks.h00);
-                self.tangent.set_coupling(e, &blocks.h01);
+            let last = e + 1 - first;
+            self.tangent.add_diagonal(last, &(blocks.h11 + Matrix3::from_diagonal_element(share)));
+            if last > 0 {
+                self.tangent.add_diagonal(last - 1, &blocks.h00);
+                self.tangent.set_coupling(last, &blocks.h01);
             }
         }
-        self.balance::<P>();
-        let interior = inertia.margin;
-        let compliance = self.elements.iter().map(|element| element.compliance);
-        self.resistance = interior.min(self.tangent.factorise(&mut inertia, compliance)?);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
     }
 
@@ -125,16 +143,15 @@ impl System {
         for (e, element) in self.elements.iter_mut().enumerate() {
             let (g1, g0) = element.condense_gradient::<P>();
             self.turns[e + 1] -= g1;
-            if e > 0 {
-                self.turns[e] -= g0;
-            }
+            self.turns[e] -= g0;
         }
+        self.joints.release(&mut self.turns);
         self.unbalanced = self.turns.iter().map(Vector3::norm).fold(0.0, f64::max);
     }
 
     /// Solves for the step with the factorised tangent and the gradient in `turns`.
     pub fn solve<const P: usize>(&mut self) {
-        self.tangent.solve(&mut self.turns[1..]);
+        self.tangent.solve(&mut self.turns[self.joints.first_free()..]);
         self.recover::<P>();
     }
 
@@ -188,7 +205,7 @@ impl System {
     /// Moves the rod from the start of the step by a fraction of the step.
     pub fn advance<const P: usize>(&self, rod: &mut Rod, fraction: f64) {
         let (frames, rotations) = rod.shape_mut();
-        for (i, turn) in self.turns.iter().enumerate().skip(1) {
+        for (i, turn) in self.turns.iter().enumerate().skip(self.joints.first_free()) {
             let frame = self.start.frames[i] * so3::exp(&(turn * fraction));
             frames[i] = UnitQuaternion::new_normalize(frame.into_inner());
         }

@@ -20,6 +20,10 @@ use crate::error::ParameterError;
 /// has a pivot of about 1e-9.
 pub(super) const NEUTRAL: f64 = 1e-10;
 
+/// Smallest pivot, relative to the diagonal entry, with which the tangent of a held rod is factorised: half of the digits
+/// remain. Smaller ones occur where the rod would be at its stability limit without the holds.
+const BOOSTED: f64 = 1e-6;
+
 /// The matrix, its factors L D Lᵀ and their workspace. Rows are in natural order: elimination from base to apex
 /// has no fill-in.
 ///
@@ -118,22 +122,14 @@ impl Tangent {
         }
     }
 
-    /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues (Sylvester). Returns the
-    /// smallest pivot relative to that of the same rod without load, given the elements' `compliance`, rad/(N m).
-    pub fn factorise(
-        &mut self,
-        inertia: &mut Inertia,
-        compliance: impl Iterator<Item = f64> + Clone,
-    ) -> Result<f64, EquilibriumError> {
+    /// Computes the factors L D Lᵀ.
+    fn factorise_values(&mut self) -> Result<(), EquilibriumError> {
         let n = 3 * self.capacity;
-        let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else {
-            return Ok(f64::INFINITY);
-        };
+        let (Some(symbolic), Some(stack)) = (&self.symbolic, &mut self.stack) else { return Ok(()) };
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.col_ptr, None, &self.row_idx);
-        let matrix = SparseColMatRef::new(pattern, &self.values);
         let factorised = factorize_simplicial_numeric_ldlt(
             &mut self.factors,
-            matrix,
+            SparseColMatRef::new(pattern, &self.values),
             // A pivot of exactly zero is replaced by a tiny one, which counts as neutral.
             faer::linalg::cholesky::ldlt::factor::LdltRegularization {
                 dynamic_regularization_signs: None,
@@ -143,9 +139,82 @@ impl Tangent {
             symbolic,
             MemStack::new(stack),
         );
-        if factorised.is_err() {
-            return Err(EquilibriumError::NotFinite { what: "tangent" });
+        factorised.map(|_| ()).map_err(|_| EquilibriumError::NotFinite { what: "tangent" })
+    }
+
+    /// The pivot of a column.
+    fn pivot(&self, column: usize) -> f64 {
+        self.symbolic.as_ref().map_or(f64::INFINITY, |symbolic| self.factors[symbolic.col_ptr()[column]])
+    }
+
+    /// The size of the diagonal entry of a column.
+    fn size(&self, column: usize) -> f64 {
+        self.values[self.col_ptr[column + 1] - 1].abs()
+    }
+
+    /// Confines the rotation of an unknown frame to the range of a projection. The removed directions get the identity,
+    /// scaled as the rest of the block.
+    pub fn project(&mut self, block: usize, projection: &Matrix3<f64>) {
+        let above = if block == 0 { 0 } else { 3 };
+        let mut diagonal = Matrix3::zeros();
+        for col in 0..3 {
+            for row in 0..=col {
+                diagonal[(row, col)] = *self.value(block, above + row, col);
+                diagonal[(col, row)] = diagonal[(row, col)];
+            }
         }
+        let rest = (Matrix3::identity() - projection) * (diagonal.trace().abs() / 3.0);
+        let projected = projection * diagonal * projection + rest;
+        for col in 0..3 {
+            for row in 0..=col {
+                *self.value(block, above + row, col) = projected[(row, col)];
+            }
+        }
+        for (neighbour, beyond) in [(block, false), (block + 1, true)] {
+            if neighbour == 0 || neighbour >= self.blocks {
+                continue;
+            }
+            let coupling = Matrix3::from_fn(|row, col| *self.value(neighbour, row, col));
+            let projected = if beyond { projection * coupling } else { coupling * projection };
+            self.set_coupling(neighbour, &projected);
+        }
+    }
+
+    /// Factorises a tangent whose leading parts may be singular: a diagonal entry with a small pivot is increased, and
+    /// appended with the increase to `boosts`. Adds the pivots to `inertia`.
+    pub fn factorise_boosted(
+        &mut self,
+        inertia: &mut Inertia,
+        boosts: &mut Vec<(usize, f64)>,
+    ) -> Result<(), EquilibriumError> {
+        boosts.clear();
+        loop {
+            self.factorise_values()?;
+            let small = (0..3 * self.blocks).find(|&column| !(self.pivot(column).abs() > BOOSTED * self.size(column)));
+            let Some(column) = small else { break };
+            if boosts.iter().any(|(boosted, _)| *boosted == column) {
+                return Err(EquilibriumError::NotFinite { what: "tangent" });
+            }
+            let increase = self.size(column).max(f64::MIN_POSITIVE.sqrt());
+            let at = self.col_ptr[column + 1] - 1;
+            self.values[at] += increase;
+            boosts.push((column, increase));
+        }
+        for column in 0..3 * self.blocks {
+            inertia.count(self.pivot(column), self.size(column), 0.0);
+        }
+        Ok(())
+    }
+
+    /// Factorises and adds the pivots to `inertia`. Their signs are those of the eigenvalues (Sylvester). Returns the
+    /// smallest pivot relative to that of the same rod without load, given the elements' `compliance`, rad/(N m).
+    pub fn factorise(
+        &mut self,
+        inertia: &mut Inertia,
+        compliance: impl Iterator<Item = f64> + Clone,
+    ) -> Result<f64, EquilibriumError> {
+        self.factorise_values()?;
+        let Some(symbolic) = &self.symbolic else { return Ok(f64::INFINITY) };
         // Short elements have large diagonal entries, relative to which the stiffness of the rest of the rod
         // may be tiny. It must not count as neutral.
         let size = |column: usize| self.values[self.col_ptr[column + 1] - 1].abs();

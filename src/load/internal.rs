@@ -17,6 +17,21 @@ pub struct InternalForce {
     cuts: Vec<Cut>,
     forces: Vec<Vector3<f64>>,
     at_base: Vector3<f64>,
+    /// The forces and that at the base under the load alone; empty without reactions.
+    loads: Vec<Vector3<f64>>,
+    load_at_base: Vector3<f64>,
+    /// Couples of supports: index of the node at which each acts, and the couple in the fixed frame, N m.
+    couples: Vec<(usize, Vector3<f64>)>,
+}
+
+/// Force (N) and couple (N m) of a support on a rod at coordinate `x` of an element, in the fixed frame. A couple acts
+/// at the last end of the element only.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PointReaction {
+    pub element: usize,
+    pub x: f64,
+    pub force: Vector3<f64>,
+    pub couple: Vector3<f64>,
 }
 
 impl InternalForce {
@@ -69,6 +84,53 @@ impl InternalForce {
         let initial_apex_distance = rod.initial_length();
         let whole = Cut { arc_length: 0.0, length_beyond: total, volume_beyond: volume, initial_apex_distance };
         self.at_base = distributed + load.force(&whole, environment);
+        self.loads.clear();
+        self.couples.clear();
+    }
+
+    /// Replaces the reactions of supports. Inside an element the force of a reaction is distributed over the material
+    /// points so that its work is that of the load on the discrete rod.
+    pub(crate) fn set_reactions(&mut self, rod: &Rod, reactions: impl Iterator<Item = PointReaction> + Clone) {
+        let reference = rod.reference();
+        if self.loads.is_empty() {
+            self.loads.clone_from(&self.forces);
+            self.load_at_base = self.at_base;
+        }
+        self.at_base = self.load_at_base + reactions.clone().map(|reaction| reaction.force).sum::<Vector3<f64>>();
+        self.couples.clear();
+        self.couples.extend(
+            reactions.clone().filter(|at| at.couple != Vector3::zeros()).map(|at| (at.element + 1, at.couple)),
+        );
+        let mut inside: Vec<_> = reactions.filter(|reaction| reaction.force != Vector3::zeros()).collect();
+        inside.sort_by_key(|reaction| reaction.element);
+        let (mut beyond, mut next) = (self.at_base - self.load_at_base, 0);
+        for e in 0..rod.elements() {
+            let from = next;
+            while next < inside.len() && inside[next].element == e {
+                beyond -= inside[next].force;
+                next += 1;
+            }
+            let range = e * reference.p..(e + 1) * reference.p;
+            for (to, load) in self.forces[range.clone()].iter_mut().zip(&self.loads[range.clone()]) {
+                *to = load + beyond;
+            }
+            for reaction in &inside[from..next] {
+                let upto = reference.integral_upto(reaction.x);
+                for (g, to) in self.forces[range.clone()].iter_mut().enumerate() {
+                    *to += reaction.force * (upto[g] / reference.weights[g]);
+                }
+            }
+        }
+    }
+
+    /// Force at the base under the load alone, without reactions, in the fixed frame, N.
+    pub(crate) fn load_at_base(&self) -> Vector3<f64> {
+        if self.loads.is_empty() { self.at_base } else { self.load_at_base }
+    }
+
+    /// Couples of supports: the node at which each acts, and the couple in the fixed frame, N m.
+    pub(crate) fn couples(&self) -> &[(usize, Vector3<f64>)] {
+        &self.couples
     }
 
     /// Time and gravity.

@@ -10,6 +10,7 @@ mod whirl;
 pub use apical::{ApicalForce, Pulse};
 pub use distributed::Distributed;
 pub use internal::InternalForce;
+pub(crate) use internal::PointReaction;
 pub use point::PointForce;
 pub use weight::{GradedWeight, Weight};
 pub use whirl::Whirl;

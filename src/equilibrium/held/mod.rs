@@ -1,0 +1,10 @@
+//! Equilibria of rods with supports.
+//!
+//! The reactions are unknowns beside the rotations. The tangent of the rotations keeps its block tridiagonal form; each
+//! direction in which a support acts adds a row and a column to its border.
+
+mod border;
+mod search;
+mod sites;
+
+pub(super) use search::{HeldSearch, HeldWorkspace};

@@ -1,0 +1,192 @@
+//! Places at which supports act on a rod, and the conditions there.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use crate::equilibrium::EquilibriumError;
+use crate::equilibrium::joints::Joints;
+use crate::error::ParameterError;
+use crate::rod::Rod;
+use crate::so3;
+use crate::support::{Hold, Joint, Orientation, Position};
+
+/// Largest distance of a held place from a node, relative to the element.
+const AT_NODE: f64 = 1e-9;
+
+/// A place at which a support acts.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Site {
+    pub element: usize,
+    pub x: f64,
+    /// Unit vectors along which the position is given.
+    pub fixed: Vec<Vector3<f64>>,
+    /// Position in these directions, m.
+    pub target: Vector3<f64>,
+    /// Springs along unit vectors: the vector and the stiffness, N/m.
+    pub springs: Vec<(Vector3<f64>, f64)>,
+    /// Force of the hold on the rod, without springs, N.
+    pub force: Vector3<f64>,
+    /// Position in the present configuration, m.
+    pub position: Vector3<f64>,
+}
+
+impl Site {
+    /// The force of the springs at the present position, N.
+    pub fn spring_force(&self) -> Vector3<f64> {
+        let from = self.position - self.target;
+        self.springs.iter().map(|(along, stiffness)| along * (-stiffness * along.dot(&from))).sum()
+    }
+
+    /// The energy of the springs, J.
+    pub fn spring_energy(&self) -> f64 {
+        let from = self.position - self.target;
+        self.springs.iter().map(|(along, stiffness)| 0.5 * stiffness * along.dot(&from).powi(2)).sum()
+    }
+}
+
+/// The node at a distance from the apex at t = 0 (m).
+pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError> {
+    let (name, length) = ("distance of a held place from the apex", rod.initial_length());
+    let on = distance >= 0.0 && distance <= length * (1.0 + AT_NODE);
+    ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
+    let located = rod.locate_initial(distance);
+    let node = located.and_then(|(e, x)| {
+        if x <= AT_NODE { Some(e) } else { (x >= 1.0 - AT_NODE).then_some(e + 1) }
+    });
+    let missing = ParameterError::unless(false, name, distance, "that of an end of an element (m)");
+    node.map_or_else(|| Err(missing.unwrap_err()), Ok)
+}
+
+/// A unit vector across another one, and the one across both.
+fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    let first = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    [first, normal.cross(&first)]
+}
+
+/// The site of a hold of the position; `None` for a hold of the frame alone.
+pub(super) fn site_of(hold: &Hold, node: usize) -> Option<Site> {
+    let mut site = Site {
+        element: node.checked_sub(1)?,
+        x: 1.0,
+        fixed: Vec::new(),
+        target: Vector3::zeros(),
+        springs: Vec::new(),
+        force: Vector3::zeros(),
+        position: Vector3::zeros(),
+    };
+    match hold.position {
+        Position::Free => return None,
+        Position::At(point) => (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point),
+        Position::OnLine { through, along } => (site.fixed, site.target) = (across(&along).to_vec(), through),
+        Position::OnPlane { through, normal } => (site.fixed, site.target) = (vec![normal.into_inner()], through),
+        Position::Spring { anchor, stiffness } => {
+            let eigen = stiffness.symmetric_eigen();
+            site.target = anchor;
+            let each = eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter());
+            site.springs = each.filter(|(_, k)| **k > 0.0).map(|(v, k)| (v.into_owned(), *k)).collect();
+        }
+    }
+    Some(site)
+}
+
+/// A frame that is held, up to a rotation about an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct HeldFrame {
+    pub node: usize,
+    pub frame: UnitQuaternion<f64>,
+    /// The axis along the directors; `None` for a frame that does not rotate.
+    pub axis: Option<Vector3<f64>>,
+}
+
+impl HeldFrame {
+    /// The rotation, along the directors, from the present frame to the closest one that is permitted, rad.
+    pub fn missing(&self, rod: &Rod) -> Vector3<f64> {
+        let present = rod.frames()[self.node];
+        let permitted = match self.axis {
+            None => self.frame,
+            Some(axis) => {
+                let turn = self.frame.inverse() * present;
+                let angle = 2.0 * f64::atan2(turn.vector().dot(&axis), turn.w);
+                self.frame * so3::exp(&(axis * angle))
+            }
+        };
+        so3::log(&(present.inverse() * permitted))
+    }
+
+    /// The projection to the free directions, along the directors.
+    pub fn projection(&self) -> Matrix3<f64> {
+        self.axis.map_or(Matrix3::zeros(), |axis| axis * axis.transpose())
+    }
+}
+
+/// Sorts the holds of a rod into sites, held frames and elastic joints.
+pub(super) fn sort(
+    rod: &Rod,
+    base: Option<Joint>,
+    holds: &[Hold],
+    joints: &mut Joints,
+) -> Result<(Vec<Site>, Vec<HeldFrame>), EquilibriumError> {
+    joints.clear();
+    joints.base_rotates = base.is_some();
+    let (mut sites, mut frames) = (Vec::new(), Vec::<HeldFrame>::new());
+    if let Some(Joint::Hinge(axis)) = base {
+        frames.push(HeldFrame { node: 0, frame: rod.frames()[0], axis: Some(axis.into_inner()) });
+    }
+    let mut held = Vec::new();
+    for hold in holds {
+        let node = node_at(rod, hold.initial_apex_distance)?;
+        let (name, place) = ("number of holds of one place", rod.initial_length() - hold.initial_apex_distance);
+        ParameterError::unless(!held.contains(&node), name, 2.0, "one").map_err(|error| error.at(place))?;
+        held.push(node);
+        let at_base = node == 0 && (hold.position != Position::Free || !joints.base_rotates);
+        let requirement = "positive: the base has a joint instead (m)";
+        ParameterError::unless(!at_base, "distance of a hold from the base", 0.0, requirement)?;
+        sites.extend(site_of(hold, node));
+        match hold.orientation {
+            Orientation::Free => {}
+            Orientation::Held(frame) => frames.push(HeldFrame { node, frame, axis: None }),
+            Orientation::Hinge { frame, axis } => {
+                frames.push(HeldFrame { node, frame, axis: Some(axis.into_inner()) });
+            }
+            Orientation::Spring { frame, stiffness } => joints.elastic.push((node, frame, stiffness)),
+        }
+    }
+    frames.sort_by_key(|frame| frame.node);
+    joints.confined.extend(frames.iter().map(|frame| (frame.node, frame.projection())));
+    Ok((sites, frames))
+}
+
+/// Rotates frames by shares of a rotation vector along their directors, which increases linearly with the node
+/// from `from` to `at`. Frames beyond follow: they keep their position relative to `at`, or rotate by shares that
+/// decrease to zero at `to`.
+pub(super) fn turn_frames(rod: &mut Rod, turn: &Vector3<f64>, from: usize, at: usize, to: Option<usize>) {
+    let p = rod.order().points();
+    let reference = rod.reference();
+    let lengths: Vec<f64> = (0..rod.elements()).map(|e| rod.length_of(e)).collect();
+    let part = |a: usize, b: usize| lengths[a..b].iter().sum::<f64>();
+    let share = |e: usize, x: f64| {
+        if e < from {
+            0.0
+        } else if e < at {
+            (part(from, e) + x * lengths[e]) / part(from, at)
+        } else {
+            match to {
+                Some(to) if e < to => 1.0 - (part(at, e) + x * lengths[e]) / part(at, to),
+                _ => 0.0,
+            }
+        }
+    };
+    let old = rod.clone();
+    let rigid = old.frames()[at] * so3::exp(turn) * old.frames()[at].inverse();
+    let moved = |e: usize, x: f64| {
+        let frame = old.frame_within(e, x);
+        if e >= at && to.is_none() { rigid * frame } else { frame * so3::exp(&(turn * share(e, x))) }
+    };
+    let (frames, rotations) = rod.shape_mut();
+    for e in 0..lengths.len() {
+        frames[e] = if e == 0 && at > 0 { frames[0] } else { moved(e, 0.0) };
+        for k in 0..p {
+            rotations[e * p + k] = so3::log(&(frames[e].inverse() * moved(e, reference.nodes[k + 1])));
+        }
+    }
+    rod.chain_frames();
+}

@@ -1,0 +1,37 @@
+//! Contact of a shoot with an obstacle.
+
+use nalgebra::Vector3;
+
+use super::{Obstacle, Support};
+use crate::error::ParameterError;
+
+/// Contact of a shoot with an obstacle. The centre line keeps a distance of at least the shoot's radius from the
+/// surface of the obstacle.
+///
+/// The reaction is a force: a normal one that pushes, and with friction a tangential one of at most μ times the normal
+/// one (Coulomb). Both act on the centre line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Contact<O> {
+    /// The obstacle.
+    pub obstacle: O,
+    /// Distance of the centre line from the surface in contact, m: the radius of the shoot, or zero.
+    pub radius: f64,
+    /// Coefficient of friction μ; zero for none.
+    pub friction: f64,
+}
+
+impl<O: Obstacle> Support for Contact<O> {
+    fn contacts(&self) -> Vec<Contact<&dyn Obstacle>> {
+        vec![Contact { obstacle: &self.obstacle, radius: self.radius, friction: self.friction }]
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        self.obstacle.check()?;
+        ParameterError::not_negative("radius of a shoot in contact", self.radius)?;
+        ParameterError::not_negative("coefficient of friction", self.friction)?;
+        let base = self.obstacle.distance(&Vector3::zeros(), 0.0).value - self.radius;
+        let requirement = "zero or positive, since the base must not be inside an obstacle (m)";
+        ParameterError::unless(base >= 0.0, "distance of the base from an obstacle", base, requirement)
+    }
+}

@@ -1,0 +1,146 @@
+//! What holds a shoot besides its base, and what it touches: holds, springs and obstacles.
+
+mod contact;
+mod hold;
+mod obstacle;
+mod reaction;
+
+pub use contact::Contact;
+pub use hold::{Hold, Joint, Moving, Orientation, Position};
+pub use obstacle::{Capsule, Cylinder, Distance, HalfSpace, Obstacle, Sphere};
+pub use reaction::{Reaction, Slip};
+
+use crate::error::ParameterError;
+use crate::pointers::forward_pointers;
+use crate::scene::earlier;
+
+/// What holds a shoot: the joint of its base, [holds](Hold) and springs at places along it, and obstacles that
+/// it may [touch](Contact).
+///
+/// `()` is no support: the base is clamped and the rest of the shoot is free. A tuple or a `Vec` of supports is a
+/// support that combines its parts.
+///
+/// ```
+/// use morphorod::nalgebra::Vector3;
+/// use morphorod::support::{Contact, Cylinder, Hold};
+///
+/// // The apex is held at a place, and the shoot may touch a pole of 1 mm radius. The shoot has a radius of 0.5 mm.
+/// let pole = Cylinder { through: Vector3::x() * 0.02, along: Vector3::z(), radius: 1e-3 };
+/// let support = (Hold::apex().at(Vector3::new(0.0, 0.0, 0.04)), Contact { obstacle: pole, radius: 5e-4, friction: 0.0 });
+/// # let _ = support;
+/// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a support",
+    note = "supports implement `morphorod::support::Support`: `Hold` and `Contact` do; tuples of up to six supports \
+        and `Vec`s of supports are supports"
+)]
+pub trait Support {
+    /// The joint of the base; `None` for the clamp, which is the default.
+    fn base(&self) -> Option<Joint> {
+        None
+    }
+
+    /// The holds and springs at a time (s); none by default.
+    fn holds(&self, _time: f64) -> Vec<Hold> {
+        Vec::new()
+    }
+
+    /// The obstacles that the shoot may touch; none by default.
+    fn contacts(&self) -> Vec<Contact<&dyn Obstacle>> {
+        Vec::new()
+    }
+
+    /// The first time after `t` (s) at which a hold or an obstacle moves discontinuously, or its velocity is
+    /// discontinuous; infinite by default.
+    fn next_discontinuity(&self, _t: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// The first parameter that is out of range.
+    fn check(&self) -> Result<(), ParameterError> {
+        Ok(())
+    }
+}
+
+forward_pointers!(Support {
+    fn base() -> Option<Joint>;
+    fn holds(time: f64) -> Vec<Hold>;
+    fn contacts() -> Vec<Contact<&dyn Obstacle>>;
+    fn next_discontinuity(t: f64) -> f64;
+    fn check() -> Result<(), ParameterError>;
+});
+
+/// No support besides the clamped base.
+impl Support for () {}
+
+/// The methods of a support that combines the supports in one or more iterators.
+macro_rules! combine {
+    ($self:ident: $($supports:expr),*) => {
+        fn base(&$self) -> Option<Joint> {
+            let mut joint = None;
+            $(for support in $supports {
+                joint = joint.or(support.base());
+            })*
+            joint
+        }
+
+        fn holds(&$self, time: f64) -> Vec<Hold> {
+            let mut all = Vec::new();
+            $(for support in $supports {
+                all.extend(support.holds(time));
+            })*
+            all
+        }
+
+        fn contacts(&$self) -> Vec<Contact<&dyn Obstacle>> {
+            let mut all = Vec::new();
+            $(for support in $supports {
+                all.extend(support.contacts());
+            })*
+            all
+        }
+
+        fn next_discontinuity(&$self, t: f64) -> f64 {
+            let mut first = f64::INFINITY;
+            $(for support in $supports {
+                first = earlier(first, support.next_discontinuity(t));
+            })*
+            first
+        }
+
+        fn check(&$self) -> Result<(), ParameterError> {
+            $(for support in $supports {
+                support.check()?;
+            })*
+            Ok(())
+        }
+    };
+}
+
+/// A support that may be absent: `None` equals `()`.
+impl<S: Support> Support for Option<S> {
+    combine!(self: self.iter());
+}
+
+/// Supports of one type, or of any types in a `Vec<Box<dyn Support>>`.
+impl<S: Support> Support for Vec<S> {
+    combine!(self: self);
+}
+
+macro_rules! tuple_of_supports {
+    ($($Support:ident $index:tt),*) => {
+        impl<$($Support: Support),*> Support for ($($Support,)*) {
+            combine!(self: $([&self.$index]),*);
+        }
+    };
+}
+
+tuple_of_supports!(A 0);
+tuple_of_supports!(A 0, B 1);
+tuple_of_supports!(A 0, B 1, C 2);
+tuple_of_supports!(A 0, B 1, C 2, D 3);
+tuple_of_supports!(A 0, B 1, C 2, D 3, E 4);
+tuple_of_supports!(A 0, B 1, C 2, D 3, E 4, F 5);

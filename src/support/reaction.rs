@@ -1,0 +1,36 @@
+//! Reactions of supports.
+
+use nalgebra::Vector3;
+
+/// Whether the shoot slides over an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Slip {
+    /// The shoot sticks to the obstacle.
+    Sticks,
+    /// The shoot slides over the obstacle.
+    Slides,
+}
+
+/// Force and couple of a support on a shoot at a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Reaction {
+    /// Arc length s of the place from the base, m.
+    pub arc_length: f64,
+    /// Distance of the place from the apex at t = 0, m, which identifies it.
+    pub initial_apex_distance: f64,
+    /// Force on the shoot in the fixed frame, N.
+    pub force: Vector3<f64>,
+    /// Couple on the shoot in the fixed frame, N m.
+    pub couple: Vector3<f64>,
+    /// Length of the shoot over which a distributed force is gathered at the place, m; zero for a force at a point.
+    pub length: f64,
+    /// Index of the obstacle among those of the support; `None` for a hold.
+    pub obstacle: Option<usize>,
+    /// Normal part of the force, N; zero for a hold.
+    pub normal: f64,
+    /// Whether the place slides over the obstacle; `None` without friction and for a hold.
+    pub slip: Option<Slip>,
+}
