@@ -198,6 +198,30 @@ impl ElementSystem {
         rows
     }
 
+    /// The derivatives of the tangent d3 at coordinate `x` by the unknowns of the element, as
+    /// [`chord_rows`](Self::chord_rows).
+    pub fn tangent_rows<const P: usize>(&self, reference: &ReferenceElement, data: &ElementData, x: f64) -> [Row; 3] {
+        let rotate = data.frame.to_rotation_matrix().into_inner();
+        let shape = reference.at_nodes(x);
+        let theta = weighted(data.rotations, &shape);
+        let exp = Form::exp(&s_functions(theta.norm_squared()));
+        let mut rows = [Row::default(); 3];
+        for (k, row) in rows.iter_mut().enumerate() {
+            let (unit, strain) = (rotate.row(k).transpose(), centre_line_tangent());
+            let by_theta = exp.gradient(&theta, &unit, &strain);
+            let by_turn = exp.apply(&theta, &strain).cross(&unit);
+            let flat = row.as_flattened_mut();
+            for n in 0..P {
+                for i in 0..3 {
+                    flat[3 * n + i] = by_theta[i] * shape[n];
+                }
+            }
+            flat[3 * P..3 * P + 3].copy_from_slice(by_turn.as_slice());
+            self.hessian.reduce::<P>(row);
+        }
+        rows
+    }
+
     /// The product of two eliminated rows over the pivots of the interior.
     pub fn interior_product<const P: usize>(&self, a: &Row, b: &Row) -> f64 {
         self.hessian.interior_product::<P>(a, b)

@@ -94,6 +94,23 @@ impl Joints {
         }
     }
 
+    /// Counts the nodes beyond a divided element anew.
+    pub fn shift(&mut self, divided: usize) {
+        let nodes: Vec<usize> = self.nodes().map(|node| node + usize::from(node > divided)).collect();
+        self.set_nodes(nodes.into_iter());
+    }
+
+    /// The nodes with joints.
+    pub fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
+        self.confined.iter().map(|(node, _)| *node).chain(self.elastic.iter().map(|(node, ..)| *node))
+    }
+
+    /// Replaces the nodes, in the same order.
+    pub fn set_nodes(&mut self, nodes: impl Iterator<Item = usize>) {
+        let own = self.confined.iter_mut().map(|(node, _)| node).chain(self.elastic.iter_mut().map(|(node, ..)| node));
+        own.zip(nodes).for_each(|(own, node)| *own = node);
+    }
+
     /// Number of confined directions among the unknowns.
     pub fn confined_directions(&self) -> usize {
         self.confined.iter().map(|(_, projection)| (3.0 - projection.trace()).round() as usize).sum()

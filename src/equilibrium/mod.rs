@@ -22,6 +22,7 @@ use crate::error::{ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
+use crate::support::Reaction;
 
 /// Signs of the eigenvalues of the second derivative of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +72,19 @@ pub struct Equilibrium {
     /// Smallest pivot of the last tangent, relative to that of the same rod without load: a distance from the loss of
     /// stability that does not depend on the mesh. Zero for a solver without tangent.
     pub(crate) resistance: f64,
+}
+
+/// Equilibrium of a rod with supports.
+#[derive(Debug, Clone, PartialEq)]
+#[must_use]
+#[non_exhaustive]
+pub struct Held {
+    /// Counts, error and stability. The inertia is that on the directions that the supports permit.
+    pub equilibrium: Equilibrium,
+    /// The reactions of the holds, in their order, and of the contacts.
+    pub reactions: Vec<Reaction>,
+    /// The rod in its shape, with additional nodes where contacts begin and end.
+    pub rod: Rod,
 }
 
 impl std::fmt::Display for Equilibrium {

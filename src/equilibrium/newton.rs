@@ -7,7 +7,7 @@ use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
-use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Inertia, check_stiffness};
+use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Held, Inertia, check_stiffness};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -125,6 +125,10 @@ impl NewtonSolver {
 
     /// Moves the frames of `rod` to an equilibrium under a load and with supports.
     ///
+    /// Holds move from the present places of the rod to the requested ones in increments of at most 0.05 times the
+    /// length and 0.3 rad, each of which ends in equilibrium. This is the load path. A start inside an obstacle is
+    /// pushed out along the normal.
+    ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.
     pub fn solve_held(
@@ -134,9 +138,15 @@ impl NewtonSolver {
         load: &impl Load,
         support: &impl Support,
         environment: &Environment,
-    ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+    ) -> Result<Held, EquilibriumError> {
         let mut force = InternalForce::of(rod, load, environment);
-        self.equilibrate_held(rod, material, &mut force, support, &[])
+        let held = self.equilibrate_held(rod, rod, (material, load), &mut force, support, &[])?;
+        if held.rod.elements() == rod.elements() {
+            rod.copy_from(&held.rod);
+        } else {
+            rod.sample_shape(&held.rod);
+        }
+        Ok(held)
     }
 
     /// The inertia of the second derivative of the energy on the directions that supports permit, at the current
@@ -154,67 +164,67 @@ impl NewtonSolver {
         reactions: &[Reaction],
     ) -> Result<Inertia, EquilibriumError> {
         let mut force = InternalForce::of(rod, load, environment);
-        with_points!(rod, self, inertia_of(rod, material, &mut force, support, reactions))
+        with_points!(rod, self, inertia_of(rod, (material, load), &mut force, support, reactions))
     }
 
     fn inertia_of<const P: usize>(
         &mut self,
         rod: &Rod,
-        material: &impl Constitutive,
+        material: (&impl Constitutive, &impl Load),
         force: &mut InternalForce,
         support: &impl Support,
         reactions: &[Reaction],
     ) -> Result<Inertia, EquilibriumError> {
         let Workspace { system, held, .. } = &mut self.workspace;
-        let mut search = HeldSearch::<_, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
+        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
         search.guess(reactions);
         let inertia = search.inertia(rod);
         self.workspace.system.joints.clear();
         inertia
     }
 
+    /// Finds an equilibrium with supports of a rod, from a shape of it with nodes at contacts and the reactions of an
+    /// earlier equilibrium.
     pub(crate) fn equilibrate_held(
         &mut self,
-        rod: &mut Rod,
-        material: &impl Constitutive,
+        rod: &Rod,
+        shape: &Rod,
+        material: (&impl Constitutive, &impl Load),
         force: &mut InternalForce,
         support: &impl Support,
         guess: &[Reaction],
-    ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+    ) -> Result<Held, EquilibriumError> {
         ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
-        force.check(rod)?;
+        support.check()?;
+        force.check(shape)?;
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }
-        self.workspace.system.initial.keep(rod);
-        let answer = with_points!(rod, self, search_held(rod, material, force, support, guess));
+        let mut shape = shape.clone();
+        let answer = with_points!(rod, self, search_held(rod, &mut shape, material, force, support, guess));
         self.workspace.system.joints.clear();
-        let answer = answer.and_then(|found| {
-            let strains = &mut self.workspace.line_strains;
-            strain_line(strains, rod, material, force);
-            check_line(strains, force)?;
-            std::mem::swap(rod.line_strains_mut(), strains);
-            Ok(found)
-        });
-        if answer.is_err() {
-            self.workspace.system.initial.restore(rod);
-        }
-        answer
+        let (equilibrium, reactions) = answer?;
+        let mut strains = Vec::new();
+        strain_line(&mut strains, &shape, material.0, force);
+        check_line(&strains, force)?;
+        *shape.line_strains_mut() = strains;
+        Ok(Held { equilibrium, reactions, rod: shape })
     }
 
     fn search_held<const P: usize>(
         &mut self,
-        rod: &mut Rod,
-        material: &impl Constitutive,
+        rod: &Rod,
+        shape: &mut Rod,
+        material: (&impl Constitutive, &impl Load),
         force: &mut InternalForce,
         support: &impl Support,
         guess: &[Reaction],
     ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
         let kind = (self.stable_only, self.tolerance);
         let Workspace { system, held, .. } = &mut self.workspace;
-        let mut search = HeldSearch::<_, P>::new((system, held), rod, material, force, support, kind)?;
+        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, kind)?;
         search.guess(guess);
-        search.run(rod, self.max_iterations)
+        search.run(shape, self.max_iterations)
     }
 
     fn search<const P: usize>(

@@ -2,7 +2,10 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use super::shape::weighted_jacobian;
 use super::{MaterialPoint, Rod};
+use crate::reference_element::MAX_POINTS;
+use crate::so3;
 
 impl Rod {
     /// Takes the first `elements` growing elements out of the growth zone. Returns their material points, whose exit
@@ -49,6 +52,30 @@ impl Rod {
         if sizes(self) == sizes(source) {
             self.copy_shape(source);
         }
+    }
+
+    /// Takes the shape of a rod of the same length with other elements: its frames at the nodes of this rod. The strain
+    /// of the centre line is not taken.
+    pub(crate) fn sample_shape(&mut self, source: &Self) {
+        let (reference, p) = (self.reference(), self.order.points());
+        let mut start = 0.0;
+        self.frames[0] = source.frames[0];
+        for e in 0..self.elements() {
+            let length = self.length_of(e);
+            let frame = |x: f64| {
+                let before = weighted_jacobian(self.element_points(e), &reference.integral_upto(x));
+                let (element, y) = source.locate(start + before).unwrap_or((0, 0.0));
+                source.frame_within(element, y)
+            };
+            let first = frame(0.0).inverse();
+            let mut new = [Vector3::zeros(); MAX_POINTS];
+            for k in 0..p {
+                new[k] = so3::log(&(first * frame(reference.nodes[k + 1])));
+            }
+            self.rotations[e * p..(e + 1) * p].copy_from_slice(&new[..p]);
+            start += length;
+        }
+        self.chain_frames();
     }
 
     /// Distances of the ends of the elements from the apex, m; up to date in the growth zone.

@@ -14,19 +14,23 @@ use crate::rod::Rod;
 pub(super) enum Column {
     /// The displacement along a direction of the place at coordinate `x` of an element.
     Place { element: usize, x: f64, direction: Vector3<f64> },
+    /// The change of the tangent d3 along a direction at coordinate `x` of an element.
+    Tangent { element: usize, x: f64, direction: Vector3<f64> },
     /// A component of the rotation of a frame, along its directors: number of the unknown in the condensed tangent.
     Turn { unknown: usize },
 }
+
+/// Combinations of linear functions: the functions and factors of each.
+pub(super) type Basis = Vec<Vec<(usize, f64)>>;
 
 /// Columns with their products with the inverse tangent.
 #[derive(Debug, Default)]
 pub(super) struct Border {
     /// Eliminated rows of the chords of the elements.
     chords: Vec<[Row; 3]>,
-    /// Eliminated rows of the parts of an element up to a place in it: index of the column and row.
-    parts: Vec<Option<Row>>,
-    columns: Vec<Column>,
-    /// The columns at the frames, and their products with the inverse of the condensed tangent.
+    /// Parts of the columns inside the elements, from the base up to the last element that they depend on.
+    rows: Vec<Vec<Row>>,
+    /// Parts of the columns at the frames, and their products with the inverse of the condensed tangent.
     nodes: Vec<Vec<Vector3<f64>>>,
     solved: Vec<Vec<Vector3<f64>>>,
     /// G = Bᵀ K⁻¹ B.
@@ -36,7 +40,8 @@ pub(super) struct Border {
 }
 
 impl Border {
-    /// Computes the columns for the tangent that a system has assembled and factorised.
+    /// Computes the columns for the tangent that a system has assembled and factorised. They are combinations of
+    /// linear functions, by the rows of `basis`.
     pub fn assemble<const P: usize>(
         &mut self,
         system: &mut System,
@@ -44,12 +49,12 @@ impl Border {
         material: &impl Constitutive,
         force: &InternalForce,
         columns: &[Column],
+        basis: &Basis,
     ) {
-        let n = rod.elements();
         let reference = rod.reference();
         let reach = columns.iter().map(|column| match column {
             Column::Place { element, .. } => element + 1,
-            Column::Turn { .. } => 0,
+            Column::Tangent { .. } | Column::Turn { .. } => 0,
         });
         let reach = reach.max().unwrap_or(0);
         self.chords.clear();
@@ -58,44 +63,64 @@ impl Border {
             let data = System::data::<P>(rod, force, e);
             self.chords.push(system.elements[e].chord_rows::<P>(reference, material, &data, &parts));
         }
-        self.columns.clear();
-        self.columns.extend_from_slice(columns);
-        self.parts.clear();
         let first = system.joints.first_free();
-        self.nodes.resize_with(columns.len(), Vec::new);
-        self.solved.resize_with(columns.len(), Vec::new);
-        for (c, column) in columns.iter().enumerate() {
-            let nodes = &mut self.nodes[c];
-            nodes.clear();
-            nodes.resize(n + 1, Vector3::zeros());
-            let mut part = None;
-            match *column {
-                Column::Turn { unknown } => nodes[first + unknown / 3][unknown % 3] = 1.0,
+        let m = basis.len();
+        let plain: Vec<Vec<Row>> = columns
+            .iter()
+            .map(|column| match *column {
+                Column::Turn { .. } => Vec::new(),
+                Column::Tangent { element, x, direction } => {
+                    let data = System::data::<P>(rod, force, element);
+                    let mut rows = vec![Row::default(); element + 1];
+                    // The row of this element alone; it follows from the frame at its start.
+                    rows[element] =
+                        combined(&system.elements[element].tangent_rows::<P>(reference, &data, x), &direction);
+                    rows
+                }
                 Column::Place { element, x, direction } => {
-                    for e in 0..=element {
-                        let row = if e == element && x < 1.0 {
-                            let data = System::data::<P>(rod, force, e);
-                            let parts = upto_parts(rod, e, x);
-                            let rows = system.elements[e].chord_rows::<P>(reference, material, &data, &parts);
-                            let row = combined(&rows, &direction);
-                            part = Some(row);
-                            row
-                        } else {
-                            combined(&self.chords[e], &direction)
-                        };
-                        let (last, start) = system.elements[e].outer::<P>(&row);
-                        nodes[e + 1] += last;
-                        nodes[e] += start;
+                    let mut rows: Vec<Row> =
+                        self.chords[..element].iter().map(|chord| combined(chord, &direction)).collect();
+                    if x < 1.0 {
+                        let data = System::data::<P>(rod, force, element);
+                        let parts = upto_parts(rod, element, x);
+                        let chord = system.elements[element].chord_rows::<P>(reference, material, &data, &parts);
+                        rows.push(combined(&chord, &direction));
+                    } else {
+                        rows.push(combined(&self.chords[element], &direction));
                     }
-                    system.joints.confine(nodes);
+                    rows
+                }
+            })
+            .collect();
+        self.rows.clear();
+        self.nodes.clear();
+        self.solved.clear();
+        for combination in basis {
+            let mut rows: Vec<Row> = Vec::new();
+            for (from, factor) in combination {
+                rows.resize(rows.len().max(plain[*from].len()), Row::default());
+                for (to, row) in rows.iter_mut().zip(&plain[*from]) {
+                    add_row(to, row, *factor);
                 }
             }
-            self.parts.push(part);
-            let solved = &mut self.solved[c];
-            solved.clone_from(nodes);
+            let mut nodes = vec![Vector3::zeros(); rod.elements() + 1];
+            for (e, row) in rows.iter().enumerate() {
+                let (last, start) = system.elements[e].outer::<P>(row);
+                nodes[e + 1] += last;
+                nodes[e] += start;
+            }
+            system.joints.confine(&mut nodes);
+            for (from, factor) in combination {
+                if let Column::Turn { unknown } = columns[*from] {
+                    nodes[first + unknown / 3][unknown % 3] += factor;
+                }
+            }
+            let mut solved = nodes.clone();
             system.tangent.solve(&mut solved[first..]);
+            self.rows.push(rows);
+            self.nodes.push(nodes);
+            self.solved.push(solved);
         }
-        let m = columns.len();
         self.gram = DMatrix::zeros(m, m);
         for a in 0..m {
             for b in 0..=a {
@@ -103,35 +128,31 @@ impl Border {
                 (self.gram[(a, b)], self.gram[(b, a)]) = (value, value);
             }
         }
-        self.yields = DMatrix::zeros(m, m);
-        self.add_yields(rod, material, force);
-    }
-
-    /// The row of a column in an element; `None` beyond its place.
-    fn row(&self, c: usize, e: usize) -> Option<Row> {
-        match (self.columns[c], self.parts[c]) {
-            (Column::Place { element, .. }, Some(row)) if e == element => Some(row),
-            (Column::Place { element, direction, .. }, _) if e <= element => Some(combined(&self.chords[e], &direction)),
-            _ => None,
-        }
+        let n = columns.len();
+        self.yields = DMatrix::zeros(n, n);
+        self.add_yields(rod, material, force, columns);
+        let change = DMatrix::from_fn(m, n, |i, j| {
+            basis[i].iter().filter(|(from, _)| *from == j).map(|(_, factor)| factor).sum::<f64>()
+        });
+        self.yields = if self.yields.iter().any(|value| *value != 0.0) {
+            &change * &self.yields * change.transpose()
+        } else {
+            DMatrix::zeros(m, m)
+        };
     }
 
     fn product<const P: usize>(&self, system: &System, a: usize, b: usize) -> f64 {
         let outer: f64 = self.nodes[a].iter().zip(&self.solved[b]).map(|(x, y)| x.dot(y)).sum();
-        let inner = system.elements.iter().enumerate().map_while(|(e, element)| {
-            Some(element.interior_product::<P>(&self.row(a, e)?, &self.row(b, e)?))
-        });
-        outer + inner.sum::<f64>()
+        let inner = system.elements.iter().zip(self.rows[a].iter().zip(&self.rows[b]));
+        outer + inner.map(|(element, (x, y))| element.interior_product::<P>(x, y)).sum::<f64>()
     }
 
     /// The changes of the columns' functions in the Newton step from the balance of a system, without reactions.
     pub fn step<const P: usize>(&self, system: &System) -> DVector<f64> {
-        DVector::from_fn(self.columns.len(), |c, _| {
+        DVector::from_fn(self.rows.len(), |c, _| {
             let outer: f64 = self.solved[c].iter().zip(&system.turns).map(|(x, y)| x.dot(y)).sum();
-            let inner = system.elements.iter().enumerate().map_while(|(e, element)| {
-                Some(element.interior_product::<P>(&self.row(c, e)?, element.condensed()))
-            });
-            outer - inner.sum::<f64>()
+            let inner = system.elements.iter().zip(&self.rows[c]);
+            outer - inner.map(|(element, row)| element.interior_product::<P>(row, element.condensed())).sum::<f64>()
         })
     }
 
@@ -141,15 +162,14 @@ impl Border {
             for (turn, node) in system.turns.iter_mut().zip(&self.nodes[c]) {
                 *turn += node * factor;
             }
-            for (e, element) in system.elements.iter_mut().enumerate() {
-                let Some(row) = self.row(c, e) else { break };
-                element.subtract(&row, factor);
+            for (element, row) in system.elements.iter_mut().zip(&self.rows[c]) {
+                element.subtract(row, factor);
             }
         }
     }
 
     /// Adds −∫ cᵢ dᵢ · C dⱼ cⱼ ds, with the compliance C of the centre line and the share c of a reaction at a point.
-    fn add_yields(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce) {
+    fn add_yields(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce, columns: &[Column]) {
         let (time, p) = (force.environment().time, rod.order().points());
         for e in 0..self.chords.len() {
             let whole = whole_parts(rod, e);
@@ -160,8 +180,7 @@ impl Border {
                 let Some(line) = material.line_response(&Tissue::of(point, time), &along) else { return };
                 let turn = frame.to_rotation_matrix().into_inner();
                 let compliance: Matrix3<f64> = turn * line.compliance * turn.transpose() / whole[g];
-                let shares: Vec<_> = self
-                    .columns
+                let shares: Vec<_> = columns
                     .iter()
                     .map(|column| match *column {
                         Column::Place { element, direction, .. } if element > e => direction * whole[g],
@@ -202,10 +221,14 @@ fn combined(rows: &[Row; 3], direction: &Vector3<f64>) -> Row {
     let mut sum = Row::default();
     for (row, factor) in rows.iter().zip(direction.iter()) {
         if *factor != 0.0 {
-            for (to, from) in sum.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
-                *to += factor * from;
-            }
+            add_row(&mut sum, row, *factor);
         }
     }
     sum
+}
+
+fn add_row(to: &mut Row, row: &Row, factor: f64) {
+    for (to, from) in to.as_flattened_mut().iter_mut().zip(row.as_flattened()) {
+        *to += factor * from;
+    }
 }

@@ -4,7 +4,9 @@
 //! direction in which a support acts adds a row and a column to its border.
 
 mod border;
+mod contact;
 mod search;
 mod sites;
+mod touch;
 
 pub(super) use search::{HeldSearch, HeldWorkspace};

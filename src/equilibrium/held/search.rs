@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
 
-use super::border::{Border, Column, upto_parts};
+use super::border::{Basis, Border, Column, upto_parts};
 use super::sites::{HeldFrame, Site, sort, turn_frames};
+use super::touch::{Obstacles, all_stations, largest_share, place};
 use crate::constitutive::{Constitutive, line_strain_under};
 use crate::equilibrium::system::{Configuration, System};
 use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
-use crate::error::ParameterError;
-use crate::load::{InternalForce, PointReaction};
+use crate::load::{InternalForce, Load, PointReaction};
 use crate::rod::{Rod, Tissue};
 use crate::so3;
 use crate::support::{Reaction, Support};
@@ -37,6 +37,8 @@ const NEUTRAL: f64 = 1e-9;
 const RESTORATIONS: usize = 6;
 /// Violation of the conditions relative to the length at which this ends.
 const RESTORED: f64 = 1e-8;
+/// Largest number of changes of the contacts in a step.
+const CONTACT_CHANGES: usize = 60;
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
 const STRAIGHT: f64 = 1e-6;
 
@@ -47,17 +49,25 @@ pub(crate) struct HeldWorkspace {
 }
 
 /// A search for an equilibrium of a rod with supports.
-pub(in crate::equilibrium) struct HeldSearch<'a, C, const P: usize> {
-    system: &'a mut System,
-    border: &'a mut Border,
-    material: &'a C,
-    force: &'a mut InternalForce,
+pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
+    pub(super) system: &'a mut System,
+    pub(super) border: &'a mut Border,
+    pub(super) material: &'a C,
+    pub(super) load: &'a L,
+    pub(super) force: &'a mut InternalForce,
+    /// The rod without additional nodes at contacts.
+    pub(super) parent: &'a Rod,
+    pub(super) obstacles: Obstacles<'a>,
+    /// Tangents ∂p/∂s of the centre line at the material points.
+    pub(super) tangents: Vec<Vector3<f64>>,
+    /// Whether steps are not blocked by obstacles.
+    pub(super) frozen: bool,
     /// Whether the equilibrium has to be stable.
     stable: bool,
     tolerance: f64,
-    length: f64,
-    sites: Vec<Site>,
-    frames: Vec<HeldFrame>,
+    pub(super) length: f64,
+    pub(super) sites: Vec<Site>,
+    pub(super) frames: Vec<HeldFrame>,
     /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit.
     weight: f64,
     boosts: Vec<(usize, f64)>,
@@ -72,8 +82,14 @@ struct Dense {
 
 impl Dense {
     fn of(dense: &DMatrix<f64>, scale: DVector<f64>) -> Self {
-        let scaled = DMatrix::from_fn(dense.nrows(), dense.ncols(), |i, j| dense[(i, j)] * scale[i] * scale[j]);
-        Self { scale, eigen: SymmetricEigen::new(scaled) }
+        let n = scale.len();
+        let scaled = DMatrix::from_fn(n, n, |i, j| dense[(i, j)] * scale[i] * scale[j]);
+        let eigen = if n > 0 {
+            SymmetricEigen::new(scaled)
+        } else {
+            SymmetricEigen { eigenvectors: scaled, eigenvalues: DVector::zeros(0) }
+        };
+        Self { scale, eigen }
     }
 
     /// Solves for the reactions. Neutral directions keep their reactions.
@@ -88,41 +104,82 @@ impl Dense {
 
 /// Conditions of the reactions at one iteration: rows of T and D, and right-hand sides.
 struct Conditions {
+    /// Linear functions of the rotations.
     columns: Vec<Column>,
-    /// What each column belongs to.
+    /// The combination of them that each condition contains.
+    parts: Basis,
+    /// What each condition belongs to.
     roles: Vec<Role>,
     /// Diagonal of D.
     diagonal: Vec<f64>,
     /// Violated distances, m.
     residuals: Vec<f64>,
+    /// The combinations of conditions that are solved for. Those of neighbouring contacts are divided differences,
+    /// which couple only neighbours.
+    basis: Basis,
+}
+
+impl Conditions {
+    /// The values of the combinations.
+    fn combine(&self, values: &[f64]) -> DVector<f64> {
+        let sum = |combination: &Vec<(usize, f64)>| combination.iter().map(|(i, factor)| factor * values[*i]).sum();
+        DVector::from_iterator(self.basis.len(), self.basis.iter().map(sum))
+    }
+
+    /// The combinations that are solved for, in terms of the columns.
+    fn composed(&self) -> Basis {
+        let compose = |combination: &Vec<(usize, f64)>| {
+            let each = combination.iter().flat_map(|(i, factor)| self.parts[*i].iter().map(move |(c, f)| (*c, f * factor)));
+            each.collect()
+        };
+        self.basis.iter().map(compose).collect()
+    }
+
+    /// The reactions to the conditions, given those to the combinations.
+    fn distribute(&self, reactions: &DVector<f64>) -> DVector<f64> {
+        let mut sum = DVector::zeros(reactions.len());
+        for (combination, reaction) in self.basis.iter().zip(reactions.iter()) {
+            combination.iter().for_each(|(i, factor)| sum[*i] += factor * reaction);
+        }
+        sum
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Role {
     /// Component of the force of a hold: site and direction.
     Fixed(usize, Vector3<f64>),
-    /// Spring.
+    /// Spring, or another stiffness.
     Spring,
-    /// Increase of a pivot.
+    /// Motion of the place of a contact along the rod: site, and factor of the motion, m.
+    Slide(usize, f64),
+    /// Increase of a pivot, or another negative stiffness.
     Boost,
 }
 
-impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
+impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     pub fn new(
         (system, workspace): (&'a mut System, &'a mut HeldWorkspace),
-        rod: &Rod,
-        material: &'a C,
+        rod: &'a Rod,
+        (material, load): (&'a C, &'a L),
         force: &'a mut InternalForce,
-        support: &impl Support,
+        support: &'a impl Support,
         (stable, tolerance): (bool, f64),
     ) -> Result<Self, EquilibriumError> {
         let time = force.environment().time;
+        let contacts = support.contacts();
+        let obstacles = Obstacles { yielded: vec![Vector3::zeros(); contacts.len()], contacts, time };
         let (sites, frames) = sort(rod, support.base(), &support.holds(time), &mut system.joints)?;
         Ok(Self {
             system,
             border: &mut workspace.border,
             material,
+            load,
             force,
+            parent: rod,
+            obstacles,
+            tangents: Vec::new(),
+            frozen: false,
             stable,
             tolerance,
             length: rod.length(),
@@ -161,20 +218,18 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
         let number = (far / LARGEST_MOVE).max(turned / LARGEST_INCREMENT).ceil().max(1.0);
         let (mut done, mut share) = (0.0, 1.0 / number);
-        let mut before = Configuration::default();
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            before.keep(rod);
-            let forces: Vec<_> = self.sites.iter().map(|site| site.force).collect();
+            let before = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
             }
             self.turn_held(rod, (next - done) / (1.0 - done));
-            match self.find(rod, bound.min(ITERATIONS)) {
+            match self.settle(rod, bound.min(ITERATIONS)) {
                 Ok(()) => done = next,
                 Err(error) if error.is_recoverable() && share > SMALLEST_SHARE && done + share > done => {
-                    before.restore(rod);
-                    self.sites.iter_mut().zip(forces).for_each(|(site, force)| site.force = force);
+                    (*rod, self.sites, self.frames, self.system.joints) = before;
+                    self.force.update(rod, self.load, &self.force.environment().clone());
                     share *= 0.5;
                     if number == 1.0 && far == 0.0 && turned == 0.0 {
                         return Err(error);
@@ -200,28 +255,35 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
     }
 
     /// Computes the positions of the sites.
-    fn locate(&mut self, rod: &Rod) {
-        let (time, p) = (self.force.environment().time, P);
-        let reach = self.sites.iter().map(|site| site.element + 1).max().unwrap_or(0);
+    pub(super) fn locate(&mut self, rod: &Rod) {
+        let time = self.force.environment().time;
+        self.tangents.clear();
+        self.tangents.extend((0..rod.points().len()).map(|i| {
+            let frame = rod.frame_at_point(i / P, i % P);
+            let tissue = Tissue::of(&rod.points()[i], time);
+            frame * line_strain_under(self.material, &tissue, &frame, &self.force.at_points()[i])
+        }));
         let mut start = Vector3::zeros();
-        for e in 0..reach {
-            let tangents: [Vector3<f64>; P] = std::array::from_fn(|g| {
-                let (frame, i) = (rod.frame_at_point(e, g), e * p + g);
-                let tissue = Tissue::of(&rod.points()[i], time);
-                frame * line_strain_under(self.material, &tissue, &frame, &self.force.at_points()[i])
-            });
-            let chord = |x: f64| {
-                tangents.iter().zip(upto_parts(rod, e, x)).map(|(tangent, part)| tangent * part).sum::<Vector3<f64>>()
-            };
+        for e in 0..rod.elements() {
             for site in self.sites.iter_mut().filter(|site| site.element == e) {
-                site.position = start + chord(site.x);
+                site.position = place(rod, &self.tangents, (e, site.x), 0.0, &start).position;
+                if let Some(touch) = &mut site.touch {
+                    touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
+                    site.force = touch.gap.normal * touch.push;
+                    let frame = rod.frame_within(e, site.x);
+                    let bend = frame * rod.strain_within(e, site.x).cross(&Vector3::z());
+                    let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
+                    touch.tangent = tangent;
+                    touch.approach =
+                        (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
+                }
             }
-            start += chord(1.0);
+            start = place(rod, &self.tangents, (e, 1.0), 0.0, &start).position;
         }
     }
 
     /// Applies the present reactions to the rod.
-    fn apply(&mut self, rod: &Rod) {
+    pub(super) fn apply(&mut self, rod: &Rod) {
         let reactions = self.sites.iter().map(|site| PointReaction {
             element: site.element,
             x: site.x,
@@ -239,57 +301,123 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
     }
 
     fn violation(&self) -> f64 {
-        let each = self.sites.iter();
-        each.flat_map(|site| site.fixed.iter().map(|d| d.dot(&(site.position - site.target)).abs())).sum()
+        self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs()).sum()
     }
 
     fn conditions(&self) -> Conditions {
-        let mut conditions =
-            Conditions { columns: Vec::new(), roles: Vec::new(), diagonal: Vec::new(), residuals: Vec::new() };
-        let mut add = |column, role, diagonal, residual| {
-            conditions.columns.push(column);
+        let mut conditions = Conditions {
+            columns: Vec::new(),
+            parts: Vec::new(),
+            roles: Vec::new(),
+            diagonal: Vec::new(),
+            residuals: Vec::new(),
+            basis: Vec::new(),
+        };
+        let mut add = |columns: &[(Column, f64)], role, diagonal, residual| {
+            let first = conditions.columns.len();
+            conditions.parts.push(columns.iter().enumerate().map(|(i, (_, factor))| (first + i, *factor)).collect());
+            conditions.columns.extend(columns.iter().map(|(column, _)| *column));
             conditions.roles.push(role);
             conditions.diagonal.push(diagonal);
             conditions.residuals.push(residual);
         };
+        let floor = 1e-9 * self.force.largest();
         for (i, site) in self.sites.iter().enumerate() {
-            let place = |direction| Column::Place { element: site.element, x: site.x, direction };
-            for direction in &site.fixed {
-                let residual = direction.dot(&(site.position - site.target));
-                add(place(*direction), Role::Fixed(i, *direction), 0.0, residual);
+            let (element, x) = (site.element, site.x);
+            let place = |direction| Column::Place { element, x, direction };
+            for (direction, residual) in site.missing() {
+                add(&[(place(direction), 1.0)], Role::Fixed(i, direction), 0.0, residual);
+            }
+            if let Some(touch) = &site.touch {
+                // The normal force turns with the normal: a stiffness −λ ∇²g.
+                let eigen = touch.gap.curvature.symmetric_eigen();
+                for (along, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+                    let stiffness = -touch.push * value;
+                    if stiffness != 0.0 {
+                        let role = if stiffness > 0.0 { Role::Spring } else { Role::Boost };
+                        let column = (place(along.into_owned()), stiffness.abs().sqrt());
+                        add(&[column], role, -stiffness.signum(), 0.0);
+                    }
+                }
+                let (slope, bend) = touch.approach;
+                if touch.floats && bend > 0.0 {
+                    // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/method.md).
+                    let factor = (touch.push.max(floor) / bend).sqrt();
+                    let turns = Column::Tangent { element, x, direction: touch.gap.normal };
+                    let bends = place(touch.gap.curvature * touch.tangent);
+                    let columns = [(turns, factor), (bends, factor)];
+                    add(&columns, Role::Slide(i, 1.0 / (factor * bend)), -1.0, factor * slope);
+                }
             }
             for (along, stiffness) in &site.springs {
-                add(place(along * stiffness.sqrt()), Role::Spring, -1.0, 0.0);
+                add(&[(place(*along), stiffness.sqrt())], Role::Spring, -1.0, 0.0);
             }
         }
         for (unknown, increase) in &self.boosts {
             // The unknown is scaled so that its diagonal entry is one.
-            add(Column::Turn { unknown: *unknown }, Role::Boost, 1.0 / increase, 0.0);
+            add(&[(Column::Turn { unknown: *unknown }, 1.0)], Role::Boost, 1.0 / increase, 0.0);
         }
+        conditions.basis = self.differences(&conditions.roles);
         conditions
     }
 
-    /// Assembles the tangent with a shift, and counts the signs of its pivots.
-    fn assemble(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia, Conditions, Dense), EquilibriumError> {
+    /// Divided differences of the gaps at the contacts with each obstacle along the rod, up to the second; the other
+    /// conditions as they are.
+    fn differences(&self, roles: &[Role]) -> Basis {
+        let mut basis: Basis = (0..roles.len()).map(|i| vec![(i, 1.0)]).collect();
+        for obstacle in 0..self.obstacles.contacts.len() {
+            let mut along: Vec<(f64, usize)> = Vec::new();
+            for (i, role) in roles.iter().enumerate() {
+                if let Role::Fixed(site, _) = role
+                    && self.sites[*site].touch.is_some_and(|touch| touch.obstacle == obstacle)
+                {
+                    along.push((self.sites[*site].element as f64 + self.sites[*site].x, i));
+                }
+            }
+            along.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for k in 1..along.len() {
+                let (s, i) = along[k];
+                let (before, j) = along[k - 1];
+                let slope = 1.0 / (s - before);
+                let mut difference = vec![(i, slope), (j, -slope)];
+                if k > 1 {
+                    let (first, l) = along[k - 2];
+                    let slope = 1.0 / (before - first);
+                    difference[1].1 -= slope;
+                    difference.push((l, slope));
+                }
+                basis[i] = difference;
+            }
+        }
+        basis
+    }
+
+    /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
+    fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
         let (energy, mut inertia) = self.system.condense::<P>(rod, self.material, self.force, shift)?;
         let joints = self.system.joints.clone();
         joints.apply(&mut self.system.tangent, rod);
         self.system.joints.stretch(rod);
         self.system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
+        if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
+    }
+
+    /// Computes the matrix of the reactions for the factorised tangent, whose pivots have the signs `inertia`. Returns
+    /// it with the inertia on the directions that the conditions permit.
+    fn close(&mut self, rod: &Rod, mut inertia: Inertia) -> Result<(Inertia, Conditions, Dense), EquilibriumError> {
         let conditions = self.conditions();
-        self.border.assemble::<P>(self.system, rod, self.material, self.force, &conditions.columns);
+        self.border.assemble::<P>(self.system, rod, self.material, self.force, &conditions.columns, &conditions.composed());
         let mut dense = &self.border.yields - &self.border.gram;
         for (i, d) in conditions.diagonal.iter().enumerate() {
             dense[(i, i)] += d;
         }
-        self.system.balance::<P>();
         // The bordered matrix has one negative eigenvalue for every condition and every spring.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
             1.0 / (self.border.gram[(i, i)].abs() + conditions.diagonal[i].abs()).sqrt().max(f64::MIN_POSITIVE)
         });
         let finite = dense.iter().all(|value| value.is_finite());
-        if !(energy.is_finite() && finite) {
+        if !finite {
             return Err(EquilibriumError::NotFinite { what: "tangent" });
         }
         let dense = Dense::of(&dense, scale);
@@ -310,24 +438,31 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         }
         inertia.negative = negative.saturating_sub(expected);
         inertia.positive = above.saturating_sub(positive + self.system.joints.confined_directions() + expected);
-        Ok((energy, inertia, conditions, dense))
+        Ok((inertia, conditions, dense))
     }
 
     /// The inertia at the present configuration.
     pub fn inertia(mut self, rod: &Rod) -> Result<Inertia, EquilibriumError> {
         self.locate(rod);
         self.apply(rod);
-        self.assemble(rod, 0.0).map(|(_, inertia, ..)| inertia)
+        let (_, inertia) = self.factorise(rod, 0.0)?;
+        self.close(rod, inertia).map(|(inertia, ..)| inertia)
     }
 
     /// Solves for the step of rotations and reactions. Returns the changes of the reactions.
     fn step(&mut self, conditions: &Conditions, dense: &Dense) -> DVector<f64> {
+        self.system.balance::<P>();
+        self.respond(conditions, dense)
+    }
+
+    /// Solves for the response to the unbalanced couples and the violated conditions.
+    fn respond(&mut self, conditions: &Conditions, dense: &Dense) -> DVector<f64> {
         let free = self.border.step::<P>(self.system);
-        let rhs = DVector::from_fn(free.len(), |i, _| free[i] + conditions.residuals[i]);
+        let rhs = free + conditions.combine(&conditions.residuals);
         let changes = dense.solve(&rhs);
         self.border.load::<P>(self.system, &changes);
         self.system.solve::<P>();
-        changes
+        conditions.distribute(&changes)
     }
 
     /// Moves the rod back to the conditions, by steps with the existing factors. Returns whether it succeeds.
@@ -347,11 +482,13 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
                 element.clear_gradient();
             }
             self.system.turns.fill(Vector3::zeros());
-            let rhs = DVector::from_iterator(conditions.roles.len(), conditions.roles.iter().map(|role| match role {
-                Role::Fixed(site, d) => d.dot(&(self.sites[*site].position - self.sites[*site].target)),
+            let mut missing = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance);
+            let missing = conditions.roles.iter().map(|role| match role {
+                Role::Fixed(..) => missing.next().unwrap_or(0.0),
                 _ => 0.0,
-            }));
-            let changes = dense.solve(&rhs);
+            });
+            let missing: Vec<f64> = missing.collect();
+            let changes = dense.solve(&conditions.combine(&missing));
             self.border.load::<P>(self.system, &changes);
             self.system.solve::<P>();
             self.system.start.keep(rod);
@@ -361,21 +498,81 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         self.violation() <= RESTORED * self.length
     }
 
+    /// Solves for the step with the contacts that it keeps, gains and loses. Returns the fraction of it that is safe.
+    fn step_with_contacts(
+        &mut self,
+        rod: &mut Rod,
+        pivots: Inertia,
+    ) -> Result<(Inertia, Conditions, Dense, DVector<f64>, f64), EquilibriumError> {
+        let mut from = Configuration::default();
+        for change in 0..CONTACT_CHANGES {
+            let (inertia, conditions, dense) = self.close(rod, pivots)?;
+            let changes = self.step(&conditions, &dense);
+            let turn = self.system.largest_turn();
+            let mut fraction = f64::min(1.0, LARGEST_TURN / turn);
+            if !self.approaches() || !turn.is_finite() {
+                return Ok((inertia, conditions, dense, changes, fraction));
+            }
+            // Contacts that would pull are lost: all of them, and later one at a time, which cannot cycle.
+            let mut pulling: Vec<(usize, f64)> = Vec::new();
+            for (role, by) in conditions.roles.iter().zip(changes.iter()) {
+                if let Role::Fixed(site, _) = role
+                    && let Some(touch) = self.sites[*site].touch
+                    && touch.push + by < 0.0
+                {
+                    pulling.push((*site, touch.push + by));
+                }
+            }
+            if !pulling.is_empty() {
+                if change > CONTACT_CHANGES / 2 {
+                    pulling.sort_by(|a, b| a.1.total_cmp(&b.1));
+                    pulling.truncate(1);
+                }
+                pulling.sort_by_key(|(site, _)| *site);
+                for (site, _) in pulling.iter().rev() {
+                    self.sites.remove(*site);
+                }
+                continue;
+            }
+            from.keep(rod);
+            let before = all_stations(rod, &self.tangents);
+            self.system.start.keep(rod);
+            self.system.advance::<P>(rod, fraction);
+            self.locate(rod);
+            let share = largest_share(&self.obstacles, &before, &all_stations(rod, &self.tangents));
+            if share < 1.0 {
+                fraction *= share;
+                from.restore(rod);
+                self.system.advance::<P>(rod, fraction);
+                self.locate(rod);
+            }
+            let penetrations = self.penetrations(rod);
+            from.restore(rod);
+            self.locate(rod);
+            if change > CONTACT_CHANGES - 4 || !self.touch(rod, &penetrations, false) {
+                return Ok((inertia, conditions, dense, changes, fraction));
+            }
+            self.locate(rod);
+        }
+        Err(self.not_found(f64::NAN))
+    }
+
     /// Newton's iteration for the present targets.
-    fn find(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
+    pub(super) fn find(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         let (mut last_shift, mut saddles, mut last, mut bowed) = (0.0, 0, f64::INFINITY, false);
         for _ in 0..bound {
             self.found.iterations += 1;
             self.locate(rod);
             self.apply(rod);
             let mut shift = 0.0;
-            let (energy, inertia, conditions, dense) = loop {
-                let assembled = self.assemble(rod, shift)?;
+            let (energy, conditions, dense, changes, fraction) = loop {
+                let (energy, pivots) = self.factorise(rod, shift)?;
+                let (inertia, conditions, dense, changes, fraction) = self.step_with_contacts(rod, pivots)?;
                 if shift == 0.0 {
-                    self.found.inertia = assembled.1;
+                    self.found.inertia = inertia;
                 }
-                if !self.stable || assembled.1.negative == 0 {
-                    break assembled;
+                if !self.stable || inertia.negative == 0 {
+                    break (energy, conditions, dense, changes, fraction);
                 }
                 shift = if shift > 0.0 {
                     4.0 * shift
@@ -398,7 +595,6 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
             let value = self.potential(rod, energy, &applied);
             self.found.energy = value;
             let violation = self.violation();
-            let changes = self.step(&conditions, &dense);
             let turn = self.system.largest_turn();
             if !turn.is_finite() {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
@@ -423,7 +619,7 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
             let mut from = Configuration::default();
             from.keep(rod);
             let step = (self.system.turns.clone(), self.system.steps.clone());
-            let mut fraction = f64::min(1.0, LARGEST_TURN / turn);
+            let mut fraction = fraction;
             loop {
                 self.system.start.keep(rod);
                 self.system.advance::<P>(rod, fraction);
@@ -451,8 +647,16 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
                 fraction *= 0.5;
             }
             for (role, change) in conditions.roles.iter().zip(changes.iter()) {
+                if let Role::Slide(site, factor) = role {
+                    let site = &mut self.sites[*site];
+                    slide(rod, site, fraction * change * factor);
+                }
                 if let Role::Fixed(site, direction) = role {
-                    self.sites[*site].force = self.sites[*site].force + direction * (fraction * change);
+                    let site = &mut self.sites[*site];
+                    match &mut site.touch {
+                        Some(touch) => touch.push += fraction * change,
+                        None => site.force += direction * (fraction * change),
+                    }
                 }
             }
             if fraction == 1.0 && shift == 0.0 && turn < 1e-4 {
@@ -516,7 +720,7 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         rod.chain_frames();
     }
 
-    fn not_found(&self, step: f64) -> EquilibriumError {
+    pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,
             step,
@@ -554,9 +758,11 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
         let mut still = Conditions {
             columns: conditions.columns.clone(),
+            parts: conditions.parts.clone(),
             roles: conditions.roles.clone(),
             diagonal: conditions.diagonal.clone(),
             residuals: vec![0.0; conditions.residuals.len()],
+            basis: conditions.basis.clone(),
         };
         still.residuals.fill(0.0);
         for _ in 0..12 {
@@ -569,7 +775,7 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
                 *to = turn * (length / largest);
             }
             self.system.joints.confine(&mut self.system.turns);
-            self.step(&still, dense);
+            self.respond(&still, dense);
             turns.clone_from(&self.system.turns);
         }
         self.system.start.keep(rod);
@@ -579,41 +785,58 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
 
     /// The reactions at the equilibrium.
     fn reactions(&self, rod: &Rod) -> Vec<Reaction> {
-        let line: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
-        let reaction = |node: usize, force, couple| Reaction {
-            arc_length: line[node],
-            initial_apex_distance: if node == 0 { rod.initial_length() } else { rod.initial_apex_distance(node - 1, 1.0) },
-            force,
-            couple,
+        let starts: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
+        let reaction = |element: usize, x: f64| Reaction {
+            arc_length: starts[element] + upto_parts(rod, element, x)[..P].iter().sum::<f64>(),
+            initial_apex_distance: rod.initial_apex_distance(element, x),
+            force: Vector3::zeros(),
+            couple: Vector3::zeros(),
             length: 0.0,
             obstacle: None,
             normal: 0.0,
             slip: None,
         };
-        let zero = Vector3::zeros();
         let mut all: Vec<Reaction> = Vec::new();
         for site in &self.sites {
-            all.push(reaction(site.element + 1, site.force + site.spring_force(), zero));
+            let force = site.force + site.spring_force();
+            let touch = site.touch.as_ref();
+            let (obstacle, normal) = (touch.map(|touch| touch.obstacle), touch.map_or(0.0, |touch| touch.push));
+            all.push(Reaction { force, obstacle, normal, ..reaction(site.element, site.x) });
         }
         let joints = &self.system.joints;
         for ((node, _), held) in joints.confined.iter().zip(&joints.held) {
             // The couple of the support balances the rod's.
             let couple = rod.frames()[*node] * -held;
-            match all.iter_mut().find(|at| at.arc_length == line[*node]) {
-                Some(at) => at.couple = couple,
-                None => all.push(reaction(*node, zero, couple)),
+            let at_node = |site: &Site| site.touch.is_none() && site.element + 1 == *node;
+            match self.sites.iter().position(at_node) {
+                Some(i) => all[i].couple = couple,
+                None if *node == 0 => {
+                    let initial_apex_distance = rod.initial_length();
+                    all.push(Reaction { couple, arc_length: 0.0, initial_apex_distance, ..reaction(0, 0.0) });
+                }
+                None => all.push(Reaction { couple, ..reaction(node - 1, 1.0) }),
             }
         }
         all
     }
 }
 
+/// Moves a site along the rod by a length (m), at most by half an element.
+fn slide(rod: &Rod, site: &mut Site, by: f64) {
+    let length = rod.length_of(site.element);
+    let x = site.x + (by / length).clamp(-0.5, 0.5);
+    if x > 1.0 && site.element + 1 < rod.elements() {
+        site.x = (x - 1.0) * length / rod.length_of(site.element + 1);
+        site.element += 1;
+    } else if x < 0.0 && site.element > 0 {
+        site.element -= 1;
+        site.x = 1.0 + x * length / rod.length_of(site.element);
+    } else {
+        site.x = x.clamp(0.0, 1.0);
+    }
+}
+
 /// The part of a vector along some orthonormal vectors.
 fn project(directions: &[Vector3<f64>], vector: &Vector3<f64>) -> Vector3<f64> {
     directions.iter().map(|d| d * d.dot(vector)).sum()
-}
-
-/// Returns an error for a bad tolerance.
-pub(in crate::equilibrium) fn check_tolerance(tolerance: f64) -> Result<(), ParameterError> {
-    ParameterError::positive("tolerance of the equilibrium", tolerance)
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use super::touch::Gap;
 use crate::equilibrium::EquilibriumError;
 use crate::equilibrium::joints::Joints;
 use crate::error::ParameterError;
@@ -27,9 +28,50 @@ pub(super) struct Site {
     pub force: Vector3<f64>,
     /// Position in the present configuration, m.
     pub position: Vector3<f64>,
+    /// Contact with an obstacle; `None` for a hold.
+    pub touch: Option<Touch>,
+}
+
+/// A contact at a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Touch {
+    pub obstacle: usize,
+    /// Normal force, N.
+    pub push: f64,
+    pub gap: Gap,
+    /// Whether the place is where the gap is least along the rod.
+    pub floats: bool,
+    /// First (1) and second (1/m) derivative of the gap along the rod.
+    pub approach: (f64, f64),
+    /// The tangent of the centre line.
+    pub tangent: Vector3<f64>,
 }
 
 impl Site {
+    /// A site in contact with an obstacle, without force yet.
+    pub fn touching(obstacle: usize, (element, x): (usize, f64), push: f64, floats: bool) -> Self {
+        let zero = Vector3::zeros();
+        let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
+        let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero });
+        Self {
+            element,
+            x,
+            fixed: Vec::new(),
+            target: zero,
+            springs: Vec::new(),
+            force: zero,
+            position: zero,
+            touch,
+        }
+    }
+
+    /// The directions in which the position is given, with the distances by which it differs, m.
+    pub fn missing(&self) -> impl Iterator<Item = (Vector3<f64>, f64)> + '_ {
+        let from = self.position - self.target;
+        let touch = self.touch.iter().map(|touch| (touch.gap.normal, touch.gap.value));
+        self.fixed.iter().map(move |d| (*d, d.dot(&from))).chain(touch)
+    }
+
     /// The force of the springs at the present position, N.
     pub fn spring_force(&self) -> Vector3<f64> {
         let from = self.position - self.target;
@@ -72,6 +114,7 @@ pub(super) fn site_of(hold: &Hold, node: usize) -> Option<Site> {
         springs: Vec::new(),
         force: Vector3::zeros(),
         position: Vector3::zeros(),
+        touch: None,
     };
     match hold.position {
         Position::Free => return None,
