@@ -1,4 +1,4 @@
-//! The five laws of a shoot as one type.
+//! The laws of a shoot as one type.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,16 +9,17 @@ use crate::growth::GrowthLaw;
 use crate::load::Load;
 use crate::pointers::forward_pointers;
 use crate::scene::{Scene, Still};
+use crate::support::Support;
 use crate::tropism::{Declaration, TropismLaw};
 
-/// The five laws of a shoot: growth, tropism, elasticity, load and scene.
+/// The laws of a shoot: growth, tropism, elasticity, load, scene and support.
 ///
 /// [`Laws`] is the usual model. A type of your own can be a model as well, for example to store further data
 /// beside the laws. A function that accepts any shoot has the signature `fn follow(shoot: &mut Shoot<impl
 /// Model>)`.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
-    note = "five laws together are a model: `morphorod::Laws {{ constitutive, growth, tropism, load, scene }}`"
+    note = "laws together are a model: `morphorod::Laws {{ constitutive, growth, tropism, load, scene, support }}`"
 )]
 pub trait Model {
     /// Type of the growth law.
@@ -31,6 +32,8 @@ pub trait Model {
     type Load: Load;
     /// Type of the scene.
     type Scene: Scene;
+    /// Type of the support; `()` for none.
+    type Support: Support;
 
     /// The growth law.
     fn growth(&self) -> &Self::Growth;
@@ -42,6 +45,8 @@ pub trait Model {
     fn load(&self) -> &Self::Load;
     /// The scene: gravity and the base.
     fn scene(&self) -> &Self::Scene;
+    /// The support: what holds the shoot besides its base, and what it may touch.
+    fn support(&self) -> &Self::Support;
 }
 
 /// The first time after `t` (s) at which a law, a load or the scene of a model has a discontinuity; infinite
@@ -55,6 +60,7 @@ pub(crate) fn next_discontinuity(model: &impl Model, t: f64) -> Result<f64, Para
         ("next discontinuity of the load", model.load().next_discontinuity(t)),
         ("next discontinuity of the scene", model.scene().next_discontinuity(t)),
         ("next discontinuity of the tropism laws", model.tropism().next_discontinuity(t)),
+        ("next discontinuity of the support", model.support().next_discontinuity(t)),
     ];
     announced.into_iter().try_fold(f64::INFINITY, |first, (name, time)| {
         ParameterError::unless(time > t, name, time, "later than the time for which it is requested (s)")?;
@@ -69,7 +75,8 @@ pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterErro
     Declaration::of(model.tropism()).check()?;
     model.constitutive().check()?;
     model.load().check()?;
-    model.scene().check()
+    model.scene().check()?;
+    model.support().check()
 }
 
 forward_pointers!(Model {
@@ -78,17 +85,19 @@ forward_pointers!(Model {
     type Constitutive;
     type Load;
     type Scene;
+    type Support;
     fn growth() -> &T::Growth;
     fn tropism() -> &T::Tropism;
     fn constitutive() -> &T::Constitutive;
     fn load() -> &T::Load;
     fn scene() -> &T::Scene;
+    fn support() -> &T::Support;
 });
 
-/// The usual [`Model`]: a struct of five laws.
+/// The usual [`Model`]: a struct of its laws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Laws<C, G = (), T = (), L = (), S = Still> {
+pub struct Laws<C, G = (), T = (), L = (), S = Still, U = ()> {
     /// The elastic law.
     pub constitutive: C,
     /// The growth law.
@@ -99,42 +108,53 @@ pub struct Laws<C, G = (), T = (), L = (), S = Still> {
     pub load: L,
     /// The scene: gravity and the base.
     pub scene: S,
+    /// The support, or a tuple of supports.
+    pub support: U,
 }
 
-impl<C, G, T, L, S> Laws<C, G, T, L, S> {
+impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
     /// Replaces the elastic law.
     #[must_use]
-    pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S> {
-        let Self { growth, tropism, load, scene, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene }
+    pub fn with_constitutive<N: Constitutive>(self, constitutive: N) -> Laws<N, G, T, L, S, U> {
+        let Self { growth, tropism, load, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the growth law.
     #[must_use]
-    pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S> {
-        let Self { constitutive, tropism, load, scene, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene }
+    pub fn with_growth<N: GrowthLaw>(self, growth: N) -> Laws<C, N, T, L, S, U> {
+        let Self { constitutive, tropism, load, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the tropism law by a law or a tuple of laws.
     #[must_use]
-    pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S> {
-        let Self { constitutive, growth, load, scene, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene }
+    pub fn with_tropism<N: TropismLaw>(self, tropism: N) -> Laws<C, G, N, L, S, U> {
+        let Self { constitutive, growth, load, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the load by a load or a tuple of loads.
     #[must_use]
-    pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S> {
-        let Self { constitutive, growth, tropism, scene, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene }
+    pub fn with_load<N: Load>(self, load: N) -> Laws<C, G, T, N, S, U> {
+        let Self { constitutive, growth, tropism, scene, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
     }
 
     /// Replaces the scene.
     #[must_use]
-    pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N> {
-        let Self { constitutive, growth, tropism, load, .. } = self;
-        Laws { constitutive, growth, tropism, load, scene }
+    pub fn with_scene<N: Scene>(self, scene: N) -> Laws<C, G, T, L, N, U> {
+        let Self { constitutive, growth, tropism, load, support, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
+    }
+}
+
+impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U> {
+    /// Replaces the support by a support or a tuple of supports.
+    #[must_use]
+    pub fn with_support<N: Support>(self, support: N) -> Laws<C, G, T, L, S, N> {
+        let Self { constitutive, growth, tropism, load, scene, .. } = self;
+        Laws { constitutive, growth, tropism, load, scene, support }
     }
 }
 
@@ -161,26 +181,29 @@ pub type DynLaws = Laws<
     Arc<dyn TropismLaw + Send + Sync>,
     Arc<dyn Load + Send + Sync>,
     Arc<dyn Scene + Send + Sync>,
+    Arc<dyn Support + Send + Sync>,
 >;
 
-impl<C, G, T, L, S> Laws<C, G, T, L, S>
+impl<C, G, T, L, S, U> Laws<C, G, T, L, S, U>
 where
     C: Constitutive + Send + Sync + 'static,
     G: GrowthLaw + Send + Sync + 'static,
     T: TropismLaw + Send + Sync + 'static,
     L: Load + Send + Sync + 'static,
     S: Scene + Send + Sync + 'static,
+    U: Support + Send + Sync + 'static,
 {
     /// Converts the laws to the common type [`DynLaws`], for collections of shoots with different laws.
     #[must_use]
     pub fn into_dyn(self) -> DynLaws {
-        let Self { constitutive, growth, tropism, load, scene } = self;
+        let Self { constitutive, growth, tropism, load, scene, support } = self;
         Laws {
             constitutive: Arc::new(constitutive),
             growth: Arc::new(growth),
             tropism: Arc::new(tropism),
             load: Arc::new(load),
             scene: Arc::new(scene),
+            support: Arc::new(support),
         }
     }
 }
@@ -196,14 +219,15 @@ macro_rules! debug_by_name {
     )*};
 }
 
-debug_by_name!(Constitutive, GrowthLaw, TropismLaw, Load, Scene);
+debug_by_name!(Constitutive, GrowthLaw, TropismLaw, Load, Scene, Support);
 
-impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene> Model for Laws<C, G, T, L, S> {
+impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene, U: Support> Model for Laws<C, G, T, L, S, U> {
     type Growth = G;
     type Tropism = T;
     type Constitutive = C;
     type Load = L;
     type Scene = S;
+    type Support = U;
 
     fn growth(&self) -> &G {
         &self.growth
@@ -219,5 +243,8 @@ impl<C: Constitutive, G: GrowthLaw, T: TropismLaw, L: Load, S: Scene> Model for 
     }
     fn scene(&self) -> &S {
         &self.scene
+    }
+    fn support(&self) -> &U {
+        &self.support
     }
 }

@@ -4,9 +4,10 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::growth::GrowthLaw;
-use crate::load::{Cut, Load};
-use crate::rod::{MaterialPoint, Rod, Tissue};
+use crate::load::{Cut, InternalForce, Load};
+use crate::rod::{MaterialPoint, Rod, Tissue, weighted};
 use crate::scene::Environment;
+use crate::support::Reaction;
 
 /// A place along a rod in equilibrium. Components "along the directors" are those along d1, d2, d3 of the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,6 +104,8 @@ pub struct Profile<'a, C, L, G = ()> {
     length: f64,
     /// Quantities at the ends of the elements, from base to apex.
     ends: Vec<End>,
+    /// Force of the reactions of a support at the material points, N; empty without a support.
+    reactions: Vec<Vector3<f64>>,
 }
 
 /// Integrals over the part of the rod beyond a place, and the position of the place.
@@ -125,19 +128,37 @@ impl<'a, C: Constitutive, L: Load> Profile<'a, C, L> {
     /// There is no growth law: [`regr`](Place::regr) and [`speed`](Place::speed) are zero.
     #[must_use]
     pub fn of(rod: &'a Rod, material: &'a C, load: &'a L, environment: &Environment) -> Self {
-        Profile::growing(rod, material, load, &(), *environment)
+        Profile::held(rod, (material, load, &()), *environment, &[])
     }
 }
 
 impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
-    /// The profile of a growing rod.
-    pub(crate) fn growing(rod: &'a Rod, material: &'a C, load: &'a L, growth: &'a G, environment: Environment) -> Self {
+    /// The profile of a growing rod with the reactions of a support.
+    pub(crate) fn held(
+        rod: &'a Rod,
+        (material, load, growth): (&'a C, &'a L, &'a G),
+        environment: Environment,
+        reactions: &[Reaction],
+    ) -> Self {
         let (zero, elements) = (Vector3::zeros(), rod.elements());
         let apex = End { length: 0.0, volume: 0.0, distributed: zero, couple: zero, position: rod.tip() };
         let (length, ends) = (rod.length(), vec![apex; elements + 1]);
-        let mut profile = Self { rod, material, load, growth, environment, length, ends };
-        for e in (0..elements).rev() {
-            profile.ends[e] = profile.beyond(e, 0.0);
+        let mut force = InternalForce::default();
+        if !reactions.is_empty() {
+            force.update(rod, load, &environment);
+            force.react(rod, reactions);
+        }
+        let reactions = force.reactions_at_points();
+        let mut profile = Self { rod, material, load, growth, environment, length, ends, reactions };
+        for e in (0..=elements).rev() {
+            if e < elements {
+                profile.ends[e] = profile.beyond(e, 0.0);
+            }
+            for (node, couple) in force.couples() {
+                if *node == e {
+                    profile.ends[e].couple += couple;
+                }
+            }
         }
         profile
     }
@@ -166,7 +187,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         for (y, w) in reference.points.iter().zip(&reference.weights) {
             let y = x + (1.0 - x) * y;
             let (point, frame) = (self.rod.point_within(e, y), self.rod.frame_within(e, y));
-            let (tissue, force) = (self.tissue(&point), self.force(&point, &self.lengths_beyond(e, y)));
+            let (tissue, force) = (self.tissue(&point), self.force((e, y), &point, &self.lengths_beyond(e, y)));
             let tangent = frame * line_strain_under(self.material, &tissue, &frame, &force);
             let part = w * (1.0 - x) * point.jacobian;
             sum.couple += tangent.cross(&force) * part;
@@ -191,11 +212,16 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
     }
 
     /// The force at a place, in the fixed frame, N.
-    fn force(&self, point: &MaterialPoint, beyond: &End) -> Vector3<f64> {
+    fn force(&self, (e, x): (usize, f64), point: &MaterialPoint, beyond: &End) -> Vector3<f64> {
         let mut cut = Cut::new(self.length - beyond.length, beyond.length, 0.0);
         cut.volume_beyond = beyond.volume;
         cut.initial_apex_distance = point.initial_apex_distance;
-        beyond.distributed + self.load.force(&cut, &self.environment)
+        let load = beyond.distributed + self.load.force(&cut, &self.environment);
+        if self.reactions.is_empty() {
+            return load;
+        }
+        let p = self.rod.order().points();
+        load + weighted(&self.reactions[e * p..(e + 1) * p], &self.rod.reference().at_points(x))
     }
 
     fn tissue(&self, point: &MaterialPoint) -> Tissue {
@@ -208,7 +234,7 @@ impl<'a, C: Constitutive, L: Load, G: GrowthLaw> Profile<'a, C, L, G> {
         let (beyond, point, frame) = (self.beyond(e, x), rod.point_within(e, x), rod.frame_within(e, x));
         let (tissue, intrinsic) = (self.tissue(&point), point.intrinsic);
         let couple = frame.inverse_transform_vector(&beyond.couple);
-        let force = self.force(&point, &beyond);
+        let force = self.force((e, x), &point, &beyond);
         // The strain follows from the couple, with the differentiated strain as initial guess.
         let near = rod.strain_within(e, x) - intrinsic;
         let (length, sigma) = (self.length, beyond.length);

@@ -12,17 +12,21 @@ use crate::tropism::{Site, TropismLaw};
 /// `visit` with the index of each point in the zone, its site and its stimuli, which are written to `stimuli` one
 /// point after the other. The other arguments are those of [`visit_sites`].
 pub(crate) fn visit_stimuli(
-    rod: &Rod,
+    (rod, shape): (&Rod, Option<&Rod>),
     (material, law): (&impl Constitutive, &impl TropismLaw),
     force: &InternalForce,
     with_position: bool,
     stimuli: &mut [f64],
     mut visit: impl FnMut(usize, &Site, &[f64]),
 ) {
-    visit_sites(rod, material, force, with_position, |i, site| {
+    let each = |i: usize, site: &Site| {
         law.sense(site, stimuli);
         visit(i, site, stimuli);
-    });
+    };
+    match shape {
+        None => visit_sites(rod, material, force, with_position, each),
+        Some(shape) => visit_sites_on(shape, rod, material, force, each),
+    }
 }
 
 /// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
@@ -41,7 +45,11 @@ pub(crate) fn visit_sites(
     let reference = rod.reference();
     let p = reference.p;
     let (first, time) = (rod.zone().start, force.environment().time);
-    let mut end_couple = Vector3::zeros();
+    let couple_at = |node: usize| {
+        let at_node = force.couples().iter().filter(move |(at, _)| *at == node);
+        at_node.fold(Vector3::zeros(), |sum: Vector3<f64>, (_, couple)| sum + couple)
+    };
+    let mut end_couple = couple_at(rod.elements());
     let mut end_position = if with_position { rod.tip() } else { Vector3::repeat(f64::NAN) };
     for e in (rod.first_growing()..rod.elements()).rev() {
         let points = rod.element_points(e);
@@ -90,5 +98,78 @@ pub(crate) fn visit_sites(
                 end_position -= tangents[j] * whole;
             }
         }
+        end_couple += couple_at(e);
     }
+}
+
+/// Calls `visit` as [`visit_sites`] for the points of the growth zone of `rod`, whose shape has further nodes at
+/// contacts: `shape`, with the force in it.
+pub(crate) fn visit_sites_on(
+    shape: &Rod,
+    rod: &Rod,
+    material: &impl Constitutive,
+    force: &InternalForce,
+    mut visit: impl FnMut(usize, &Site),
+) {
+    let reference = shape.reference();
+    let (p, time) = (reference.p, force.environment().time);
+    let (couples, line) = (couples_at_nodes(shape, material, force), shape.centre_line());
+    let length = shape.length();
+    let mut starts = vec![0.0; rod.elements() + 1];
+    for e in 0..rod.elements() {
+        starts[e + 1] = starts[e] + rod.length_of(e);
+    }
+    let first = rod.zone().start;
+    for i in rod.zone().rev() {
+        let (parent, point) = (i / p, &rod.points()[i]);
+        let upto = rod.element_points(parent).iter().zip(&reference.upto[i % p]);
+        let s = starts[parent] + upto.map(|(point, w)| w * point.jacobian).sum::<f64>();
+        let Some((e, x)) = shape.locate(s) else { continue };
+        let (frame, tissue) = (shape.frame_within(e, x), Tissue::of(point, time));
+        let upto = reference.integral_upto(x);
+        let mut couple = couples[e + 1];
+        for g in 0..p {
+            let (at, n) = (&shape.points()[e * p + g], &force.at_points()[e * p + g]);
+            let here = shape.frame_at_point(e, g);
+            let tangent = here * line_strain_under(material, &Tissue::of(at, time), &here, n);
+            couple += tangent.cross(n) * ((reference.weights[g] - upto[g]) * at.jacobian);
+        }
+        let couple = frame.inverse_transform_vector(&couple);
+        let near = shape.strain_within(e, x) - point.intrinsic;
+        let site = Site {
+            environment: *force.environment(),
+            frame,
+            strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
+            couple,
+            arc_length: s,
+            apex_distance: length - s,
+            section: point.section,
+            position: line[e].1 + shape.chord(e, x),
+            rod: shape,
+        };
+        visit(i - first, &site);
+    }
+}
+
+/// The couple just below the first end of every element, and at the apex, in the fixed frame, N m.
+fn couples_at_nodes(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Vec<Vector3<f64>> {
+    let (p, time) = (rod.order().points(), force.environment().time);
+    let mut couples = vec![Vector3::zeros(); rod.elements() + 1];
+    for e in (0..=rod.elements()).rev() {
+        if e < rod.elements() {
+            couples[e] = couples[e + 1];
+            for g in 0..p {
+                let (point, n) = (&rod.points()[e * p + g], &force.at_points()[e * p + g]);
+                let frame = rod.frame_at_point(e, g);
+                let tangent = frame * line_strain_under(material, &Tissue::of(point, time), &frame, n);
+                couples[e] += tangent.cross(n) * (rod.reference().weights[g] * point.jacobian);
+            }
+        }
+        for (node, couple) in force.couples() {
+            if *node == e {
+                couples[e] += couple;
+            }
+        }
+    }
+    couples
 }

@@ -22,7 +22,7 @@ use crate::error::{ParameterError, debug_by_display};
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue, centre_line_tangent};
 use crate::scene::Environment;
-use crate::support::Reaction;
+use crate::support::{Patch, Reaction, Support};
 
 /// Signs of the eigenvalues of the second derivative of the energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,7 +74,7 @@ pub struct Equilibrium {
     pub(crate) resistance: f64,
 }
 
-/// Equilibrium of a rod with supports.
+/// Equilibrium of a rod with a support.
 #[derive(Debug, Clone, PartialEq)]
 #[must_use]
 #[non_exhaustive]
@@ -85,6 +85,24 @@ pub struct Held {
     pub reactions: Vec<Reaction>,
     /// The rod in its shape, with additional nodes where contacts begin and end.
     pub rod: Rod,
+    pub(crate) patches: Vec<Patch>,
+}
+
+/// A rod with a support, whose equilibrium is sought.
+#[derive(Debug)]
+pub struct HeldRod<'a, C, L, U> {
+    /// The rod in the initial shape of the search, without additional nodes at contacts.
+    pub rod: &'a Rod,
+    /// The elastic law.
+    pub material: &'a C,
+    /// The load.
+    pub load: &'a L,
+    /// The support.
+    pub support: &'a U,
+    /// Time and gravity.
+    pub environment: &'a Environment,
+    /// Reactions and contacts of an earlier equilibrium.
+    pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
 }
 
 impl std::fmt::Display for Equilibrium {
@@ -202,6 +220,19 @@ pub trait EquilibriumSolver {
         material: &impl Constitutive,
         force: &InternalForce,
     ) -> Result<Equilibrium, EquilibriumError>;
+
+    /// Finds an equilibrium of a rod with a support. A solver that does not implement this method returns an error.
+    ///
+    /// # Errors
+    /// See [`EquilibriumError`].
+    fn hold<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        _held: &HeldRod<C, L, U>,
+    ) -> Result<Held, EquilibriumError> {
+        let (name, requirement) = ("number of supports", "zero for a solver without supports");
+        ParameterError::unless(false, name, 1.0, requirement)?;
+        Err(EquilibriumError::NotFinite { what: "support" })
+    }
 
     /// Moves the frames of `rod` to an equilibrium under a load.
     ///

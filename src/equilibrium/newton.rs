@@ -7,7 +7,7 @@ use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
-use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Held, Inertia, check_stiffness};
+use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, check_stiffness};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -139,8 +139,7 @@ impl NewtonSolver {
         support: &impl Support,
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
-        let mut force = InternalForce::of(rod, load, environment);
-        let held = self.equilibrate_held(rod, rod, (material, load), &mut force, support, &[])?;
+        let held = self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]) })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {
@@ -177,54 +176,32 @@ impl NewtonSolver {
     ) -> Result<Inertia, EquilibriumError> {
         let Workspace { system, held, .. } = &mut self.workspace;
         let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
-        search.guess(reactions);
+        search.guess_forces(reactions);
         let inertia = search.inertia(rod);
         self.workspace.system.joints.clear();
         inertia
     }
 
-    /// Finds an equilibrium with supports of a rod, from a shape of it with nodes at contacts and the reactions of an
-    /// earlier equilibrium.
-    pub(crate) fn equilibrate_held(
+    fn search_held<C: Constitutive, L: Load, U: Support, const P: usize>(
         &mut self,
-        rod: &Rod,
-        shape: &Rod,
-        material: (&impl Constitutive, &impl Load),
-        force: &mut InternalForce,
-        support: &impl Support,
-        guess: &[Reaction],
+        held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
-        support.check()?;
-        force.check(shape)?;
+        let &HeldRod { rod, material, load, support, environment, earlier } = held;
+        let mut force = InternalForce::of(rod, load, environment);
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
         }
-        let mut shape = shape.clone();
-        let answer = with_points!(rod, self, search_held(rod, &mut shape, material, force, support, guess));
-        self.workspace.system.joints.clear();
-        let (equilibrium, reactions) = answer?;
-        let mut strains = Vec::new();
-        strain_line(&mut strains, &shape, material.0, force);
-        check_line(&strains, force)?;
-        *shape.line_strains_mut() = strains;
-        Ok(Held { equilibrium, reactions, rod: shape })
-    }
-
-    fn search_held<const P: usize>(
-        &mut self,
-        rod: &Rod,
-        shape: &mut Rod,
-        material: (&impl Constitutive, &impl Load),
-        force: &mut InternalForce,
-        support: &impl Support,
-        guess: &[Reaction],
-    ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
         let kind = (self.stable_only, self.tolerance);
         let Workspace { system, held, .. } = &mut self.workspace;
-        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, kind)?;
-        search.guess(guess);
-        search.run(shape, self.max_iterations)
+        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, (material, load), &mut force, support, kind)?;
+        let mut shape = rod.clone();
+        search.guess(&mut shape, earlier);
+        let (equilibrium, reactions, patches) = search.run(&mut shape, self.max_iterations)?;
+        let mut strains = Vec::new();
+        strain_line(&mut strains, &shape, material, &force);
+        check_line(&strains, &force)?;
+        *shape.line_strains_mut() = strains;
+        Ok(Held { equilibrium, reactions, rod: shape, patches })
     }
 
     fn search<const P: usize>(
@@ -240,6 +217,22 @@ impl NewtonSolver {
 }
 
 impl EquilibriumSolver for NewtonSolver {
+    fn hold<C: Constitutive, L: Load, U: Support>(
+        &mut self,
+        held: &HeldRod<C, L, U>,
+    ) -> Result<Held, EquilibriumError> {
+        ParameterError::positive("tolerance of the equilibrium", self.tolerance)?;
+        held.support.check()?;
+        let answer = match held.rod.order().points() {
+            1 => self.search_held::<_, _, _, 1>(held),
+            2 => self.search_held::<_, _, _, 2>(held),
+            3 => self.search_held::<_, _, _, 3>(held),
+            _ => self.search_held::<_, _, _, 4>(held),
+        };
+        self.workspace.system.joints.clear();
+        answer
+    }
+
     fn equilibrate(
         &mut self,
         rod: &mut Rod,

@@ -24,7 +24,7 @@ pub(crate) fn visit_stimuli(
     let (material, law) = (shoot.model.constitutive(), shoot.model.tropism());
     let laws = Declaration::of(law);
     let mut stimuli = vec![0.0; laws.size().stimuli];
-    sensing::visit_stimuli(rod, (material, law), force, laws.reads_position(), &mut stimuli, visit);
+    sensing::visit_stimuli((rod, None), (material, law), force, laws.reads_position(), &mut stimuli, visit);
 }
 
 /// Derivatives of the stimuli at every material point of the growth zone with respect to the strain at the point, and

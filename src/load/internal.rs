@@ -7,6 +7,7 @@ use crate::error::ParameterError;
 use crate::reference_element::MAX_POINTS;
 use crate::rod::{Rod, Tissue};
 use crate::scene::Environment;
+use crate::support::Reaction;
 
 /// Internal force n(s) of equation (11) at every material point of a rod, at one time.
 ///
@@ -99,7 +100,10 @@ impl InternalForce {
         self.at_base = self.load_at_base + reactions.clone().map(|reaction| reaction.force).sum::<Vector3<f64>>();
         self.couples.clear();
         self.couples.extend(
-            reactions.clone().filter(|at| at.couple != Vector3::zeros()).map(|at| (at.element + 1, at.couple)),
+            reactions
+                .clone()
+                .filter(|at| at.couple != Vector3::zeros())
+                .map(|at| (at.element + usize::from(at.x > 0.5), at.couple)),
         );
         let mut inside: Vec<_> = reactions.filter(|reaction| reaction.force != Vector3::zeros()).collect();
         inside.sort_by_key(|reaction| reaction.element);
@@ -126,6 +130,22 @@ impl InternalForce {
     /// Force at the base under the load alone, without reactions, in the fixed frame, N.
     pub(crate) fn load_at_base(&self) -> Vector3<f64> {
         if self.loads.is_empty() { self.at_base } else { self.load_at_base }
+    }
+
+    /// The force of the reactions at the material points, N; empty without reactions.
+    pub(crate) fn reactions_at_points(&self) -> Vec<Vector3<f64>> {
+        self.forces.iter().zip(&self.loads).map(|(force, load)| force - load).collect()
+    }
+
+    /// Adds the reactions of a support in an equilibrium of the rod.
+    pub(crate) fn react(&mut self, rod: &Rod, reactions: &[Reaction]) {
+        let at = reactions.iter().filter_map(|reaction| {
+            let (element, x) = rod.locate(reaction.arc_length)?;
+            Some(PointReaction { element, x, force: reaction.force, couple: reaction.couple })
+        });
+        if !reactions.is_empty() {
+            self.set_reactions(rod, at);
+        }
     }
 
     /// Couples of supports: the node at which each acts, and the couple in the fixed frame, N m.

@@ -39,7 +39,7 @@ impl Rod {
     }
 
     /// Takes the shape of another rod: frames, rotations and the strain of the centre line.
-    pub(super) fn copy_shape(&mut self, source: &Self) {
+    pub(crate) fn copy_shape(&mut self, source: &Self) {
         self.frames.clone_from(&source.frames);
         self.rotations.clone_from(&source.rotations);
         self.line_strains.clone_from(&source.line_strains);

@@ -15,13 +15,14 @@ use crate::rod::{Rod, Tissue};
 use crate::scene::{Scene, Still};
 use crate::section::Section;
 use crate::state::State;
+use crate::support::Support;
 use crate::tropism::TropismLaw;
 
 impl<C: Constitutive> Shoot<Laws<C>> {
     /// A builder of a shoot with the given elastic law. By default it has no growth, tropism or load, and an
     /// upright base under gravity.
     pub fn builder(constitutive: C) -> ShootBuilder<Laws<C>> {
-        let laws = Laws { constitutive, growth: (), tropism: (), load: (), scene: Still::upright() };
+        let laws = Laws { constitutive, growth: (), tropism: (), load: (), scene: Still::upright(), support: () };
         ShootBuilder { grows: false, ..Shoot::of(laws) }
     }
 }
@@ -72,9 +73,9 @@ impl std::fmt::Debug for SectionAlong {
     }
 }
 
-impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
+impl<C, G, T, L, S, U> ShootBuilder<Laws<C, G, T, L, S, U>> {
     /// Sets the growth law.
-    pub fn growth<N: GrowthLaw>(mut self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S>> {
+    pub fn growth<N: GrowthLaw>(mut self, growth: N) -> ShootBuilder<Laws<C, N, T, L, S, U>> {
         self.grows = true;
         self.with(|laws| laws.with_growth(growth))
     }
@@ -82,29 +83,35 @@ impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>> {
     /// Sets the tropism law, or a tuple of laws. Steering is differential growth, so [`build`](Self::build)
     /// returns an error for a tropism without [`growth`](Self::growth). An explicit `growth(())` is
     /// accepted.
-    pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S>> {
+    pub fn tropism<N: TropismLaw>(mut self, tropism: N) -> ShootBuilder<Laws<C, G, N, L, S, U>> {
         self.steers = true;
         self.with(|laws| laws.with_tropism(tropism))
     }
 
     /// Sets the load, or a tuple of loads.
-    pub fn load<N: Load>(self, load: N) -> ShootBuilder<Laws<C, G, T, N, S>> {
+    pub fn load<N: Load>(self, load: N) -> ShootBuilder<Laws<C, G, T, N, S, U>> {
         self.with(|laws| laws.with_load(load))
     }
 
     /// Sets gravity and the frame of the base.
-    pub fn scene<N: Scene>(self, scene: N) -> ShootBuilder<Laws<C, G, T, L, N>> {
+    pub fn scene<N: Scene>(self, scene: N) -> ShootBuilder<Laws<C, G, T, L, N, U>> {
         self.with(|laws| laws.with_scene(scene))
+    }
+
+    /// Sets what holds the shoot besides its base, and what it may touch: a support or a tuple of supports.
+    pub fn support<N: Support>(self, support: N) -> ShootBuilder<Laws<C, G, T, L, S, N>> {
+        self.with(|laws| laws.with_support(support))
     }
 }
 
-impl<C, G, T, L, S> ShootBuilder<Laws<C, G, T, L, S>>
+impl<C, G, T, L, S, U> ShootBuilder<Laws<C, G, T, L, S, U>>
 where
     C: Constitutive + Send + Sync + 'static,
     G: GrowthLaw + Send + Sync + 'static,
     T: TropismLaw + Send + Sync + 'static,
     L: Load + Send + Sync + 'static,
     S: Scene + Send + Sync + 'static,
+    U: Support + Send + Sync + 'static,
 {
     /// Converts the laws into laws of one common type: see [`DynLaws`].
     pub fn into_dyn(self) -> ShootBuilder<DynLaws> {
@@ -230,7 +237,7 @@ impl<M: Model> ShootBuilder<M> {
             }
         };
         // Discontinuities are at nodes: the boundary of the growth zone, and places where loads jump.
-        kept.extend(jumps(model.load(), length)?.iter().map(|distance| length - distance));
+        kept.extend(jumps(model, 0.0, length)?.iter().map(|distance| length - distance));
         for place in &mut kept {
             *place = insert_node(&mut nodes, *place);
         }

@@ -120,9 +120,9 @@ fn confine(state: &mut State, zone: f64) -> Result<(), StateError> {
     Ok(())
 }
 
-/// Adds nodes where the load jumps, and protects them from merging.
+/// Adds nodes where the load jumps or the shoot is held, and protects them from merging.
 fn keep_jumps(state: &mut State, model: &impl Model) -> Result<(), StateError> {
-    for distance in jumps(model.load(), state.rod.initial_length())? {
+    for distance in jumps(model, state.time, state.rod.initial_length())? {
         let Some((e, x)) = state.rod.locate_initial(distance) else { continue };
         let node = if x <= SAME_PLACE {
             e

@@ -16,6 +16,7 @@ use crate::profile::Profile;
 use crate::rod::{MaterialPoint, Rod};
 use crate::scene::{Environment, Scene, after};
 use crate::state::{State, StateError};
+use crate::support::{Reaction, Support};
 use crate::tropism::TropismLaw;
 
 /// Largest distance of two places that are treated as one, relative to the length.
@@ -58,10 +59,17 @@ impl<M: Model> Shoot<M> {
         &self.state
     }
 
-    /// The rod at the present time, in its current shape.
+    /// The rod at the present time, in its current shape. In contact with an obstacle it has additional nodes, where
+    /// contacts begin and end.
     #[must_use]
     pub fn rod(&self) -> &Rod {
-        &self.state.rod
+        self.state.shape()
+    }
+
+    /// The forces and couples of the holds on the shoot, in their order, and of the contacts, in the last equilibrium.
+    #[must_use]
+    pub fn reactions(&self) -> &[Reaction] {
+        &self.state.contact.reactions
     }
 
     /// The present time, s.
@@ -73,7 +81,7 @@ impl<M: Model> Shoot<M> {
     /// The position of the apex in the fixed frame with the base as origin, m.
     #[must_use]
     pub fn tip(&self) -> Vector3<f64> {
-        self.state.rod.tip()
+        self.rod().tip()
     }
 
     /// Present time and gravity. At a discontinuity they are the limits after it.
@@ -108,7 +116,8 @@ impl<M: Model> Shoot<M> {
     #[must_use]
     pub fn profile(&self) -> Profile<'_, M::Constitutive, M::Load, M::Growth> {
         let Self { model, state, .. } = self;
-        Profile::growing(&state.rod, model.constitutive(), model.load(), model.growth(), self.environment())
+        let laws = (model.constitutive(), model.load(), model.growth());
+        Profile::held(state.shape(), laws, self.environment(), &state.contact.reactions)
     }
 
     /// Replaces the state by an earlier one of this shoot, or by one of a shoot with the same laws, on any mesh.
@@ -146,14 +155,20 @@ impl<M: Model> Shoot<M> {
     }
 }
 
-/// Places at which a load jumps, by their distance from the apex at t = 0 (m), on a shoot of the given length
-/// at t = 0 (m).
-fn jumps(load: &impl Load, length: f64) -> Result<Vec<f64>, ParameterError> {
-    let jumps = load.jumps();
+/// Places at which a load jumps or the shoot is held at a time (s), by their distance from the apex at t = 0 (m), on a
+/// shoot of the given length at t = 0 (m).
+fn jumps(model: &impl Model, time: f64, length: f64) -> Result<Vec<f64>, ParameterError> {
+    let mut jumps = model.load().jumps();
     for &distance in &jumps {
         let name = "distance from the apex at t = 0 at which a load jumps";
         let on = distance >= 0.0 && distance <= length;
         ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
+    }
+    for hold in model.support().holds(time) {
+        let (name, distance) = ("distance of a held place from the apex at t = 0", hold.initial_apex_distance);
+        let on = distance >= 0.0 && distance <= length;
+        ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
+        jumps.push(distance);
     }
     Ok(jumps)
 }

@@ -1,5 +1,6 @@
 //! State of a shoot: all data on which its future depends, as one value.
 
+mod contact;
 mod error;
 mod history;
 mod history_function;
@@ -10,6 +11,7 @@ mod saved;
 
 use std::fmt;
 
+pub(crate) use contact::ContactState;
 pub use error::StateError;
 pub(crate) use history::{History, Nodes, ORDER, Reading, Spare};
 pub use history_function::{ConstantHistory, HistoryFunction};
@@ -22,7 +24,7 @@ use crate::error::ParameterError;
 use crate::rod::{MaterialPoint, Rod, part_weights};
 
 /// Number of the format of serialised states. It must be increased whenever the serialised data change.
-pub(crate) const FORMAT: u32 = 8;
+pub(crate) const FORMAT: u32 = 9;
 
 /// Distance in time, relative to a step, below which only one of two levels or equilibria is used for
 /// interpolation. Stimuli are accurate to 1e-11 or better. Extrapolation of their difference over a step
@@ -54,6 +56,8 @@ pub struct State {
     pub(crate) merge_next: usize,
     /// Resolution that `Adaptive` has chosen last. No other integrator uses it.
     pub(crate) plan: Option<Plan>,
+    /// Reactions of the support and contacts.
+    pub(crate) contact: ContactState,
 }
 
 /// Prints a summary, since a state has thousands of numbers.
@@ -63,7 +67,7 @@ impl fmt::Debug for State {
         f.debug_struct("State")
             .field("time", &self.time)
             .field("length", &self.rod.length())
-            .field("tip", &self.rod.tip().as_slice())
+            .field("tip", &self.shape().tip().as_slice())
             .field("elements", &self.rod.elements())
             .field("variables", &variables)
             .field("stimuli", &stimuli)
@@ -84,6 +88,7 @@ impl State {
             changed: false,
             merge_next: 0,
             plan: None,
+            contact: ContactState::default(),
         }
     }
 
@@ -94,11 +99,13 @@ impl State {
         self.rod.copy_from(&source.rod);
         self.predictor.copy_from(&source.predictor);
         self.history.copy_from(&source.history);
+        self.contact.copy_from(&source.contact);
     }
 
     /// Drops the history, so that no integrator has started this state. Keeps the rod and its shape.
     pub(crate) fn forget(&mut self) {
         (self.predictor, self.history) = (Predictor::default(), History::default());
+        self.contact = ContactState::default();
         (self.smooth_since, self.changed, self.plan) = (self.time, false, None);
     }
 
@@ -117,6 +124,7 @@ impl State {
         let (name, pair) = ("index of the pair whose merger was tried last", self.merge_next);
         ParameterError::unless(pair < self.rod.elements(), name, pair as f64, "that of an element")?;
         self.plan.map_or(Ok(()), |plan| plan.check())?;
+        self.contact.check(&self.rod)?;
         self.predictor.check(self.rod.rotations().len(), self.time, self.history.levels() > 0)?;
         Ok(self.history.check(self.rod.zone().len(), self.time, since)?)
     }
@@ -143,13 +151,19 @@ impl State {
         ParameterError::unless(length < longest, "length of the rod", length, requirement)
     }
 
+    /// The rod in its shape, with additional nodes where contacts begin and end.
+    pub(crate) fn shape(&self) -> &Rod {
+        self.contact.shape.as_ref().unwrap_or(&self.rod)
+    }
+
     /// Time, s.
     #[must_use]
     pub fn time(&self) -> f64 {
         self.time
     }
 
-    /// Rod: material points and shape.
+    /// Rod: material points and shape. In contact with an obstacle its shape is sampled at its nodes;
+    /// [`Shoot::rod`](crate::Shoot::rod) is exact.
     #[must_use]
     pub fn rod(&self) -> &Rod {
         &self.rod

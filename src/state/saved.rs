@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{FORMAT, History, Plan, Predictor, State, StateError};
+use super::{ContactState, FORMAT, History, Plan, Predictor, State, StateError};
 use crate::rod::Rod;
 
 /// Returns an error unless `found` is the number of this format.
@@ -39,12 +39,13 @@ pub(super) struct Saved {
     changed: bool,
     merge_next: usize,
     plan: Option<Plan>,
+    contact: ContactState,
 }
 
 impl From<State> for Saved {
     fn from(state: State) -> Self {
-        let State { time, rod, predictor, history, smooth_since, changed, merge_next, plan } = state;
-        Self { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan }
+        let State { time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact } = state;
+        Self { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact }
     }
 }
 
@@ -52,8 +53,8 @@ impl TryFrom<Saved> for State {
     type Error = StateError;
 
     fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan } = saved;
-        let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next, plan };
+        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact } = saved;
+        let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact };
         state.check()?;
         Ok(state)
     }

@@ -8,6 +8,7 @@ mod reaction;
 pub use contact::Contact;
 pub use hold::{Hold, Joint, Moving, Orientation, Position};
 pub use obstacle::{Capsule, Cylinder, Distance, HalfSpace, Obstacle, Sphere};
+pub(crate) use reaction::Patch;
 pub use reaction::{Reaction, Slip};
 
 use crate::error::ParameterError;
@@ -35,6 +36,11 @@ use crate::scene::earlier;
         and `Vec`s of supports are supports"
 )]
 pub trait Support {
+    /// Whether there is no support. A shoot without support has the equilibrium of a free rod.
+    fn is_absent(&self) -> bool {
+        false
+    }
+
     /// The joint of the base; `None` for the clamp, which is the default.
     fn base(&self) -> Option<Joint> {
         None
@@ -66,6 +72,7 @@ pub trait Support {
 }
 
 forward_pointers!(Support {
+    fn is_absent() -> bool;
     fn base() -> Option<Joint>;
     fn holds(time: f64) -> Vec<Hold>;
     fn contacts() -> Vec<Contact<&dyn Obstacle>>;
@@ -74,11 +81,23 @@ forward_pointers!(Support {
 });
 
 /// No support besides the clamped base.
-impl Support for () {}
+impl Support for () {
+    fn is_absent(&self) -> bool {
+        true
+    }
+}
 
 /// The methods of a support that combines the supports in one or more iterators.
 macro_rules! combine {
     ($self:ident: $($supports:expr),*) => {
+        fn is_absent(&$self) -> bool {
+            let mut absent = true;
+            $(for support in $supports {
+                absent &= support.is_absent();
+            })*
+            absent
+        }
+
         fn base(&$self) -> Option<Joint> {
             let mut joint = None;
             $(for support in $supports {

@@ -34,3 +34,12 @@ pub struct Reaction {
     /// Whether the place slides over the obstacle; `None` without friction and for a hold.
     pub slip: Option<Slip>,
 }
+
+/// A part of a rod in contact with an obstacle, by arc lengths (m). A contact at a point has equal ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Patch {
+    pub obstacle: usize,
+    pub from: f64,
+    pub to: f64,
+}

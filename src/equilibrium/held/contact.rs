@@ -9,6 +9,7 @@ use crate::constitutive::{Constitutive, Tissue, strain_under};
 use crate::equilibrium::EquilibriumError;
 use crate::load::Load;
 use crate::rod::Rod;
+use crate::support::Patch;
 
 /// Number of changes of the contacts in one search.
 const CHANGES: usize = 30;
@@ -28,14 +29,6 @@ const DIFFERENCE: f64 = 1e-6;
 const PLACED_NODE: f64 = 1e-6;
 /// Largest error of the place of a contact, relative to the length.
 const PLACED: f64 = 1e-11;
-
-/// A part of a rod in contact with an obstacle, by arc lengths (m). A contact at a point has equal ends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Patch {
-    pub obstacle: usize,
-    pub from: f64,
-    pub to: f64,
-}
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Whether the rod may touch obstacles in a step.
@@ -94,6 +87,16 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
         }
         self.sites.len() > number
+    }
+
+    /// Keeps a contact at the apex if the gap would be less beyond it, and lets it slide otherwise.
+    pub(super) fn settle_apex(&mut self, rod: &Rod) {
+        for site in self.sites.iter_mut().filter(|site| site.element + 1 == rod.elements() && site.x >= 1.0) {
+            if let Some(touch) = &mut site.touch {
+                let (slope, bend) = touch.approach;
+                touch.floats = slope > 0.0 && bend > 0.0;
+            }
+        }
     }
 
     /// Computes the load of a rod with new elements.
@@ -239,7 +242,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             return Ok(false);
         }
         if self.reshape(rod, &mut patches) {
-            self.arrange(rod, &patches);
+            self.arrange(rod, &patches, Vec::new());
             return Ok(true);
         }
         let unknown = self.unknown(&patches);
@@ -247,10 +250,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             if !self.misses_node(rod, &patches) {
                 return Ok(false);
             }
-            self.arrange(rod, &patches);
+            self.arrange(rod, &patches, Vec::new());
             return Ok(true);
         }
-        self.arrange(rod, &patches);
+        self.arrange(rod, &patches, Vec::new());
         self.frozen = true;
         let result = self.place(rod, &mut patches, &unknown, bound);
         self.frozen = false;
@@ -299,7 +302,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     let frames = (self.frames.clone(), self.system.joints.clone());
                     let mut moved = patches.to_vec();
                     shift(&mut moved, &[*at], &DVector::from_element(1, -step));
-                    self.arrange(rod, &moved);
+                    self.arrange(rod, &moved, Vec::new());
                     self.find(rod, bound)?;
                     let change = (&value - self.misplacement(rod, &moved, unknown)) / step;
                     matrix.set_column(k, &change);
@@ -330,10 +333,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                         (patch.from, patch.to) = (middle, middle);
                     }
                 }
-                self.arrange(rod, &moved);
+                self.arrange(rod, &moved, Vec::new());
                 return self.find(rod, bound);
             }
-            self.arrange(rod, &moved);
+            self.arrange(rod, &moved, Vec::new());
             self.find(rod, bound)?;
             let new = self.misplacement(rod, &moved, unknown);
             patches.copy_from_slice(&moved);
@@ -375,13 +378,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Gives the rod nodes at the ends of patches, and contacts at all stations in them.
-    fn arrange(&mut self, rod: &mut Rod, patches: &[Patch]) {
-        let old: Vec<(usize, f64, f64)> = self
+    pub(super) fn arrange(&mut self, rod: &mut Rod, patches: &[Patch], mut old: Vec<(usize, f64, f64)>) {
+        let present: Vec<(usize, f64, f64)> = self
             .sites
             .iter()
             .filter_map(|site| Some((site, site.touch?)))
             .map(|(site, touch)| (touch.obstacle, self.place_of(rod, (site.element, site.x)).arc_length, touch.push))
             .collect();
+        old.extend(present);
         let source = rod.clone();
         let held: Vec<f64> = self.sites.iter().map(|site| self.place_of(rod, (site.element, site.x)).arc_length).collect();
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();

@@ -11,7 +11,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
 use crate::load::{InternalForce, Load, PointReaction};
 use crate::rod::{Rod, Tissue};
 use crate::so3;
-use crate::support::{Reaction, Support};
+use crate::support::{Patch, Reaction, Support};
 
 /// Largest rotation of a frame in a step, rad.
 const LARGEST_TURN: f64 = 0.5;
@@ -145,6 +145,18 @@ impl Conditions {
     }
 }
 
+/// A step with the contacts that it keeps and gains.
+struct ContactStep {
+    /// Energy of the rod before the step, J.
+    energy: f64,
+    inertia: Inertia,
+    conditions: Conditions,
+    dense: Dense,
+    changes: DVector<f64>,
+    /// The fraction of the step that is safe.
+    fraction: f64,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Role {
     /// Component of the force of a hold: site and direction.
@@ -192,15 +204,30 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 
     /// Takes the forces of an earlier equilibrium as initial guess.
-    pub fn guess(&mut self, reactions: &[Reaction]) {
-        for (site, reaction) in self.sites.iter_mut().zip(reactions) {
+    pub fn guess_forces(&mut self, reactions: &[Reaction]) {
+        for (site, reaction) in self.sites.iter_mut().zip(reactions.iter().filter(|at| at.obstacle.is_none())) {
             site.force = reaction.force;
+        }
+    }
+
+    /// Takes the forces and contacts of an earlier equilibrium as initial guess.
+    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch])) {
+        self.guess_forces(reactions);
+        let number = self.obstacles.contacts.len();
+        let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
+        for patch in &mut inside {
+            (patch.from, patch.to) = (patch.from.min(self.length), patch.to.min(self.length));
+        }
+        if !inside.is_empty() {
+            self.locate(rod);
+            let pushes = reactions.iter().filter_map(|at| Some((at.obstacle?, at.arc_length, at.normal)));
+            self.arrange(rod, &inside, pushes.collect());
         }
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
     /// equilibrium.
-    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<(Equilibrium, Vec<Reaction>, Vec<Patch>), EquilibriumError> {
         self.locate(rod);
         for site in &mut self.sites {
             let from = site.position;
@@ -238,8 +265,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 Err(error) => return Err(error),
             }
         }
-        let reactions = self.reactions(rod);
-        Ok((self.found, reactions))
+        let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
+        Ok((self.found, reactions, patches))
     }
 
     /// Rotates the held frames by a share of the rotations that they lack.
@@ -502,8 +529,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     fn step_with_contacts(
         &mut self,
         rod: &mut Rod,
-        pivots: Inertia,
-    ) -> Result<(Inertia, Conditions, Dense, DVector<f64>, f64), EquilibriumError> {
+        shift: f64,
+    ) -> Result<ContactStep, EquilibriumError> {
+        let (mut energy, mut pivots) = self.factorise(rod, shift)?;
         let mut from = Configuration::default();
         for change in 0..CONTACT_CHANGES {
             let (inertia, conditions, dense) = self.close(rod, pivots)?;
@@ -511,7 +539,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let turn = self.system.largest_turn();
             let mut fraction = f64::min(1.0, LARGEST_TURN / turn);
             if !self.approaches() || !turn.is_finite() {
-                return Ok((inertia, conditions, dense, changes, fraction));
+                return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
             // Contacts that would pull are lost: all of them, and later one at a time, which cannot cycle.
             let mut pulling: Vec<(usize, f64)> = Vec::new();
@@ -529,8 +557,13 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     pulling.truncate(1);
                 }
                 pulling.sort_by_key(|(site, _)| *site);
+                let mut loaded = false;
                 for (site, _) in pulling.iter().rev() {
-                    self.sites.remove(*site);
+                    loaded |= self.sites.remove(*site).touch.is_some_and(|touch| touch.push != 0.0);
+                }
+                if loaded {
+                    self.apply(rod);
+                    (energy, pivots) = self.factorise(rod, shift)?;
                 }
                 continue;
             }
@@ -550,7 +583,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             from.restore(rod);
             self.locate(rod);
             if change > CONTACT_CHANGES - 4 || !self.touch(rod, &penetrations, false) {
-                return Ok((inertia, conditions, dense, changes, fraction));
+                return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
             self.locate(rod);
         }
@@ -563,16 +596,16 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         for _ in 0..bound {
             self.found.iterations += 1;
             self.locate(rod);
+            self.settle_apex(rod);
             self.apply(rod);
             let mut shift = 0.0;
-            let (energy, conditions, dense, changes, fraction) = loop {
-                let (energy, pivots) = self.factorise(rod, shift)?;
-                let (inertia, conditions, dense, changes, fraction) = self.step_with_contacts(rod, pivots)?;
+            let ContactStep { energy, conditions, dense, changes, fraction, .. } = loop {
+                let step = self.step_with_contacts(rod, shift)?;
                 if shift == 0.0 {
-                    self.found.inertia = inertia;
+                    self.found.inertia = step.inertia;
                 }
-                if !self.stable || inertia.negative == 0 {
-                    break (energy, conditions, dense, changes, fraction);
+                if !self.stable || step.inertia.negative == 0 {
+                    break step;
                 }
                 shift = if shift > 0.0 {
                     4.0 * shift
@@ -612,6 +645,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             if std::env::var("DBG").is_ok() {
                 eprintln!("it {} turn {turn:.2e} shift {shift:.2e} viol {violation:.2e} inertia {:?} boosts {:?} value {value:e}", self.found.iterations, self.found.inertia, self.boosts.len());
             }
+            if std::env::var("DBG").is_ok() { for site in &self.sites { eprintln!("   site {} {:.5} {:?}", site.element, site.x, site.touch.map(|t| (t.push, t.gap.value, t.floats, t.approach))); } eprintln!("   roles {:?} changes {:?}", conditions.roles, changes.as_slice()); }
             let slope = self.slope(&applied, &conditions, &changes);
             self.weight = self.weight.max(2.0 * self.largest_reaction(&conditions, &changes));
             let predicted = slope - self.weight * violation;
@@ -639,6 +673,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 if trial.is_finite() && (falls || turn < SMALL_TURN || !self.stable) {
                     break;
                 }
+                if std::env::var("DBG").is_ok() { eprintln!("   reject f {fraction:.2e} trial-merit {:.3e} predicted {:.3e} viol {:.2e} E {:.3e}", trial - merit, fraction * predicted, self.violation(), trial - self.weight * self.violation() - value); }
                 from.restore(rod);
                 (self.system.turns, self.system.steps) = step.clone();
                 if fraction * turn < 1e-9 {
@@ -821,19 +856,19 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 }
 
-/// Moves a site along the rod by a length (m), at most by half an element.
+/// Moves a site along the rod by a length (m), at most by the length of its element.
 fn slide(rod: &Rod, site: &mut Site, by: f64) {
     let length = rod.length_of(site.element);
-    let x = site.x + (by / length).clamp(-0.5, 0.5);
-    if x > 1.0 && site.element + 1 < rod.elements() {
-        site.x = (x - 1.0) * length / rod.length_of(site.element + 1);
-        site.element += 1;
-    } else if x < 0.0 && site.element > 0 {
+    let mut rest = site.x * length + by.clamp(-length, length);
+    while rest < 0.0 && site.element > 0 {
         site.element -= 1;
-        site.x = 1.0 + x * length / rod.length_of(site.element);
-    } else {
-        site.x = x.clamp(0.0, 1.0);
+        rest += rod.length_of(site.element);
     }
+    while rest > rod.length_of(site.element) && site.element + 1 < rod.elements() {
+        rest -= rod.length_of(site.element);
+        site.element += 1;
+    }
+    site.x = (rest / rod.length_of(site.element)).clamp(0.0, 1.0);
 }
 
 /// The part of a vector along some orthonormal vectors.

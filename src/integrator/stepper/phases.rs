@@ -4,15 +4,16 @@
 use super::collocation::Levels;
 use super::memories::check_memories;
 use super::{IntegrationError, ORDER, Outcome, ROUNDING, Step, Stepper};
-use crate::equilibrium::{Equilibrium, EquilibriumSolver};
+use crate::equilibrium::{Equilibrium, EquilibriumSolver, HeldRod};
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::Scene;
+use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
-use crate::state::CLOSE;
+use crate::state::{CLOSE, State};
+use crate::support::Support;
 use crate::tropism::{Site, TropismLaw};
 
 impl Stepper {
@@ -56,6 +57,7 @@ impl Stepper {
         solver: &mut impl EquilibriumSolver,
         time: f64,
     ) -> Outcome<Equilibrium> {
+        let started = shoot.state.history.levels() > 0;
         let (model, rod) = (&shoot.model, &mut shoot.state.rod);
         let (base, environment) = (model.scene().base(time), model.scene().environment(time));
         // `set_base` would normalise a quaternion that is not a rotation.
@@ -65,11 +67,42 @@ impl Stepper {
         if !environment.gravity.norm().is_finite() {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
-        rod.set_base(base)?;
+        let support = model.support();
+        if !(started && !support.is_absent() && support.base().is_some()) {
+            rod.set_base(base)?;
+        }
+        if !support.is_absent() {
+            return self.solve_held(shoot, solver, &environment);
+        }
         self.force.update(rod, model.load(), &environment);
         solver
             .equilibrate(rod, model.constitutive(), &self.force)
             .map_err(|error| IntegrationError::Equilibrium { time, error })
+    }
+
+    /// Solves the equilibrium of a shoot with a support.
+    fn solve_held(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        environment: &Environment,
+    ) -> Outcome<Equilibrium> {
+        let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
+        let (material, load, support) = (model.constitutive(), model.load(), model.support());
+        let earlier = (&contact.reactions[..], &contact.patches[..]);
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier });
+        let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
+        self.force.update(&held.rod, load, environment);
+        self.force.react(&held.rod, &held.reactions);
+        if held.rod.elements() == rod.elements() {
+            rod.copy_shape(&held.rod);
+            contact.shape = None;
+        } else {
+            rod.sample_shape(&held.rod);
+            contact.shape = Some(held.rod);
+        }
+        (contact.reactions, contact.patches) = (held.reactions, held.patches);
+        Ok(held.equilibrium)
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.
@@ -78,9 +111,10 @@ impl Stepper {
             return Ok(());
         }
         self.check_size(shoot.model.tropism())?;
-        let (rod, history, time) = (&shoot.state.rod, &mut shoot.state.history, self.force.environment().time);
+        let State { rod, history, contact, .. } = &mut shoot.state;
+        let time = self.force.environment().time;
         let last = history.levels() - 1;
-        self.visit_stimuli(rod, &shoot.model, time, |i, _, stimuli| {
+        self.visit_stimuli((rod, contact.shape.as_ref()), &shoot.model, time, |i, _, stimuli| {
             history.at_mut(last, i).stimuli.copy_from_slice(stimuli);
         })
     }
@@ -89,7 +123,7 @@ impl Stepper {
     /// [`sensing::visit_stimuli`]. Returns an error with the given `time` (s) if one is not finite.
     pub(super) fn visit_stimuli(
         &mut self,
-        rod: &Rod,
+        rod: (&Rod, Option<&Rod>),
         model: &impl Model,
         time: f64,
         mut visit: impl FnMut(usize, &Site, &[f64]),

@@ -33,7 +33,7 @@ impl Stepper {
         let first = if longest == 0.0 { intervals } else { 0 };
         let times = (first..=intervals).map(|i| now - longest * (1.0 - i as f64 / intervals as f64)).chain([now]);
         let mut history = History::zeros((size.variables, size.stimuli), state.rod.zone().len(), times);
-        self.visit_stimuli(&state.rod, &shoot.model, now, |i, site, stimuli| {
+        self.visit_stimuli((&state.rod, state.contact.shape.as_ref()), &shoot.model, now, |i, site, stimuli| {
             for level in 0..history.levels() {
                 let time = history.time(level) - now;
                 let point = history.at_mut(level, i);
