@@ -103,6 +103,8 @@ pub struct HeldRod<'a, C, L, U> {
     pub environment: &'a Environment,
     /// Reactions and contacts of an earlier equilibrium.
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
+    /// The rod at the end of the increment before and the time since then, s: friction depends on the displacement.
+    pub(crate) before: Option<(&'a Rod, f64)>,
 }
 
 impl std::fmt::Display for Equilibrium {

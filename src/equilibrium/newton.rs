@@ -139,7 +139,7 @@ impl NewtonSolver {
         support: &impl Support,
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
-        let held = self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]) })?;
+        let held = self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]), before: None })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {
@@ -186,7 +186,7 @@ impl NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier } = held;
+        let &HeldRod { rod, material, load, support, environment, earlier, before } = held;
         let mut force = InternalForce::of(rod, load, environment);
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
@@ -194,6 +194,9 @@ impl NewtonSolver {
         let kind = (self.stable_only, self.tolerance);
         let Workspace { system, held, .. } = &mut self.workspace;
         let mut search = HeldSearch::<_, _, P>::new((system, held), rod, (material, load), &mut force, support, kind)?;
+        if let Some((before, time)) = before {
+            search.since(before, time);
+        }
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier);
         let (equilibrium, reactions, patches) = search.run(&mut shape, self.max_iterations)?;

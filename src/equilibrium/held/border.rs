@@ -23,6 +23,13 @@ pub(super) enum Column {
 /// Combinations of linear functions: the functions and factors of each.
 pub(super) type Basis = Vec<Vec<(usize, f64)>>;
 
+/// Combinations of columns inside the elements and at the frames.
+#[derive(Debug, Default)]
+struct Parts {
+    rows: Vec<Vec<Row>>,
+    nodes: Vec<Vec<Vector3<f64>>>,
+}
+
 /// Columns with their products with the inverse tangent.
 #[derive(Debug, Default)]
 pub(super) struct Border {
@@ -33,8 +40,12 @@ pub(super) struct Border {
     /// Parts of the columns at the frames, and their products with the inverse of the condensed tangent.
     nodes: Vec<Vec<Vector3<f64>>>,
     solved: Vec<Vec<Vector3<f64>>>,
+    /// Parts of the reactions where they differ from the columns: of friction that slides.
+    acts: Option<Parts>,
     /// G = Bᵀ K⁻¹ B.
     pub gram: DMatrix<f64>,
+    /// Bᵀ K⁻¹ A with the reactions A; equal to G unless contacts slide with friction.
+    pub coupling: DMatrix<f64>,
     /// Second derivatives of the energy by the reactions, from shear and stretch; not positive.
     pub yields: DMatrix<f64>,
 }
@@ -50,6 +61,7 @@ impl Border {
         force: &InternalForce,
         columns: &[Column],
         basis: &Basis,
+        acts: Option<&Basis>,
     ) {
         let reference = rod.reference();
         let reach = columns.iter().map(|column| match column {
@@ -92,34 +104,38 @@ impl Border {
                 }
             })
             .collect();
-        self.rows.clear();
-        self.nodes.clear();
-        self.solved.clear();
-        for combination in basis {
-            let mut rows: Vec<Row> = Vec::new();
-            for (from, factor) in combination {
-                rows.resize(rows.len().max(plain[*from].len()), Row::default());
-                for (to, row) in rows.iter_mut().zip(&plain[*from]) {
-                    add_row(to, row, *factor);
+        let combine = |basis: &Basis| {
+            let mut parts = Parts::default();
+            for combination in basis {
+                let mut rows: Vec<Row> = Vec::new();
+                for (from, factor) in combination {
+                    rows.resize(rows.len().max(plain[*from].len()), Row::default());
+                    for (to, row) in rows.iter_mut().zip(&plain[*from]) {
+                        add_row(to, row, *factor);
+                    }
                 }
-            }
-            let mut nodes = vec![Vector3::zeros(); rod.elements() + 1];
-            for (e, row) in rows.iter().enumerate() {
-                let (last, start) = system.elements[e].outer::<P>(row);
-                nodes[e + 1] += last;
-                nodes[e] += start;
-            }
-            system.joints.confine(&mut nodes);
-            for (from, factor) in combination {
-                if let Column::Turn { unknown } = columns[*from] {
-                    nodes[first + unknown / 3][unknown % 3] += factor;
+                let mut nodes = vec![Vector3::zeros(); rod.elements() + 1];
+                for (e, row) in rows.iter().enumerate() {
+                    let (last, start) = system.elements[e].outer::<P>(row);
+                    nodes[e + 1] += last;
+                    nodes[e] += start;
                 }
+                system.joints.confine(&mut nodes);
+                for (from, factor) in combination {
+                    if let Column::Turn { unknown } = columns[*from] {
+                        nodes[first + unknown / 3][unknown % 3] += factor;
+                    }
+                }
+                parts.rows.push(rows);
+                parts.nodes.push(nodes);
             }
-            let mut solved = nodes.clone();
+            parts
+        };
+        Parts { rows: self.rows, nodes: self.nodes } = combine(basis);
+        self.acts = acts.map(combine);
+        self.solved.clone_from(&self.nodes);
+        for solved in &mut self.solved {
             system.tangent.solve(&mut solved[first..]);
-            self.rows.push(rows);
-            self.nodes.push(nodes);
-            self.solved.push(solved);
         }
         self.gram = DMatrix::zeros(m, m);
         for a in 0..m {
@@ -127,6 +143,14 @@ impl Border {
                 let value = self.product::<P>(system, a, b);
                 (self.gram[(a, b)], self.gram[(b, a)]) = (value, value);
             }
+        }
+        self.coupling.clone_from(&self.gram);
+        if let Some(acts) = &self.acts {
+            self.coupling = DMatrix::from_fn(m, m, |a, b| {
+                let outer: f64 = self.solved[a].iter().zip(&acts.nodes[b]).map(|(x, y)| x.dot(y)).sum();
+                let inner = system.elements.iter().zip(self.rows[a].iter().zip(&acts.rows[b]));
+                outer + inner.map(|(element, (x, y))| element.interior_product::<P>(x, y)).sum::<f64>()
+            });
         }
         let n = columns.len();
         self.yields = DMatrix::zeros(n, n);
@@ -158,11 +182,15 @@ impl Border {
 
     /// Adds reactions to the balance of a system.
     pub fn load<const P: usize>(&self, system: &mut System, reactions: &DVector<f64>) {
+        let (rows, nodes) = match &self.acts {
+            Some(Parts { rows, nodes }) => (rows, nodes),
+            None => (&self.rows, &self.nodes),
+        };
         for (c, &factor) in reactions.iter().enumerate() {
-            for (turn, node) in system.turns.iter_mut().zip(&self.nodes[c]) {
+            for (turn, node) in system.turns.iter_mut().zip(&nodes[c]) {
                 *turn += node * factor;
             }
-            for (element, row) in system.elements.iter_mut().zip(&self.rows[c]) {
+            for (element, row) in system.elements.iter_mut().zip(&rows[c]) {
                 element.subtract(row, factor);
             }
         }

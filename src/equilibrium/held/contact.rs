@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use super::friction::OldTouch;
 use super::search::HeldSearch;
-use super::sites::Site;
+use super::sites::{Friction, Site};
 use super::touch::{Penetration, Place, all_stations, penetrations, place};
 use crate::constitutive::{Constitutive, Tissue, strain_under};
 use crate::equilibrium::EquilibriumError;
@@ -61,8 +62,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let places: Vec<f64> =
                 self.sites.iter().map(|site| self.place_of(rod, (site.element, site.x)).arc_length).collect();
             let near = |s: f64| s >= between.0 - margin && s <= between.1 + margin;
+            let (deep, reach) = (self.place_of(rod, *deepest).arc_length, self.length / self.parent.elements() as f64);
             let slides = self.sites.iter().zip(&places).any(|(site, s)| {
-                let touch = site.touch.filter(|touch| touch.obstacle == *obstacle && near(*s));
+                let close = near(*s) || (s - deep).abs() < reach;
+                let touch = site.touch.filter(|touch| touch.obstacle == *obstacle && close);
                 touch.is_some_and(|touch| touch.floats && touch.approach.1 > 0.0)
             });
             if slides && !strict {
@@ -378,12 +381,38 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Gives the rod nodes at the ends of patches, and contacts at all stations in them.
-    pub(super) fn arrange(&mut self, rod: &mut Rod, patches: &[Patch], mut old: Vec<(usize, f64, f64)>) {
-        let present: Vec<(usize, f64, f64)> = self
+    pub(super) fn arrange(&mut self, rod: &mut Rod, patches: &[Patch], mut old: Vec<OldTouch>) {
+        let present: Vec<OldTouch> = self
             .sites
             .iter()
             .filter_map(|site| Some((site, site.touch?)))
-            .map(|(site, touch)| (touch.obstacle, self.place_of(rod, (site.element, site.x)).arc_length, touch.push))
+            .map(|(site, touch)| OldTouch {
+                obstacle: touch.obstacle,
+                arc_length: self.place_of(rod, (site.element, site.x)).arc_length,
+                push: touch.push,
+                force: touch.gap.normal * touch.push + touch.friction.map_or(Vector3::zeros(), |at| at.force),
+            })
+            .collect();
+        // The tangential forces at the end of the increment before, at the contacts that the rod had then.
+        let earlier: Vec<(usize, f64, Vector3<f64>)> = if old.is_empty() {
+            let touching = self.sites.iter().filter_map(|site| Some((site, site.touch?)));
+            touching
+                .map(|(site, touch)| {
+                    let s = self.place_of(rod, (site.element, site.x)).arc_length;
+                    (touch.obstacle, s, touch.friction.map_or(Vector3::zeros(), |at| at.earlier))
+                })
+                .collect()
+        } else {
+            old.iter().map(|at| (at.obstacle, at.arc_length, at.force)).collect()
+        };
+        let sticking: Vec<(usize, f64, bool, Vector3<f64>)> = self
+            .sites
+            .iter()
+            .filter_map(|site| Some((site, site.touch?)))
+            .filter_map(|(site, touch)| {
+                let (s, friction) = (self.place_of(rod, (site.element, site.x)).arc_length, touch.friction?);
+                Some((touch.obstacle, s, friction.sticks, friction.direction))
+            })
             .collect();
         old.extend(present);
         let source = rod.clone();
@@ -394,6 +423,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         *rod = self.parent.clone();
         let mut cuts: Vec<f64> = patches.iter().flat_map(|patch| [patch.from, patch.to]).collect();
         cuts.sort_by(f64::total_cmp);
+        cuts.dedup_by(|a, b| *a - *b <= SAME * self.length);
         for s in cuts {
             if let Some((e, x)) = rod.locate(s)
                 && x > AT_NODE
@@ -419,8 +449,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let stations = all_stations(rod, &tangents);
         for patch in patches {
             let push = |s: f64| {
-                let near = old.iter().filter(|(obstacle, ..)| *obstacle == patch.obstacle);
-                near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs())).map_or(0.0, |(.., push)| *push)
+                let near = old.iter().filter(|at| at.obstacle == patch.obstacle);
+                let distance = |at: &OldTouch| (at.arc_length - s).abs();
+                near.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(0.0, |at| at.push)
             };
             let mut ends = vec![patch.from];
             if patch.to > patch.from {
@@ -443,6 +474,24 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     self.sites.push(Site::touching(patch.obstacle, at, push, floats));
                 }
             }
+        }
+        let places: Vec<f64> = self.sites.iter().map(|site| place_along(rod, &tangents, (site.element, site.x)).arc_length).collect();
+        for (site, s) in self.sites.iter_mut().zip(places) {
+            let Some(touch) = &mut site.touch else { continue };
+            let coefficient = self.obstacles.contacts[touch.obstacle].friction;
+            if coefficient == 0.0 {
+                continue;
+            }
+            let mut friction = Friction::new(coefficient);
+            let near = earlier.iter().filter(|(obstacle, ..)| *obstacle == touch.obstacle);
+            let nearest = near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs()));
+            friction.earlier = nearest.map_or(Vector3::zeros(), |(.., force)| *force);
+            friction.force = friction.earlier;
+            let near = sticking.iter().filter(|(obstacle, ..)| *obstacle == touch.obstacle);
+            if let Some((.., sticks, direction)) = near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs())) {
+                (friction.sticks, friction.direction) = (*sticks, *direction);
+            }
+            touch.friction = Some(friction);
         }
     }
 }

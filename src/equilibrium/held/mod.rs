@@ -5,6 +5,7 @@
 
 mod border;
 mod contact;
+mod friction;
 mod search;
 mod sites;
 mod touch;

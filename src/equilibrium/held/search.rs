@@ -1,9 +1,10 @@
 //! Newton's method for a rod with supports.
 
-use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricEigen, Vector3};
 
 use super::border::{Basis, Border, Column, upto_parts};
-use super::sites::{HeldFrame, Site, sort, turn_frames};
+use super::friction::{Before, OldTouch};
+use super::sites::{Friction, HeldFrame, Site, sort, turn_frames};
 use super::touch::{Obstacles, all_stations, largest_share, place};
 use crate::constitutive::{Constitutive, line_strain_under};
 use crate::equilibrium::system::{Configuration, System};
@@ -11,7 +12,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumError, Inertia};
 use crate::load::{InternalForce, Load, PointReaction};
 use crate::rod::{Rod, Tissue};
 use crate::so3;
-use crate::support::{Patch, Reaction, Support};
+use crate::support::{Patch, Reaction, Slip, Support};
 
 /// Largest rotation of a frame in a step, rad.
 const LARGEST_TURN: f64 = 0.5;
@@ -39,6 +40,8 @@ const RESTORATIONS: usize = 6;
 const RESTORED: f64 = 1e-8;
 /// Largest number of changes of the contacts in a step.
 const CONTACT_CHANGES: usize = 60;
+/// Compliance of a contact that sticks, relative to that of the rod to a force on its apex.
+const STICKINESS: f64 = 1e-9;
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
 const STRAIGHT: f64 = 1e-6;
 
@@ -62,6 +65,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) tangents: Vec<Vector3<f64>>,
     /// Whether steps are not blocked by obstacles.
     pub(super) frozen: bool,
+    /// The rod at the end of the increment before, with the time since then (s). Friction depends on the displacement.
+    pub(super) before: Before<'a>,
     /// Whether the equilibrium has to be stable.
     stable: bool,
     tolerance: f64,
@@ -78,22 +83,31 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
 struct Dense {
     scale: DVector<f64>,
     eigen: SymmetricEigen<f64, Dyn>,
+    /// Factors of the matrix with friction that slides, which is not symmetric.
+    coupled: Option<LU<f64, Dyn, Dyn>>,
 }
 
 impl Dense {
-    fn of(dense: &DMatrix<f64>, scale: DVector<f64>) -> Self {
+    fn of(dense: &DMatrix<f64>, scale: DVector<f64>, coupled: Option<DMatrix<f64>>) -> Self {
         let n = scale.len();
+        let scaled = |m: DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * scale[i] * scale[j]);
+        let coupled = coupled.map(|coupled| scaled(coupled).lu());
         let scaled = DMatrix::from_fn(n, n, |i, j| dense[(i, j)] * scale[i] * scale[j]);
         let eigen = if n > 0 {
             SymmetricEigen::new(scaled)
         } else {
             SymmetricEigen { eigenvectors: scaled, eigenvalues: DVector::zeros(0) }
         };
-        Self { scale, eigen }
+        Self { scale, eigen, coupled }
     }
 
     /// Solves for the reactions. Neutral directions keep their reactions.
     fn solve(&self, rhs: &DVector<f64>) -> DVector<f64> {
+        if let Some(coupled) = &self.coupled {
+            let scaled = rhs.component_mul(&self.scale);
+            let unknown = || DVector::from_element(rhs.len(), f64::NAN);
+            return coupled.solve(&scaled).unwrap_or_else(unknown).component_mul(&self.scale);
+        }
         let mut y = self.eigen.eigenvectors.tr_mul(&rhs.component_mul(&self.scale));
         for (y, value) in y.iter_mut().zip(self.eigen.eigenvalues.iter()) {
             *y = if value.abs() <= NEUTRAL { 0.0 } else { *y / value };
@@ -127,9 +141,9 @@ impl Conditions {
     }
 
     /// The combinations that are solved for, in terms of the columns.
-    fn composed(&self) -> Basis {
+    fn composed(&self, parts: &Basis) -> Basis {
         let compose = |combination: &Vec<(usize, f64)>| {
-            let each = combination.iter().flat_map(|(i, factor)| self.parts[*i].iter().map(move |(c, f)| (*c, f * factor)));
+            let each = combination.iter().flat_map(|(i, factor)| parts[*i].iter().map(move |(c, f)| (*c, f * factor)));
             each.collect()
         };
         self.basis.iter().map(compose).collect()
@@ -163,6 +177,8 @@ enum Role {
     Fixed(usize, Vector3<f64>),
     /// Spring, or another stiffness.
     Spring,
+    /// Tangential component of a force of friction: site and direction.
+    Stick(usize, Vector3<f64>),
     /// Motion of the place of a contact along the rod: site, and factor of the motion, m.
     Slide(usize, f64),
     /// Increase of a pivot, or another negative stiffness.
@@ -192,6 +208,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             obstacles,
             tangents: Vec::new(),
             frozen: false,
+            before: Before::new(rod, 0.0),
             stable,
             tolerance,
             length: rod.length(),
@@ -201,6 +218,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             boosts: Vec::new(),
             found: Equilibrium::default(),
         })
+    }
+
+    /// Sets the rod at the end of the increment before, and the time since then (s).
+    pub fn since(&mut self, before: &'a Rod, time: f64) {
+        self.before = Before::new(before, time);
     }
 
     /// Takes the forces of an earlier equilibrium as initial guess.
@@ -220,7 +242,10 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
         if !inside.is_empty() {
             self.locate(rod);
-            let pushes = reactions.iter().filter_map(|at| Some((at.obstacle?, at.arc_length, at.normal)));
+            let pushes = reactions.iter().filter_map(|at| {
+                let old = OldTouch { obstacle: at.obstacle?, arc_length: at.arc_length, push: at.normal, force: at.force };
+                Some(OldTouch { force: old.force, ..old })
+            });
             self.arrange(rod, &inside, pushes.collect());
         }
     }
@@ -296,13 +321,22 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 site.position = place(rod, &self.tangents, (e, site.x), 0.0, &start).position;
                 if let Some(touch) = &mut site.touch {
                     touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
-                    site.force = touch.gap.normal * touch.push;
                     let frame = rod.frame_within(e, site.x);
                     let bend = frame * rod.strain_within(e, site.x).cross(&Vector3::z());
                     let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
                     touch.tangent = tangent;
                     touch.approach =
                         (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
+                    let normal = touch.gap.normal;
+                    site.force = normal * touch.push;
+                    let coefficient = self.obstacles.contacts[touch.obstacle].friction;
+                    if coefficient > 0.0 {
+                        let place = (rod.initial_apex_distance(e, site.x), site.position);
+                        let anchor = self.before.anchor(place.0, &self.obstacles, touch.obstacle);
+                        let friction = touch.friction.get_or_insert_with(|| Friction::new(coefficient));
+                        friction.locate(&normal, &(site.position - anchor), touch.push);
+                        site.force += friction.force;
+                    }
                 }
             }
             start = place(rod, &self.tangents, (e, 1.0), 0.0, &start).position;
@@ -349,11 +383,29 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             conditions.residuals.push(residual);
         };
         let floor = 1e-9 * self.force.largest();
+        let stickiness = STICKINESS * self.length.powi(2) * self.system.compliance();
         for (i, site) in self.sites.iter().enumerate() {
             let (element, x) = (site.element, site.x);
             let place = |direction| Column::Place { element, x, direction };
             for (direction, residual) in site.missing() {
                 add(&[(place(direction), 1.0)], Role::Fixed(i, direction), 0.0, residual);
+            }
+            if let Some((touch, friction)) = site.touch.as_ref().and_then(|touch| Some((touch, touch.friction?))) {
+                if friction.sticks {
+                    // A tiny compliance determines the forces of contacts that an inextensible rod connects.
+                    let lag = friction.force - friction.earlier;
+                    for direction in touch.tangential() {
+                        let residual = direction.dot(&(friction.slip + lag * stickiness));
+                        add(&[(place(direction), 1.0)], Role::Stick(i, direction), -stickiness, residual);
+                    }
+                } else {
+                    // The force turns with the direction of the slip: a stiffness μ λ/|Δ| across it.
+                    let sideways = touch.gap.normal.cross(&friction.direction);
+                    let stiffness = friction.coefficient * touch.push / friction.slip.norm();
+                    if stiffness > 0.0 && stiffness.is_finite() {
+                        add(&[(place(sideways), stiffness.sqrt())], Role::Spring, -1.0, 0.0);
+                    }
+                }
             }
             if let Some(touch) = &site.touch {
                 // The normal force turns with the normal: a stiffness −λ ∇²g.
@@ -405,11 +457,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             for k in 1..along.len() {
                 let (s, i) = along[k];
                 let (before, j) = along[k - 1];
-                let slope = 1.0 / (s - before);
+                let slope = 1.0 / (s - before).max(1e-9);
                 let mut difference = vec![(i, slope), (j, -slope)];
                 if k > 1 {
                     let (first, l) = along[k - 2];
-                    let slope = 1.0 / (before - first);
+                    let slope = 1.0 / (before - first).max(1e-9);
                     difference[1].1 -= slope;
                     difference.push((l, slope));
                 }
@@ -417,6 +469,34 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             }
         }
         basis
+    }
+
+    /// The columns of the reactions if contacts slide: the friction follows the normal force. `None` if none does.
+    fn sliding(&self, conditions: &mut Conditions) -> Option<Basis> {
+        let mut acts = conditions.parts.clone();
+        let mut slides = false;
+        for (i, role) in conditions.roles.iter().enumerate() {
+            if let Role::Fixed(at, _) = role
+                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
+                && let Some(friction) = touch.friction.filter(|friction| !friction.sticks)
+            {
+                slides = true;
+                acts[i].push((conditions.columns.len(), -friction.coefficient));
+                conditions.columns.push(Column::Place { element, x, direction: friction.direction });
+            }
+        }
+        // The point at which friction acts moves along the rod with the contact.
+        for (i, role) in conditions.roles.iter().enumerate() {
+            if let Role::Slide(at, factor) = role
+                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
+                && let Some(friction) = touch.friction
+            {
+                slides = true;
+                acts[i].push((conditions.columns.len(), *factor));
+                conditions.columns.push(Column::Tangent { element, x, direction: friction.force });
+            }
+        }
+        slides.then_some(acts)
     }
 
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
@@ -434,10 +514,17 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     /// it with the inertia on the directions that the conditions permit.
     fn close(&mut self, rod: &Rod, mut inertia: Inertia) -> Result<(Inertia, Conditions, Dense), EquilibriumError> {
         let conditions = self.conditions();
-        self.border.assemble::<P>(self.system, rod, self.material, self.force, &conditions.columns, &conditions.composed());
-        let mut dense = &self.border.yields - &self.border.gram;
+        let (mut conditions, mut dense) = (conditions, DMatrix::zeros(0, 0));
+        let acts = self.sliding(&mut conditions);
+        let basis = conditions.composed(&conditions.parts);
+        let acts = acts.map(|acts| conditions.composed(&acts));
+        let (columns, force) = (&conditions.columns, &*self.force);
+        self.border.assemble::<P>(self.system, rod, self.material, force, columns, &basis, acts.as_ref());
+        dense.clone_from(&(&self.border.yields - &self.border.gram));
+        let mut coupled = &self.border.yields - &self.border.coupling;
         for (i, d) in conditions.diagonal.iter().enumerate() {
             dense[(i, i)] += d;
+            coupled[(i, i)] += d;
         }
         // The bordered matrix has one negative eigenvalue for every condition and every spring.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
@@ -447,7 +534,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         if !finite {
             return Err(EquilibriumError::NotFinite { what: "tangent" });
         }
-        let dense = Dense::of(&dense, scale);
+        let dense = Dense::of(&dense, scale, acts.is_some().then_some(coupled));
         let expected = conditions.roles.iter().filter(|role| **role != Role::Boost).count();
         let positive = conditions.roles.len() - expected;
         let mut negative = inertia.negative;
@@ -551,6 +638,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     pulling.push((*site, touch.push + by));
                 }
             }
+            if std::env::var("DBG").is_ok() { eprintln!("   contacts {change}: pulling {pulling:?} roles {:?} changes {:?} h {:?}", conditions.roles, changes.as_slice(), self.sites.iter().map(|s| s.touch.map(|t| (t.push, t.gap.value, t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec()))))).collect::<Vec<_>>()); }
             if !pulling.is_empty() {
                 if change > CONTACT_CHANGES / 2 {
                     pulling.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -604,6 +692,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 if shift == 0.0 {
                     self.found.inertia = step.inertia;
                 }
+                if std::env::var("DBG").is_ok() { eprintln!("   shift {shift:e} inertia {:?} eig {:?} diag {:?}", step.inertia, step.dense.eigen.eigenvalues.as_slice(), step.conditions.diagonal); }
                 if !self.stable || step.inertia.negative == 0 {
                     break step;
                 }
@@ -645,7 +734,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             if std::env::var("DBG").is_ok() {
                 eprintln!("it {} turn {turn:.2e} shift {shift:.2e} viol {violation:.2e} inertia {:?} boosts {:?} value {value:e}", self.found.iterations, self.found.inertia, self.boosts.len());
             }
-            if std::env::var("DBG").is_ok() { for site in &self.sites { eprintln!("   site {} {:.5} {:?}", site.element, site.x, site.touch.map(|t| (t.push, t.gap.value, t.floats, t.approach))); } eprintln!("   roles {:?} changes {:?}", conditions.roles, changes.as_slice()); }
+            if std::env::var("DBG").is_ok() { for site in &self.sites { eprintln!("   site {} {:.5} {:?}", site.element, site.x, site.touch.map(|t| (t.push, t.gap.value, t.floats, t.approach, t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec(), f.force.as_slice().to_vec()))))); } eprintln!("   roles {:?} changes {:?}", conditions.roles, changes.as_slice()); }
             let slope = self.slope(&applied, &conditions, &changes);
             self.weight = self.weight.max(2.0 * self.largest_reaction(&conditions, &changes));
             let predicted = slope - self.weight * violation;
@@ -670,7 +759,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 let trial = self.potential(rod, energy, &applied) + self.weight * self.violation();
                 let slack = 1e-12 * (merit.abs() + self.force.largest() * self.length);
                 let falls = trial <= merit + DECREASE * fraction * predicted + slack;
-                if trial.is_finite() && (falls || turn < SMALL_TURN || !self.stable) {
+                if trial.is_finite() && (falls || turn < SMALL_TURN || !self.stable || self.has_friction()) {
                     break;
                 }
                 if std::env::var("DBG").is_ok() { eprintln!("   reject f {fraction:.2e} trial-merit {:.3e} predicted {:.3e} viol {:.2e} E {:.3e}", trial - merit, fraction * predicted, self.violation(), trial - self.weight * self.violation() - value); }
@@ -686,6 +775,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     let site = &mut self.sites[*site];
                     slide(rod, site, fraction * change * factor);
                 }
+                if let Role::Stick(site, direction) = role
+                    && let Some(friction) = self.sites[*site].touch.as_mut().and_then(|touch| touch.friction.as_mut())
+                {
+                    friction.force += direction * (fraction * change);
+                }
                 if let Role::Fixed(site, direction) = role {
                     let site = &mut self.sites[*site];
                     match &mut site.touch {
@@ -693,6 +787,10 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                         None => site.force += direction * (fraction * change),
                     }
                 }
+            }
+            if self.regulate_friction(rod) {
+                last = f64::INFINITY;
+                continue;
             }
             if fraction == 1.0 && shift == 0.0 && turn < 1e-4 {
                 // The next error is the square of the step.
@@ -836,7 +934,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let force = site.force + site.spring_force();
             let touch = site.touch.as_ref();
             let (obstacle, normal) = (touch.map(|touch| touch.obstacle), touch.map_or(0.0, |touch| touch.push));
-            all.push(Reaction { force, obstacle, normal, ..reaction(site.element, site.x) });
+            let slip = touch.and_then(|touch| touch.friction).map(|friction| match friction.sticks {
+                true => Slip::Sticks,
+                false => Slip::Slides,
+            });
+            all.push(Reaction { force, obstacle, normal, slip, ..reaction(site.element, site.x) });
         }
         let joints = &self.system.joints;
         for ((node, _), held) in joints.confined.iter().zip(&joints.held) {

@@ -45,6 +45,36 @@ pub(super) struct Touch {
     pub approach: (f64, f64),
     /// The tangent of the centre line.
     pub tangent: Vector3<f64>,
+    /// Friction; `None` without.
+    pub friction: Option<Friction>,
+}
+
+/// Friction at a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Friction {
+    pub coefficient: f64,
+    /// Whether the place sticks to the obstacle.
+    pub sticks: bool,
+    /// Tangential force on the rod, N.
+    pub force: Vector3<f64>,
+    /// Tangential force at the end of the increment before, N.
+    pub earlier: Vector3<f64>,
+    /// Where the material of the place would be if it had moved with the obstacle since then, m.
+    pub anchor: Vector3<f64>,
+    /// Tangential displacement since then, m.
+    pub slip: Vector3<f64>,
+    /// Direction of the slip.
+    pub direction: Vector3<f64>,
+}
+
+impl Touch {
+    /// The tangential directions: along the rod and across it.
+    pub fn tangential(&self) -> [Vector3<f64>; 2] {
+        let normal = self.gap.normal;
+        let along = self.tangent - normal * normal.dot(&self.tangent);
+        let along = along.try_normalize(1e-6).unwrap_or_else(|| across(&normal)[0]);
+        [along, normal.cross(&along)]
+    }
 }
 
 impl Site {
@@ -52,7 +82,7 @@ impl Site {
     pub fn touching(obstacle: usize, (element, x): (usize, f64), push: f64, floats: bool) -> Self {
         let zero = Vector3::zeros();
         let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
-        let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero });
+        let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero, friction: None });
         Self {
             element,
             x,

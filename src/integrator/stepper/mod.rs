@@ -22,6 +22,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumSolver};
 use crate::error::ParameterError;
 use crate::load::InternalForce;
 use crate::model::Model;
+use crate::rod::Rod;
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State, intrinsic_moments};
@@ -47,6 +48,8 @@ pub(super) struct Stepper {
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
     spare: Spare,
+    /// Shape and time at the start of an increment; `None` without friction.
+    before: Option<(Rod, f64)>,
     statistics: Statistics,
     /// Copy of the state before a step that may be repeated.
     backup: Option<State>,
@@ -158,6 +161,7 @@ impl Stepper {
         end: StepEnd,
         options: &RunOptions,
     ) -> Outcome {
+        self.begin_increment(shoot);
         let step = self.begin_step(shoot, &options.mesh, end);
         self.collocation.begin_step();
         let before = intrinsic_moments(&shoot.state.rod);
@@ -231,6 +235,7 @@ impl Stepper {
     /// Solves the equilibrium after a discontinuity at the present time, and restarts interpolation from there.
     fn pass_discontinuity(&mut self, shoot: &mut Shoot<impl Model>, solver: &mut impl EquilibriumSolver) -> Outcome {
         let time = shoot.state.time;
+        self.begin_increment(shoot);
         let found = self.solve_equilibrium(shoot, solver, after(time))?;
         self.record(&found, shoot);
         shoot.state.history.push(time, &mut self.spare);

@@ -90,7 +90,8 @@ impl Stepper {
         let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
         let earlier = (&contact.reactions[..], &contact.patches[..]);
-        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier });
+        let before = self.before.as_ref().map(|(rod, time)| (rod, environment.time - time));
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, before });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);
@@ -103,6 +104,12 @@ impl Stepper {
         }
         (contact.reactions, contact.patches) = (held.reactions, held.patches);
         Ok(held.equilibrium)
+    }
+
+    /// Keeps the shape at the start of an increment, from which friction counts displacements.
+    pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
+        let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
+        self.before = rubs.then(|| (shoot.state.shape().clone(), shoot.state.time));
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.

@@ -20,6 +20,7 @@ impl Stepper {
     ) -> Outcome {
         let now = shoot.state.time;
         let discontinuity = starts_at_discontinuity(shoot)?;
+        self.begin_increment(shoot);
         let found = self.solve_equilibrium(shoot, solver, if discontinuity { before(now) } else { now })?;
         self.statistics.add_equilibrium(&found);
         let (state, tropism) = (&mut shoot.state, shoot.model.tropism());
