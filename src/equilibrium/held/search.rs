@@ -73,7 +73,10 @@ struct Dense {
 impl Dense {
     fn of(dense: &DMatrix<f64>, scale: DVector<f64>) -> Self {
         let scaled = DMatrix::from_fn(dense.nrows(), dense.ncols(), |i, j| dense[(i, j)] * scale[i] * scale[j]);
-        Self { scale, eigen: SymmetricEigen::new(scaled) }
+        // The decomposition of nalgebra requires at least one row; supports of frames alone have no reactions.
+        let none = || SymmetricEigen { eigenvectors: DMatrix::zeros(0, 0), eigenvalues: DVector::zeros(0) };
+        let eigen = if scaled.is_empty() { none() } else { SymmetricEigen::new(scaled) };
+        Self { scale, eigen }
     }
 
     /// Solves for the reactions. Neutral directions keep their reactions.
