@@ -31,6 +31,8 @@ pub(super) struct Border {
     solved: Vec<Vec<Vector3<f64>>>,
     /// G = Bᵀ K⁻¹ B.
     pub gram: DMatrix<f64>,
+    /// Sums of the absolute terms of the diagonal of G. Rounding of an entry that cancels is relative to them.
+    pub sizes: Vec<f64>,
     /// Second derivatives of the energy by the reactions, from shear and stretch; not positive.
     pub yields: DMatrix<f64>,
 }
@@ -97,11 +99,13 @@ impl Border {
         }
         let m = columns.len();
         self.gram = DMatrix::zeros(m, m);
+        self.sizes.clear();
         for a in 0..m {
             for b in 0..=a {
-                let value = self.product::<P>(system, a, b);
+                let value = self.terms::<P>(system, a, b).sum();
                 (self.gram[(a, b)], self.gram[(b, a)]) = (value, value);
             }
+            self.sizes.push(self.terms::<P>(system, a, a).map(f64::abs).sum());
         }
         self.yields = DMatrix::zeros(m, m);
         self.add_yields(rod, material, force);
@@ -111,26 +115,32 @@ impl Border {
     fn row(&self, c: usize, e: usize) -> Option<Row> {
         match (self.columns[c], self.parts[c]) {
             (Column::Place { element, .. }, Some(row)) if e == element => Some(row),
-            (Column::Place { element, direction, .. }, _) if e <= element => Some(combined(&self.chords[e], &direction)),
+            (Column::Place { element, direction, .. }, _) if e <= element => {
+                Some(combined(&self.chords[e], &direction))
+            }
             _ => None,
         }
     }
 
-    fn product<const P: usize>(&self, system: &System, a: usize, b: usize) -> f64 {
-        let outer: f64 = self.nodes[a].iter().zip(&self.solved[b]).map(|(x, y)| x.dot(y)).sum();
-        let inner = system.elements.iter().enumerate().map_while(|(e, element)| {
-            Some(element.interior_product::<P>(&self.row(a, e)?, &self.row(b, e)?))
-        });
-        outer + inner.sum::<f64>()
+    /// The terms of an entry of G.
+    fn terms<const P: usize>(&self, system: &System, a: usize, b: usize) -> impl Iterator<Item = f64> {
+        let outer = self.nodes[a].iter().zip(&self.solved[b]).map(|(x, y)| x.dot(y));
+        let inner = system
+            .elements
+            .iter()
+            .enumerate()
+            .map_while(move |(e, element)| Some(element.interior_product::<P>(&self.row(a, e)?, &self.row(b, e)?)));
+        outer.chain(inner)
     }
 
     /// The changes of the columns' functions in the Newton step from the balance of a system, without reactions.
     pub fn step<const P: usize>(&self, system: &System) -> DVector<f64> {
         DVector::from_fn(self.columns.len(), |c, _| {
             let outer: f64 = self.solved[c].iter().zip(&system.turns).map(|(x, y)| x.dot(y)).sum();
-            let inner = system.elements.iter().enumerate().map_while(|(e, element)| {
-                Some(element.interior_product::<P>(&self.row(c, e)?, element.condensed()))
-            });
+            let inner =
+                system.elements.iter().enumerate().map_while(|(e, element)| {
+                    Some(element.interior_product::<P>(&self.row(c, e)?, element.condensed()))
+                });
             outer - inner.sum::<f64>()
         })
     }
@@ -165,9 +175,7 @@ impl Border {
                     .iter()
                     .map(|column| match *column {
                         Column::Place { element, direction, .. } if element > e => direction * whole[g],
-                        Column::Place { element, x, direction } if element == e => {
-                            direction * upto_parts(rod, e, x)[g]
-                        }
+                        Column::Place { element, x, direction } if element == e => direction * upto_parts(rod, e, x)[g],
                         _ => Vector3::zeros(),
                     })
                     .collect();

@@ -289,7 +289,7 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         self.system.balance::<P>();
         // The bordered matrix has one negative eigenvalue for every condition and every spring.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
-            1.0 / (self.border.gram[(i, i)].abs() + conditions.diagonal[i].abs()).sqrt().max(f64::MIN_POSITIVE)
+            1.0 / (self.border.sizes[i] + conditions.diagonal[i].abs()).sqrt().max(f64::MIN_POSITIVE)
         });
         let finite = dense.iter().all(|value| value.is_finite());
         if !(energy.is_finite() && finite) {
