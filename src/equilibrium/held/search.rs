@@ -33,6 +33,13 @@ const SADDLES: usize = 4;
 const PUSH: f64 = 0.1;
 /// Largest eigenvalue of the bordered matrix that is attributed to rounding, relative to its scale.
 const NEUTRAL: f64 = 1e-9;
+/// Bound on the change of an eigenvalue of the scaled matrix of the reactions by a step, relative to the rotation and
+/// to the change of a reaction times its flexibility over the length.
+const OUTDATED: f64 = 10.0;
+/// Largest rotation in a step that may be due to rounding, rad.
+const STAGNANT: f64 = 1e-6;
+/// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
+const BALANCED: f64 = 1e-13;
 /// Largest number of steps by which the rod returns to the conditions.
 const RESTORATIONS: usize = 6;
 /// Violation of the conditions relative to the length at which this ends.
@@ -458,12 +465,21 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
                     self.sites[*site].force = self.sites[*site].force + direction * (fraction * change);
                 }
             }
+            // The inertia is that before the step, whose effect on an eigenvalue must not change its sign.
+            let each = changes.iter().zip(&self.border.sizes);
+            let changed = each.map(|(change, size)| (change * size).abs()).fold(0.0, f64::max) / self.length;
+            let least = dense.eigen.eigenvalues.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
+            let outdated = least > NEUTRAL && least < OUTDATED * (changed + turn);
             if fraction == 1.0 && shift == 0.0 && turn < 1e-4 {
                 // The next error is the square of the step.
                 let ratio = (turn / last.min(1.0)).max(turn);
                 let error = 4.0 * turn * ratio.min(1.0);
-                if error <= self.tolerance || turn < 1e-13 {
-                    self.found.error = error;
+                // Close to a loss of stability rounding rotates the frames in every iteration.
+                let rounds = turn < STAGNANT
+                    && (0.25 * turn..STAGNANT).contains(&last)
+                    && self.system.unbalanced <= BALANCED * self.force.largest() * self.length;
+                if (error <= self.tolerance || turn < 1e-13) && !outdated || rounds {
+                    self.found.error = if rounds { error.max(turn) } else { error };
                     if !self.stable || self.found.inertia.negative == 0 {
                         self.locate(rod);
                         self.apply(rod);
