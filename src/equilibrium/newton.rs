@@ -135,6 +135,7 @@ impl NewtonSolver {
         support: &impl Support,
         environment: &Environment,
     ) -> Result<(Equilibrium, Vec<Reaction>), EquilibriumError> {
+        support.check()?;
         let mut force = InternalForce::of(rod, load, environment);
         self.equilibrate_held(rod, material, &mut force, support, &[])
     }
