@@ -628,12 +628,19 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
             all.push(reaction(site.element + 1, site.force + site.spring_force(), zero));
         }
         let joints = &self.system.joints;
+        let mut couples = Vec::new();
         for ((node, _), held) in joints.confined.iter().zip(&joints.held) {
             // The couple of the support balances the rod's.
-            let couple = rod.frames()[*node] * -held;
-            match all.iter_mut().find(|at| at.arc_length == line[*node]) {
+            couples.push((*node, -held));
+        }
+        for ((node, ..), couple) in joints.elastic.iter().zip(&joints.couples) {
+            couples.push((*node, *couple));
+        }
+        for (node, along) in couples {
+            let couple = rod.frames()[node] * along;
+            match all.iter_mut().find(|at| at.arc_length == line[node]) {
                 Some(at) => at.couple = couple,
-                None => all.push(reaction(*node, zero, couple)),
+                None => all.push(reaction(node, zero, couple)),
             }
         }
         all
