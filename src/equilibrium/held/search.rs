@@ -295,7 +295,7 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         self.system.balance::<P>();
         // The bordered matrix has one negative eigenvalue for every condition and every spring.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
-            1.0 / (self.border.sizes[i] + conditions.diagonal[i].abs()).sqrt().max(f64::MIN_POSITIVE)
+            1.0 / (self.border.sizes[i] - self.border.yields[(i, i)] + conditions.diagonal[i].abs()).sqrt().max(f64::MIN_POSITIVE)
         });
         let finite = dense.iter().all(|value| value.is_finite());
         if !(energy.is_finite() && finite) {
@@ -380,6 +380,7 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         let (mut last_shift, mut saddles, mut last, mut bowed) = (0.0, 0, f64::INFINITY, false);
         for _ in 0..bound {
             self.found.iterations += 1;
+            self.apply(rod);
             self.locate(rod);
             self.apply(rod);
             let mut shift = 0.0;
@@ -478,16 +479,24 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
             let each = changes.iter().zip(&self.border.sizes);
             let changed = each.map(|(change, size)| (change * size).abs()).fold(0.0, f64::max) / self.length;
             let least = dense.eigen.eigenvalues.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
-            let outdated = least > NEUTRAL && least < OUTDATED * (changed + turn);
+            let mut outdated = least > NEUTRAL && least < OUTDATED * (changed + turn);
+            // The energy is that before the step, which may stretch the rod without a rotation.
+            let stretches = changes.iter().enumerate().map(|(i, c)| (c * self.border.yields[(i, i)]).abs());
+            outdated |= stretches.fold(0.0, f64::max) > ACCEPTED * self.length;
             if fraction == 1.0 && shift == 0.0 && turn < 1e-4 {
                 // The next error is the square of the step.
                 let ratio = (turn / last.min(1.0)).max(turn);
                 let error = 4.0 * turn * ratio.min(1.0);
+                // The places of a rod that stretches depend on the reactions.
+                self.apply(rod);
+                self.locate(rod);
+                let apart = self.violation() > RESTORED * self.length;
                 // Close to a loss of stability rounding rotates the frames in every iteration.
                 let rounds = turn < STAGNANT
+                    && !apart
                     && (0.25 * turn..STAGNANT).contains(&last)
                     && self.system.unbalanced <= BALANCED * self.force.largest() * self.length;
-                if (error <= self.tolerance || turn < 1e-13) && !outdated || rounds {
+                if (error <= self.tolerance || turn < 1e-13) && !outdated && !apart || rounds {
                     self.found.error = if rounds { error.max(turn) } else { error };
                     if !self.stable || self.found.inertia.negative == 0 {
                         self.locate(rod);
@@ -505,10 +514,13 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
     /// two holds.
     fn is_straight(&self, conditions: &Conditions) -> bool {
         let flexible = |i: usize| self.border.gram[(i, i)].abs();
+        // A rod that stretches moves in its own direction.
+        let inextensible = |i: usize| self.border.yields[(i, i)] == 0.0;
         let largest = (0..conditions.roles.len()).map(flexible).fold(0.0, f64::max);
         let each = conditions.roles.iter().zip(&conditions.residuals).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
-            matches!(role, Role::Fixed(..)) && missing.abs() > 1e-12 * self.length && flexible(i) < STRAIGHT * largest
+            let rigid = flexible(i) < STRAIGHT * largest && inextensible(i);
+            matches!(role, Role::Fixed(..)) && missing.abs() > 1e-12 * self.length && rigid
         };
         each.into_iter().any(rigid)
     }
