@@ -7,6 +7,8 @@ mod elastica;
 mod extreme_shapes;
 mod general_rods;
 mod greenhill;
+mod held;
+mod held_stability;
 mod horizontal_base;
 mod point_force;
 mod reported_errors;
