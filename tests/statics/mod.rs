@@ -8,6 +8,7 @@ mod extreme_shapes;
 mod general_rods;
 mod greenhill;
 mod held;
+mod held_joints;
 mod held_stability;
 mod horizontal_base;
 mod point_force;
