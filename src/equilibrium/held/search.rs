@@ -36,6 +36,8 @@ const NEUTRAL: f64 = 1e-9;
 /// Bound on the change of an eigenvalue of the scaled matrix of the reactions by a step, relative to the rotation and
 /// to the change of a reaction times its flexibility over the length.
 const OUTDATED: f64 = 10.0;
+/// Eigenvalue of the scaled matrix of the reactions below which the inertia is evaluated at the equilibrium.
+const CLOSE: f64 = 1e-3;
 /// Largest rotation in a step that may be due to rounding, rad.
 const STAGNANT: f64 = 1e-6;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
@@ -498,6 +500,10 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
                     && self.system.unbalanced <= BALANCED * self.force.largest() * self.length;
                 if (error <= self.tolerance || turn < 1e-13) && !outdated && !apart || rounds {
                     self.found.error = if rounds { error.max(turn) } else { error };
+                    if least < CLOSE {
+                        // A step that is small for the shape may change the sign of an eigenvalue close to zero.
+                        self.found.inertia = self.assemble(rod, 0.0)?.1;
+                    }
                     if !self.stable || self.found.inertia.negative == 0 {
                         self.locate(rod);
                         self.apply(rod);
