@@ -254,7 +254,8 @@ proptest! {
         prop_assert!(abs_diff_eq!(error, 0.0, epsilon = 1e-11), "{error:e}");
         for (a, b) in turned.reactions.iter().zip(&plain.reactions) {
             prop_assert!((a.force - turn * b.force).norm() <= 1e-9 * b.force.norm(), "{a:?} against {b:?}");
-            prop_assert!((a.couple - turn * b.couple).norm() <= 1e-9 * (b.force.norm() * LENGTH), "{a:?} against {b:?}");
+            let couple = b.force.norm() * LENGTH;
+            prop_assert!((a.couple - turn * b.couple).norm() <= 1e-9 * couple, "{a:?} against {b:?}");
         }
     }
 }
