@@ -32,7 +32,7 @@ const SADDLES: usize = 4;
 /// Largest rotation by which a saddle is left, rad.
 const PUSH: f64 = 0.1;
 /// Largest eigenvalue of the bordered matrix that is attributed to rounding, relative to its scale.
-const NEUTRAL: f64 = 1e-9;
+const NEUTRAL: f64 = 1e-8;
 /// Bound on the change of an eigenvalue of the scaled matrix of the reactions by a step, relative to the rotation and
 /// to the change of a reaction times its flexibility over the length.
 const OUTDATED: f64 = 10.0;
@@ -500,8 +500,9 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
                     && self.system.unbalanced <= BALANCED * self.force.largest() * self.length;
                 if (error <= self.tolerance || turn < 1e-13) && !outdated && !apart || rounds {
                     self.found.error = if rounds { error.max(turn) } else { error };
-                    if least < CLOSE {
-                        // A step that is small for the shape may change the sign of an eigenvalue close to zero.
+                    if least < CLOSE || last.is_infinite() || self.found.inertia.negative > 0 {
+                        // A step that is small for the shape may change the sign of an eigenvalue close to zero, and
+                        // the reactions of a first iteration are those of the initial guess.
                         self.found.inertia = self.assemble(rod, 0.0)?.1;
                     }
                     if !self.stable || self.found.inertia.negative == 0 {
