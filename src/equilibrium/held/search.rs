@@ -297,7 +297,9 @@ impl<'a, C: Constitutive, const P: usize> HeldSearch<'a, C, P> {
         self.system.balance::<P>();
         // The bordered matrix has one negative eigenvalue for every condition and every spring.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
-            1.0 / (self.border.sizes[i] - self.border.yields[(i, i)] + conditions.diagonal[i].abs()).sqrt().max(f64::MIN_POSITIVE)
+            1.0 / (self.border.sizes[i] - self.border.yields[(i, i)] + conditions.diagonal[i].abs())
+                .sqrt()
+                .max(f64::MIN_POSITIVE)
         });
         let finite = dense.iter().all(|value| value.is_finite());
         if !(energy.is_finite() && finite) {
