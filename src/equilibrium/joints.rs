@@ -16,7 +16,7 @@ pub(super) struct Joints {
     /// Elastic joints: node, frame without couple, stiffness (N m/rad).
     pub elastic: Vec<(usize, UnitQuaternion<f64>, f64)>,
     /// Couples of the elastic joints on the rod, along the directors, N m.
-    couples: Vec<Vector3<f64>>,
+    pub couples: Vec<Vector3<f64>>,
     /// Unbalanced couples in the confined directions at the last balance, along the directors, N m.
     pub held: Vec<Vector3<f64>>,
 }

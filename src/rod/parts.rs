@@ -54,6 +54,25 @@ impl Rod {
         }
     }
 
+    /// The rod with nodes at arc lengths (m), in increasing order, except those that are closer to a node than a share
+    /// `margin` of their element. The places of the tissue follow from the lengths at the points alone, since tissue
+    /// that leaves the growth zone in a step has no distances from the apex that fit its element.
+    pub(crate) fn with_nodes(&self, places: &[f64], margin: f64) -> Self {
+        let (mut rod, mut first) = (self.clone(), self.first_growing);
+        for s in places {
+            rod.first_growing = rod.elements();
+            if let Some((e, x)) = rod.locate(*s)
+                && x > margin
+                && x < 1.0 - margin
+            {
+                rod.split(e, x);
+                first += usize::from(e < first);
+            }
+        }
+        rod.first_growing = first;
+        rod
+    }
+
     /// Takes the shape of a rod of the same length with other elements: its frames at the nodes of this rod. The strain
     /// of the centre line is not taken.
     pub(crate) fn sample_shape(&mut self, source: &Self) {

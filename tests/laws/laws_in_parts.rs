@@ -286,6 +286,7 @@ impl Model for Specimen {
     type Constitutive = LinearElastic;
     type Load = Weight;
     type Scene = Still;
+    type Support = ();
 
     fn growth(&self) -> &Ongoing<UniformGrowth> {
         &self.growth
@@ -301,6 +302,9 @@ impl Model for Specimen {
     }
     fn scene(&self) -> &Still {
         &self.pot
+    }
+    fn support(&self) -> &() {
+        &()
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const LAYERS: [&[&str]; 11] = [
     &["error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
-    &["rod"],
+    &["rod", "support"],
     &["constitutive", "growth", "load", "tropism"],
     &["equilibrium", "profile", "sensing", "tracking"],
     &["model", "state"],

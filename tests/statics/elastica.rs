@@ -29,7 +29,7 @@ fn carlson(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
 }
 
 /// Legendre's incomplete integrals F(φ, k) and E(φ, k). They are complete for φ = π/2.
-fn legendre(phi: f64, k: f64) -> (f64, f64) {
+pub(super) fn legendre(phi: f64, k: f64) -> (f64, f64) {
     let (sin, cos) = phi.sin_cos();
     let (rf, rd) = carlson(cos * cos, 1.0 - (k * sin).powi(2), 1.0);
     let first = sin * rf;

@@ -46,6 +46,8 @@ pub(super) struct Border {
     pub gram: DMatrix<f64>,
     /// Bᵀ K⁻¹ A with the reactions A; equal to G unless contacts slide with friction.
     pub coupling: DMatrix<f64>,
+    /// Sums of the absolute terms of the diagonal of G. Rounding of an entry that cancels is relative to them.
+    pub sizes: Vec<f64>,
     /// Second derivatives of the energy by the reactions, from shear and stretch; not positive.
     pub yields: DMatrix<f64>,
 }
@@ -138,11 +140,13 @@ impl Border {
             system.tangent.solve(&mut solved[first..]);
         }
         self.gram = DMatrix::zeros(m, m);
+        self.sizes.clear();
         for a in 0..m {
             for b in 0..=a {
-                let value = self.product::<P>(system, a, b);
+                let value = self.terms::<P>(system, a, b).sum();
                 (self.gram[(a, b)], self.gram[(b, a)]) = (value, value);
             }
+            self.sizes.push(self.terms::<P>(system, a, a).map(f64::abs).sum());
         }
         self.coupling.clone_from(&self.gram);
         if let Some(acts) = &self.acts {
@@ -165,10 +169,11 @@ impl Border {
         };
     }
 
-    fn product<const P: usize>(&self, system: &System, a: usize, b: usize) -> f64 {
-        let outer: f64 = self.nodes[a].iter().zip(&self.solved[b]).map(|(x, y)| x.dot(y)).sum();
+    /// The terms of an entry of G.
+    fn terms<const P: usize>(&self, system: &System, a: usize, b: usize) -> impl Iterator<Item = f64> {
+        let outer = self.nodes[a].iter().zip(&self.solved[b]).map(|(x, y)| x.dot(y));
         let inner = system.elements.iter().zip(self.rows[a].iter().zip(&self.rows[b]));
-        outer + inner.map(|(element, (x, y))| element.interior_product::<P>(x, y)).sum::<f64>()
+        outer.chain(inner.map(|(element, (x, y))| element.interior_product::<P>(x, y)))
     }
 
     /// The changes of the columns' functions in the Newton step from the balance of a system, without reactions.
@@ -212,9 +217,7 @@ impl Border {
                     .iter()
                     .map(|column| match *column {
                         Column::Place { element, direction, .. } if element > e => direction * whole[g],
-                        Column::Place { element, x, direction } if element == e => {
-                            direction * upto_parts(rod, e, x)[g]
-                        }
+                        Column::Place { element, x, direction } if element == e => direction * upto_parts(rod, e, x)[g],
                         _ => Vector3::zeros(),
                     })
                     .collect();

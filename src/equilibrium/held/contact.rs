@@ -420,18 +420,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let frames: Vec<f64> = self.frames.iter().map(|frame| nodes[frame.node]).collect();
         let joints: Vec<f64> = self.system.joints.nodes().map(|node| nodes[node]).collect();
-        *rod = self.parent.clone();
         let mut cuts: Vec<f64> = patches.iter().flat_map(|patch| [patch.from, patch.to]).collect();
         cuts.sort_by(f64::total_cmp);
         cuts.dedup_by(|a, b| *a - *b <= SAME * self.length);
-        for s in cuts {
-            if let Some((e, x)) = rod.locate(s)
-                && x > AT_NODE
-                && x < 1.0 - AT_NODE
-            {
-                rod.split(e, x);
-            }
-        }
+        *rod = self.parent.with_nodes(&cuts, AT_NODE);
         rod.sample_shape(&source);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let margin = SAME * self.length;
