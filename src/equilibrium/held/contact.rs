@@ -263,7 +263,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             && changed.iter().zip(&before).all(|(a, b)| {
                 a.obstacle == b.obstacle && (a.from - b.from).abs() + (a.to - b.to).abs() < 1e-7 * self.length
             });
-        let pulls = self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force.largest()));
+        let pulls = self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force_scale()));
         let mut again = before.clone();
         Ok(!same || pulls || self.reshape(rod, &mut again))
     }

@@ -71,6 +71,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit.
     weight: f64,
     boosts: Vec<(usize, f64)>,
+    /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
+    energy_scale: f64,
     found: Equilibrium,
 }
 
@@ -187,6 +189,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             frames,
             weight: 0.0,
             boosts: Vec::new(),
+            energy_scale: 0.0,
             found: Equilibrium::default(),
         })
     }
@@ -300,6 +303,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         energy + joints + each.map(|(site, force)| force.dot(&site.position) + site.spring_energy()).sum::<f64>()
     }
 
+    /// Magnitude of the force in the rod, N: without load the energy per length.
+    pub(super) fn force_scale(&self) -> f64 {
+        self.force.largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
+    }
+
     fn violation(&self) -> f64 {
         self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs()).sum()
     }
@@ -321,7 +329,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             conditions.diagonal.push(diagonal);
             conditions.residuals.push(residual);
         };
-        let floor = 1e-9 * self.force.largest();
+        let floor = 1e-9 * self.force_scale();
         for (i, site) in self.sites.iter().enumerate() {
             let (element, x) = (site.element, site.x);
             let place = |direction| Column::Place { element, x, direction };
@@ -400,6 +408,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         self.system.joints.stretch(rod);
         self.system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
+        self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
     }
 
@@ -579,7 +588,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 } else if last_shift > 0.0 {
                     last_shift / 16.0
                 } else {
-                    0.1 * self.force.largest().max(f64::MIN_POSITIVE)
+                    0.1 * self.force_scale()
                 };
             };
             if shift > 0.0 {
@@ -634,7 +643,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 self.found.evaluations += 1;
                 self.locate(rod);
                 let trial = self.potential(rod, energy, &applied) + self.weight * self.violation();
-                let slack = 1e-12 * (merit.abs() + self.force.largest() * self.length);
+                let slack = 1e-12 * (merit.abs() + self.force_scale() * self.length);
                 let falls = trial <= merit + DECREASE * fraction * predicted + slack;
                 if trial.is_finite() && (falls || turn < SMALL_TURN || !self.stable) {
                     break;
