@@ -15,6 +15,9 @@ use crate::support::{Reaction, Support};
 
 /// Largest rotation of a frame in a step, rad.
 const LARGEST_TURN: f64 = 0.5;
+/// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the tangent is
+/// almost singular, and is shifted.
+const LONGEST_STEP: f64 = 10.0;
 /// Largest displacement of a hold in an increment, relative to the length of the rod.
 const LARGEST_MOVE: f64 = 0.05;
 /// Largest rotation of a held frame in an increment, rad.
@@ -25,6 +28,8 @@ const SMALLEST_SHARE: f64 = 1e-6;
 const ITERATIONS: usize = 400;
 /// Rotation in a step below which the energy is not compared, rad: its change is close to rounding.
 const SMALL_TURN: f64 = 1e-4;
+/// Rotation in a step below which the steps are expected to converge, rad.
+const CLOSE_TURN: f64 = 0.02;
 /// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
 /// Number of saddles that are left.
@@ -37,6 +42,10 @@ const NEUTRAL: f64 = 1e-9;
 const RESTORATIONS: usize = 6;
 /// Violation of the conditions relative to the length at which this ends.
 const RESTORED: f64 = 1e-8;
+/// Largest number of steps by which a contact slides to the place of least gap.
+const SLIDES: usize = 8;
+/// Distance from the place of least gap that is attributed to rounding, relative to the length.
+const LEVEL: f64 = 1e-14;
 /// Largest number of changes of the contacts in a step.
 const CONTACT_CHANGES: usize = 60;
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
@@ -73,6 +82,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     boosts: Vec<(usize, f64)>,
     /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
     energy_scale: f64,
+    /// Factor by which penetrations and slopes at contacts may be larger after many changes of the contacts.
+    pub(super) leniency: f64,
     found: Equilibrium,
 }
 
@@ -153,8 +164,8 @@ enum Role {
     Fixed(usize, Vector3<f64>),
     /// Spring, or another stiffness.
     Spring,
-    /// Motion of the place of a contact along the rod: site, and factor of the motion, m.
-    Slide(usize, f64),
+    /// Motion of the place of a contact along the rod.
+    Slide,
     /// Increase of a pivot, or another negative stiffness.
     Boost,
 }
@@ -190,6 +201,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             weight: 0.0,
             boosts: Vec::new(),
             energy_scale: 0.0,
+            leniency: 1.0,
             found: Equilibrium::default(),
         })
     }
@@ -266,22 +278,33 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let tissue = Tissue::of(&rod.points()[i], time);
             frame * line_strain_under(self.material, &tissue, &frame, &self.force.at_points()[i])
         }));
-        let mut start = Vector3::zeros();
+        let mut starts = vec![Vector3::zeros()];
         for e in 0..rod.elements() {
-            for site in self.sites.iter_mut().filter(|site| site.element == e) {
-                site.position = place(rod, &self.tangents, (e, site.x), 0.0, &start).position;
-                if let Some(touch) = &mut site.touch {
-                    touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
-                    site.force = touch.gap.normal * touch.push;
-                    let frame = rod.frame_within(e, site.x);
-                    let bend = frame * rod.strain_within(e, site.x).cross(&Vector3::z());
-                    let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
-                    touch.tangent = tangent;
-                    touch.approach =
-                        (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
+            starts.push(place(rod, &self.tangents, (e, 1.0), 0.0, &starts[e]).position);
+        }
+        for site in &mut self.sites {
+            for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
+                site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;
+                let Some(touch) = &mut site.touch else { break };
+                touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
+                let frame = rod.frame_within(site.element, site.x);
+                let bend = frame * rod.strain_within(site.element, site.x).cross(&Vector3::z());
+                let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
+                let (slope, bend) =
+                    (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
+                (touch.tangent, touch.approach) = (tangent, (slope, bend));
+                if last || !touch.floats || !(bend > 0.0) || slope.abs() <= LEVEL * bend * self.length {
+                    break;
+                }
+                slide(rod, site, -slope / bend);
+                if site.element + 1 == rod.elements() && site.x >= 1.0 {
+                    // The gap is least at the apex, where it is not stationary.
+                    site.touch.iter_mut().for_each(|touch| touch.floats = false);
                 }
             }
-            start = place(rod, &self.tangents, (e, 1.0), 0.0, &start).position;
+            if let Some(touch) = &site.touch {
+                site.force = touch.gap.normal * touch.push;
+            }
         }
     }
 
@@ -354,7 +377,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     let turns = Column::Tangent { element, x, direction: touch.gap.normal };
                     let bends = place(touch.gap.curvature * touch.tangent);
                     let columns = [(turns, factor), (bends, factor)];
-                    add(&columns, Role::Slide(i, 1.0 / (factor * bend)), -1.0, factor * slope);
+                    add(&columns, Role::Slide, -1.0, factor * slope);
                 }
             }
             for (along, stiffness) in &site.springs {
@@ -434,7 +457,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let positive = conditions.roles.len() - expected;
         let mut negative = inertia.negative;
         let mut above = inertia.positive;
-        if std::env::var("DBG").is_ok() { eprintln!("   K neg {} eig {:?}", inertia.negative, dense.eigen.eigenvalues.as_slice()); }
         for value in dense.eigen.eigenvalues.iter() {
             inertia.margin = inertia.margin.min(value.abs());
             if value.abs() <= NEUTRAL {
@@ -522,23 +544,19 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             if !self.approaches() || !turn.is_finite() {
                 return Ok((inertia, conditions, dense, changes, fraction));
             }
-            // Contacts that would pull are lost: all of them, and later one at a time, which cannot cycle.
-            let mut pulling: Vec<(usize, f64)> = Vec::new();
+            // Contacts that would pull are lost.
+            let mut pulling: Vec<usize> = Vec::new();
             for (role, by) in conditions.roles.iter().zip(changes.iter()) {
                 if let Role::Fixed(site, _) = role
                     && let Some(touch) = self.sites[*site].touch
                     && touch.push + by < 0.0
                 {
-                    pulling.push((*site, touch.push + by));
+                    pulling.push(*site);
                 }
             }
             if !pulling.is_empty() {
-                if change > CONTACT_CHANGES / 2 {
-                    pulling.sort_by(|a, b| a.1.total_cmp(&b.1));
-                    pulling.truncate(1);
-                }
-                pulling.sort_by_key(|(site, _)| *site);
-                for (site, _) in pulling.iter().rev() {
+                pulling.sort_unstable();
+                for site in pulling.iter().rev() {
                     self.sites.remove(*site);
                 }
                 continue;
@@ -558,10 +576,13 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let penetrations = self.penetrations(rod);
             from.restore(rod);
             self.locate(rod);
-            if change > CONTACT_CHANGES - 4 || !self.touch(rod, &penetrations, false) {
+            // Contacts may be lost and found again in turn, since the rod does not follow the linear step exactly. Then
+            // contacts are only lost, and the next step finds those that are missing.
+            if change > CONTACT_CHANGES / 2 || !self.touch(rod, &penetrations, false) {
                 return Ok((inertia, conditions, dense, changes, fraction));
             }
             self.locate(rod);
+            self.merge_sites(rod);
         }
         Err(self.not_found(f64::NAN))
     }
@@ -572,6 +593,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         for _ in 0..bound {
             self.found.iterations += 1;
             self.locate(rod);
+            self.merge_sites(rod);
+            for touch in self.sites.iter_mut().filter_map(|site| site.touch.as_mut()) {
+                // Where the gap is not least along the rod, the contact does not slide.
+                touch.floats &= touch.approach.1 > 0.0;
+            }
             self.apply(rod);
             let mut shift = 0.0;
             let (energy, conditions, dense, changes, fraction) = loop {
@@ -580,7 +606,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 if shift == 0.0 {
                     self.found.inertia = inertia;
                 }
-                if !self.stable || inertia.negative == 0 {
+                let far = self.system.largest_turn() > LONGEST_STEP;
+                if !self.stable || inertia.negative == 0 && !far {
                     break (energy, conditions, dense, changes, fraction);
                 }
                 shift = if shift > 0.0 {
@@ -618,16 +645,17 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 last = f64::INFINITY;
                 continue;
             }
-            if std::env::var("DBG").is_ok() {
-                eprintln!("it {} turn {turn:.2e} shift {shift:.2e} viol {violation:.2e} inertia {:?} boosts {:?} value {value:e}", self.found.iterations, self.found.inertia, self.boosts.len());
-            }
             let slope = self.slope(&applied, &conditions, &changes);
-            self.weight = self.weight.max(2.0 * self.largest_reaction(&conditions, &changes));
+            // Reactions far from the equilibrium may be much larger than those in it.
+            self.weight = (0.25 * self.weight).max(2.0 * self.largest_reaction(&conditions, &changes));
             let predicted = slope - self.weight * violation;
             let merit = value + self.weight * violation;
             let mut from = Configuration::default();
             from.keep(rod);
             let step = (self.system.turns.clone(), self.system.steps.clone());
+            // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit does
+            // not decrease there if the elements resolve a contact poorly.
+            let converges = shift == 0.0 && turn < CLOSE_TURN && (turn < 0.25 * last || predicted > 0.0);
             let mut fraction = fraction;
             loop {
                 self.system.start.keep(rod);
@@ -645,7 +673,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 let trial = self.potential(rod, energy, &applied) + self.weight * self.violation();
                 let slack = 1e-12 * (merit.abs() + self.force_scale() * self.length);
                 let falls = trial <= merit + DECREASE * fraction * predicted + slack;
-                if trial.is_finite() && (falls || turn < SMALL_TURN || !self.stable) {
+                if trial.is_finite() && (falls || turn < SMALL_TURN || converges || !self.stable) {
                     break;
                 }
                 from.restore(rod);
@@ -656,10 +684,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 fraction *= 0.5;
             }
             for (role, change) in conditions.roles.iter().zip(changes.iter()) {
-                if let Role::Slide(site, factor) = role {
-                    let site = &mut self.sites[*site];
-                    slide(rod, site, fraction * change * factor);
-                }
                 if let Role::Fixed(site, direction) = role {
                     let site = &mut self.sites[*site];
                     match &mut site.touch {
