@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use super::friction::OldTouch;
 use super::search::HeldSearch;
 use super::sites::{Friction, Site};
-use super::touch::{Penetration, Place, all_stations, penetrations, place};
+use super::touch::{CLEAR, Penetration, Place, all_stations, penetrations, place};
 use crate::constitutive::{Constitutive, Tissue, strain_under};
 use crate::equilibrium::EquilibriumError;
 use crate::load::Load;
@@ -14,6 +14,10 @@ use crate::support::Patch;
 
 /// Number of changes of the contacts in one search.
 const CHANGES: usize = 30;
+/// Number of changes after which smaller penetrations and slopes at contacts are accepted.
+const PATIENCE: i32 = 8;
+/// Largest factor by which these are larger then.
+const LARGEST_LENIENCY: f64 = 1e3;
 /// Number of corrections of the places of contacts.
 const CORRECTIONS: usize = 30;
 /// Distance of two places that are one, relative to the length.
@@ -28,6 +32,8 @@ const DIFFERENCE: f64 = 1e-6;
 /// Largest distance of a contact at a point from its node, relative to the length. The error of the shape is
 /// proportional to its square.
 const PLACED_NODE: f64 = 1e-6;
+/// Largest slope of a rod against an obstacle at a contact that is tangential.
+const TANGENTIAL: f64 = 1e-5;
 /// Largest error of the place of a contact, relative to the length.
 const PLACED: f64 = 1e-11;
 
@@ -49,7 +55,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
 
     /// The places at which the rod penetrates obstacles.
     pub(super) fn penetrations(&self, rod: &Rod) -> Vec<Penetration> {
-        penetrations(rod, &self.tangents, &self.obstacles, &self.touches(rod), self.length)
+        penetrations(rod, &self.tangents, &self.obstacles, &self.touches(rod), (self.length, CLEAR * self.leniency))
     }
 
     /// Adds contacts where the rod penetrates obstacles: at the deepest place, and at all stations beside a contact.
@@ -102,6 +108,31 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
+    /// Merges contacts that have slid to the same place.
+    pub(super) fn merge_sites(&mut self, rod: &Rod) {
+        let mut kept: Vec<(usize, f64, usize)> = Vec::new();
+        let mut i = 0;
+        while i < self.sites.len() {
+            let site = &self.sites[i];
+            let Some(touch) = site.touch else {
+                i += 1;
+                continue;
+            };
+            let s = self.place_of(rod, (site.element, site.x)).arc_length;
+            let margin = SAME * self.length;
+            let same = kept.iter().find(|(obstacle, at, _)| *obstacle == touch.obstacle && (at - s).abs() <= margin);
+            if let Some((.., first)) = same
+                && let Some(first) = &mut self.sites[*first].touch
+            {
+                first.push += touch.push;
+                self.sites.remove(i);
+            } else {
+                kept.push((touch.obstacle, s, i));
+                i += 1;
+            }
+        }
+    }
+
     /// Computes the load of a rod with new elements.
     fn renew_force(&mut self, rod: &Rod) {
         let environment = *self.force.environment();
@@ -111,7 +142,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Finds an equilibrium with its contacts: contacts that pull are released, and their places are corrected.
     pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         let mut touching = TOUCHING * self.length / self.parent.elements() as f64;
-        for _ in 0..CHANGES {
+        for change in 0..CHANGES {
+            // Contacts with almost no force may be lost and found again in turn.
+            self.leniency = 10.0_f64.powi(change as i32 - PATIENCE).clamp(1.0, LARGEST_LENIENCY);
             self.find(rod, bound)?;
             if !self.obstacles.contacts.is_empty() {
                 let penetrations = self.penetrations(rod);
@@ -269,20 +302,24 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             && changed.iter().zip(&before).all(|(a, b)| {
                 a.obstacle == b.obstacle && (a.from - b.from).abs() + (a.to - b.to).abs() < 1e-7 * self.length
             });
-        let pulls = self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force.largest()));
+        let pulls = self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force_scale()));
         let mut again = before.clone();
         Ok(!same || pulls || self.reshape(rod, &mut again))
     }
 
-    /// Whether a contact at a point is inside an element, or the rod has nodes of contacts that have moved.
+    /// Whether a contact at a point is inside an element or not tangential, or the rod has nodes of contacts that have moved.
     fn misses_node(&self, rod: &Rod, patches: &[Patch]) -> bool {
         let misses = patches.iter().any(|patch| {
             rod.locate(patch.from).is_some_and(|(e, x)| {
                 let distance = x.min(1.0 - x) * rod.length_of(e);
-                distance > PLACED_NODE * self.length
+                distance > (PLACED_NODE * self.length).max(2.0 * AT_NODE * rod.length_of(e))
             })
         });
-        misses || rod.elements() > self.parent.elements() + patches.len()
+        let slides = |patch: &Patch| {
+            let (slope, bend) = self.approach(rod, patch.obstacle, patch.from);
+            patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && bend > 0.0 && slope.abs() > TANGENTIAL * self.leniency
+        };
+        misses || patches.iter().any(slides) || rod.elements() > self.parent.elements() + patches.len()
     }
 
     /// Newton's method for the places, with secant updates.
@@ -325,7 +362,6 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let mut moved = patches.to_vec();
             shift(&mut moved, unknown, &step);
-            if std::env::var("DBG").is_ok() { eprintln!("place {patches:?} value {value:?} step {step:?}"); }
             if moved.iter().any(|patch| patch.from > patch.to || patch.to > self.length || patch.from <= 0.0) {
                 // A contact ends or reaches the apex.
                 for patch in &mut moved {
@@ -371,7 +407,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 patch.from -= 0.05 * reach;
                 patch.to = if bend < 0.0 { self.length } else { patch.from };
                 changed = true;
-            } else if point && !at_apex && bend * self.length < -1e-6 && slope.abs() < 1e-6 {
+            } else if point && !at_apex && bend < 0.0 && slope.abs() > TANGENTIAL {
+                // The gap is less on one side.
+                patch.from = (patch.from - 0.25 * reach * slope.signum()).clamp(SAME * self.length, self.length);
+                patch.to = patch.from;
+                changed = true;
+            } else if point && !at_apex && bend * self.length < -1e-6 && slope.abs() < TANGENTIAL {
                 patch.from -= 0.05 * reach;
                 patch.to = (patch.to + 0.05 * reach).min(self.length);
                 changed = true;

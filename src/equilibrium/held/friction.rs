@@ -80,6 +80,25 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.friction.is_some()))
     }
 
+    /// Lets contacts slip whose force would exceed the friction cone after the given changes of their normal and
+    /// tangential forces. Returns whether there is one.
+    pub(super) fn slip_beyond_cone(&mut self, changes: &[(usize, f64, Vector3<f64>)]) -> bool {
+        let mut changed = false;
+        for (site, push, force) in changes {
+            let Some(touch) = &mut self.sites[*site].touch else { continue };
+            let (push, Some(friction)) = (touch.push + push, &mut touch.friction) else { continue };
+            let force = friction.force + force;
+            if friction.sticks && force.norm() > friction.coefficient * push.max(0.0) * (1.0 + CONE) {
+                friction.sticks = false;
+                friction.direction = -force.normalize();
+                friction.force = friction.direction * (-friction.coefficient * touch.push.max(0.0));
+                self.sites[*site].force = touch.gap.normal * touch.push + friction.force;
+                changed = true;
+            }
+        }
+        changed
+    }
+
     /// Lets contacts slip whose force exceeds the friction cone, and stick where the slip turns back. Returns whether
     /// one has changed.
     pub(super) fn regulate_friction(&mut self, rod: &Rod) -> bool {

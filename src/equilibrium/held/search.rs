@@ -16,6 +16,9 @@ use crate::support::{Patch, Reaction, Slip, Support};
 
 /// Largest rotation of a frame in a step, rad.
 const LARGEST_TURN: f64 = 0.5;
+/// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the tangent is
+/// almost singular, and is shifted.
+const LONGEST_STEP: f64 = 10.0;
 /// Largest displacement of a hold in an increment, relative to the length of the rod.
 const LARGEST_MOVE: f64 = 0.05;
 /// Largest rotation of a held frame in an increment, rad.
@@ -26,6 +29,8 @@ const SMALLEST_SHARE: f64 = 1e-6;
 const ITERATIONS: usize = 400;
 /// Rotation in a step below which the energy is not compared, rad: its change is close to rounding.
 const SMALL_TURN: f64 = 1e-4;
+/// Rotation in a step below which the steps are expected to converge, rad.
+const CLOSE_TURN: f64 = 0.02;
 /// Fraction of the predicted decrease that a step must achieve (Armijo), the usual value.
 const DECREASE: f64 = 1e-4;
 /// Number of saddles that are left.
@@ -49,6 +54,10 @@ const RESTORATIONS: usize = 6;
 const RESTORED: f64 = 1e-12;
 /// Violation of the conditions relative to the length that is acceptable if it does not decrease further.
 const ACCEPTED: f64 = 1e-8;
+/// Largest number of steps by which a contact slides to the place of least gap.
+const SLIDES: usize = 8;
+/// Distance from the place of least gap that is attributed to rounding, relative to the length.
+const LEVEL: f64 = 1e-14;
 /// Largest number of changes of the contacts in a step.
 const CONTACT_CHANGES: usize = 60;
 /// Compliance of a contact that sticks, relative to that of the rod to a force on its apex.
@@ -87,6 +96,10 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit.
     weight: f64,
     boosts: Vec<(usize, f64)>,
+    /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
+    energy_scale: f64,
+    /// Factor by which penetrations and slopes at contacts may be larger after many changes of the contacts.
+    pub(super) leniency: f64,
     found: Equilibrium,
 }
 
@@ -160,6 +173,23 @@ impl Conditions {
         self.basis.iter().map(compose).collect()
     }
 
+    /// The changes of the normal and of the tangential forces of contacts that stick.
+    fn sticking(&self, changes: &DVector<f64>) -> Vec<(usize, f64, Vector3<f64>)> {
+        let mut all: Vec<(usize, f64, Vector3<f64>)> = Vec::new();
+        for (role, change) in self.roles.iter().zip(changes.iter()) {
+            match role {
+                Role::Fixed(site, _) => all.push((*site, *change, Vector3::zeros())),
+                Role::Stick(site, direction) => {
+                    if let Some((.., force)) = all.iter_mut().find(|(other, ..)| other == site) {
+                        *force += direction * *change;
+                    }
+                }
+                _ => {}
+            }
+        }
+        all
+    }
+
     /// The reactions to the conditions, given those to the combinations.
     fn distribute(&self, reactions: &DVector<f64>) -> DVector<f64> {
         let mut sum = DVector::zeros(reactions.len());
@@ -227,6 +257,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             frames,
             weight: 0.0,
             boosts: Vec::new(),
+            energy_scale: 0.0,
+            leniency: 1.0,
             found: Equilibrium::default(),
         })
     }
@@ -323,31 +355,41 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let tissue = Tissue::of(&rod.points()[i], time);
             frame * line_strain_under(self.material, &tissue, &frame, &self.force.at_points()[i])
         }));
-        let mut start = Vector3::zeros();
+        let mut starts = vec![Vector3::zeros()];
         for e in 0..rod.elements() {
-            for site in self.sites.iter_mut().filter(|site| site.element == e) {
-                site.position = place(rod, &self.tangents, (e, site.x), 0.0, &start).position;
-                if let Some(touch) = &mut site.touch {
-                    touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
-                    let frame = rod.frame_within(e, site.x);
-                    let bend = frame * rod.strain_within(e, site.x).cross(&Vector3::z());
-                    let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
-                    touch.tangent = tangent;
-                    touch.approach =
-                        (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
-                    let normal = touch.gap.normal;
-                    site.force = normal * touch.push;
-                    let coefficient = self.obstacles.contacts[touch.obstacle].friction;
-                    if coefficient > 0.0 {
-                        let place = (rod.initial_apex_distance(e, site.x), site.position);
-                        let anchor = self.before.anchor(place.0, &self.obstacles, touch.obstacle);
-                        let friction = touch.friction.get_or_insert_with(|| Friction::new(coefficient));
-                        friction.locate(&normal, &(site.position - anchor), touch.push);
-                        site.force += friction.force;
-                    }
+            starts.push(place(rod, &self.tangents, (e, 1.0), 0.0, &starts[e]).position);
+        }
+        for site in &mut self.sites {
+            for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
+                site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;
+                let Some(touch) = &mut site.touch else { break };
+                touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
+                let frame = rod.frame_within(site.element, site.x);
+                let bend = frame * rod.strain_within(site.element, site.x).cross(&Vector3::z());
+                let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
+                let (slope, bend) =
+                    (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
+                (touch.tangent, touch.approach) = (tangent, (slope, bend));
+                if last || !touch.floats || !(bend > 0.0) || slope.abs() <= LEVEL * bend * self.length {
+                    break;
+                }
+                slide(rod, site, -slope / bend);
+                if site.element + 1 == rod.elements() && site.x >= 1.0 {
+                    // The gap is least at the apex, where it is not stationary.
+                    site.touch.iter_mut().for_each(|touch| touch.floats = false);
                 }
             }
-            start = place(rod, &self.tangents, (e, 1.0), 0.0, &start).position;
+            if let Some(touch) = &mut site.touch {
+                site.force = touch.gap.normal * touch.push;
+                let coefficient = self.obstacles.contacts[touch.obstacle].friction;
+                if coefficient > 0.0 {
+                    let material = rod.initial_apex_distance(site.element, site.x);
+                    let anchor = self.before.anchor(material, &self.obstacles, touch.obstacle);
+                    let friction = touch.friction.get_or_insert_with(|| Friction::new(coefficient));
+                    friction.locate(&touch.gap.normal, &(site.position - anchor), touch.push);
+                    site.force += friction.force;
+                }
+            }
         }
     }
 
@@ -367,6 +409,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let joints = self.system.joints.stretch(rod);
         let each = self.sites.iter().zip(applied);
         energy + joints + each.map(|(site, force)| force.dot(&site.position) + site.spring_energy()).sum::<f64>()
+    }
+
+    /// Magnitude of the force in the rod, N: without load the energy per length.
+    pub(super) fn force_scale(&self) -> f64 {
+        self.force.largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
     }
 
     fn violation(&self) -> f64 {
@@ -390,7 +437,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             conditions.diagonal.push(diagonal);
             conditions.residuals.push(residual);
         };
-        let floor = 1e-9 * self.force.largest();
+        let floor = 1e-9 * self.force_scale();
         let stickiness = STICKINESS * self.length.powi(2) * self.system.compliance();
         for (i, site) in self.sites.iter().enumerate() {
             let (element, x) = (site.element, site.x);
@@ -515,6 +562,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         self.system.joints.stretch(rod);
         self.system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
+        self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
         if energy.is_finite() { Ok((energy, inertia)) } else { Err(EquilibriumError::NotFinite { what: "energy" }) }
     }
 
@@ -549,9 +597,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let positive = conditions.roles.len() - expected;
         let mut negative = inertia.negative;
         let mut above = inertia.positive;
-        if std::env::var("DBG").is_ok() {
-            eprintln!("   K neg {} eig {:?}", inertia.negative, dense.eigen.eigenvalues.as_slice());
-        }
         for value in dense.eigen.eigenvalues.iter() {
             inertia.margin = inertia.margin.min(value.abs());
             if value.abs() <= NEUTRAL {
@@ -640,25 +685,26 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             if !self.approaches() || !turn.is_finite() {
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
-            // Contacts that would pull are lost: all of them, and later one at a time, which cannot cycle.
-            let mut pulling: Vec<(usize, f64)> = Vec::new();
+            if change < CONTACT_CHANGES / 2 && self.slip_beyond_cone(&conditions.sticking(&changes)) {
+                self.apply(rod);
+                (energy, pivots) = self.factorise(rod, shift)?;
+                continue;
+            }
+            // Contacts that would pull are lost.
+            let mut pulling: Vec<usize> = Vec::new();
             for (role, by) in conditions.roles.iter().zip(changes.iter()) {
                 if let Role::Fixed(site, _) = role
                     && let Some(touch) = self.sites[*site].touch
                     && touch.push + by < 0.0
                 {
-                    pulling.push((*site, touch.push + by));
+                    pulling.push(*site);
                 }
             }
             if std::env::var("DBG").is_ok() { eprintln!("   contacts {change}: pulling {pulling:?} roles {:?} changes {:?} h {:?}", conditions.roles, changes.as_slice(), self.sites.iter().map(|s| s.touch.map(|t| (t.push, t.gap.value, t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec()))))).collect::<Vec<_>>()); }
             if !pulling.is_empty() {
-                if change > CONTACT_CHANGES / 2 {
-                    pulling.sort_by(|a, b| a.1.total_cmp(&b.1));
-                    pulling.truncate(1);
-                }
-                pulling.sort_by_key(|(site, _)| *site);
+                pulling.sort_unstable();
                 let mut loaded = false;
-                for (site, _) in pulling.iter().rev() {
+                for site in pulling.iter().rev() {
                     loaded |= self.sites.remove(*site).touch.is_some_and(|touch| touch.push != 0.0);
                 }
                 if loaded {
@@ -682,10 +728,13 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let penetrations = self.penetrations(rod);
             from.restore(rod);
             self.locate(rod);
-            if change > CONTACT_CHANGES - 4 || !self.touch(rod, &penetrations, false) {
+            // Contacts may be lost and found again in turn, since the rod does not follow the linear step exactly. Then
+            // contacts are only lost, and the next step finds those that are missing.
+            if change > CONTACT_CHANGES / 2 || !self.touch(rod, &penetrations, false) {
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
             self.locate(rod);
+            self.merge_sites(rod);
         }
         Err(self.not_found(f64::NAN))
     }
@@ -698,6 +747,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             self.apply(rod);
             self.locate(rod);
             self.settle_apex(rod);
+            self.merge_sites(rod);
+            for touch in self.sites.iter_mut().filter_map(|site| site.touch.as_mut()) {
+                // Where the gap is not least along the rod, the contact does not slide.
+                touch.floats &= touch.approach.1 > 0.0;
+            }
             self.apply(rod);
             let mut shift = 0.0;
             let ContactStep { energy, conditions, dense, changes, fraction, .. } = loop {
@@ -705,8 +759,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 if shift == 0.0 {
                     self.found.inertia = step.inertia;
                 }
-                if std::env::var("DBG").is_ok() { eprintln!("   shift {shift:e} inertia {:?} eig {:?} diag {:?}", step.inertia, step.dense.eigen.eigenvalues.as_slice(), step.conditions.diagonal); }
-                if !self.stable || step.inertia.negative == 0 {
+                let far = self.system.largest_turn() > LONGEST_STEP;
+                if !self.stable || step.inertia.negative == 0 && !far {
                     break step;
                 }
                 shift = if shift > 0.0 {
@@ -714,7 +768,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 } else if last_shift > 0.0 {
                     last_shift / 16.0
                 } else {
-                    0.1 * self.force.largest().max(f64::MIN_POSITIVE)
+                    0.1 * self.force_scale()
                 };
             };
             if shift > 0.0 {
@@ -744,22 +798,17 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 last = f64::INFINITY;
                 continue;
             }
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "it {} turn {turn:.2e} shift {shift:.2e} viol {violation:.2e} inertia {:?} boosts {:?} value {value:e}",
-                    self.found.iterations,
-                    self.found.inertia,
-                    self.boosts.len()
-                );
-            }
-            if std::env::var("DBG").is_ok() { for site in &self.sites { eprintln!("   site {} {:.5} {:?}", site.element, site.x, site.touch.map(|t| (t.push, t.gap.value, t.floats, t.approach, t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec(), f.force.as_slice().to_vec()))))); } eprintln!("   roles {:?} changes {:?}", conditions.roles, changes.as_slice()); }
             let slope = self.slope(&applied, &conditions, &changes);
-            self.weight = self.weight.max(2.0 * self.largest_reaction(&conditions, &changes));
+            // Reactions far from the equilibrium may be much larger than those in it.
+            self.weight = (0.25 * self.weight).max(2.0 * self.largest_reaction(&conditions, &changes));
             let predicted = slope - self.weight * violation;
             let merit = value + self.weight * violation;
             let mut from = Configuration::default();
             from.keep(rod);
             let step = (self.system.turns.clone(), self.system.steps.clone());
+            // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit does
+            // not decrease there if the elements resolve a contact poorly.
+            let converges = shift == 0.0 && turn < CLOSE_TURN && (turn < 0.25 * last || predicted > 0.0);
             let mut fraction = fraction;
             loop {
                 self.system.start.keep(rod);
@@ -775,9 +824,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 self.found.evaluations += 1;
                 self.locate(rod);
                 let trial = self.potential(rod, energy, &applied) + self.weight * self.violation();
-                let slack = 1e-12 * (merit.abs() + self.force.largest() * self.length);
+                let slack = 1e-12 * (merit.abs() + self.force_scale() * self.length);
                 let falls = trial <= merit + DECREASE * fraction * predicted + slack;
-                if trial.is_finite() && (falls || turn < SMALL_TURN || !self.stable || self.has_friction()) {
+                if trial.is_finite() && (falls || turn < SMALL_TURN || converges || !self.stable || self.has_friction()) {
                     break;
                 }
                 if std::env::var("DBG").is_ok() { eprintln!("   reject f {fraction:.2e} trial-merit {:.3e} predicted {:.3e} viol {:.2e} E {:.3e}", trial - merit, fraction * predicted, self.violation(), trial - self.weight * self.violation() - value); }
@@ -789,10 +838,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 fraction *= 0.5;
             }
             for (role, change) in conditions.roles.iter().zip(changes.iter()) {
-                if let Role::Slide(site, factor) = role {
-                    let site = &mut self.sites[*site];
-                    slide(rod, site, fraction * change * factor);
-                }
                 if let Role::Stick(site, direction) = role
                     && let Some(friction) = self.sites[*site].touch.as_mut().and_then(|touch| touch.friction.as_mut())
                 {

@@ -11,6 +11,11 @@ use crate::support::{Contact, Obstacle};
 pub(super) const CLEAR: f64 = 1e-12;
 /// Largest displacement towards a round obstacle in a step, relative to its radius of curvature.
 const LARGEST_APPROACH: f64 = 0.25;
+/// Largest distance of a station from a contact, relative to the length, at which the difference `DIFFERENT` between the
+/// slopes of the centre line and of the frame is not taken for a penetration.
+const BESIDE: f64 = 1e-4;
+/// See `BESIDE`. The contact obtains a node of its own later, where there is no difference.
+const DIFFERENT: f64 = 1e-3;
 /// Number of parts in which an interval between two stations is searched for a place in contact.
 const PARTS: usize = 8;
 
@@ -96,13 +101,14 @@ pub(super) struct Penetration {
 }
 
 /// The parts of a rod that penetrate obstacles at stations, or between two of them. `touches` are the obstacles and arc
-/// lengths (m) of contacts; places next to them are left out between stations.
+/// lengths (m) of contacts; places next to them are left out between stations. Penetrations up to `clear`, relative to the
+/// length, are attributed to rounding.
 pub(super) fn penetrations(
     rod: &Rod,
     tangents: &[Vector3<f64>],
     obstacles: &Obstacles,
     touches: &[(usize, f64)],
-    length: f64,
+    (length, clear): (f64, f64),
 ) -> Vec<Penetration> {
     let all = all_stations(rod, tangents);
     let mut found: Vec<Penetration> = Vec::new();
@@ -125,12 +131,15 @@ pub(super) fn penetrations(
                     (obstacles.gap(obstacle, &place.position).value, x)
                 });
                 let least = places.min_by(|a, b| a.0.total_cmp(&b.0));
-                least.filter(|(least, _)| *least < before.1.min(gap) && *least < -CLEAR * length)
+                least.filter(|(least, _)| *least < before.1.min(gap) && *least < -clear * length)
             } else {
                 None
             };
-            let active = own.iter().any(|t| (t - s).abs() <= margin);
-            let outside = gap >= -CLEAR * length || active;
+            let active = own.iter().any(|t| {
+                let distance = (t - s).abs();
+                distance <= margin || distance < BESIDE * length && gap > -DIFFERENT * distance
+            });
+            let outside = gap >= -clear * length || active;
             if let Some((gap, x)) = inside {
                 let place = (station.element, x);
                 let start = Penetration { obstacle, stations: Vec::new(), deepest: place, between: (before.0, s) };
