@@ -446,13 +446,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         } else {
             old.iter().map(|at| (at.obstacle, at.arc_length, at.force)).collect()
         };
-        let sticking: Vec<(usize, f64, bool, Vector3<f64>)> = self
+        let sticking: Vec<(usize, f64, Friction)> = self
             .sites
             .iter()
             .filter_map(|site| Some((site, site.touch?)))
             .filter_map(|(site, touch)| {
                 let (s, friction) = (self.place_of(rod, (site.element, site.x)).arc_length, touch.friction?);
-                Some((touch.obstacle, s, friction.sticks, friction.direction))
+                Some((touch.obstacle, s, friction))
             })
             .collect();
         old.extend(present);
@@ -521,8 +521,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             friction.earlier = nearest.map_or(Vector3::zeros(), |(.., force)| *force);
             friction.force = friction.earlier;
             let near = sticking.iter().filter(|(obstacle, ..)| *obstacle == touch.obstacle);
-            if let Some((.., sticks, direction)) = near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs())) {
-                (friction.sticks, friction.direction) = (*sticks, *direction);
+            if let Some((.., old)) = near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs())) {
+                (friction.sticks, friction.direction) = (old.sticks, old.direction);
+                (friction.last_slip, friction.changes) = (old.last_slip, old.changes);
             }
             touch.friction = Some(friction);
         }

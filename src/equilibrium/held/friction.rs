@@ -14,6 +14,13 @@ const CONE: f64 = 1e-12;
 
 /// Largest slip that is attributed to rounding, relative to the length.
 const NO_SLIP: f64 = 1e-12;
+/// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
+/// rod that is far from equilibrium.
+const SETTLED: f64 = 1e-3;
+/// A slip that becomes shorter by this factor in successive iterations, and their number, after which the contact sticks.
+const SHRINKS: (f64, usize) = (0.8, 3);
+/// Largest number of changes between stick and slip.
+const MOST_CHANGES: usize = 8;
 
 /// The rod at the end of the increment before.
 pub(super) struct Before<'a> {
@@ -44,15 +51,27 @@ impl<'a> Before<'a> {
         let Some((e, x)) = self.rod.locate_initial(initial_apex_distance) else { return Vector3::repeat(f64::NAN) };
         let position = self.nodes[e] + self.rod.chord(e, x);
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
-        position + velocity * self.time
+        let moved = position + velocity * self.time;
+        // From the surface on, so that a displacement along the normal before the contact has no effect.
+        let gap = obstacles.gap(obstacle, &moved);
+        moved - gap.normal * gap.value
     }
 }
 
 impl Friction {
-    /// Friction of a new contact, without force. It slides in the direction of its displacement.
+    /// Friction of a new contact, which slides in the direction of its displacement.
     pub fn new(coefficient: f64) -> Self {
         let zero = Vector3::zeros();
-        Self { coefficient, sticks: false, force: zero, earlier: zero, anchor: zero, slip: zero, direction: zero }
+        Self {
+            coefficient,
+            sticks: false,
+            force: zero,
+            earlier: zero,
+            slip: zero,
+            direction: zero,
+            last_slip: (0.0, 0),
+            changes: 0,
+        }
     }
 
     /// Updates the slip and the forces for a displacement (m) since the increment before and the normal force (N).
@@ -80,28 +99,22 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.friction.is_some()))
     }
 
-    /// Lets contacts slip whose force would exceed the friction cone after the given changes of their normal and
-    /// tangential forces. Returns whether there is one.
-    pub(super) fn slip_beyond_cone(&mut self, changes: &[(usize, f64, Vector3<f64>)]) -> bool {
-        let mut changed = false;
-        for (site, push, force) in changes {
-            let Some(touch) = &mut self.sites[*site].touch else { continue };
-            let (push, Some(friction)) = (touch.push + push, &mut touch.friction) else { continue };
-            let force = friction.force + force;
-            if friction.sticks && force.norm() > friction.coefficient * push.max(0.0) * (1.0 + CONE) {
-                friction.sticks = false;
-                friction.direction = -force.normalize();
-                friction.force = friction.direction * (-friction.coefficient * touch.push.max(0.0));
-                self.sites[*site].force = touch.gap.normal * touch.push + friction.force;
-                changed = true;
-            }
-        }
-        changed
+    /// Lets a contact that sticks slip instead of pulling, after the given changes of its normal and tangential forces.
+    /// Returns whether it did.
+    pub(super) fn slips_instead(&mut self, site: usize, changes: &[(usize, f64, Vector3<f64>)]) -> bool {
+        let Some(touch) = &mut self.sites[site].touch else { return false };
+        let Some(friction) = touch.friction.as_mut().filter(|friction| friction.sticks) else { return false };
+        let change = changes.iter().find(|(at, ..)| *at == site).map_or(Vector3::zeros(), |(.., force)| *force);
+        let Some(direction) = (-(friction.force + change)).try_normalize(f64::MIN_POSITIVE) else { return false };
+        (friction.sticks, friction.direction) = (false, direction);
+        friction.force = direction * (-friction.coefficient * touch.push.max(0.0));
+        self.sites[site].force = touch.gap.normal * touch.push + friction.force;
+        true
     }
 
-    /// Lets contacts slip whose force exceeds the friction cone, and stick where the slip turns back. Returns whether
-    /// one has changed.
-    pub(super) fn regulate_friction(&mut self, rod: &Rod) -> bool {
+    /// Lets contacts slip whose force exceeds the friction cone, and stick where the slip turns back or vanishes, after
+    /// a step with a largest rotation `turn` (rad). Returns whether one has changed.
+    pub(super) fn regulate_friction(&mut self, rod: &Rod, turn: f64) -> bool {
         if !self.has_friction() {
             return false;
         }
@@ -111,20 +124,30 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         for site in &mut self.sites {
             let Some(touch) = &mut site.touch else { continue };
             let (push, Some(friction)) = (touch.push, &mut touch.friction) else { continue };
+            let changes = if turn < SETTLED && friction.changes < MOST_CHANGES { 1 } else { 0 };
             if friction.sticks {
                 let (force, cone) = (friction.force.norm(), friction.coefficient * push.max(0.0));
-                if force > cone * (1.0 + CONE) {
+                if force > cone * (1.0 + CONE) && changes > 0 {
                     friction.sticks = false;
                     friction.direction = -friction.force / force;
                     friction.force = friction.direction * -cone;
+                    friction.changes += changes;
                     changed = true;
                 }
-            } else if friction.slip.dot(&friction.direction) < -NO_SLIP * length {
+                continue;
+            }
+            let (slip, (last, times)) = (friction.slip.norm(), friction.last_slip);
+            let shrinks = slip < SHRINKS.0 * last;
+            friction.last_slip = (slip, if shrinks { times + 1 } else { 0 });
+            let back = friction.slip.dot(&friction.direction) < -NO_SLIP * length;
+            if (back || friction.last_slip.1 >= SHRINKS.1) && changes > 0 {
                 friction.sticks = true;
+                friction.changes += changes;
+                friction.last_slip = (0.0, 0);
                 changed = true;
-            } else if friction.slip.norm() > NO_SLIP * length {
+            } else if !back && slip > NO_SLIP * length {
                 // Without a slip the direction remains that of the force.
-                friction.direction = friction.slip.normalize();
+                friction.direction = friction.slip / slip;
             }
         }
         changed

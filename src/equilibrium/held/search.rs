@@ -685,11 +685,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             if !self.approaches() || !turn.is_finite() {
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
-            if change < CONTACT_CHANGES / 2 && self.slip_beyond_cone(&conditions.sticking(&changes)) {
-                self.apply(rod);
-                (energy, pivots) = self.factorise(rod, shift)?;
-                continue;
-            }
             // Contacts that would pull are lost.
             let mut pulling: Vec<usize> = Vec::new();
             for (role, by) in conditions.roles.iter().zip(changes.iter()) {
@@ -701,6 +696,14 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 }
             }
             if std::env::var("DBG").is_ok() { eprintln!("   contacts {change}: pulling {pulling:?} roles {:?} changes {:?} h {:?}", conditions.roles, changes.as_slice(), self.sites.iter().map(|s| s.touch.map(|t| (t.push, t.gap.value, t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec()))))).collect::<Vec<_>>()); }
+            let sticking = conditions.sticking(&changes);
+            let number = pulling.len();
+            pulling.retain(|site| !self.slips_instead(*site, &sticking));
+            if pulling.len() < number {
+                self.apply(rod);
+                (energy, pivots) = self.factorise(rod, shift)?;
+                continue;
+            }
             if !pulling.is_empty() {
                 pulling.sort_unstable();
                 let mut loaded = false;
@@ -851,7 +854,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     }
                 }
             }
-            if self.regulate_friction(rod) {
+            if std::env::var("DBG").is_ok() { eprintln!("it {} turn {turn:.2e} shift {shift:.1e} f {fraction:.1e} viol {:.1e} sites {:?}", self.found.iterations, self.violation(), self.sites.iter().map(|s| s.touch.map(|t| (t.push, s.element as f64 + s.x, t.friction.map(|f| (f.sticks, f.changes, f.slip.norm(), f.direction.as_slice().to_vec(), f.force.norm()))))).collect::<Vec<_>>()); }
+            if self.regulate_friction(rod, turn) {
                 last = f64::INFINITY;
                 continue;
             }

@@ -59,12 +59,14 @@ pub(super) struct Friction {
     pub force: Vector3<f64>,
     /// Tangential force at the end of the increment before, N.
     pub earlier: Vector3<f64>,
-    /// Where the material of the place would be if it had moved with the obstacle since then, m.
-    pub anchor: Vector3<f64>,
     /// Tangential displacement since then, m.
     pub slip: Vector3<f64>,
     /// Direction of the slip.
     pub direction: Vector3<f64>,
+    /// Slip in the iteration before, m, and the number of iterations in which it has become shorter.
+    pub last_slip: (f64, usize),
+    /// Number of changes between stick and slip.
+    pub changes: usize,
 }
 
 impl Touch {
@@ -129,7 +131,7 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
 }
 
 /// A unit vector across another one, and the one across both.
-fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
+pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let first = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
     [first, normal.cross(&first)]
 }
