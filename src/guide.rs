@@ -22,6 +22,10 @@ pub mod own_laws {}
 #[doc = include_str!("../docs/method.md")]
 pub mod method {}
 
+/// Holds, springs, joints, obstacles and friction, their reactions, and the method.
+#[doc = include_str!("../docs/supports.md")]
+pub mod supports {}
+
 /// Steady states, characteristic roots and onsets of oscillations, and their limits.
 #[doc = include_str!("../docs/stability.md")]
 #[doc = concat!(

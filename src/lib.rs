@@ -4,8 +4,8 @@
 //! The model is that of Agostinelli, DeSimone and Noselli, *Nutations in Plant Shoots: Endogenous and Exogenous
 //! Factors in the Presence of Mechanical Deformations*, Front. Plant Sci. 12:608005 (2021), doi
 //! 10.3389/fpls.2021.608005. Equation numbers refer to this paper. Each part of the model is a law behind a
-//! small trait. A shoot combines five laws, provided by the crate or written by you: growth, tropism,
-//! elasticity, load and scene.
+//! small trait. A shoot combines six laws, provided by the crate or written by you: growth, tropism,
+//! elasticity, load, scene and support.
 //!
 //! # A shoot that rights itself
 //!
@@ -69,6 +69,7 @@
 //! | [`tropism`] | differential growth in response to stimuli: [`TropismLaw`](tropism::TropismLaw) |
 //! | [`constitutive`] | elasticity: [`Constitutive`](constitutive::Constitutive) |
 //! | [`load`] | weight and other forces: [`Load`](load::Load) |
+//! | [`support`] | holds, springs, joints and obstacles: [`Support`](support::Support) |
 //! | [`equilibrium`] | equilibria of a rod: [`EquilibriumSolver`](equilibrium::EquilibriumSolver) |
 //! | [`profile`] | strain, force, couple and growth rate at any place along a rod |
 //! | [`integrator`] | integration in time: [`Integrator`](integrator::Integrator) |
@@ -77,7 +78,7 @@
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
 //! | [`guide`] | [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method), other chapters |
 //!
-//! A [`Shoot`] has a state and a [`Model`], its five laws as one type; [`Laws`] is the usual one. A [`Scene`]
+//! A [`Shoot`] has a state and a [`Model`], its six laws as one type; [`Laws`] is the usual one. A [`Scene`]
 //! is gravity and the base as functions of time.
 //!
 //! # Features
