@@ -68,6 +68,12 @@ pub(crate) fn next_discontinuity(model: &impl Model, t: f64) -> Result<f64, Para
     })
 }
 
+/// Returns an error for a shoot with a support.
+pub(crate) fn check_unsupported(model: &impl Model) -> Result<(), ParameterError> {
+    let (name, requirement) = ("number of supports", "zero for steady states, linear stability and cycles");
+    ParameterError::unless(model.support().is_absent(), name, 1.0, requirement)
+}
+
 /// Returns an error for the first parameter that is out of range for a shoot of the given initial length (m).
 pub(crate) fn check(model: &impl Model, length: f64) -> Result<(), ParameterError> {
     model.growth().check(length)?;

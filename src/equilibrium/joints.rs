@@ -94,12 +94,6 @@ impl Joints {
         }
     }
 
-    /// Counts the nodes beyond a divided element anew.
-    pub fn shift(&mut self, divided: usize) {
-        let nodes: Vec<usize> = self.nodes().map(|node| node + usize::from(node > divided)).collect();
-        self.set_nodes(nodes.into_iter());
-    }
-
     /// The nodes with joints.
     pub fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
         self.confined.iter().map(|(node, _)| *node).chain(self.elastic.iter().map(|(node, ..)| *node))

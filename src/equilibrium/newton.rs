@@ -139,7 +139,8 @@ impl NewtonSolver {
         support: &impl Support,
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
-        let held = self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]), before: None })?;
+        let held =
+            self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]), before: None })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {

@@ -81,6 +81,14 @@ pub(crate) fn lobatto(n: usize) -> Vec<f64> {
         .collect()
 }
 
+/// Nodes and weights of the Gauss–Lobatto rule with n + 1 nodes on [0, 1], 1/(n (n + 1) Pₙ²).
+pub(crate) fn lobatto_weights(n: usize) -> (Vec<f64>, Vec<f64>) {
+    let nodes = lobatto(n);
+    let nf = n as f64;
+    let weights = nodes.iter().map(|x| 1.0 / (nf * (nf + 1.0) * legendre(n, 2.0 * x - 1.0).0.powi(2))).collect();
+    (nodes, weights)
+}
+
 #[cfg(test)]
 mod tests {
     use approx::assert_abs_diff_eq;

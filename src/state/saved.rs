@@ -53,7 +53,8 @@ impl TryFrom<Saved> for State {
     type Error = StateError;
 
     fn try_from(saved: Saved) -> Result<Self, StateError> {
-        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact } = saved;
+        let Saved { format: Format, time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact } =
+            saved;
         let state = Self { time, rod, predictor, history, smooth_since, changed, merge_next, plan, contact };
         state.check()?;
         Ok(state)

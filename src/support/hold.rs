@@ -169,7 +169,8 @@ impl Support for Hold {
             Position::Spring { anchor, stiffness } => {
                 ParameterError::finite("anchor of a spring", anchor.sum())?;
                 ParameterError::finite("stiffness of a spring", stiffness.sum())?;
-                let (name, skew) = ("asymmetry of the stiffness of a spring", (stiffness - stiffness.transpose()).norm());
+                let (name, skew) =
+                    ("asymmetry of the stiffness of a spring", (stiffness - stiffness.transpose()).norm());
                 ParameterError::unless(skew <= 1e-12 * stiffness.norm(), name, skew, "zero (N/m)")?;
                 let least = stiffness.symmetric_eigenvalues().min();
                 let (name, requirement) = ("least stiffness of a spring", "zero or positive (N/m)");

@@ -18,7 +18,7 @@ use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::linear::visit_stimuli;
 use crate::load::InternalForce;
-use crate::model::Model;
+use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
@@ -103,6 +103,7 @@ pub(crate) struct ReturnMap<'a, M: Model> {
 impl<'a, M: Model> ReturnMap<'a, M> {
     /// The map on a grid, for periods near the given one (s). Relative periodic orbits have an `angle` (rad).
     pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
+        check_unsupported(&shoot.model)?;
         let (places, regr) = driven_points(shoot)?;
         ParameterError::positive("period", period)?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;

@@ -19,7 +19,7 @@ use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::error::ParameterError;
 use crate::linear::{SteadyLaws, check_steady, visit_stimuli};
 use crate::load::InternalForce;
-use crate::model::Model;
+use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::{Growing, TropismLaw};
@@ -51,6 +51,7 @@ impl<'a, M: Model> Corotating<'a, M> {
     /// The frame of a shoot with a strain (components 1 and 2 at each point of the zone, 1/m) and a rate (rad/s,
     /// counterclockwise positive). `shape` is the initial guess of the equilibrium.
     pub fn new(shoot: &'a Shoot<M>, strain: &DVector<f64>, rate: f64, shape: Option<&Rod>) -> Result<Self, CycleError> {
+        check_unsupported(&shoot.model)?;
         let (places, regr) = driven_points(shoot)?;
         let mut rod = shoot.state.rod.clone();
         let zone = rod.zone();

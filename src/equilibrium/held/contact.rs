@@ -180,8 +180,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         for (obstacle, s, push) in touches {
             let joins = patches.last().is_some_and(|(patch, _)| {
                 let margin = SAME * self.length;
-                patch.obstacle == obstacle
-                    && !free(obstacle, patch.to + margin, s - margin)
+                patch.obstacle == obstacle && !free(obstacle, patch.to + margin, s - margin)
             });
             match patches.last_mut() {
                 Some((patch, pushes)) if joins => {
@@ -302,7 +301,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             && changed.iter().zip(&before).all(|(a, b)| {
                 a.obstacle == b.obstacle && (a.from - b.from).abs() + (a.to - b.to).abs() < 1e-7 * self.length
             });
-        let pulls = self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force_scale()));
+        let pulls =
+            self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force_scale()));
         let mut again = before.clone();
         Ok(!same || pulls || self.reshape(rod, &mut again))
     }
@@ -317,7 +317,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         });
         let slides = |patch: &Patch| {
             let (slope, bend) = self.approach(rod, patch.obstacle, patch.from);
-            patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && bend > 0.0 && slope.abs() > TANGENTIAL * self.leniency
+            patch.from == patch.to
+                && patch.to < self.length * (1.0 - SAME)
+                && bend > 0.0
+                && slope.abs() > TANGENTIAL * self.leniency
         };
         misses || patches.iter().any(slides) || rod.elements() > self.parent.elements() + patches.len()
     }
@@ -457,7 +460,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             .collect();
         old.extend(present);
         let source = rod.clone();
-        let held: Vec<f64> = self.sites.iter().map(|site| self.place_of(rod, (site.element, site.x)).arc_length).collect();
+        let held: Vec<f64> =
+            self.sites.iter().map(|site| self.place_of(rod, (site.element, site.x)).arc_length).collect();
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let frames: Vec<f64> = self.frames.iter().map(|frame| nodes[frame.node]).collect();
         let joints: Vec<f64> = self.system.joints.nodes().map(|node| nodes[node]).collect();
@@ -476,9 +480,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.system.joints.set_nodes(joints.iter().map(|s| node_at(*s).unwrap_or(0)));
         self.sites.retain(|site| site.touch.is_none());
         self.renew_force(rod);
-        let tangents: Vec<Vector3<f64>> = (0..rod.points().len())
-            .map(|i| rod.frame_at_point(i / P, i % P) * Vector3::z())
-            .collect();
+        let tangents: Vec<Vector3<f64>> =
+            (0..rod.points().len()).map(|i| rod.frame_at_point(i / P, i % P) * Vector3::z()).collect();
         let stations = all_stations(rod, &tangents);
         for patch in patches {
             let push = |s: f64| {
@@ -508,7 +511,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 }
             }
         }
-        let places: Vec<f64> = self.sites.iter().map(|site| place_along(rod, &tangents, (site.element, site.x)).arc_length).collect();
+        let places: Vec<f64> =
+            self.sites.iter().map(|site| place_along(rod, &tangents, (site.element, site.x)).arc_length).collect();
         for (site, s) in self.sites.iter_mut().zip(places) {
             let Some(touch) = &mut site.touch else { continue };
             let coefficient = self.obstacles.contacts[touch.obstacle].friction;

@@ -8,6 +8,7 @@ mod contact;
 mod friction;
 mod search;
 mod sites;
+mod spread;
 mod touch;
 
 pub(super) use search::{HeldSearch, HeldWorkspace};

@@ -237,7 +237,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     ) -> Result<Self, EquilibriumError> {
         let time = force.environment().time;
         let contacts = support.contacts();
-        let obstacles = Obstacles { yielded: vec![Vector3::zeros(); contacts.len()], contacts, time };
+        let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
+        let obstacles = Obstacles { yielded: vec![Vector3::zeros(); contacts.len()], compliances, contacts, time };
         let (sites, frames) = sort(rod, support.base(), &support.holds(time), &mut system.joints)?;
         Ok(Self {
             system,
@@ -285,17 +286,29 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
         if !inside.is_empty() {
             self.locate(rod);
-            let pushes = reactions.iter().filter_map(|at| {
-                let old = OldTouch { obstacle: at.obstacle?, arc_length: at.arc_length, push: at.normal, force: at.force };
-                Some(OldTouch { force: old.force, ..old })
-            });
-            self.arrange(rod, &inside, pushes.collect());
+            // The end of a longer contact has two reactions.
+            let mut pushes: Vec<OldTouch> = Vec::new();
+            for at in reactions {
+                let Some(obstacle) = at.obstacle else { continue };
+                let same = |old: &&mut OldTouch| old.obstacle == obstacle && old.arc_length == at.arc_length;
+                match pushes.iter_mut().find(same) {
+                    Some(old) => (old.push, old.force) = (old.push + at.normal, old.force + at.force),
+                    None => {
+                        pushes.push(OldTouch { obstacle, arc_length: at.arc_length, push: at.normal, force: at.force })
+                    }
+                }
+            }
+            self.arrange(rod, &inside, pushes);
         }
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
     /// equilibrium.
-    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<(Equilibrium, Vec<Reaction>, Vec<Patch>), EquilibriumError> {
+    pub fn run(
+        mut self,
+        rod: &mut Rod,
+        bound: usize,
+    ) -> Result<(Equilibrium, Vec<Reaction>, Vec<Patch>), EquilibriumError> {
         self.locate(rod);
         for site in &mut self.sites {
             let from = site.position;
@@ -359,6 +372,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         for e in 0..rod.elements() {
             starts.push(place(rod, &self.tangents, (e, 1.0), 0.0, &starts[e]).position);
         }
+        self.obstacles.yield_to(&self.sites);
         for site in &mut self.sites {
             for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
                 site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;
@@ -554,6 +568,29 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         slides.then_some(acts)
     }
 
+    /// Second derivatives of the energy by the reactions, from obstacles that yield: −dᵢ S dⱼ for forces along dᵢ and
+    /// dⱼ on an obstacle of compliance S.
+    fn yields_of_obstacles(&self, conditions: &Conditions) -> DMatrix<f64> {
+        let n = conditions.roles.len();
+        let acting = |role: &Role| match role {
+            Role::Fixed(site, d) | Role::Stick(site, d) => Some((self.sites[*site].touch?.obstacle, *d)),
+            _ => None,
+        };
+        let each: Vec<_> = conditions.roles.iter().map(acting).collect();
+        let plain = DMatrix::from_fn(n, n, |i, j| match (each[i], each[j]) {
+            (Some((a, d)), Some((b, e))) if a == b => -d.dot(&(self.obstacles.compliances[a] * e)),
+            _ => 0.0,
+        });
+        if plain.iter().all(|value| *value == 0.0) {
+            return plain;
+        }
+        let mut basis = DMatrix::<f64>::zeros(n, n);
+        for (i, combination) in conditions.basis.iter().enumerate() {
+            combination.iter().for_each(|(j, factor)| basis[(i, *j)] += factor);
+        }
+        &basis * plain * basis.transpose()
+    }
+
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
     fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
         let (energy, mut inertia) = self.system.condense::<P>(rod, self.material, self.force, shift)?;
@@ -576,8 +613,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let acts = acts.map(|acts| conditions.composed(&acts));
         let (columns, force) = (&conditions.columns, &*self.force);
         self.border.assemble::<P>(self.system, rod, self.material, force, columns, &basis, acts.as_ref());
-        dense.clone_from(&(&self.border.yields - &self.border.gram));
-        let mut coupled = &self.border.yields - &self.border.coupling;
+        let yields = &self.border.yields + self.yields_of_obstacles(&conditions);
+        dense.clone_from(&(&yields - &self.border.gram));
+        let mut coupled = yields - &self.border.coupling;
         for (i, d) in conditions.diagonal.iter().enumerate() {
             dense[(i, i)] += d;
             coupled[(i, i)] += d;
@@ -670,11 +708,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 
     /// Solves for the step with the contacts that it keeps, gains and loses. Returns the fraction of it that is safe.
-    fn step_with_contacts(
-        &mut self,
-        rod: &mut Rod,
-        shift: f64,
-    ) -> Result<ContactStep, EquilibriumError> {
+    fn step_with_contacts(&mut self, rod: &mut Rod, shift: f64) -> Result<ContactStep, EquilibriumError> {
         let (mut energy, mut pivots) = self.factorise(rod, shift)?;
         let mut from = Configuration::default();
         for change in 0..CONTACT_CHANGES {
@@ -695,7 +729,21 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     pulling.push(*site);
                 }
             }
-            if std::env::var("DBG").is_ok() { eprintln!("   contacts {change}: pulling {pulling:?} roles {:?} changes {:?} h {:?}", conditions.roles, changes.as_slice(), self.sites.iter().map(|s| s.touch.map(|t| (t.push, t.gap.value, t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec()))))).collect::<Vec<_>>()); }
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "   contacts {change}: pulling {pulling:?} roles {:?} changes {:?} h {:?}",
+                    conditions.roles,
+                    changes.as_slice(),
+                    self.sites
+                        .iter()
+                        .map(|s| s.touch.map(|t| (
+                            t.push,
+                            t.gap.value,
+                            t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec()))
+                        )))
+                        .collect::<Vec<_>>()
+                );
+            }
             let sticking = conditions.sticking(&changes);
             let number = pulling.len();
             pulling.retain(|site| !self.slips_instead(*site, &sticking));
@@ -829,10 +877,19 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 let trial = self.potential(rod, energy, &applied) + self.weight * self.violation();
                 let slack = 1e-12 * (merit.abs() + self.force_scale() * self.length);
                 let falls = trial <= merit + DECREASE * fraction * predicted + slack;
-                if trial.is_finite() && (falls || turn < SMALL_TURN || converges || !self.stable || self.has_friction()) {
+                if trial.is_finite() && (falls || turn < SMALL_TURN || converges || !self.stable || self.has_friction())
+                {
                     break;
                 }
-                if std::env::var("DBG").is_ok() { eprintln!("   reject f {fraction:.2e} trial-merit {:.3e} predicted {:.3e} viol {:.2e} E {:.3e}", trial - merit, fraction * predicted, self.violation(), trial - self.weight * self.violation() - value); }
+                if std::env::var("DBG").is_ok() {
+                    eprintln!(
+                        "   reject f {fraction:.2e} trial-merit {:.3e} predicted {:.3e} viol {:.2e} E {:.3e}",
+                        trial - merit,
+                        fraction * predicted,
+                        self.violation(),
+                        trial - self.weight * self.violation() - value
+                    );
+                }
                 from.restore(rod);
                 (self.system.turns, self.system.steps) = step.clone();
                 if fraction * turn < 1e-9 {
@@ -854,7 +911,27 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     }
                 }
             }
-            if std::env::var("DBG").is_ok() { eprintln!("it {} turn {turn:.2e} shift {shift:.1e} f {fraction:.1e} viol {:.1e} sites {:?}", self.found.iterations, self.violation(), self.sites.iter().map(|s| s.touch.map(|t| (t.push, s.element as f64 + s.x, t.friction.map(|f| (f.sticks, f.changes, f.slip.norm(), f.direction.as_slice().to_vec(), f.force.norm()))))).collect::<Vec<_>>()); }
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "it {} turn {turn:.2e} shift {shift:.1e} f {fraction:.1e} viol {:.1e} sites {:?}",
+                    self.found.iterations,
+                    self.violation(),
+                    self.sites
+                        .iter()
+                        .map(|s| s.touch.map(|t| (
+                            t.push,
+                            s.element as f64 + s.x,
+                            t.friction.map(|f| (
+                                f.sticks,
+                                f.changes,
+                                f.slip.norm(),
+                                f.direction.as_slice().to_vec(),
+                                f.force.norm()
+                            ))
+                        )))
+                        .collect::<Vec<_>>()
+                );
+            }
             if self.regulate_friction(rod, turn) {
                 last = f64::INFINITY;
                 continue;
@@ -1035,6 +1112,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             });
             all.push(Reaction { force, obstacle, normal, slip, ..reaction(site.element, site.x) });
         }
+        self.spread(rod, &mut all);
         let joints = &self.system.joints;
         let mut couples = Vec::new();
         for ((node, _), held) in joints.confined.iter().zip(&joints.held) {

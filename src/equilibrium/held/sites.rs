@@ -85,16 +85,7 @@ impl Site {
         let zero = Vector3::zeros();
         let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
         let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero, friction: None });
-        Self {
-            element,
-            x,
-            fixed: Vec::new(),
-            target: zero,
-            springs: Vec::new(),
-            force: zero,
-            position: zero,
-            touch,
-        }
+        Self { element, x, fixed: Vec::new(), target: zero, springs: Vec::new(), force: zero, position: zero, touch }
     }
 
     /// The directions in which the position is given, with the distances by which it differs, m.
@@ -123,9 +114,7 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
     let on = distance >= 0.0 && distance <= length * (1.0 + AT_NODE);
     ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
     let located = rod.locate_initial(distance);
-    let node = located.and_then(|(e, x)| {
-        if x <= AT_NODE { Some(e) } else { (x >= 1.0 - AT_NODE).then_some(e + 1) }
-    });
+    let node = located.and_then(|(e, x)| if x <= AT_NODE { Some(e) } else { (x >= 1.0 - AT_NODE).then_some(e + 1) });
     let missing = ParameterError::unless(false, name, distance, "that of an end of an element (m)");
     node.map_or_else(|| Err(missing.unwrap_err()), Ok)
 }

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::border::upto_parts;
+use super::sites::Site;
 use crate::numerics::quadrature::lobatto;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle};
@@ -24,6 +25,8 @@ pub(super) struct Obstacles<'a> {
     pub contacts: Vec<Contact<&'a dyn Obstacle>>,
     /// Displacements of the obstacles by the forces on them, m.
     pub yielded: Vec<Vector3<f64>>,
+    /// Their displacements per force, m/N.
+    pub compliances: Vec<Matrix3<f64>>,
     pub time: f64,
 }
 
@@ -36,6 +39,16 @@ pub(super) struct Gap {
 }
 
 impl Obstacles<'_> {
+    /// Displaces the obstacles that yield by the forces on them, which are opposite to those on the rod.
+    pub fn yield_to(&mut self, sites: &[Site]) {
+        for (obstacle, compliance) in self.compliances.iter().enumerate() {
+            if *compliance != Matrix3::zeros() {
+                let touching = sites.iter().filter(|site| site.touch.is_some_and(|touch| touch.obstacle == obstacle));
+                self.yielded[obstacle] = -(compliance * touching.map(|site| site.force).sum::<Vector3<f64>>());
+            }
+        }
+    }
+
     /// The gap at a place (m) to an obstacle.
     pub fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
         let contact = &self.contacts[obstacle];

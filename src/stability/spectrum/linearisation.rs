@@ -15,7 +15,7 @@ use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
 use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, precise_solver};
 use crate::load::InternalForce;
-use crate::model::Model;
+use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::Growing;
@@ -238,6 +238,7 @@ fn check(
     rod: &mut Rod,
     solver: &mut NewtonSolver,
 ) -> Result<(InternalForce, SteadyLaws), StabilityError> {
+    check_unsupported(&shoot.model)?;
     let force = InternalForce::of(rod, shoot.model.load(), &shoot.environment());
     let negative = solver.equilibrate(rod, shoot.model.constitutive(), &force)?.inertia.negative;
     if negative > 0 {

@@ -6,7 +6,7 @@ use super::characteristic::CharacteristicMatrix;
 use crate::equilibrium::{EquilibriumSolver, Unloaded};
 use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, precise_solver};
 use crate::load::{InternalForce, Load};
-use crate::model::Model;
+use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
@@ -37,6 +37,7 @@ pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), Stability
 /// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. After an error the
 /// rod is not usable.
 pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
+    check_unsupported(&shoot.model)?;
     let environment = shoot.environment();
     rod.set_base(shoot.model.scene().base(environment.time))?;
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
