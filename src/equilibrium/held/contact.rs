@@ -55,7 +55,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         touching.map(|(site, touch)| (touch.obstacle, self.place_of(rod, (site.element, site.x)).arc_length)).collect()
     }
 
-    fn place_of(&self, rod: &Rod, at: (usize, f64)) -> Place {
+    pub(super) fn place_of(&self, rod: &Rod, at: (usize, f64)) -> Place {
         place_along(rod, &self.tangents, at)
     }
 
