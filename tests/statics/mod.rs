@@ -3,6 +3,7 @@
 mod any_load_any_tilt;
 mod bad_static_input;
 mod classic_rods;
+mod contact;
 mod elastica;
 mod extreme_shapes;
 mod general_rods;
@@ -12,6 +13,7 @@ mod held_joints;
 mod held_stability;
 mod horizontal_base;
 mod point_force;
+mod random_contacts;
 mod reported_errors;
 mod shear_and_stretch;
 mod snaps;

@@ -49,7 +49,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         touching.map(|(site, touch)| (touch.obstacle, self.place_of(rod, (site.element, site.x)).arc_length)).collect()
     }
 
-    fn place_of(&self, rod: &Rod, at: (usize, f64)) -> Place {
+    pub(super) fn place_of(&self, rod: &Rod, at: (usize, f64)) -> Place {
         place_along(rod, &self.tangents, at)
     }
 
@@ -108,7 +108,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
-    /// Merges contacts that have slid to the same place.
+    /// Merges contacts that have slid to the same place, and removes those at the base, which does not move.
     pub(super) fn merge_sites(&mut self, rod: &Rod) {
         let mut kept: Vec<(usize, f64, usize)> = Vec::new();
         let mut i = 0;
@@ -120,6 +120,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             };
             let s = self.place_of(rod, (site.element, site.x)).arc_length;
             let margin = SAME * self.length;
+            if s <= margin {
+                self.sites.remove(i);
+                continue;
+            }
             let same = kept.iter().find(|(obstacle, at, _)| *obstacle == touch.obstacle && (at - s).abs() <= margin);
             if let Some((.., first)) = same
                 && let Some(first) = &mut self.sites[*first].touch
@@ -200,7 +204,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             patch
         };
-        patches.into_iter().map(resolved).collect()
+        let mut patches: Vec<Patch> = patches.into_iter().map(resolved).collect();
+        let first = all.first().map_or(0.0, |place| place.arc_length);
+        for patch in patches.iter_mut().filter(|patch| patch.to > patch.from && patch.from <= first * (1.0 + SAME)) {
+            // A contact along the first element may begin at the base.
+            if self.obstacles.gap(patch.obstacle, &Vector3::zeros()).value <= touching {
+                patch.from = 0.0;
+            }
+        }
+        patches
     }
 
     /// The places that are unknown in a list of patches: index of the patch, and whether it is its end.
@@ -208,7 +220,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let inside = |s: f64| s < self.length * (1.0 - SAME);
         let mut unknown = Vec::new();
         for (i, patch) in patches.iter().enumerate() {
-            if patch.to > patch.from && inside(patch.from) {
+            if patch.to > patch.from && patch.from > SAME * self.length && inside(patch.from) {
                 unknown.push((i, false));
             }
             if patch.to > patch.from && inside(patch.to) {
@@ -365,11 +377,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let mut moved = patches.to_vec();
             shift(&mut moved, unknown, &step);
-            if moved.iter().any(|patch| patch.from > patch.to || patch.to > self.length || patch.from <= 0.0) {
-                // A contact ends or reaches the apex.
+            if moved.iter().any(|patch| patch.from > patch.to || patch.to > self.length || patch.from < 0.0) {
+                // A contact ends or reaches the base or the apex.
                 for patch in &mut moved {
                     patch.to = patch.to.min(self.length);
-                    patch.from = patch.from.min(self.length);
+                    patch.from = patch.from.clamp(0.0, self.length);
                     if patch.from > patch.to {
                         let middle = 0.5 * (patch.from + patch.to);
                         (patch.from, patch.to) = (middle, middle);
@@ -493,8 +505,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             if patch.to > patch.from {
                 ends.push(patch.to);
             }
-            // An end close to a node has no station of its own.
-            for s in &ends {
+            // An end close to a node has no station of its own. The base does not move.
+            for s in ends.iter().filter(|s| **s > margin) {
                 let covered = stations.iter().any(|place| (place.arc_length - s).abs() <= margin);
                 if !covered && let Some((element, x)) = rod.locate(*s) {
                     let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME);

@@ -419,10 +419,12 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 
     /// Energy of the rod, its loads and springs (J), at the last evaluation, which returned `energy`.
-    fn potential(&mut self, rod: &Rod, energy: f64, applied: &[Vector3<f64>]) -> f64 {
+    /// `applied` are the forces in it and the places at which they act.
+    fn potential(&mut self, rod: &Rod, energy: f64, applied: &[(Vector3<f64>, (usize, f64))]) -> f64 {
         let joints = self.system.joints.stretch(rod);
-        let each = self.sites.iter().zip(applied);
-        energy + joints + each.map(|(site, force)| force.dot(&site.position) + site.spring_energy()).sum::<f64>()
+        let springs: f64 = self.sites.iter().map(Site::spring_energy).sum();
+        let work = |(force, at): &(Vector3<f64>, _)| force.dot(&self.place_of(rod, *at).position);
+        energy + joints + springs + applied.iter().map(work).sum::<f64>()
     }
 
     /// Magnitude of the force in the rod, N: without load the energy per length.
@@ -729,21 +731,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     pulling.push(*site);
                 }
             }
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "   contacts {change}: pulling {pulling:?} roles {:?} changes {:?} h {:?}",
-                    conditions.roles,
-                    changes.as_slice(),
-                    self.sites
-                        .iter()
-                        .map(|s| s.touch.map(|t| (
-                            t.push,
-                            t.gap.value,
-                            t.friction.map(|f| (f.sticks, f.slip.as_slice().to_vec(), f.direction.as_slice().to_vec()))
-                        )))
-                        .collect::<Vec<_>>()
-                );
-            }
             let sticking = conditions.sticking(&changes);
             let number = pulling.len();
             pulling.retain(|site| !self.slips_instead(*site, &sticking));
@@ -831,7 +818,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 self.bow(rod, 2.0 * missing.sqrt());
                 continue;
             }
-            let applied: Vec<_> = self.sites.iter().map(|site| site.force + site.spring_force()).collect();
+            let apply = |site: &Site| (site.force + site.spring_force(), (site.element, site.x));
+            let applied: Vec<_> = self.sites.iter().map(apply).collect();
             let value = self.potential(rod, energy, &applied);
             self.found.energy = value;
             let violation = self.violation();
@@ -874,21 +862,14 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 let energy = self.system.evaluate::<P>(rod, self.material, self.force);
                 self.found.evaluations += 1;
                 self.locate(rod);
-                let trial = self.potential(rod, energy, &applied) + self.weight * self.violation();
+                let value = self.potential(rod, energy, &applied);
+                let trial = value + self.weight * self.violation();
                 let slack = 1e-12 * (merit.abs() + self.force_scale() * self.length);
                 let falls = trial <= merit + DECREASE * fraction * predicted + slack;
                 if trial.is_finite() && (falls || turn < SMALL_TURN || converges || !self.stable || self.has_friction())
                 {
+                    self.found.energy = value;
                     break;
-                }
-                if std::env::var("DBG").is_ok() {
-                    eprintln!(
-                        "   reject f {fraction:.2e} trial-merit {:.3e} predicted {:.3e} viol {:.2e} E {:.3e}",
-                        trial - merit,
-                        fraction * predicted,
-                        self.violation(),
-                        trial - self.weight * self.violation() - value
-                    );
                 }
                 from.restore(rod);
                 (self.system.turns, self.system.steps) = step.clone();
@@ -910,27 +891,6 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                         None => site.force += direction * (fraction * change),
                     }
                 }
-            }
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "it {} turn {turn:.2e} shift {shift:.1e} f {fraction:.1e} viol {:.1e} sites {:?}",
-                    self.found.iterations,
-                    self.violation(),
-                    self.sites
-                        .iter()
-                        .map(|s| s.touch.map(|t| (
-                            t.push,
-                            s.element as f64 + s.x,
-                            t.friction.map(|f| (
-                                f.sticks,
-                                f.changes,
-                                f.slip.norm(),
-                                f.direction.as_slice().to_vec(),
-                                f.force.norm()
-                            ))
-                        )))
-                        .collect::<Vec<_>>()
-                );
             }
             if self.regulate_friction(rod, turn) {
                 last = f64::INFINITY;
@@ -1035,13 +995,13 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 
     /// The derivative of the potential along the step.
-    fn slope(&self, applied: &[Vector3<f64>], conditions: &Conditions, changes: &DVector<f64>) -> f64 {
+    fn slope(&self, applied: &[(Vector3<f64>, (usize, f64))], conditions: &Conditions, changes: &DVector<f64>) -> f64 {
         let mut slope = self.system.slope::<P>();
         // The gradient contains the reactions, whose work is that of the moved sites.
         let _ = changes;
         for (i, role) in conditions.roles.iter().enumerate() {
             if let Role::Fixed(site, direction) = role {
-                slope -= direction.dot(&applied[*site]) * conditions.residuals[i];
+                slope -= direction.dot(&applied[*site].0) * conditions.residuals[i];
             }
         }
         slope

@@ -1,0 +1,96 @@
+//! Random frictionless scenes: rods with intrinsic curvature and twist, and one or two obstacles near them.
+
+use crate::fixtures::random::Draw;
+use crate::fixtures::rods::{DENSITY, RADIUS, young_tissue};
+use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
+use morphorod::load::Weight;
+use morphorod::rod::Rod;
+use morphorod::support::{Capsule, Contact, Cylinder, HalfSpace, Obstacle, Sphere};
+use morphorod::{Environment, Order, Scene, Still};
+use nalgebra::Vector3;
+
+const WEIGHT: Weight = Weight { density: DENSITY };
+
+type Obstacles = Vec<Contact<Box<dyn Obstacle>>>;
+
+fn direction(draw: &mut Draw) -> Vector3<f64> {
+    draw.vector(1.0).try_normalize(1e-3).unwrap_or_else(Vector3::x)
+}
+
+/// A straight rod, its environment, and obstacles between it and its shape without them.
+fn scene(seed: u64) -> (Rod, Environment, Obstacles) {
+    let mut draw = Draw::new(seed);
+    let length = draw.uniform(0.03, 0.12);
+    let tilted = Still::tilted(draw.uniform(0.0, 2.5));
+    let still = if draw.chance(0.7) { tilted } else { Still { base: tilted.base, ..Still::weightless() } };
+    let order = if draw.chance(0.7) { Order::Eight } else { Order::Four };
+    let elements = draw.uniform(6.0, 17.0) as usize;
+    let mut rod = Rod::uniform(length, RADIUS, still.base, elements, order).unwrap();
+    let (bend, azimuth) = (draw.uniform(0.0, 3.0) / length, draw.uniform(0.0, 6.3));
+    let twist = if draw.chance(0.5) { 0.0 } else { draw.uniform(-1.5, 1.5) / length };
+    rod.set_intrinsic(|_| Vector3::new(-azimuth.sin() * bend, azimuth.cos() * bend, twist));
+    let environment = still.environment(0.0);
+    let mut free = rod.clone();
+    let _ = NewtonSolver::default().solve(&mut free, &young_tissue(), &WEIGHT, &environment).unwrap();
+    let tangent = still.base * Vector3::z();
+    let number = if draw.chance(0.7) { 1 } else { 2 };
+    let mut obstacles = Obstacles::new();
+    for _ in 0..1000 {
+        let s = draw.uniform(0.2, 1.0) * length;
+        let (way, size) = (free.at(s).unwrap().0 - tangent * s, draw.uniform(0.02, 0.2) * length);
+        let Some(side) = way.try_normalize(1e-3 * length) else { continue };
+        let surface = tangent * s + way * draw.uniform(0.1, 0.95);
+        let centre = surface + side * size;
+        let half = direction(&mut draw) * (length * draw.uniform(0.05, 0.6));
+        let obstacle: Box<dyn Obstacle> = match draw.uniform(0.0, 4.0) as u8 {
+            0 => Box::new(HalfSpace { through: surface, normal: direction(&mut draw) * 0.5 - side }),
+            1 => Box::new(Cylinder { through: centre, along: half, radius: size }),
+            2 => Box::new(Sphere { centre, radius: size }),
+            _ => Box::new(Capsule { ends: [centre - half, centre + half], radius: size }),
+        };
+        let gap = |i: i32| obstacle.distance(&(tangent * (length * f64::from(i) / 200.0)), 0.0).value - RADIUS;
+        if (0..=200).all(|i| gap(i) > 1e-3 * length) {
+            obstacles.push(Contact { obstacle, radius: RADIUS, friction: 0.0 });
+        }
+        if obstacles.len() == number {
+            break;
+        }
+    }
+    (rod, environment, obstacles)
+}
+
+#[test]
+fn random_contacts_push_without_penetration() {
+    let (count, mut failures, mut touching) = (300, Vec::new(), 0);
+    for seed in 0..count {
+        let (mut rod, environment, obstacles) = scene(seed);
+        let solve = NewtonSolver::default().solve_held(&mut rod, &young_tissue(), &WEIGHT, &obstacles, &environment);
+        let held = match solve {
+            Ok(held) => held,
+            Err(error) => {
+                failures.push((seed, error));
+                continue;
+            }
+        };
+        touching += usize::from(!held.reactions.is_empty());
+        assert_eq!(held.equilibrium.inertia.negative, 0, "{seed}");
+        let length = rod.length();
+        let largest = held.reactions.iter().map(|reaction| reaction.normal).fold(0.0, f64::max);
+        for reaction in &held.reactions {
+            let contact = &obstacles[reaction.obstacle.unwrap()];
+            let gap = contact.obstacle.distance(&held.rod.at(reaction.arc_length).unwrap().0, 0.0);
+            assert!(reaction.normal >= -1e-9 * largest, "{seed}: {reaction:?}");
+            assert!((reaction.force - gap.normal * reaction.normal).norm() <= 1e-4 * largest, "{seed}: {reaction:?}");
+            assert!((gap.value - RADIUS).abs() < 1e-5 * length, "{seed}: {:e}", (gap.value - RADIUS) / length);
+        }
+        for place in held.rod.centre_line_at(401) {
+            for contact in &obstacles {
+                let gap = contact.obstacle.distance(&place, 0.0).value - RADIUS;
+                // Between the stations of a longer contact, and at contacts with almost no force.
+                assert!(gap > -1e-5 * length, "{seed}: penetration {:e}", -gap / length);
+            }
+        }
+    }
+    assert!(failures.len() * 33 <= count as usize, "{failures:?}");
+    assert!(touching * 2 > count as usize, "{touching} scenes with contact");
+}
