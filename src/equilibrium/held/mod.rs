@@ -3,9 +3,19 @@
 //! The reactions are unknowns beside the rotations. The tangent of the rotations keeps its block tridiagonal form; each
 //! direction in which a support acts adds a row and a column to its border.
 
+mod arrange;
 mod border;
+mod conditions;
 mod contact;
+mod contact_step;
+mod dense;
+mod energy;
 mod friction;
+mod patches;
+mod path;
+mod reactions;
+mod response;
+mod saddle;
 mod search;
 mod sites;
 mod spread;

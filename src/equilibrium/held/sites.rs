@@ -22,14 +22,23 @@ pub(super) struct Site {
     pub fixed: Vec<Vector3<f64>>,
     /// Position in these directions, m.
     pub target: Vector3<f64>,
-    /// Springs along unit vectors: the vector and the stiffness, N/m.
-    pub springs: Vec<(Vector3<f64>, f64)>,
+    pub springs: Vec<Spring>,
     /// Force of the hold on the rod, without springs, N.
     pub force: Vector3<f64>,
     /// Position in the present configuration, m.
     pub position: Vector3<f64>,
     /// Contact with an obstacle; `None` for a hold.
     pub touch: Option<Touch>,
+}
+
+/// A linear spring along a unit vector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spring {
+    pub along: Vector3<f64>,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    /// Force on the rod along the vector, N.
+    pub force: f64,
 }
 
 /// A contact at a place.
@@ -95,16 +104,21 @@ impl Site {
         self.fixed.iter().map(move |d| (*d, d.dot(&from))).chain(touch)
     }
 
-    /// The force of the springs at the present position, N.
+    /// The force of the springs, N.
     pub fn spring_force(&self) -> Vector3<f64> {
-        let from = self.position - self.target;
-        self.springs.iter().map(|(along, stiffness)| along * (-stiffness * along.dot(&from))).sum()
+        self.springs.iter().map(|spring| spring.along * spring.force).sum()
+    }
+
+    /// The violation of the law of a spring, f/√κ + √κ x for the force f and the elongation x.
+    pub fn spring_residual(&self, spring: &Spring) -> f64 {
+        let root = spring.stiffness.sqrt();
+        spring.force / root + root * spring.along.dot(&(self.position - self.target))
     }
 
     /// The energy of the springs, J.
     pub fn spring_energy(&self) -> f64 {
         let from = self.position - self.target;
-        self.springs.iter().map(|(along, stiffness)| 0.5 * stiffness * along.dot(&from).powi(2)).sum()
+        self.springs.iter().map(|spring| 0.5 * spring.stiffness * spring.along.dot(&from).powi(2)).sum()
     }
 }
 
@@ -146,7 +160,13 @@ pub(super) fn site_of(hold: &Hold, node: usize) -> Option<Site> {
             let eigen = stiffness.symmetric_eigen();
             site.target = anchor;
             let each = eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter());
-            site.springs = each.filter(|(_, k)| **k > 0.0).map(|(v, k)| (v.into_owned(), *k)).collect();
+            let stiff = each.filter(|(_, k)| **k > 0.0);
+            let spring = |(v, k): (nalgebra::VectorView3<f64>, &f64)| Spring {
+                along: v.into_owned(),
+                stiffness: *k,
+                force: 0.0,
+            };
+            site.springs = stiff.map(spring).collect();
         }
     }
     Some(site)

@@ -1,15 +1,13 @@
 //! Reactions of contacts that are longer than a point: forces at their ends, and pressure between.
 
 use super::search::HeldSearch;
+use super::touch::SAME;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
 use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto_weights;
 use crate::rod::Rod;
 use crate::support::Reaction;
-
-/// Distance of two places that are one, relative to the length.
-const SAME: f64 = 1e-9;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Divides the reactions at the stations of longer contacts into the pressure, which is gathered with the weights of

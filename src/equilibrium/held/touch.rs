@@ -8,6 +8,8 @@ use crate::numerics::quadrature::lobatto;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle};
 
+/// Distance of two places that are one, relative to the length.
+pub(super) const SAME: f64 = 1e-9;
 /// Largest penetration that is attributed to rounding, relative to the length.
 pub(super) const CLEAR: f64 = 1e-12;
 /// Largest displacement towards a round obstacle in a step, relative to its radius of curvature.

@@ -1,0 +1,249 @@
+//! The conditions on reactions at one iteration.
+
+use nalgebra::{DMatrix, DVector, Vector3};
+
+use super::border::{Basis, Column};
+use super::search::HeldSearch;
+use super::sites::Site;
+use crate::constitutive::Constitutive;
+use crate::load::Load;
+
+/// Compliance of a contact that sticks, relative to that of the rod to a force on its apex.
+const STICKINESS: f64 = 1e-9;
+
+/// Conditions of the reactions at one iteration: rows of T and D, and right-hand sides.
+pub(super) struct Conditions {
+    /// Linear functions of the rotations.
+    pub columns: Vec<Column>,
+    /// The combination of them that each condition contains.
+    pub parts: Basis,
+    /// What each condition belongs to.
+    pub roles: Vec<Role>,
+    /// Diagonal of D.
+    pub diagonal: Vec<f64>,
+    /// Violated distances, m.
+    pub residuals: Vec<f64>,
+    /// The combinations of conditions that are solved for. Those of neighbouring contacts are divided differences,
+    /// which couple only neighbours.
+    pub basis: Basis,
+}
+
+impl Conditions {
+    /// The values of the combinations.
+    pub fn combine(&self, values: &[f64]) -> DVector<f64> {
+        let sum = |combination: &Vec<(usize, f64)>| combination.iter().map(|(i, factor)| factor * values[*i]).sum();
+        DVector::from_iterator(self.basis.len(), self.basis.iter().map(sum))
+    }
+
+    /// The combinations that are solved for, in terms of the columns.
+    pub fn composed(&self, parts: &Basis) -> Basis {
+        let compose = |combination: &Vec<(usize, f64)>| {
+            let each = combination.iter().flat_map(|(i, factor)| parts[*i].iter().map(move |(c, f)| (*c, f * factor)));
+            each.collect()
+        };
+        self.basis.iter().map(compose).collect()
+    }
+
+    /// The changes of the normal and of the tangential forces of contacts that stick.
+    pub fn sticking(&self, changes: &DVector<f64>) -> Vec<(usize, f64, Vector3<f64>)> {
+        let mut all: Vec<(usize, f64, Vector3<f64>)> = Vec::new();
+        for (role, change) in self.roles.iter().zip(changes.iter()) {
+            match role {
+                Role::Fixed(site, _) => all.push((*site, *change, Vector3::zeros())),
+                Role::Stick(site, direction) => {
+                    if let Some((.., force)) = all.iter_mut().find(|(other, ..)| other == site) {
+                        *force += direction * *change;
+                    }
+                }
+                _ => {}
+            }
+        }
+        all
+    }
+
+    /// The reactions to the conditions, given those to the combinations.
+    pub fn distribute(&self, reactions: &DVector<f64>) -> DVector<f64> {
+        let mut sum = DVector::zeros(reactions.len());
+        for (combination, reaction) in self.basis.iter().zip(reactions.iter()) {
+            combination.iter().for_each(|(i, factor)| sum[*i] += factor * reaction);
+        }
+        sum
+    }
+}
+
+/// What a condition belongs to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Role {
+    /// Component of the force of a hold: site and direction.
+    Fixed(usize, Vector3<f64>),
+    /// Force of a spring: site and number.
+    Elastic(usize, usize),
+    /// Another stiffness.
+    Spring,
+    /// Tangential component of a force of friction: site and direction.
+    Stick(usize, Vector3<f64>),
+    /// Motion of the place of a contact along the rod: site, and factor of the motion, m.
+    Slide(usize, f64),
+    /// Increase of a pivot, or another negative stiffness.
+    Boost,
+}
+
+impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    pub(super) fn conditions(&self) -> Conditions {
+        let mut conditions = Conditions {
+            columns: Vec::new(),
+            parts: Vec::new(),
+            roles: Vec::new(),
+            diagonal: Vec::new(),
+            residuals: Vec::new(),
+            basis: Vec::new(),
+        };
+        let mut add = |columns: &[(Column, f64)], role, diagonal, residual| {
+            let first = conditions.columns.len();
+            conditions.parts.push(columns.iter().enumerate().map(|(i, (_, factor))| (first + i, *factor)).collect());
+            conditions.columns.extend(columns.iter().map(|(column, _)| *column));
+            conditions.roles.push(role);
+            conditions.diagonal.push(diagonal);
+            conditions.residuals.push(residual);
+        };
+        let floor = 1e-9 * self.force_scale();
+        let stickiness = STICKINESS * self.length.powi(2) * self.system.compliance();
+        for (i, site) in self.sites.iter().enumerate() {
+            let (element, x) = (site.element, site.x);
+            let place = |direction| Column::Place { element, x, direction };
+            for (direction, residual) in site.missing() {
+                add(&[(place(direction), 1.0)], Role::Fixed(i, direction), 0.0, residual);
+            }
+            if let Some((touch, friction)) = site.touch.as_ref().and_then(|touch| Some((touch, touch.friction?))) {
+                if friction.sticks {
+                    // A tiny compliance determines the forces of contacts that an inextensible rod connects.
+                    let lag = friction.force - friction.earlier;
+                    for direction in touch.tangential() {
+                        let residual = direction.dot(&(friction.slip + lag * stickiness));
+                        add(&[(place(direction), 1.0)], Role::Stick(i, direction), -stickiness, residual);
+                    }
+                } else {
+                    // The force turns with the direction of the slip: a stiffness μ λ/|Δ| across it.
+                    let sideways = touch.gap.normal.cross(&friction.direction);
+                    let stiffness = friction.coefficient * touch.push / friction.slip.norm();
+                    if stiffness > 0.0 && stiffness.is_finite() {
+                        add(&[(place(sideways), stiffness.sqrt())], Role::Spring, -1.0, 0.0);
+                    }
+                }
+            }
+            if let Some(touch) = &site.touch {
+                // The normal force turns with the normal: a stiffness −λ ∇²g.
+                let eigen = touch.gap.curvature.symmetric_eigen();
+                for (along, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+                    let stiffness = -touch.push * value;
+                    if stiffness != 0.0 {
+                        let role = if stiffness > 0.0 { Role::Spring } else { Role::Boost };
+                        let column = (place(along.into_owned()), stiffness.abs().sqrt());
+                        add(&[column], role, -stiffness.signum(), 0.0);
+                    }
+                }
+                let (slope, bend) = touch.approach;
+                if touch.floats && bend > 0.0 {
+                    // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/method.md).
+                    let factor = (touch.push.max(floor) / bend).sqrt();
+                    let turns = Column::Tangent { element, x, direction: touch.gap.normal };
+                    let bends = place(touch.gap.curvature * touch.tangent);
+                    let columns = [(turns, factor), (bends, factor)];
+                    add(&columns, Role::Slide(i, 1.0 / (factor * bend)), -1.0, factor * slope);
+                }
+            }
+            for (k, spring) in site.springs.iter().enumerate() {
+                let column = (place(spring.along), spring.stiffness.sqrt());
+                add(&[column], Role::Elastic(i, k), -1.0, site.spring_residual(spring));
+            }
+        }
+        for (unknown, increase) in &self.boosts {
+            // The unknown is scaled so that its diagonal entry is one.
+            add(&[(Column::Turn { unknown: *unknown }, 1.0)], Role::Boost, 1.0 / increase, 0.0);
+        }
+        conditions.basis = self.differences(&conditions.roles);
+        conditions
+    }
+
+    /// Divided differences of the gaps at the contacts with each obstacle along the rod, up to the second; the other
+    /// conditions as they are.
+    pub(super) fn differences(&self, roles: &[Role]) -> Basis {
+        let mut basis: Basis = (0..roles.len()).map(|i| vec![(i, 1.0)]).collect();
+        for obstacle in 0..self.obstacles.contacts.len() {
+            let mut along: Vec<(f64, usize)> = Vec::new();
+            for (i, role) in roles.iter().enumerate() {
+                if let Role::Fixed(site, _) = role
+                    && self.sites[*site].touch.is_some_and(|touch| touch.obstacle == obstacle)
+                {
+                    along.push((self.sites[*site].element as f64 + self.sites[*site].x, i));
+                }
+            }
+            along.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for k in 1..along.len() {
+                let (s, i) = along[k];
+                let (before, j) = along[k - 1];
+                let slope = 1.0 / (s - before).max(1e-9);
+                let mut difference = vec![(i, slope), (j, -slope)];
+                if k > 1 {
+                    let (first, l) = along[k - 2];
+                    let slope = 1.0 / (before - first).max(1e-9);
+                    difference[1].1 -= slope;
+                    difference.push((l, slope));
+                }
+                basis[i] = difference;
+            }
+        }
+        basis
+    }
+
+    /// The columns of the reactions if contacts slide: the friction follows the normal force. `None` if none does.
+    pub(super) fn sliding(&self, conditions: &mut Conditions) -> Option<Basis> {
+        let mut acts = conditions.parts.clone();
+        let mut slides = false;
+        for (i, role) in conditions.roles.iter().enumerate() {
+            if let Role::Fixed(at, _) = role
+                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
+                && let Some(friction) = touch.friction.filter(|friction| !friction.sticks)
+            {
+                slides = true;
+                acts[i].push((conditions.columns.len(), -friction.coefficient));
+                conditions.columns.push(Column::Place { element, x, direction: friction.direction });
+            }
+        }
+        // The point at which friction acts moves along the rod with the contact.
+        for (i, role) in conditions.roles.iter().enumerate() {
+            if let Role::Slide(at, factor) = role
+                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
+                && let Some(friction) = touch.friction
+            {
+                slides = true;
+                acts[i].push((conditions.columns.len(), *factor));
+                conditions.columns.push(Column::Tangent { element, x, direction: friction.force });
+            }
+        }
+        slides.then_some(acts)
+    }
+
+    /// Second derivatives of the energy by the reactions, from obstacles that yield: −dᵢ S dⱼ for forces along dᵢ and
+    /// dⱼ on an obstacle of compliance S.
+    pub(super) fn yields_of_obstacles(&self, conditions: &Conditions) -> DMatrix<f64> {
+        let n = conditions.roles.len();
+        let acting = |role: &Role| match role {
+            Role::Fixed(site, d) | Role::Stick(site, d) => Some((self.sites[*site].touch?.obstacle, *d)),
+            _ => None,
+        };
+        let each: Vec<_> = conditions.roles.iter().map(acting).collect();
+        let plain = DMatrix::from_fn(n, n, |i, j| match (each[i], each[j]) {
+            (Some((a, d)), Some((b, e))) if a == b => -d.dot(&(self.obstacles.compliances[a] * e)),
+            _ => 0.0,
+        });
+        if plain.iter().all(|value| *value == 0.0) {
+            return plain;
+        }
+        let mut basis = DMatrix::<f64>::zeros(n, n);
+        for (i, combination) in conditions.basis.iter().enumerate() {
+            combination.iter().for_each(|(j, factor)| basis[(i, *j)] += factor);
+        }
+        &basis * plain * basis.transpose()
+    }
+}

@@ -1,0 +1,100 @@
+//! A Newton step with the contacts that it keeps, gains and loses.
+
+use nalgebra::DVector;
+
+use super::conditions::{Conditions, Role};
+use super::dense::Dense;
+use super::search::HeldSearch;
+use super::touch::{all_stations, largest_share};
+use crate::constitutive::Constitutive;
+use crate::equilibrium::system::Configuration;
+use crate::equilibrium::{EquilibriumError, Inertia};
+use crate::load::Load;
+use crate::rod::Rod;
+
+/// Largest rotation of a frame in a step, rad.
+const LARGEST_TURN: f64 = 0.5;
+/// Largest number of changes of the contacts in a step.
+const CONTACT_CHANGES: usize = 60;
+
+/// A step with the contacts that it keeps and gains.
+pub(super) struct ContactStep {
+    /// Energy of the rod before the step, J.
+    pub energy: f64,
+    pub inertia: Inertia,
+    pub conditions: Conditions,
+    pub dense: Dense,
+    pub changes: DVector<f64>,
+    /// The fraction of the step that is safe.
+    pub fraction: f64,
+}
+
+impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    /// Solves for the step with the contacts that it keeps, gains and loses. Returns the fraction of it that is safe.
+    pub(super) fn step_with_contacts(&mut self, rod: &mut Rod, shift: f64) -> Result<ContactStep, EquilibriumError> {
+        let (mut energy, mut pivots) = self.factorise(rod, shift)?;
+        let mut from = Configuration::default();
+        for change in 0..CONTACT_CHANGES {
+            let (inertia, conditions, dense) = self.close(rod, pivots)?;
+            let changes = self.step(&conditions, &dense);
+            let turn = self.system.largest_turn();
+            let mut fraction = f64::min(1.0, LARGEST_TURN / turn);
+            if !self.approaches() || !turn.is_finite() {
+                return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
+            }
+            // Contacts that would pull are lost.
+            let mut pulling: Vec<usize> = Vec::new();
+            for (role, by) in conditions.roles.iter().zip(changes.iter()) {
+                if let Role::Fixed(site, _) = role
+                    && let Some(touch) = self.sites[*site].touch
+                    && touch.push + by < 0.0
+                {
+                    pulling.push(*site);
+                }
+            }
+            let sticking = conditions.sticking(&changes);
+            let number = pulling.len();
+            pulling.retain(|site| !self.slips_instead(*site, &sticking));
+            if pulling.len() < number {
+                self.apply(rod);
+                (energy, pivots) = self.factorise(rod, shift)?;
+                continue;
+            }
+            if !pulling.is_empty() {
+                pulling.sort_unstable();
+                let mut loaded = false;
+                for site in pulling.iter().rev() {
+                    loaded |= self.sites.remove(*site).touch.is_some_and(|touch| touch.push != 0.0);
+                }
+                if loaded {
+                    self.apply(rod);
+                    (energy, pivots) = self.factorise(rod, shift)?;
+                }
+                continue;
+            }
+            from.keep(rod);
+            let before = all_stations(rod, &self.tangents);
+            self.system.start.keep(rod);
+            self.system.advance::<P>(rod, fraction);
+            self.locate(rod);
+            let share = largest_share(&self.obstacles, &before, &all_stations(rod, &self.tangents));
+            if share < 1.0 {
+                fraction *= share;
+                from.restore(rod);
+                self.system.advance::<P>(rod, fraction);
+                self.locate(rod);
+            }
+            let penetrations = self.penetrations(rod);
+            from.restore(rod);
+            self.locate(rod);
+            // Contacts may be lost and found again in turn, since the rod does not follow the linear step exactly. Then
+            // contacts are only lost, and the next step finds those that are missing.
+            if change > CONTACT_CHANGES / 2 || !self.touch(rod, &penetrations, false) {
+                return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
+            }
+            self.locate(rod);
+            self.merge_sites(rod);
+        }
+        Err(self.not_found(f64::NAN))
+    }
+}

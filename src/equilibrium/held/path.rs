@@ -1,0 +1,177 @@
+//! The load path of a search: holds move in increments from their present places to the requested ones.
+
+use nalgebra::Vector3;
+
+use super::friction::{Before, OldTouch};
+use super::search::HeldSearch;
+use super::search::HeldWorkspace;
+use super::sites::{sort, turn_frames};
+use super::touch::Obstacles;
+use crate::constitutive::Constitutive;
+use crate::equilibrium::system::System;
+use crate::equilibrium::{Equilibrium, EquilibriumError};
+use crate::error::ParameterError;
+use crate::load::{InternalForce, Load};
+use crate::rod::{Rod, Tissue};
+use crate::support::{Patch, Reaction, Support};
+
+/// Largest displacement of a hold in an increment, relative to the length of the rod.
+const LARGEST_MOVE: f64 = 0.05;
+/// Largest rotation of a held frame in an increment, rad.
+const LARGEST_INCREMENT: f64 = 0.3;
+/// Smallest increment, as a share of the motion of the holds.
+const SMALLEST_SHARE: f64 = 1e-6;
+/// Number of Newton iterations after which an increment is halved.
+const ITERATIONS: usize = 400;
+
+impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
+    pub fn new(
+        (system, workspace): (&'a mut System, &'a mut HeldWorkspace),
+        rod: &'a Rod,
+        (material, load): (&'a C, &'a L),
+        force: &'a mut InternalForce,
+        support: &'a impl Support,
+        (stable, tolerance): (bool, f64),
+    ) -> Result<Self, EquilibriumError> {
+        let time = force.environment().time;
+        let contacts = support.contacts();
+        let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
+        let obstacles = Obstacles { yielded: vec![Vector3::zeros(); contacts.len()], compliances, contacts, time };
+        let (sites, frames) = sort(rod, support.base(), &support.holds(time), &mut system.joints)?;
+        Ok(Self {
+            system,
+            border: &mut workspace.border,
+            material,
+            load,
+            force,
+            parent: rod,
+            obstacles,
+            tangents: Vec::new(),
+            frozen: false,
+            before: Before::new(rod, 0.0),
+            stable,
+            tolerance,
+            length: rod.length(),
+            sites,
+            frames,
+            weight: 0.0,
+            boosts: Vec::new(),
+            energy_scale: 0.0,
+            leniency: 1.0,
+            found: Equilibrium::default(),
+        })
+    }
+
+    /// Sets the rod at the end of the increment before, and the time since then (s).
+    pub fn since(&mut self, before: &'a Rod, time: f64) {
+        self.before = Before::new(before, time);
+    }
+
+    /// Takes the forces of an earlier equilibrium as initial guess.
+    pub fn guess_forces(&mut self, reactions: &[Reaction]) {
+        for (site, reaction) in self.sites.iter_mut().zip(reactions.iter().filter(|at| at.obstacle.is_none())) {
+            site.force = project(&site.fixed, &reaction.force);
+            site.springs.iter_mut().for_each(|spring| spring.force = spring.along.dot(&reaction.force));
+        }
+    }
+
+    /// Takes the forces and contacts of an earlier equilibrium as initial guess.
+    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch])) {
+        self.guess_forces(reactions);
+        let number = self.obstacles.contacts.len();
+        let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
+        for patch in &mut inside {
+            (patch.from, patch.to) = (patch.from.min(self.length), patch.to.min(self.length));
+        }
+        if !inside.is_empty() {
+            self.locate(rod);
+            // The end of a longer contact has two reactions.
+            let mut pushes: Vec<OldTouch> = Vec::new();
+            for at in reactions {
+                let Some(obstacle) = at.obstacle else { continue };
+                let same = |old: &&mut OldTouch| old.obstacle == obstacle && old.arc_length == at.arc_length;
+                match pushes.iter_mut().find(same) {
+                    Some(old) => (old.push, old.force) = (old.push + at.normal, old.force + at.force),
+                    None => {
+                        pushes.push(OldTouch { obstacle, arc_length: at.arc_length, push: at.normal, force: at.force })
+                    }
+                }
+            }
+            self.arrange(rod, &inside, pushes);
+        }
+    }
+
+    /// Returns an error for a hold that is farther from the base than the rod reaches without stretch.
+    pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
+        let tissue = rod.points().first().map(|point| Tissue::of(point, self.obstacles.time));
+        let stretches = |tissue| self.material.line_response(&tissue, &Vector3::zeros()).is_some();
+        if tissue.is_none_or(stretches) {
+            return Ok(());
+        }
+        for site in &self.sites {
+            let reach = self.place_of(rod, (site.element, site.x)).arc_length;
+            let (name, distance) = ("distance of a hold from the base", project(&site.fixed, &site.target).norm());
+            let requirement = "at most the arc length of its place (m), since the rod does not stretch";
+            let ok = site.touch.is_some() || distance <= reach * (1.0 + 1e-12);
+            ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
+        }
+        Ok(())
+    }
+
+    /// Moves the holds from their present places to the requested ones in increments, each of which ends in
+    /// equilibrium.
+    pub fn run(
+        mut self,
+        rod: &mut Rod,
+        bound: usize,
+    ) -> Result<(Equilibrium, Vec<Reaction>, Vec<Patch>), EquilibriumError> {
+        self.locate(rod);
+        self.check_reach(rod)?;
+        let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
+        let starts: Vec<Vector3<f64>> =
+            self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
+        let far = goals.iter().zip(&starts).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.length;
+        let turned = self.frames.iter().map(|frame| frame.missing(rod).norm()).fold(0.0, f64::max);
+        let number = (far / LARGEST_MOVE).max(turned / LARGEST_INCREMENT).ceil().max(1.0);
+        let (mut done, mut share) = (0.0, 1.0 / number);
+        while done < 1.0 {
+            let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
+            let before = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
+            for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
+                site.target = start + (goal - start) * next;
+            }
+            self.turn_held(rod, (next - done) / (1.0 - done));
+            match self.settle(rod, bound.min(ITERATIONS)) {
+                Ok(()) => done = next,
+                Err(error) if error.is_recoverable() && share > SMALLEST_SHARE && done + share > done => {
+                    (*rod, self.sites, self.frames, self.system.joints) = before;
+                    self.force.update(rod, self.load, &self.force.environment().clone());
+                    share *= 0.5;
+                    if number == 1.0 && far == 0.0 && turned == 0.0 {
+                        return Err(error);
+                    }
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
+        Ok((self.found, reactions, patches))
+    }
+
+    /// Rotates the held frames by a share of the rotations that they lack.
+    pub(super) fn turn_held(&mut self, rod: &mut Rod, share: f64) {
+        for i in 0..self.frames.len() {
+            let turn = self.frames[i].missing(rod) * share;
+            if turn.norm() > 0.0 {
+                let at = self.frames[i].node;
+                let from = if i > 0 { self.frames[i - 1].node } else { 0 };
+                turn_frames(rod, &turn, from, at, self.frames.get(i + 1).map(|next| next.node));
+            }
+        }
+    }
+}
+
+/// The part of a vector along some orthonormal vectors.
+pub(super) fn project(directions: &[Vector3<f64>], vector: &Vector3<f64>) -> Vector3<f64> {
+    directions.iter().map(|d| d * d.dot(vector)).sum()
+}

@@ -1,0 +1,62 @@
+//! The reactions at an equilibrium.
+
+use nalgebra::Vector3;
+
+use super::border::upto_parts;
+use super::search::HeldSearch;
+use super::sites::Site;
+use crate::constitutive::Constitutive;
+use crate::load::Load;
+use crate::rod::Rod;
+use crate::support::{Reaction, Slip};
+
+impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    /// The reactions at the equilibrium.
+    pub(super) fn reactions(&self, rod: &Rod) -> Vec<Reaction> {
+        let starts: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
+        let reaction = |element: usize, x: f64| Reaction {
+            arc_length: starts[element] + upto_parts(rod, element, x)[..P].iter().sum::<f64>(),
+            initial_apex_distance: rod.initial_apex_distance(element, x),
+            force: Vector3::zeros(),
+            couple: Vector3::zeros(),
+            length: 0.0,
+            obstacle: None,
+            normal: 0.0,
+            slip: None,
+        };
+        let mut all: Vec<Reaction> = Vec::new();
+        for site in &self.sites {
+            let force = site.force + site.spring_force();
+            let touch = site.touch.as_ref();
+            let (obstacle, normal) = (touch.map(|touch| touch.obstacle), touch.map_or(0.0, |touch| touch.push));
+            let slip = touch.and_then(|touch| touch.friction).map(|friction| match friction.sticks {
+                true => Slip::Sticks,
+                false => Slip::Slides,
+            });
+            all.push(Reaction { force, obstacle, normal, slip, ..reaction(site.element, site.x) });
+        }
+        self.spread(rod, &mut all);
+        let joints = &self.system.joints;
+        let mut couples = Vec::new();
+        for ((node, _), held) in joints.confined.iter().zip(&joints.held) {
+            // The couple of the support balances the rod's.
+            let couple = rod.frames()[*node] * -held;
+            couples.push((*node, couple));
+        }
+        for ((node, ..), along) in joints.elastic.iter().zip(&joints.couples) {
+            couples.push((*node, rod.frames()[*node] * along));
+        }
+        for (node, couple) in couples {
+            let at_node = |site: &Site| site.touch.is_none() && site.element + 1 == node;
+            match self.sites.iter().position(at_node) {
+                Some(i) => all[i].couple = couple,
+                None if node == 0 => {
+                    let initial_apex_distance = rod.initial_length();
+                    all.push(Reaction { couple, arc_length: 0.0, initial_apex_distance, ..reaction(0, 0.0) });
+                }
+                None => all.push(Reaction { couple, ..reaction(node - 1, 1.0) }),
+            }
+        }
+        all
+    }
+}
