@@ -210,7 +210,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             for place in &stations {
                 let inside = place.arc_length >= patch.from - margin && place.arc_length <= patch.to + margin;
-                if inside {
+                // Two stations next to each other would act as a couple.
+                let close = AT_NODE * rod.length_of(place.element);
+                let doubled = ends.iter().any(|s| {
+                    let distance = (place.arc_length - s).abs();
+                    distance > margin && distance <= 2.0 * close
+                });
+                if inside && !doubled {
                     let push = push(place.arc_length);
                     let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME);
                     let at = (place.element, place.x);
