@@ -18,6 +18,8 @@ const CORRECTIONS: usize = 30;
 const AT_NODE: f64 = 1e-4;
 /// Displacement of a contact that estimates derivatives, relative to the length.
 const DIFFERENCE: f64 = 1e-6;
+/// Length of a free end beyond a contact that becomes longer, relative to an element, which is taken as none.
+const SHORT_END: f64 = 0.3;
 /// Largest error of the place of a contact, relative to the length.
 const PLACED: f64 = 1e-11;
 
@@ -99,6 +101,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let mut moved = patches.to_vec();
             shift(&mut moved, unknown, &step);
+            // The length of a short free end is a double root of its condition.
+            let reach = SHORT_END * self.length / self.parent.elements() as f64;
+            for (patch, before) in moved.iter_mut().zip(patches.iter()) {
+                let longer = patch.to > before.to && patch.to > patch.from;
+                if longer && patch.to > self.length - reach && before.to < self.length * (1.0 - SAME) {
+                    patch.to = self.length.next_up();
+                }
+            }
             if moved.iter().any(|patch| patch.from > patch.to || patch.to > self.length || patch.from < 0.0) {
                 // A contact ends or reaches the base or the apex.
                 for patch in &mut moved {
