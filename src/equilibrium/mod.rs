@@ -81,7 +81,10 @@ pub struct Equilibrium {
 pub struct Held {
     /// Counts, error and stability. The inertia is that on the directions that the supports permit.
     pub equilibrium: Equilibrium,
-    /// The reactions of the holds, in their order, and of the contacts.
+    /// Number of increments in which the holds were moved to their places. They are the load path, on which an
+    /// equilibrium depends if there are several.
+    pub increments: usize,
+    /// The reactions: of the holds of positions in their order, of the contacts, and of the holds of frames alone.
     pub reactions: Vec<Reaction>,
     /// The rod in its shape, with additional nodes where contacts begin and end.
     pub rod: Rod,

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::held::{HeldSearch, HeldWorkspace};
+use super::held::{Found, HeldSearch, HeldWorkspace};
 use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
@@ -200,12 +200,12 @@ impl NewtonSolver {
         }
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier);
-        let (equilibrium, reactions, patches) = search.run(&mut shape, self.max_iterations)?;
+        let Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, self.max_iterations)?;
         let mut strains = Vec::new();
         strain_line(&mut strains, &shape, material, &force);
         check_line(&strains, &force)?;
         *shape.line_strains_mut() = strains;
-        Ok(Held { equilibrium, reactions, rod: shape, patches })
+        Ok(Held { equilibrium, increments, reactions, rod: shape, patches })
     }
 
     fn search<const P: usize>(

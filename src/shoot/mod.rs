@@ -66,7 +66,8 @@ impl<M: Model> Shoot<M> {
         self.state.shape()
     }
 
-    /// The forces and couples of the holds on the shoot, in their order, and of the contacts, in the last equilibrium.
+    /// The forces and couples on the shoot in the last equilibrium: of the holds of positions in their order, of the
+    /// contacts, and of the holds of frames alone.
     #[must_use]
     pub fn reactions(&self) -> &[Reaction] {
         &self.state.contact.reactions

@@ -21,4 +21,4 @@ mod sites;
 mod spread;
 mod touch;
 
-pub(super) use search::{HeldSearch, HeldWorkspace};
+pub(super) use search::{Found, HeldSearch, HeldWorkspace};

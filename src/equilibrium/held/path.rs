@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use super::friction::{Before, OldTouch};
-use super::search::HeldSearch;
 use super::search::HeldWorkspace;
+use super::search::{Found, HeldSearch};
 use super::sites::{sort, turn_frames};
-use super::touch::Obstacles;
+use super::touch::{Obstacles, all_stations};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::system::System;
 use crate::equilibrium::{Equilibrium, EquilibriumError};
@@ -23,6 +23,11 @@ const LARGEST_INCREMENT: f64 = 0.3;
 const SMALLEST_SHARE: f64 = 1e-6;
 /// Number of Newton iterations after which an increment is halved.
 const ITERATIONS: usize = 400;
+
+/// Displacement, relative to the length, by which the derivative of a distance is checked.
+const DISTANCE_STEP: f64 = 1e-6;
+/// Largest error of this derivative, for example at an edge of an obstacle.
+const DISTANCE_ERROR: f64 = 1e-3;
 
 impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     pub fn new(
@@ -59,6 +64,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             energy_scale: 0.0,
             leniency: 1.0,
             found: Equilibrium::default(),
+            increments: 0,
         })
     }
 
@@ -101,6 +107,28 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
     }
 
+    /// Returns an error for an obstacle whose distance is none: its gradient must be a unit vector and the derivative of
+    /// the distance, at all stations of the rod.
+    fn check_obstacles(&self, rod: &Rod) -> Result<(), ParameterError> {
+        if self.obstacles.contacts.is_empty() {
+            return Ok(());
+        }
+        let step = DISTANCE_STEP * self.length;
+        for station in all_stations(rod, &self.tangents) {
+            for obstacle in 0..self.obstacles.contacts.len() {
+                let gap = self.obstacles.gap(obstacle, &station.position);
+                let (name, norm) = ("norm of the gradient of the distance from an obstacle", gap.normal.norm());
+                let at = |error: ParameterError| error.at(station.arc_length);
+                ParameterError::unless((norm - 1.0).abs() < DISTANCE_ERROR, name, norm, "1").map_err(at)?;
+                let ahead = self.obstacles.gap(obstacle, &(station.position + gap.normal * step)).value;
+                let (name, slope) =
+                    ("derivative of the distance from an obstacle along its gradient", (ahead - gap.value) / step);
+                ParameterError::unless((slope - 1.0).abs() < DISTANCE_ERROR, name, slope, "1").map_err(at)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Returns an error for a hold that is farther from the base than the rod reaches without stretch.
     pub(super) fn check_reach(&self, rod: &Rod) -> Result<(), ParameterError> {
         let tissue = rod.points().first().map(|point| Tissue::of(point, self.obstacles.time));
@@ -120,13 +148,10 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
     /// equilibrium.
-    pub fn run(
-        mut self,
-        rod: &mut Rod,
-        bound: usize,
-    ) -> Result<(Equilibrium, Vec<Reaction>, Vec<Patch>), EquilibriumError> {
+    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Found, EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
+        self.check_obstacles(rod)?;
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
@@ -141,6 +166,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 site.target = start + (goal - start) * next;
             }
             self.turn_held(rod, (next - done) / (1.0 - done));
+            self.increments += 1;
             match self.settle(rod, bound.min(ITERATIONS)) {
                 Ok(()) => done = next,
                 Err(error) if error.is_recoverable() && share > SMALLEST_SHARE && done + share > done => {
@@ -155,7 +181,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             }
         }
         let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
-        Ok((self.found, reactions, patches))
+        Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
     }
 
     /// Rotates the held frames by a share of the rotations that they lack.

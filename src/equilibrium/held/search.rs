@@ -14,6 +14,7 @@ use crate::equilibrium::system::{Configuration, System};
 use crate::equilibrium::{Equilibrium, EquilibriumError};
 use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
+use crate::support::{Patch, Reaction};
 
 /// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the tangent is
 /// almost singular, and is shifted.
@@ -76,6 +77,16 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     /// Factor by which penetrations and slopes at contacts may be larger after many changes of the contacts.
     pub(super) leniency: f64,
     pub(super) found: Equilibrium,
+    /// Number of increments in which the holds have moved.
+    pub(super) increments: usize,
+}
+
+/// The result of a search.
+pub(in crate::equilibrium) struct Found {
+    pub equilibrium: Equilibrium,
+    pub increments: usize,
+    pub reactions: Vec<Reaction>,
+    pub patches: Vec<Patch>,
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
