@@ -23,6 +23,15 @@ impl ContactState {
         self.shape.clone_from(&source.shape);
     }
 
+    /// Takes the elements of the shape whose tissue has left the growth zone out of its zone, as those of the rod.
+    pub fn mature(&mut self) {
+        if let Some(shape) = &mut self.shape {
+            let elements = shape.points()[shape.zone()].chunks(shape.order().points());
+            let left = elements.take_while(|element| element[0].exit_time < f64::INFINITY).count();
+            let _ = shape.mature(left);
+        }
+    }
+
     /// Returns an error if a number is invalid or the shape is not one of `rod`.
     pub fn check(&self, rod: &Rod) -> Result<(), StateError> {
         if let Some(shape) = &self.shape {

@@ -225,6 +225,7 @@ impl Stepper {
     /// longer needed.
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
         shoot.state.mature(step.leaving);
+        shoot.state.contact.mature();
         // The choice of the steps after a breaking point depends on levels that are somewhat older than the
         // longest delay.
         let kept = EQUAL_STEPS * (step.to - step.from);

@@ -1,0 +1,329 @@
+//! Shoots in time that are held, or that touch an obstacle: accuracy in time through the gain and loss of contact,
+//! balance of forces, saved states, and shoots that a support does not affect.
+
+use crate::fixtures::held::assert_close;
+use crate::fixtures::shoots::{HOUR, MEMORY, RADIUS, WEIGHT, order};
+use morphorod::checkpoint::{from_bytes, to_bytes};
+use morphorod::constitutive::LinearElastic;
+use morphorod::equilibrium::NewtonSolver;
+use morphorod::growth::UniformGrowth;
+use morphorod::integrator::{IntegrationError, Integrator, MethodOfSteps};
+use morphorod::load::Distributed;
+use morphorod::support::{Contact, Cylinder, HalfSpace, Hold, Moving, Obstacle, Slip, Support};
+use morphorod::tropism::{Gravitropism, Oscillator, Response, SettledStatoliths};
+use morphorod::{DynLaws, Model, Shoot, ShootBuilder, State, Still};
+use nalgebra::Vector3;
+
+const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 };
+const GROWTH: UniformGrowth = UniformGrowth { zone_length: 0.05, time: 40.0 * HOUR };
+const LENGTH: f64 = 0.06;
+const PERIOD: f64 = 2.0 * HOUR;
+
+/// A shoot of 6 cm whose oscillator sweeps it in circles of a period of 2 h.
+fn nutating<S: Support + Send + Sync + 'static>(support: S) -> ShootBuilder<DynLaws> {
+    let builder = Shoot::builder(TISSUE).length(LENGTH).radius(RADIUS).growth(GROWTH);
+    builder.tropism(Oscillator::new(1.0, PERIOD)).load(WEIGHT).scene(Still::upright()).support(support).into_dyn()
+}
+
+/// A vertical pole of 2 mm radius at a distance from the base (m).
+fn pole(distance: f64, friction: f64) -> Contact<Cylinder> {
+    let obstacle = Cylinder { through: Vector3::x() * distance, along: Vector3::z(), radius: 2e-3 };
+    Contact { obstacle, radius: RADIUS, friction }
+}
+
+/// Total weight, N, which acts downwards.
+fn weight(shoot: &Shoot<impl Model>) -> Vector3<f64> {
+    Vector3::z() * (-WEIGHT.density * 9.81 * shoot.rod().volume())
+}
+
+/// Fails unless the force in the shoot at the base balances its weight and the reactions, and returns the number of
+/// reactions.
+fn assert_balance(shoot: &Shoot<impl Model>, tolerance: f64) -> usize {
+    let base = shoot.profile().at(0.0).unwrap().force;
+    let sum: Vector3<f64> = shoot.reactions().iter().map(|reaction| reaction.force).sum();
+    let error = (base - sum - weight(shoot)).norm() / (sum.norm() + weight(shoot).norm());
+    assert!(error <= tolerance, "at {} s: relative error {error:e}", shoot.time());
+    shoot.reactions().len()
+}
+
+/// Largest errors of the tip (m) in and out of contact for each step, against a run with the step 7.5 s. The laws are
+/// an oscillator and gravitropism of a given sensitivity.
+fn errors<O: Obstacle + Copy + Send + Sync + 'static>(contact: Contact<O>, sensitivity: f64) -> [[f64; 4]; 2] {
+    let times: Vec<f64> = (1..=15).map(|i| 960.0 * f64::from(i)).collect();
+    // No tissue leaves the growth zone, so that all runs have the same elements.
+    let growth = UniformGrowth { zone_length: 0.07, ..GROWTH };
+    let gravitropism = Gravitropism { sensitivity, perception: SettledStatoliths }.remembered(MEMORY);
+    let laws = (Oscillator::new(1.0, PERIOD), gravitropism);
+    let track = |step: f64| -> Vec<(Vector3<f64>, bool)> {
+        let mut shoot = nutating(contact).growth(growth).tropism(laws).into_dyn().build().unwrap();
+        let mut run = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-12));
+        let tip = |t: &f64| {
+            run.advance(&mut shoot, *t).unwrap();
+            (shoot.tip(), !shoot.reactions().is_empty())
+        };
+        times.iter().map(tip).collect()
+    };
+    let fine = track(7.5);
+    assert!(fine.windows(2).filter(|pair| pair[0].1 != pair[1].1).count() >= 3, "{fine:?}");
+    let all = [240.0, 120.0, 60.0, 30.0].map(track);
+    let found = [true, false].map(|touching| {
+        all.each_ref().map(|track| {
+            let each = track.iter().zip(&fine).filter(|(_, exact)| exact.1 == touching);
+            each.map(|(at, exact)| (at.0 - exact.0).norm()).fold(0.0, f64::max)
+        })
+    });
+    println!("in contact {:.2} {:?}", order(&found[0]), found[0]);
+    println!("out of contact {:.2} {:?}", order(&found[1]), found[1]);
+    found
+}
+
+/// A wall that the shoot touches with its apex.
+fn wall() -> Contact<HalfSpace> {
+    let obstacle = HalfSpace { through: Vector3::x() * 0.025, normal: -Vector3::x() };
+    Contact { obstacle, radius: RADIUS, friction: 0.0 }
+}
+
+#[test]
+fn shape_in_frictionless_contact_has_no_memory() {
+    // The oscillator does not depend on the shape. Shapes in contact then depend on the present intrinsic strain only.
+    for errors in errors(pole(0.02, 0.0), 0.0) {
+        assert!(errors[0] < 1e-11 && errors[3] < 1e-13, "{errors:?}");
+    }
+}
+
+#[test]
+fn contact_that_begins_and_ends_smoothly_has_second_order() {
+    let found = errors(wall(), 0.1);
+    assert!(found.iter().all(|errors| order(errors) >= 2.0), "{found:?}");
+}
+
+#[test]
+fn slipping_off_a_pole_has_first_order() {
+    // The shoot jumps when its apex passes the pole. The time of the jump is not an end of a step.
+    let found = errors(pole(0.02, 0.0), 0.1);
+    assert!(found.iter().all(|errors| order(errors) >= 0.9), "{found:?}");
+}
+
+#[test]
+fn friction_has_first_order() {
+    // Displacements since the start of a step determine friction.
+    let found = errors(pole(0.02, 0.3), 0.0);
+    assert!(order(&found[0]) >= 0.9 && found[0][3] < 3e-5, "{found:?}");
+    // Free shapes do not depend on the history.
+    assert!(found[1][0] < 1e-11, "{found:?}");
+}
+
+#[test]
+fn reactions_balance_the_weight_through_gain_and_loss_of_contact() {
+    for friction in [0.0, 0.3] {
+        let mut shoot = nutating(pole(0.02, friction)).build().unwrap();
+        let mut run = MethodOfSteps::new(120.0);
+        let (mut numbers, mut ratio) = (Vec::new(), 0.0_f64);
+        while shoot.time() < 6.0 * HOUR {
+            let _ = run.step(&mut shoot, 6.0 * HOUR).unwrap();
+            numbers.push(assert_balance(&shoot, 1e-9));
+            for reaction in shoot.reactions() {
+                assert!(reaction.normal >= 0.0 && reaction.obstacle == Some(0), "{reaction:?}");
+                let place = shoot.rod().at(reaction.arc_length).unwrap().0 - Vector3::x() * 0.02;
+                let (distance, normal) = (place.xy().norm(), Vector3::new(place.x, place.y, 0.0).normalize());
+                assert!((distance - 2e-3 - RADIUS).abs() < 1e-7 * LENGTH, "{distance} at {} s", shoot.time());
+                let tangential = (reaction.force - normal * reaction.normal).norm();
+                assert!(tangential <= friction * reaction.normal * (1.0 + 1e-6) + 1e-9, "{tangential} {reaction:?}");
+                ratio = ratio.max(tangential / reaction.normal);
+                assert_eq!(reaction.slip.is_some(), friction > 0.0);
+            }
+        }
+        println!("friction {friction}: largest ratio {ratio}");
+        assert!(numbers.windows(2).filter(|pair| (pair[0] > 0) != (pair[1] > 0)).count() >= 4, "{numbers:?}");
+    }
+}
+
+#[test]
+fn couple_and_strain_agree_with_the_differentiated_shape_in_contact() {
+    let mut shoot = nutating(pole(0.02, 0.0)).elements(16).build().unwrap();
+    let mut run = MethodOfSteps::with_solver(120.0, NewtonSolver::with_tolerance(1e-13));
+    let (mut compared, mut largest) = (0, [0.0_f64; 2]);
+    while shoot.time() < 4.0 * HOUR {
+        let _ = run.step(&mut shoot, 4.0 * HOUR).unwrap();
+        if shoot.reactions().is_empty() {
+            continue;
+        }
+        compared += 1;
+        let (profile, rod) = (shoot.profile(), shoot.rod());
+        let p = rod.order().points();
+        let scale = profile.sample(50).iter().map(|place| place.curvature()).fold(0.0, f64::max);
+        let stiffness = TISSUE.stiffness(RADIUS);
+        for (i, point) in rod.points().iter().enumerate() {
+            let place = profile.at(rod.arc_length_of(LENGTH - point.initial_apex_distance).unwrap()).unwrap();
+            let strain = rod.strain(i / p, i % p).unwrap();
+            let elastic = stiffness.component_mul(&(strain - place.intrinsic));
+            largest[0] = largest[0].max((place.strain - strain).norm() / scale);
+            largest[1] = largest[1].max((place.couple - elastic).norm() / (scale * stiffness.x));
+        }
+        // Moment of the weight and of the reactions about the base.
+        let at = |s: f64| rod.at(s).unwrap().0;
+        let points = rod.centre_line_at(4001);
+        let per = weight(&shoot) / 4000.0;
+        let mut moment: Vector3<f64> = points.windows(2).map(|ends| (0.5 * (ends[0] + ends[1])).cross(&per)).sum();
+        moment += shoot.reactions().iter().map(|one| at(one.arc_length).cross(&one.force)).sum::<Vector3<f64>>();
+        let base = profile.at(0.0).unwrap();
+        let error = (base.frame * base.couple - moment).norm() / (scale * stiffness.x);
+        assert!(error < 1e-6, "moment at {} s: {error:e}", shoot.time());
+    }
+    println!("{compared} shapes, strain {:e}, couple {:e}", largest[0], largest[1]);
+    // A contact is up to 1e-6 of the length beside the node at which the force jumps.
+    assert!(compared > 20 && largest.iter().all(|error| *error < 2e-5), "{largest:?}");
+}
+
+/// A shoot on an inclined base.
+fn inclined<S: Support + Send + Sync + 'static>(support: S) -> ShootBuilder<DynLaws> {
+    nutating(support).tropism(Oscillator::new(0.3, PERIOD)).scene(Still::tilted(0.5)).into_dyn()
+}
+
+#[test]
+fn held_places_keep_their_position_while_tissue_grows() {
+    for initial_apex_distance in [0.0, 0.02] {
+        let hold = Hold::place(initial_apex_distance).on_plane(Vector3::z() * 0.033, Vector3::z_axis());
+        let mut shoot = inclined(hold).build().unwrap();
+        let mut run = MethodOfSteps::new(300.0);
+        let mut places = Vec::new();
+        while shoot.time() < 5.0 * HOUR {
+            let _ = run.step(&mut shoot, 5.0 * HOUR).unwrap();
+            assert_eq!(assert_balance(&shoot, 1e-9), 1);
+            let reaction = shoot.reactions()[0];
+            let place = shoot.rod().at(reaction.arc_length).unwrap().0;
+            assert!((place.z - 0.033).abs() < 1e-10, "{} at {} s", place.z, shoot.time());
+            // The plane has no friction.
+            assert!(reaction.force.xy().norm() < 1e-9 * weight(&shoot).norm(), "{reaction:?}");
+            assert!((reaction.initial_apex_distance - initial_apex_distance).abs() < 1e-15, "{reaction:?}");
+            places.push(reaction.arc_length);
+        }
+        assert!(shoot.rod().length() > LENGTH + 0.004);
+        assert!(places.windows(2).all(|pair| pair[1] > pair[0]), "{places:?}");
+    }
+}
+
+#[test]
+fn apex_follows_a_moving_hold() {
+    let at = |t: f64| Vector3::new(0.03 + 0.004 * (t / HOUR).sin(), 0.002 * (2.0 * t / HOUR).sin(), 0.05);
+    let mut shoot = inclined(Moving(move |t: f64| Hold::apex().at(at(t)))).build().unwrap();
+    let mut run = MethodOfSteps::new(300.0);
+    while shoot.time() < 4.0 * HOUR {
+        let _ = run.step(&mut shoot, 4.0 * HOUR).unwrap();
+        assert_eq!(assert_balance(&shoot, 1e-9), 1);
+        let error = (shoot.tip() - at(shoot.time())).norm();
+        assert!(error < 1e-9, "{error:e} at {} s", shoot.time());
+    }
+}
+
+#[test]
+fn resumed_runs_in_contact_return_the_same_bytes() {
+    for friction in [0.0, 0.3] {
+        let build = || nutating(pole(0.02, friction)).build().unwrap();
+        let mut whole = build();
+        let mut run = MethodOfSteps::new(120.0);
+        let mut resumed_in_contact = 0;
+        for hour in 1..=5 {
+            let until = (f64::from(hour) - 0.05) * HOUR;
+            run.advance(&mut whole, until).unwrap();
+            resumed_in_contact += usize::from(!whole.reactions().is_empty());
+            let bytes = to_bytes(whole.state()).unwrap();
+            let state: State = from_bytes(&bytes).unwrap();
+            assert!(to_bytes(&state).unwrap() == bytes);
+            let mut resumed = build();
+            resumed.restore(&state).unwrap();
+            assert_eq!(resumed.reactions(), whole.reactions());
+            let mut other = whole.clone();
+            for shoot in [&mut resumed, &mut other] {
+                MethodOfSteps::new(120.0).advance(shoot, until + 0.5 * HOUR).unwrap();
+            }
+            assert!(to_bytes(resumed.state()).unwrap() == to_bytes(other.state()).unwrap(), "{friction} at {until} s");
+        }
+        // The uninterrupted run keeps its integrator; a resumed one has a new integrator.
+        let (mut one, mut two) = (build(), build());
+        run = MethodOfSteps::new(120.0);
+        run.advance(&mut one, 0.7 * HOUR).unwrap();
+        two.restore(one.state()).unwrap();
+        run.advance(&mut one, 2.0 * HOUR).unwrap();
+        MethodOfSteps::new(120.0).advance(&mut two, 2.0 * HOUR).unwrap();
+        assert!(to_bytes(one.state()).unwrap() == to_bytes(two.state()).unwrap(), "{friction}");
+        assert!(resumed_in_contact > 0);
+    }
+}
+
+#[test]
+fn errors_leave_a_held_shoot_unchanged() {
+    // From one hour on the hold is out of reach.
+    let at = |t: f64| Vector3::new(0.03 + 0.1 * ((t - HOUR) / HOUR).max(0.0), 0.0, 0.045);
+    let mut shoot = inclined((Moving(move |t: f64| Hold::apex().at(at(t))), pole(0.05, 0.3))).build().unwrap();
+    let mut run = MethodOfSteps::new(300.0);
+    run.advance(&mut shoot, HOUR).unwrap();
+    let before = (shoot.clone(), to_bytes(shoot.state()).unwrap());
+    let error = run.advance(&mut shoot, 2.0 * HOUR).unwrap_err();
+    assert!(matches!(error, IntegrationError::Equilibrium { .. }), "{error}");
+    assert!(to_bytes(shoot.state()).unwrap() == before.1 && shoot.reactions() == before.0.reactions());
+}
+
+#[test]
+fn absent_support_changes_no_bit() {
+    let free = || {
+        let builder = Shoot::builder(TISSUE).length(LENGTH).radius(RADIUS).growth(GROWTH).load(WEIGHT);
+        builder.tropism(Oscillator::new(1.0, PERIOD)).scene(Still::upright()).into_dyn().build().unwrap()
+    };
+    let mut shoots = [free(), nutating(()).build().unwrap(), nutating(((), ())).build().unwrap()];
+    for shoot in &mut shoots {
+        MethodOfSteps::new(120.0).advance(shoot, 5.0 * HOUR).unwrap();
+    }
+    let bytes = shoots.map(|shoot| to_bytes(shoot.state()).unwrap());
+    assert!(bytes[0] == bytes[1] && bytes[0] == bytes[2]);
+}
+
+#[test]
+fn distant_obstacle_leaves_the_track_of_a_free_shoot() {
+    let times: Vec<f64> = (1..=20).map(|i| 0.5 * HOUR * f64::from(i)).collect();
+    let solver = || NewtonSolver::with_tolerance(1e-12);
+    let track = |mut shoot: Shoot<DynLaws>| -> Vec<Vector3<f64>> {
+        let mut run = MethodOfSteps::with_solver(120.0, solver());
+        let tip = |t: &f64| {
+            run.advance(&mut shoot, *t).unwrap();
+            assert!(shoot.reactions().is_empty());
+            shoot.tip()
+        };
+        times.iter().map(tip).collect()
+    };
+    let free = track(nutating(()).build().unwrap());
+    for friction in [0.0, 0.3] {
+        let other = track(nutating(pole(0.5, friction)).build().unwrap());
+        let error = free.iter().zip(&other).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        println!("friction {friction}: {error:e} m");
+        assert!(error < 1e-12, "{error:e}");
+    }
+}
+
+#[test]
+fn a_resting_shoot_with_friction_does_not_creep() {
+    // The base is horizontal. The shoot rests on a horizontal bar, and a lateral load is within the cone of friction.
+    let bar = Cylinder { through: Vector3::new(0.045, 0.0, -6e-3), along: Vector3::y(), radius: 2e-3 };
+    let support = Contact { obstacle: bar, radius: RADIUS, friction: 0.5 };
+    let builder = Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 }).length(LENGTH);
+    let mut shoot = builder
+        .radius(RADIUS)
+        .load((WEIGHT, Distributed(Vector3::y() * 1e-5)))
+        .scene(Still::tilted(std::f64::consts::FRAC_PI_2))
+        .support(support)
+        .into_dyn()
+        .build()
+        .unwrap();
+    let mut run = MethodOfSteps::new(90.0);
+    let _ = run.step(&mut shoot, 1e6).unwrap();
+    let (first, tip) = (shoot.reactions().to_vec(), shoot.tip());
+    assert_eq!(first.len(), 1, "{first:?}");
+    for _ in 0..1000 {
+        let _ = run.step(&mut shoot, 1e6).unwrap();
+    }
+    let last = shoot.reactions();
+    println!("creep {:e} m", (shoot.tip() - tip).norm());
+    assert!(last[0].slip == Some(Slip::Sticks) && (last[0].force - first[0].force).norm() < 1e-7 * first[0].normal);
+    assert!((shoot.tip() - tip).norm() <= 1e-9 * LENGTH);
+    assert_close("place of contact", last[0].arc_length, first[0].arc_length, 1e-9);
+}
