@@ -13,6 +13,8 @@ use crate::rod::Rod;
 const CHANGES: usize = 30;
 /// Number of changes after which smaller penetrations and slopes at contacts are accepted.
 const PATIENCE: i32 = 8;
+/// Number of Newton iterations with the contacts of the initial guess.
+const FOLLOWING: usize = 40;
 /// Largest factor by which these are larger then.
 const LARGEST_LENIENCY: f64 = 1e3;
 /// Largest gap, relative to an element, between two contacts that are one at first. Contacts that the elements do not
@@ -128,6 +130,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Finds an equilibrium with its contacts: contacts that pull are released, and their places are corrected.
     pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         let mut touching = TOUCHING * self.length / self.parent.elements() as f64;
+        if self.follow(rod, bound, touching) {
+            return Ok(());
+        }
         for change in 0..CHANGES {
             // Contacts with almost no force may be lost and found again in turn.
             self.leniency = 10.0_f64.powi(change as i32 - PATIENCE).clamp(1.0, LARGEST_LENIENCY);
@@ -145,5 +150,23 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             return Ok(());
         }
         Err(self.not_found(f64::NAN))
+    }
+
+    /// Finds the equilibrium with the long contacts of the initial guess, whose ends move. Returns whether it is one;
+    /// after a failure the rod and its contacts are those of the initial guess.
+    fn follow(&mut self, rod: &mut Rod, bound: usize, touching: f64) -> bool {
+        let patches = self.patches(rod, touching);
+        if patches.is_empty() || patches.iter().any(|patch| patch.from == patch.to) {
+            return false;
+        }
+        let guess = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
+        let found = self.correct(rod, bound.min(FOLLOWING), touching).is_ok_and(|changed| !changed);
+        if found && self.penetrations(rod).is_empty() {
+            return true;
+        }
+        (*rod, self.sites, self.frames, self.system.joints) = guess;
+        self.renew_force(rod);
+        self.locate(rod);
+        false
     }
 }
