@@ -15,7 +15,7 @@
 //!
 //! A thinner and closer pole is embraced further: with `--distance 1.5 --pole 3 --friction 0` the
 //! turning angle reaches 0.79 turns in 22.4 h. Then the run ends with an error, because the solver
-//! does not find the equilibrium with three contacts.
+//! does not find the equilibrium with three contacts. Other steps end earlier, at a second contact.
 //!
 //! The map contains shoots that pass (4 of 25 in each panel), shoots that slip off
 //! (12 without friction, 10 with a friction of 0.2), and runs that fail (9 and 11), most of them at
