@@ -12,6 +12,8 @@ use crate::load::Load;
 use crate::rod::Rod;
 use crate::support::Patch;
 
+/// Number of Newton iterations with the contacts of an initial guess.
+pub(super) const FOLLOWING: usize = 40;
 /// Number of corrections of the places of contacts.
 const CORRECTIONS: usize = 30;
 /// Distance of a contact from a node, relative to the element, below which the element is not divided.
@@ -30,11 +32,31 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         if patches.is_empty() {
             return Ok(false);
         }
-        if self.reshape(rod, &mut patches) {
-            self.arrange(rod, &patches, Vec::new());
+        let skew = self.skew(rod, &patches);
+        if !skew.is_empty() {
+            let mut moved = patches.clone();
+            self.pinned = true;
+            let placed = self.try_place(rod, &mut moved, &skew, bound);
+            self.pinned = false;
+            // A contact that is tangential now, and where the rod is more curved still, becomes longer below.
+            let curved = |at: &Patch| self.approach(rod, at.obstacle, at.from).1 < 0.0;
+            if placed && !skew.iter().any(|(i, _)| curved(&moved[*i])) {
+                return Ok(true);
+            }
+            if placed {
+                patches = moved;
+            }
+        }
+        let reshaped = self.reshape(rod, &mut patches);
+        let unknown = self.unknown(&patches);
+        if reshaped {
+            // A contact that becomes longer is placed at once: at a first estimate of its ends it may pull.
+            let mut moved = patches.clone();
+            if unknown.is_empty() || !self.try_place(rod, &mut moved, &unknown, bound) {
+                self.arrange(rod, &patches, Vec::new());
+            }
             return Ok(true);
         }
-        let unknown = self.unknown(&patches);
         if unknown.is_empty() {
             if !self.misses_node(rod, &patches) {
                 return Ok(false);
@@ -59,6 +81,21 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.push < -1e-13 * self.force_scale()));
         let mut again = before.clone();
         Ok(!same || pulls || self.reshape(rod, &mut again))
+    }
+
+    /// Corrects places in few iterations. Returns whether it succeeds; otherwise the rod and its contacts are those before.
+    fn try_place(&mut self, rod: &mut Rod, patches: &mut [Patch], unknown: &[(usize, bool)], bound: usize) -> bool {
+        let kept = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
+        self.arrange(rod, patches, Vec::new());
+        self.frozen = true;
+        let placed = self.place(rod, patches, unknown, bound.min(FOLLOWING)).is_ok();
+        self.frozen = false;
+        if !placed {
+            (*rod, self.sites, self.frames, self.system.joints) = kept;
+            self.renew_force(rod);
+            self.locate(rod);
+        }
+        placed
     }
 
     /// Newton's method for the places, with secant updates.
@@ -214,7 +251,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             for s in ends.iter().filter(|s| **s > margin) {
                 let covered = stations.iter().any(|place| (place.arc_length - s).abs() <= margin);
                 if !covered && let Some((element, x)) = rod.locate(*s) {
-                    let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME);
+                    let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && !self.pinned;
                     self.sites.push(Site::touching(patch.obstacle, (element, x), push(*s), floats));
                 }
             }
@@ -228,7 +265,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 });
                 if inside && !doubled {
                     let push = push(place.arc_length);
-                    let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME);
+                    let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && !self.pinned;
                     let at = (place.element, place.x);
                     self.sites.push(Site::touching(patch.obstacle, at, push, floats));
                 }

@@ -1,6 +1,6 @@
 //! The contacts of a rod: those that a step gains and loses, and the search with all of them.
 
-use super::arrange::place_along;
+use super::arrange::{FOLLOWING, place_along};
 use super::search::HeldSearch;
 use super::sites::Site;
 use super::touch::{CLEAR, Penetration, Place, SAME, penetrations};
@@ -13,8 +13,6 @@ use crate::rod::Rod;
 const CHANGES: usize = 30;
 /// Number of changes after which smaller penetrations and slopes at contacts are accepted.
 const PATIENCE: i32 = 8;
-/// Number of Newton iterations with the contacts of the initial guess.
-const FOLLOWING: usize = 40;
 /// Largest factor by which these are larger then.
 const LARGEST_LENIENCY: f64 = 1e3;
 /// Largest gap, relative to an element, between two contacts that are one at first. Contacts that the elements do not

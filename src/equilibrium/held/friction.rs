@@ -12,6 +12,8 @@ use crate::rod::Rod;
 /// Excess of the tangential force over the friction cone that is attributed to rounding, relative to the cone.
 const CONE: f64 = 1e-12;
 
+/// Relative distance from the friction cone at which a contact slid in the increment before.
+const SLIDING: f64 = 1e-6;
 /// Largest slip that is attributed to rounding, relative to the length.
 const NO_SLIP: f64 = 1e-12;
 /// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
@@ -24,7 +26,7 @@ const MOST_CHANGES: usize = 8;
 
 /// The rod at the end of the increment before.
 pub(super) struct Before<'a> {
-    rod: &'a Rod,
+    pub rod: &'a Rod,
     /// Positions of the ends of its elements, m.
     nodes: Vec<Vector3<f64>>,
     /// Time since then, s.
@@ -59,7 +61,7 @@ impl<'a> Before<'a> {
 }
 
 impl Friction {
-    /// Friction of a new contact, which slides in the direction of its displacement.
+    /// Friction of a new contact, which slides in the direction of its displacement unless it has an earlier force.
     pub fn new(coefficient: f64) -> Self {
         let zero = Vector3::zeros();
         Self {
@@ -84,7 +86,13 @@ impl Friction {
             return;
         }
         if self.direction == Vector3::zeros() {
-            self.direction = self.slip;
+            // A contact sticks or slides as at the end of the increment before, as first guess.
+            let (earlier, cone) = (self.earlier.norm(), self.coefficient * push.max(0.0));
+            if earlier > 0.0 && earlier < cone * (1.0 - SLIDING) {
+                (self.sticks, self.force) = (true, self.earlier);
+                return;
+            }
+            self.direction = if earlier > 0.0 { -self.earlier } else { self.slip };
         }
         match tangential(&self.direction).try_normalize(f64::MIN_POSITIVE) {
             Some(direction) => self.direction = direction,

@@ -83,6 +83,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         unknown
     }
 
+    /// The contacts at points that do not slide, since the rod is more curved than the obstacle, and are not tangential.
+    pub(super) fn skew(&self, rod: &Rod, patches: &[Patch]) -> Vec<(usize, bool)> {
+        let skew = |patch: &Patch| {
+            let (slope, bend) = self.approach(rod, patch.obstacle, patch.from);
+            patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && bend < 0.0 && slope.abs() > TANGENTIAL
+        };
+        (0..patches.len()).filter(|i| skew(&patches[*i])).map(|i| (i, false)).collect()
+    }
+
     /// The violation of the condition at each unknown place: a contact at a point is tangential, and at the end of a
     /// longer contact the curvature of the rod is that of the obstacle (times the length).
     pub(super) fn misplacement(&self, rod: &Rod, patches: &[Patch], unknown: &[(usize, bool)]) -> DVector<f64> {
@@ -92,8 +101,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 let patch = &patches[*i];
                 let s = if *end { patch.to } else { patch.from };
                 let (slope, bend) = self.approach(rod, patch.obstacle, s);
-                let _ = slope;
-                bend * self.length
+                if patch.from == patch.to { slope } else { bend * self.length }
             }),
         )
     }

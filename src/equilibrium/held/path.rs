@@ -53,6 +53,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             obstacles,
             tangents: Vec::new(),
             frozen: false,
+            pinned: false,
             before: Before::new(rod, 0.0),
             stable,
             tolerance,
@@ -104,6 +105,12 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 }
             }
             self.arrange(rod, &inside, pushes);
+            // The rod without the nodes of contacts does not resolve their forces.
+            let shape = self.before.rod;
+            let same_length = (shape.length() - self.length).abs() <= 1e-12 * self.length;
+            if same_length && shape.frames()[0] == rod.frames()[0] {
+                rod.sample_shape(shape);
+            }
         }
     }
 

@@ -61,6 +61,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) tangents: Vec<Vector3<f64>>,
     /// Whether steps are not blocked by obstacles.
     pub(super) frozen: bool,
+    /// Whether contacts at points stay at their places along the rod.
+    pub(super) pinned: bool,
     /// The rod at the end of the increment before, with the time since then (s). Friction depends on the displacement.
     pub(super) before: Before<'a>,
     /// Whether the equilibrium has to be stable.
