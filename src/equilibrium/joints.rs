@@ -74,7 +74,7 @@ impl Joints {
             couples[*node] += couple;
         }
         if !self.base_rotates {
-            couples[0] = Vector3::zeros();
+            couples.iter_mut().take(1).for_each(|couple| *couple = Vector3::zeros());
         }
         self.held.clear();
         for (node, projection) in &self.confined {
@@ -87,7 +87,7 @@ impl Joints {
     /// Removes the confined directions of a vector of couples.
     pub fn confine(&self, couples: &mut [Vector3<f64>]) {
         if !self.base_rotates {
-            couples[0] = Vector3::zeros();
+            couples.iter_mut().take(1).for_each(|couple| *couple = Vector3::zeros());
         }
         for (node, projection) in &self.confined {
             couples[*node] = projection * couples[*node];

@@ -322,7 +322,7 @@ fn invalid_holds_are_errors_and_leave_the_rod_unchanged() {
         (Box::new(apex.held(Unit::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0)))), "norm of the quaternion"),
         (Box::new(Joint::Hinge(long)), "norm of the axis"),
         // A place beyond the reach of the rod.
-        (Box::new(apex.at(Vector3::x() * (2.0 * LENGTH))), "no equilibrium"),
+        (Box::new(apex.at(Vector3::x() * (2.0 * LENGTH))), "distance of a hold from the base"),
     ];
     let mut held = horizontal(8);
     held.hold(&());

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::friction::OldTouch;
-use super::search::HeldSearch;
+use super::before::OldTouch;
+use super::data::HeldSearch;
 use super::sites::{Friction, Site};
 use super::touch::{Place, SAME, all_stations, place};
 use crate::constitutive::Constitutive;

@@ -1,7 +1,7 @@
 //! The contacts of a rod: those that a step gains and loses, and the search with all of them.
 
 use super::arrange::{FOLLOWING, place_along};
-use super::search::HeldSearch;
+use super::data::HeldSearch;
 use super::sites::Site;
 use super::touch::{CLEAR, Penetration, Place, SAME, penetrations};
 use crate::constitutive::Constitutive;

@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::conditions::{Conditions, Role};
+use super::data::HeldSearch;
 use super::dense::Dense;
-use super::search::HeldSearch;
 use super::touch::{all_stations, largest_share};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::system::Configuration;

@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::conditions::{Conditions, Role};
-use super::search::HeldSearch;
+use super::data::HeldSearch;
 use super::sites::{Friction, Site};
 use super::touch::place;
 use crate::constitutive::{Constitutive, line_strain_under};

@@ -4,10 +4,12 @@
 //! direction in which a support acts adds a row and a column to its border.
 
 mod arrange;
+mod before;
 mod border;
 mod conditions;
 mod contact;
 mod contact_step;
+mod data;
 mod dense;
 mod energy;
 mod friction;
@@ -21,4 +23,4 @@ mod sites;
 mod spread;
 mod touch;
 
-pub(super) use search::{Found, HeldSearch, HeldWorkspace};
+pub(super) use data::{Found, HeldSearch, HeldWorkspace};

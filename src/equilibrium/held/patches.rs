@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Vector3};
 
-use super::search::HeldSearch;
+use super::data::HeldSearch;
 use super::touch::{SAME, all_stations};
 use crate::constitutive::{Constitutive, Tissue, strain_under};
 use crate::load::Load;

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use super::friction::{Before, OldTouch};
-use super::search::HeldWorkspace;
-use super::search::{Found, HeldSearch};
+use super::before::{Before, OldTouch};
+use super::data::HeldWorkspace;
+use super::data::{Found, HeldSearch};
 use super::sites::{sort, turn_frames};
 use super::touch::{Obstacles, all_stations};
 use crate::constitutive::Constitutive;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::border::upto_parts;
-use super::search::HeldSearch;
+use super::data::HeldSearch;
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::load::Load;

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::conditions::{Conditions, Role};
+use super::data::HeldSearch;
 use super::dense::Dense;
 use super::dense::NEUTRAL;
-use super::search::HeldSearch;
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumError, Inertia};

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::conditions::{Conditions, Role};
+use super::data::HeldSearch;
 use super::dense::Dense;
-use super::search::HeldSearch;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
 use crate::rod::Rod;

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::touch::Gap;
 use crate::equilibrium::EquilibriumError;
 use crate::equilibrium::joints::Joints;
 use crate::error::ParameterError;
@@ -29,6 +28,14 @@ pub(super) struct Site {
     pub position: Vector3<f64>,
     /// Contact with an obstacle; `None` for a hold.
     pub touch: Option<Touch>,
+}
+
+/// Gap between a place of the centre line and an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gap {
+    pub value: f64,
+    pub normal: Vector3<f64>,
+    pub curvature: Matrix3<f64>,
 }
 
 /// A linear spring along a unit vector.

@@ -1,6 +1,6 @@
 //! Reactions of contacts that are longer than a point: forces at their ends, and pressure between.
 
-use super::search::HeldSearch;
+use super::data::HeldSearch;
 use super::touch::SAME;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
@@ -8,6 +8,9 @@ use crate::numerics::interpolation::lagrange;
 use crate::numerics::quadrature::lobatto_weights;
 use crate::rod::Rod;
 use crate::support::Reaction;
+
+/// Force at a point, relative to the force at a station, that is attributed to rounding.
+const NONE: f64 = 1e-6;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Divides the reactions at the stations of longer contacts into the pressure, which is gathered with the weights of
@@ -64,6 +67,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     if size > 0.0 { whole.normal * force.dot(&whole.force) / (size * size) } else { 0.0 }
                 };
                 let rest = whole.force - force;
+                // There is no force at a point at an end where the rod does not lift off.
+                if rest.norm() <= NONE * whole.force.norm() {
+                    all[i].length = length;
+                    continue;
+                }
                 all.push(Reaction { force: *force, normal: normal(force), length, ..whole });
                 all[i] = Reaction { force: rest, normal: normal(&rest), ..whole };
             }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::border::upto_parts;
-use super::sites::Site;
+use super::sites::{Gap, Site};
 use crate::numerics::quadrature::lobatto;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle};
@@ -30,14 +30,6 @@ pub(super) struct Obstacles<'a> {
     /// Their displacements per force, m/N.
     pub compliances: Vec<Matrix3<f64>>,
     pub time: f64,
-}
-
-/// Gap between a place of the centre line and an obstacle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Gap {
-    pub value: f64,
-    pub normal: Vector3<f64>,
-    pub curvature: Matrix3<f64>,
 }
 
 impl Obstacles<'_> {

@@ -1,0 +1,63 @@
+//! The data of a search for an equilibrium of a rod with supports.
+
+use nalgebra::Vector3;
+
+use super::before::Before;
+use super::border::Border;
+use super::sites::{HeldFrame, Site};
+use super::touch::Obstacles;
+use crate::equilibrium::Equilibrium;
+use crate::equilibrium::system::System;
+use crate::load::InternalForce;
+use crate::rod::Rod;
+use crate::support::{Patch, Reaction};
+
+/// Memory of a search.
+#[derive(Debug, Default)]
+pub(crate) struct HeldWorkspace {
+    pub(super) border: Border,
+}
+
+/// A search for an equilibrium of a rod with supports.
+pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
+    pub(super) system: &'a mut System,
+    pub(super) border: &'a mut Border,
+    pub(super) material: &'a C,
+    pub(super) load: &'a L,
+    pub(super) force: &'a mut InternalForce,
+    /// The rod without additional nodes at contacts.
+    pub(super) parent: &'a Rod,
+    pub(super) obstacles: Obstacles<'a>,
+    /// Tangents ∂p/∂s of the centre line at the material points.
+    pub(super) tangents: Vec<Vector3<f64>>,
+    /// Whether steps are not blocked by obstacles.
+    pub(super) frozen: bool,
+    /// Whether contacts at points stay at their places along the rod.
+    pub(super) pinned: bool,
+    /// The rod at the end of the increment before, with the time since then (s). Friction depends on the displacement.
+    pub(super) before: Before<'a>,
+    /// Whether the equilibrium has to be stable.
+    pub(super) stable: bool,
+    pub(super) tolerance: f64,
+    pub(super) length: f64,
+    pub(super) sites: Vec<Site>,
+    pub(super) frames: Vec<HeldFrame>,
+    /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit.
+    pub(super) weight: f64,
+    pub(super) boosts: Vec<(usize, f64)>,
+    /// Largest energy so far over the length, N: the magnitude of the reactions on a rod without load.
+    pub(super) energy_scale: f64,
+    /// Factor by which penetrations and slopes at contacts may be larger after many changes of the contacts.
+    pub(super) leniency: f64,
+    pub(super) found: Equilibrium,
+    /// Number of increments in which the holds have moved.
+    pub(super) increments: usize,
+}
+
+/// The result of a search.
+pub(in crate::equilibrium) struct Found {
+    pub equilibrium: Equilibrium,
+    pub increments: usize,
+    pub reactions: Vec<Reaction>,
+    pub patches: Vec<Patch>,
+}
