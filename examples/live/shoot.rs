@@ -273,6 +273,7 @@ fn model(values: &[f64; PARAMETERS]) -> Model {
             (of(P::Kick) == 2.0).then_some(Whirl { force: 1e-5, period: 93.0 * MINUTE, turns: 2.0 }),
         ),
         scene: Still { gravity: Vector3::new(0.0, 0.0, -of(P::Gravity)), ..upright },
+        support: (),
     }
 }
 

@@ -56,7 +56,8 @@ fn straight_rods_buckle_at_eulers_loads() {
     let root = bisect((4.4, 4.6), 1e-15, |x| x.tan() > x);
     // Support, load P ℓ²/(E I), negative and neutral eigenvalues beyond the load. A rod that hinges about one axis
     // buckles in one plane, and one with ball joints at both ends twists freely.
-    let cases: [(Box<dyn Support>, f64, (usize, usize)); 5] = [
+    type Case = (Box<dyn Support>, f64, (usize, usize));
+    let cases: [Case; 5] = [
         (Box::new(guided.held(frame)), 4.0 * PI * PI, (2, 0)),
         (Box::new(guided), root * root, (2, 0)),
         (Box::new((Joint::Hinge(Vector3::y_axis()), guided)), PI * PI, (1, 0)),

@@ -141,7 +141,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             // The length of a short free end is a double root of its condition.
             let reach = SHORT_END * self.length / self.parent.elements() as f64;
             for (patch, before) in moved.iter_mut().zip(patches.iter()) {
-                let longer = patch.to > before.to && patch.to > patch.from;
+                let longer = patch.to > before.to && patch.to - patch.from > reach / SHORT_END;
                 if longer && patch.to > self.length - reach && before.to < self.length * (1.0 - SAME) {
                     patch.to = self.length.next_up();
                 }

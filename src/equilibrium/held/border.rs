@@ -61,9 +61,7 @@ impl Border {
         rod: &Rod,
         material: &impl Constitutive,
         force: &InternalForce,
-        columns: &[Column],
-        basis: &Basis,
-        acts: Option<&Basis>,
+        (columns, basis, acts): (&[Column], &Basis, Option<&Basis>),
     ) {
         let reference = rod.reference();
         let reach = columns.iter().map(|column| match column {

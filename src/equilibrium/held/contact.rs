@@ -80,12 +80,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.sites.len() > number
     }
 
-    /// Keeps a contact at the apex if the gap would be less beyond it, and lets it slide otherwise.
+    /// Keeps a contact at the apex if the gap would be less beyond it.
     pub(super) fn settle_apex(&mut self, rod: &Rod) {
         for site in self.sites.iter_mut().filter(|site| site.element + 1 == rod.elements() && site.x >= 1.0) {
             if let Some(touch) = &mut site.touch {
                 let (slope, bend) = touch.approach;
-                touch.floats = slope > 0.0 && bend > 0.0;
+                touch.floats &= slope > 0.0 && bend > 0.0;
             }
         }
     }

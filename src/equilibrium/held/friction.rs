@@ -14,7 +14,7 @@ const CONE: f64 = 1e-12;
 /// Relative distance from the friction cone at which a contact slid in the increment before.
 const SLIDING: f64 = 1e-6;
 /// Largest slip that is attributed to rounding, relative to the length.
-const NO_SLIP: f64 = 1e-12;
+pub(super) const NO_SLIP: f64 = 1e-12;
 /// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
 /// rod that is far from equilibrium.
 const SETTLED: f64 = 1e-3;

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::border::upto_parts;
 use super::data::HeldSearch;
+use super::friction::NO_SLIP;
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
@@ -29,9 +30,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let force = site.force + site.spring_force();
             let touch = site.touch.as_ref();
             let (obstacle, normal) = (touch.map(|touch| touch.obstacle), touch.map_or(0.0, |touch| touch.push));
-            let slip = touch.and_then(|touch| touch.friction).map(|friction| match friction.sticks {
-                true => Slip::Sticks,
-                false => Slip::Slides,
+            let slip = touch.and_then(|touch| touch.friction).map(|friction| {
+                match friction.sticks || friction.slip.norm() <= NO_SLIP * self.length {
+                    true => Slip::Sticks,
+                    false => Slip::Slides,
+                }
             });
             all.push(Reaction { force, obstacle, normal, slip, ..reaction(site.element, site.x) });
         }

@@ -45,7 +45,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let basis = conditions.composed(&conditions.parts);
         let acts = acts.map(|acts| conditions.composed(&acts));
         let (columns, force) = (&conditions.columns, &*self.force);
-        self.border.assemble::<P>(self.system, rod, self.material, force, columns, &basis, acts.as_ref());
+        self.border.assemble::<P>(self.system, rod, self.material, force, (columns, &basis, acts.as_ref()));
         let yields = &self.border.yields + self.yields_of_obstacles(&conditions);
         dense.clone_from(&(&yields - &self.border.gram));
         let mut coupled = yields - &self.border.coupling;
