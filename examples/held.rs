@@ -209,11 +209,11 @@ fn twisted_ring(tissue: LinearElastic, out: &Path) -> Result<(), Box<dyn Error>>
     }
     let mut buckled = Vec::new();
     let mut views: [Vec<Series>; 2] = [Vec::new(), Vec::new()];
-    // Up to the critical twist and, from the same start, down from it.
+    // The twists increase to the critical one and then decrease from the same start.
     let offsets = (0..6).map(|i| -0.06 + 0.01 * f64::from(i)).chain((0..6).map(|i| -0.06 - 0.02 * f64::from(i)));
     for (index, offset) in offsets.enumerate() {
         let turns = critical + offset;
-        // Without a solution at one twist, the next one begins at the last shape.
+        // If there is no solution at one twist, the next search begins at the last shape found.
         let Ok((found, _)) = setup.hold(&(), &closed(turns)) else { continue };
         let excess = (found.energy - circle_energy(turns)) / unit;
         if excess < 1e-6 {

@@ -9,8 +9,8 @@ use super::mechanism::{Observation, Wave};
 /// short.
 const MARGIN: usize = 2;
 /// Amplitude of a circle over the standard deviation of white noise, times the root of the number
-/// of positions: noise has so much power at one of some hundred frequencies with a probability of
-/// about 1e-4.
+/// of positions. White noise reaches this amplitude at one of about a hundred frequencies with a
+/// probability of about 1e-4.
 const DETECTED: f64 = 6.0;
 /// Amplitude over the largest one below which the search does not report a wave.
 const BESIDE: f64 = 5e-3;

@@ -1,25 +1,24 @@
 //! Composition of laws: declarations, chained memories, tuples, boxed laws, and user-defined models.
 
 use crate::fixtures::in_norm::InNorm;
+use crate::fixtures::shoots::{
+    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering,
+};
 use approx::{abs_diff_eq, assert_abs_diff_eq};
 use morphorod::constitutive::LinearElastic;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps, Simulation};
-use morphorod::load::Weight;
+use morphorod::load::{Distributed, Load, Weight};
 use morphorod::stability::{Linearisation, solve_steady_state};
 use morphorod::tropism::{
     Declaration, DirectionalTropism, Gravitropism, Growing, Memory, Oscillator, Perception, Proprioception, Remembered,
     Response, Rotation, SettledStatoliths, Site, Size, Source, TropismLaw, Variable,
 };
 use morphorod::{DynLaws, Laws, Model, Shoot, State, Still};
-use std::cell::Cell;
-use std::sync::Arc;
-
-use crate::fixtures::shoots::{
-    BETA, ETA, HOUR, MEMORY, RADIUS, STATOLITHS, WEIGHT, YOUNG, growing, righting, steering,
-};
 use nalgebra::{Rotation3, Vector3};
 use proptest::prelude::*;
+use std::cell::Cell;
+use std::sync::Arc;
 
 /// The laws of the growing shoot.
 fn all_laws() -> impl TropismLaw {
@@ -381,7 +380,6 @@ fn shoots_of_different_models_share_a_list_of_simulations() {
 /// A list of laws or loads equals the tuple of them.
 #[test]
 fn lists_of_laws_and_loads_equal_tuples() {
-    use morphorod::load::{Distributed, Load};
     let gravitropism = || Gravitropism { sensitivity: 0.8, perception: SettledStatoliths }.remembered(MEMORY);
     let proprioception = || Proprioception { sensitivity: ETA }.remembered(MEMORY);
     let force = |x: f64| Distributed(Vector3::x() * x);

@@ -12,6 +12,7 @@ use crate::load::Load;
 const STICKINESS: f64 = 1e-9;
 
 /// Conditions of the reactions at one iteration: rows of T and D, and right-hand sides.
+#[derive(Clone)]
 pub(super) struct Conditions {
     /// Linear functions of the rotations.
     pub columns: Vec<Column>,
@@ -144,7 +145,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 }
                 let (slope, bend) = touch.approach;
                 if touch.floats && bend > 0.0 {
-                    // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/method.md).
+                    // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                     let factor = (touch.push.max(floor) / bend).sqrt();
                     let turns = Column::Tangent { element, x, direction: touch.gap.normal };
                     let bends = place(touch.gap.curvature * touch.tangent);

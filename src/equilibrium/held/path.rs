@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 
 use super::before::{Before, OldTouch};
-use super::data::HeldWorkspace;
-use super::data::{Found, HeldSearch};
+use super::data::{Found, HeldSearch, HeldWorkspace};
 use super::sites::{sort, turn_frames};
 use super::touch::{Obstacles, all_stations};
 use crate::constitutive::Constitutive;

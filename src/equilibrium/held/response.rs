@@ -1,11 +1,10 @@
 //! The response of a rod and its reactions: factors of the tangent, inertia, steps.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
-use super::dense::Dense;
-use super::dense::NEUTRAL;
+use super::dense::{Dense, NEUTRAL};
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumError, Inertia};
@@ -14,10 +13,10 @@ use crate::rod::Rod;
 
 /// Largest number of steps by which the rod returns to the conditions.
 const RESTORATIONS: usize = 6;
-/// Violation of the conditions relative to the length at which this ends.
-const RESTORED: f64 = 1e-12;
+/// Violation of the conditions relative to the length at which the return to them ends.
+pub(super) const RESTORED: f64 = 1e-12;
 /// Violation of the conditions relative to the length that is acceptable if it does not decrease further.
-const ACCEPTED: f64 = 1e-8;
+pub(super) const ACCEPTED: f64 = 1e-8;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
@@ -39,15 +38,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         rod: &Rod,
         mut inertia: Inertia,
     ) -> Result<(Inertia, Conditions, Dense), EquilibriumError> {
-        let conditions = self.conditions();
-        let (mut conditions, mut dense) = (conditions, DMatrix::zeros(0, 0));
+        let mut conditions = self.conditions();
         let acts = self.sliding(&mut conditions);
         let basis = conditions.composed(&conditions.parts);
         let acts = acts.map(|acts| conditions.composed(&acts));
         let (columns, force) = (&conditions.columns, &*self.force);
         self.border.assemble::<P>(self.system, rod, self.material, force, (columns, &basis, acts.as_ref()));
         let yields = &self.border.yields + self.yields_of_obstacles(&conditions);
-        dense.clone_from(&(&yields - &self.border.gram));
+        let mut dense = &yields - &self.border.gram;
         let mut coupled = yields - &self.border.coupling;
         for (i, d) in conditions.diagonal.iter().enumerate() {
             dense[(i, i)] += d;

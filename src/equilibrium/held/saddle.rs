@@ -10,6 +10,8 @@ use crate::load::Load;
 use crate::rod::Rod;
 use crate::so3;
 
+/// Number of inverse iterations for the softest direction. An approximate direction is sufficient.
+const SOFTENINGS: usize = 12;
 /// Largest rotation by which a saddle is left, rad.
 const PUSH: f64 = 0.1;
 /// Smallest flexibility of a hold, relative to the largest, with which it moves to first order.
@@ -68,16 +70,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let axis = Vector3::ith([1, 0, 2, 1][number % 4], 1.0);
         let count = self.system.turns.len();
         let mut turns: Vec<Vector3<f64>> = (0..count).map(|i| axis * (i as f64 / count as f64 + 0.3).sin()).collect();
-        let mut still = Conditions {
-            columns: conditions.columns.clone(),
-            parts: conditions.parts.clone(),
-            roles: conditions.roles.clone(),
-            diagonal: conditions.diagonal.clone(),
-            residuals: vec![0.0; conditions.residuals.len()],
-            basis: conditions.basis.clone(),
-        };
-        still.residuals.fill(0.0);
-        for _ in 0..12 {
+        let still = Conditions { residuals: vec![0.0; conditions.residuals.len()], ..conditions.clone() };
+        for _ in 0..SOFTENINGS {
             let largest = turns.iter().map(Vector3::norm).fold(0.0, f64::max);
             for element in &mut self.system.elements {
                 element.clear_gradient();

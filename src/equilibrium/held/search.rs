@@ -4,6 +4,7 @@ use super::conditions::Role;
 use super::contact_step::ContactStep;
 use super::data::HeldSearch;
 use super::dense::NEUTRAL;
+use super::response::{ACCEPTED, RESTORED};
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
@@ -31,10 +32,6 @@ const CLOSE: f64 = 1e-3;
 const STAGNANT: f64 = 1e-6;
 /// Largest unbalanced couple that is due to rounding, relative to the largest force times the length.
 const BALANCED: f64 = 1e-13;
-/// Violation of the conditions relative to the length at which this ends.
-const RESTORED: f64 = 1e-12;
-/// Violation of the conditions relative to the length that is acceptable if it does not decrease further.
-const ACCEPTED: f64 = 1e-8;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Newton's iteration for the present targets.
