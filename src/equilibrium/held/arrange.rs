@@ -243,6 +243,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 let distance = |at: &OldTouch| (at.arc_length - s).abs();
                 near.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(0.0, |at| at.push)
             };
+            let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && !self.pinned;
             let mut ends = vec![patch.from];
             if patch.to > patch.from {
                 ends.push(patch.to);
@@ -251,7 +252,6 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             for s in ends.iter().filter(|s| **s > margin) {
                 let covered = stations.iter().any(|place| (place.arc_length - s).abs() <= margin);
                 if !covered && let Some((element, x)) = rod.locate(*s) {
-                    let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && !self.pinned;
                     self.sites.push(Site::touching(patch.obstacle, (element, x), push(*s), floats));
                 }
             }
@@ -265,14 +265,25 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 });
                 if inside && !doubled {
                     let push = push(place.arc_length);
-                    let floats = patch.from == patch.to && patch.to < self.length * (1.0 - SAME) && !self.pinned;
                     let at = (place.element, place.x);
                     self.sites.push(Site::touching(patch.obstacle, at, push, floats));
                 }
             }
         }
+        self.hand_over_friction(rod, &tangents, &earlier, &sticking);
+    }
+
+    /// Gives each contact with friction the state of the nearest contact with the same obstacle before.
+    /// `earlier` are the tangential forces (N) at the end of the increment before, `sticking` the present states.
+    fn hand_over_friction(
+        &mut self,
+        rod: &Rod,
+        tangents: &[Vector3<f64>],
+        earlier: &[(usize, f64, Vector3<f64>)],
+        sticking: &[(usize, f64, Friction)],
+    ) {
         let places: Vec<f64> =
-            self.sites.iter().map(|site| place_along(rod, &tangents, (site.element, site.x)).arc_length).collect();
+            self.sites.iter().map(|site| place_along(rod, tangents, (site.element, site.x)).arc_length).collect();
         for (site, s) in self.sites.iter_mut().zip(places) {
             let Some(touch) = &mut site.touch else { continue };
             let coefficient = self.obstacles.contacts[touch.obstacle].friction;

@@ -90,6 +90,7 @@ pub(super) enum Role {
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    /// The conditions of the holds and contacts on the present shape.
     pub(super) fn conditions(&self) -> Conditions {
         let mut conditions = Conditions {
             columns: Vec::new(),

@@ -31,6 +31,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         touching.map(|(site, touch)| (touch.obstacle, self.place_of(rod, (site.element, site.x)).arc_length)).collect()
     }
 
+    /// The place on the rod at the coordinate x in an element.
     pub(super) fn place_of(&self, rod: &Rod, at: (usize, f64)) -> Place {
         place_along(rod, &self.tangents, at)
     }

@@ -89,6 +89,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.force.largest().max(self.energy_scale).max(f64::MIN_POSITIVE)
     }
 
+    /// Sum of the violated distances, m.
     pub(super) fn violation(&self) -> f64 {
         self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance.abs()).sum()
     }
@@ -114,6 +115,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         slope
     }
 
+    /// Magnitude of the largest reaction of a hold or contact after the changes of a step, N.
     pub(super) fn largest_reaction(&self, conditions: &Conditions, changes: &DVector<f64>) -> f64 {
         let each = conditions.roles.iter().zip(changes.iter()).map(|(role, change)| match role {
             Role::Fixed(site, direction) => (direction.dot(&self.sites[*site].force) + change).abs(),

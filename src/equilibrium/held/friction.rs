@@ -66,6 +66,7 @@ impl Friction {
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    /// Whether a contact of the rod has friction.
     pub(super) fn has_friction(&self) -> bool {
         self.sites.iter().any(|site| site.touch.is_some_and(|touch| touch.friction.is_some()))
     }

@@ -201,6 +201,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         Err(self.not_found(last))
     }
 
+    /// The error of a search that did not converge, with the size of its last step, or NaN if there was none.
     pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,

@@ -1,5 +1,7 @@
 //! Reactions of contacts that are longer than a point: forces at their ends, and pressure between.
 
+use nalgebra::Vector3;
+
 use super::data::HeldSearch;
 use super::touch::SAME;
 use crate::constitutive::Constitutive;
@@ -27,7 +29,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             all.iter().position(|at| at.obstacle == Some(obstacle) && (at.arc_length - s).abs() <= margin)
         };
         // The pressure at the first and the last station of an element, extrapolated from those inside.
-        let mut ends: Vec<(usize, f64, nalgebra::Vector3<f64>)> = Vec::new();
+        let mut ends: Vec<(usize, f64, Vector3<f64>)> = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
             for e in 0..rod.elements() {
                 let (from, length) = (line[e].0, rod.length_of(e));
@@ -46,7 +48,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                         let k = inside.iter().position(|other| other == i).unwrap_or(0);
                         all[*i].force * (value / (weights[k + 1] * length))
                     });
-                    ends.push((index, share, pressure.sum::<nalgebra::Vector3<f64>>() * share));
+                    ends.push((index, share, pressure.sum::<Vector3<f64>>() * share));
                 }
                 for (k, i) in inside.iter().enumerate() {
                     all[*i].length = weights[k + 1] * length;
@@ -62,7 +64,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 all[i].length = length;
             } else if let [(_, _, force)] = parts[..] {
                 let whole = all[i];
-                let normal = |force: &nalgebra::Vector3<f64>| {
+                let normal = |force: &Vector3<f64>| {
                     let size = whole.force.norm();
                     if size > 0.0 { whole.normal * force.dot(&whole.force) / (size * size) } else { 0.0 }
                 };
