@@ -227,6 +227,11 @@ impl ElementSystem {
         self.hessian.interior_product::<P>(a, b)
     }
 
+    /// One over the pivots of the interior; zero for one that is zero.
+    pub fn inverse_pivots(&self) -> &[f64] {
+        self.hessian.inverse_pivots()
+    }
+
     /// The parts of an eliminated row that belong to the rotations of the last and of the first frame.
     pub fn outer<const P: usize>(&self, row: &Row) -> (Vector3<f64>, Vector3<f64>) {
         let m = 3 * (P - 1);

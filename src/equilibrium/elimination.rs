@@ -133,6 +133,11 @@ impl Elimination {
         }
     }
 
+    /// One over the interior pivots; zero for one that is zero.
+    pub fn inverse_pivots(&self) -> &[f64] {
+        &self.inverse
+    }
+
     /// Σ aₖ bₖ/dₖ over the interior pivots dₖ, for two reduced vectors.
     pub fn interior_product<const P: usize>(&self, a: &Row, b: &Row) -> f64 {
         let (a, b) = (a.as_flattened(), b.as_flattened());

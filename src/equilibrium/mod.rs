@@ -104,8 +104,10 @@ pub struct HeldRod<'a, C, L, U> {
     pub support: &'a U,
     /// Time and gravity.
     pub environment: &'a Environment,
-    /// Reactions and contacts of an earlier equilibrium.
+    /// Reactions and contacts of the last equilibrium.
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
+    /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
+    pub(crate) shape: Option<&'a Rod>,
     /// The rod at the end of the increment before and the time since then, s: friction depends on the displacement.
     pub(crate) before: Option<(&'a Rod, f64)>,
 }

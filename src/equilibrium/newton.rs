@@ -140,7 +140,7 @@ impl NewtonSolver {
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
         let held =
-            self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]), before: None })?;
+            self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]), shape: None, before: None })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {
@@ -187,7 +187,7 @@ impl NewtonSolver {
         &mut self,
         held: &HeldRod<C, L, U>,
     ) -> Result<Held, EquilibriumError> {
-        let &HeldRod { rod, material, load, support, environment, earlier, before } = held;
+        let &HeldRod { rod, material, load, support, environment, earlier, shape: last, before } = held;
         let mut force = InternalForce::of(rod, load, environment);
         if !force.largest().is_finite() {
             return Err(EquilibriumError::NotFinite { what: "force in the rod" });
@@ -199,7 +199,7 @@ impl NewtonSolver {
             search.since(before, time);
         }
         let mut shape = rod.clone();
-        search.guess(&mut shape, earlier);
+        search.guess(&mut shape, earlier, last);
         let Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, self.max_iterations)?;
         let mut strains = Vec::new();
         strain_line(&mut strains, &shape, material, &force);

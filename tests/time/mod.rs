@@ -3,6 +3,7 @@
 mod allocations;
 mod bad_dynamic_input;
 mod bad_runs;
+mod capstan;
 mod contact;
 mod discontinuities;
 mod dynamic_symmetries;

@@ -22,6 +22,11 @@ const AT_NODE: f64 = 1e-4;
 const DIFFERENCE: f64 = 1e-6;
 /// Length of a free end beyond a contact that becomes longer, relative to an element, which is taken as none.
 const SHORT_END: f64 = 0.3;
+/// Tolerance (rad) of the equilibria from which derivatives are estimated: the rotations by a displacement `DIFFERENCE` are
+/// larger.
+const ESTIMATE: f64 = 1e-7;
+/// Tolerance (rad) of the equilibrium at places that still move, relative to their motion over the length.
+const EARLY: f64 = 1e-3;
 /// Largest error of the place of a contact, relative to the length.
 const PLACED: f64 = 1e-11;
 
@@ -29,6 +34,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Corrects the places of contacts. Returns whether the contacts have changed otherwise.
     pub(super) fn correct(&mut self, rod: &mut Rod, bound: usize, touching: f64) -> Result<bool, EquilibriumError> {
         let mut patches = self.patches(rod, touching);
+        self.layer = self.bending_length(rod);
         if patches.is_empty() {
             return Ok(false);
         }
@@ -119,7 +125,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     let mut moved = patches.to_vec();
                     shift(&mut moved, &[*at], &DVector::from_element(1, -step));
                     self.arrange(rod, &moved, Vec::new());
-                    self.find(rod, bound)?;
+                    self.find_to(rod, bound, ESTIMATE)?;
                     let change = (&value - self.misplacement(rod, &moved, unknown)) / step;
                     matrix.set_column(k, &change);
                     *rod = kept;
@@ -160,7 +166,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 return self.find(rod, bound);
             }
             self.arrange(rod, &moved, Vec::new());
-            self.find(rod, bound)?;
+            self.find_to(rod, bound, EARLY * longest / self.length)?;
             let new = self.misplacement(rod, &moved, unknown);
             patches.copy_from_slice(&moved);
             let difference = &new - &value;
@@ -176,6 +182,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
         }
         Err(self.not_found(value.amax()))
+    }
+
+    /// Newton's iteration with a tolerance (rad) that is at least that of the result.
+    fn find_to(&mut self, rod: &mut Rod, bound: usize, tolerance: f64) -> Result<(), EquilibriumError> {
+        let own = self.tolerance;
+        self.tolerance = own.max(tolerance);
+        let result = self.find(rod, bound);
+        self.tolerance = own;
+        result
     }
 
     /// Gives the rod nodes at the ends of patches, and contacts at all stations in them.
@@ -219,10 +234,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let frames: Vec<f64> = self.frames.iter().map(|frame| nodes[frame.node]).collect();
         let joints: Vec<f64> = self.system.joints.nodes().map(|node| nodes[node]).collect();
-        let mut cuts: Vec<f64> = patches.iter().flat_map(|patch| [patch.from, patch.to]).collect();
-        cuts.sort_by(f64::total_cmp);
-        cuts.dedup_by(|a, b| *a - *b <= SAME * self.length);
-        *rod = self.parent.with_nodes(&cuts, AT_NODE);
+        *rod = self.parent.with_nodes(&self.cuts(patches), AT_NODE);
         rod.sample_shape(&source);
         let nodes: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();
         let margin = SAME * self.length;

@@ -137,23 +137,18 @@ impl Border {
         for solved in &mut self.solved {
             system.tangent.solve(&mut solved[first..]);
         }
-        self.gram = DMatrix::zeros(m, m);
-        self.sizes.clear();
-        for a in 0..m {
-            for b in 0..=a {
-                let value = self.terms::<P>(system, a, b).sum();
-                (self.gram[(a, b)], self.gram[(b, a)]) = (value, value);
-            }
-            self.sizes.push(self.terms::<P>(system, a, a).map(f64::abs).sum());
-        }
-        self.coupling.clone_from(&self.gram);
-        if let Some(acts) = &self.acts {
-            self.coupling = DMatrix::from_fn(m, m, |a, b| {
-                let outer: f64 = self.solved[a].iter().zip(&acts.nodes[b]).map(|(x, y)| x.dot(y)).sum();
-                let inner = system.elements.iter().zip(self.rows[a].iter().zip(&acts.rows[b]));
-                outer + inner.map(|(element, (x, y))| element.interior_product::<P>(x, y)).sum::<f64>()
-            });
-        }
+        let left = stacked::<P>(&self.nodes, &self.rows, |_, _| 1.0);
+        let right = stacked::<P>(&self.solved, &self.rows, |e, k| system.elements[e].inverse_pivots()[k]);
+        // The product of two matrices is faster than `tr_mul`, which computes entry by entry.
+        let product = left.transpose() * &right;
+        // Both triangles differ by rounding.
+        self.gram = DMatrix::from_fn(m, m, |a, b| product[(a.max(b), a.min(b))]);
+        let pairs = left.column_iter().zip(right.column_iter());
+        self.sizes = pairs.map(|(x, y)| x.iter().zip(&y).map(|(x, y)| (x * y).abs()).sum()).collect();
+        self.coupling = match &self.acts {
+            Some(Parts { rows, nodes }) => right.transpose() * stacked::<P>(nodes, rows, |_, _| 1.0),
+            None => self.gram.clone(),
+        };
         let n = columns.len();
         self.yields = DMatrix::zeros(n, n);
         self.add_yields(rod, material, force, columns);
@@ -165,13 +160,6 @@ impl Border {
         } else {
             DMatrix::zeros(m, m)
         };
-    }
-
-    /// The terms of an entry of G.
-    fn terms<const P: usize>(&self, system: &System, a: usize, b: usize) -> impl Iterator<Item = f64> {
-        let outer = self.nodes[a].iter().zip(&self.solved[b]).map(|(x, y)| x.dot(y));
-        let inner = system.elements.iter().zip(self.rows[a].iter().zip(&self.rows[b]));
-        outer.chain(inner.map(|(element, (x, y))| element.interior_product::<P>(x, y)))
     }
 
     /// The changes of the columns' functions in the Newton step from the balance of a system, without reactions.
@@ -227,6 +215,28 @@ impl Border {
             }
         }
     }
+}
+
+/// Vectors at the frames, followed by the interior parts of rows times a factor for each element and unknown. Each pair of
+/// them is a column.
+fn stacked<const P: usize>(
+    nodes: &[Vec<Vector3<f64>>],
+    rows: &[Vec<Row>],
+    factor: impl Fn(usize, usize) -> f64,
+) -> DMatrix<f64> {
+    let frames = nodes.first().map_or(0, Vec::len);
+    let (interior, outer) = (3 * (P - 1), 3 * frames);
+    let mut all = DMatrix::zeros(outer + interior * frames, nodes.len());
+    for (mut column, (nodes, rows)) in all.column_iter_mut().zip(nodes.iter().zip(rows)) {
+        let values = nodes.iter().flat_map(|node| node.iter());
+        column.iter_mut().zip(values).for_each(|(to, value)| *to = *value);
+        for (e, row) in rows.iter().enumerate() {
+            for (k, value) in row.as_flattened()[..interior].iter().enumerate() {
+                column[outer + interior * e + k] = value * factor(e, k);
+            }
+        }
+    }
+    all
 }
 
 /// The lengths of the parts of an element that its material points stand for, m.

@@ -85,6 +85,8 @@ pub(super) enum Role {
     Stick(usize, Vector3<f64>),
     /// Motion of the place of a contact along the rod: site, and factor of the motion, m.
     Slide(usize, f64),
+    /// Rotation of a force of friction with the normal: site, and factor of the force, √N/√m.
+    Turning(usize, f64),
     /// Increase of a pivot, or another negative stiffness.
     Boost,
 }
@@ -131,6 +133,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     if stiffness > 0.0 && stiffness.is_finite() {
                         add(&[(place(sideways), stiffness.sqrt())], Role::Spring, -1.0, 0.0);
                     }
+                }
+            }
+            if let Some((touch, friction)) = site.touch.as_ref().and_then(|touch| Some((touch, touch.friction?))) {
+                // The tangential force f turns with the normal n: its change is −n f·∇²g·δp. See `sliding`.
+                let along = touch.gap.curvature * friction.force;
+                if along.norm() > 0.0 {
+                    add(&[(place(along), 1.0 / along.norm().sqrt())], Role::Turning(i, along.norm().sqrt()), -1.0, 0.0);
                 }
             }
             if let Some(touch) = &site.touch {
@@ -210,6 +219,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 slides = true;
                 acts[i].push((conditions.columns.len(), -friction.coefficient));
                 conditions.columns.push(Column::Place { element, x, direction: friction.direction });
+            }
+        }
+        for (i, role) in conditions.roles.iter().enumerate() {
+            if let Role::Turning(at, factor) = role
+                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
+            {
+                slides = true;
+                acts[i] = vec![(conditions.columns.len(), *factor)];
+                conditions.columns.push(Column::Place { element, x, direction: touch.gap.normal });
             }
         }
         // The point at which friction acts moves along the rod with the contact.

@@ -30,6 +30,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) obstacles: Obstacles<'a>,
     /// Tangents ∂p/∂s of the centre line at the material points.
     pub(super) tangents: Vec<Vector3<f64>>,
+    /// Length over which the rod bends beside a contact, m.
+    pub(super) layer: f64,
     /// Whether steps are not blocked by obstacles.
     pub(super) frozen: bool,
     /// Whether contacts at points stay at their places along the rod.

@@ -158,7 +158,34 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 && bend > 0.0
                 && slope.abs() > TANGENTIAL * self.leniency
         };
-        misses || patches.iter().any(slides) || rod.elements() > self.parent.elements() + patches.len()
+        misses || patches.iter().any(slides) || rod.elements() > self.parent.elements() + self.cuts(patches).len()
+    }
+
+    /// The arc lengths (m) of the nodes that patches add: their ends, and places beside them that resolve the layer in
+    /// which the rod bends from the obstacle.
+    pub(super) fn cuts(&self, patches: &[Patch]) -> Vec<f64> {
+        let mut cuts = Vec::new();
+        let longest = self.length / self.parent.elements() as f64;
+        for patch in patches {
+            cuts.extend([patch.from, patch.to]);
+            let mut distance = self.layer;
+            while distance < 0.7 * longest {
+                cuts.extend([patch.from - distance, patch.to + distance]);
+                distance *= 3.0;
+            }
+        }
+        cuts.retain(|s| *s >= 0.0 && *s <= self.length);
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup_by(|a, b| *a - *b <= SAME * self.length);
+        cuts
+    }
+
+    /// The length √(B/n) over which a rod with the present largest force n (N) bends, m.
+    pub(super) fn bending_length(&self, rod: &Rod) -> f64 {
+        let time = self.force.environment().time;
+        let stiffness = |point| self.material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
+        let bending = rod.points().iter().map(stiffness).map(|k| k[(0, 0)].min(k[(1, 1)]));
+        (bending.fold(f64::INFINITY, f64::min) / self.force_scale()).sqrt()
     }
 
     /// Changes the kind of patches: a contact at the apex that is not pressed there becomes one at a point before it,

@@ -51,6 +51,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             parent: rod,
             obstacles,
             tangents: Vec::new(),
+            layer: f64::INFINITY,
             frozen: false,
             pinned: false,
             before: Before::new(rod, 0.0),
@@ -82,7 +83,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 
     /// Takes the forces and contacts of an earlier equilibrium as initial guess.
-    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch])) {
+    pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
         self.guess_forces(reactions);
         let number = self.obstacles.contacts.len();
         let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
@@ -103,12 +104,17 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                     }
                 }
             }
+            self.force.react(rod, reactions);
+            self.layer = self.bending_length(rod);
             self.arrange(rod, &inside, pushes);
-            // The rod without the nodes of contacts does not resolve their forces.
-            let shape = self.before.rod;
-            let same_length = (shape.length() - self.length).abs() <= 1e-12 * self.length;
-            if same_length && shape.frames()[0] == rod.frames()[0] {
+            // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
+            if let Some(shape) = shape {
+                let base = rod.frames()[0];
                 rod.sample_shape(shape);
+                if !self.system.joints.base_rotates {
+                    rod.shape_mut().0[0] = base;
+                    rod.chain_frames();
+                }
             }
         }
     }

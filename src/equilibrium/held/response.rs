@@ -51,6 +51,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             dense[(i, i)] += d;
             coupled[(i, i)] += d;
         }
+        // The rotation of friction with the normal is left out of the symmetric part.
+        for (i, _) in conditions.roles.iter().enumerate().filter(|(_, role)| matches!(role, Role::Turning(..))) {
+            dense.row_mut(i).fill(0.0);
+            dense.column_mut(i).fill(0.0);
+            dense[(i, i)] = -self.border.sizes[i] - 1.0;
+        }
         // The bordered matrix has one negative eigenvalue for every condition and every spring.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
             1.0 / (self.border.sizes[i] - self.border.yields[(i, i)] + conditions.diagonal[i].abs())
@@ -66,7 +72,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let positive = conditions.roles.len() - expected;
         let mut negative = inertia.negative;
         let mut above = inertia.positive;
-        for value in dense.eigen.eigenvalues.iter() {
+        for value in dense.eigenvalues.iter() {
             inertia.margin = inertia.margin.min(value.abs());
             if value.abs() <= NEUTRAL {
                 inertia.neutral += 1;

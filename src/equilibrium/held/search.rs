@@ -163,7 +163,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let each = conditions.roles.iter().zip(changes.iter().zip(&self.border.sizes));
             let each = each.filter(|(role, _)| held(role)).map(|(_, (change, size))| (change * size).abs());
             let changed = each.fold(0.0, f64::max) / self.length;
-            let least = dense.eigen.eigenvalues.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
+            let least = dense.eigenvalues.iter().map(|value| value.abs()).fold(f64::INFINITY, f64::min);
             let mut outdated = least > NEUTRAL && least < OUTDATED * (changed + turn);
             // The energy is that before the step, which may stretch the rod without a rotation.
             let stretches = (0..changes.len()).map(|i| (changes[i] * self.border.yields[(i, i)]).abs());

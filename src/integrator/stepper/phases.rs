@@ -91,7 +91,8 @@ impl Stepper {
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
         let earlier = (&contact.reactions[..], &contact.patches[..]);
         let before = self.before.as_ref().map(|(rod, time)| (rod, environment.time - time));
-        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, before });
+        let shape = contact.shape.as_ref();
+        let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
         self.force.update(&held.rod, load, environment);
         self.force.react(&held.rod, &held.reactions);
