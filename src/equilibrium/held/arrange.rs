@@ -22,6 +22,8 @@ const AT_NODE: f64 = 1e-4;
 const DIFFERENCE: f64 = 1e-6;
 /// Length of a free end beyond a contact that becomes longer, relative to an element, which is taken as none.
 const SHORT_END: f64 = 0.3;
+/// Curvature relative to the obstacle times the length, or slope, with which a place is kept.
+const WELL_PLACED: f64 = 1e-6;
 /// Tolerance (rad) of the equilibria from which derivatives are estimated: the rotations by a displacement `DIFFERENCE` are
 /// larger.
 const ESTIMATE: f64 = 1e-7;
@@ -114,6 +116,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     ) -> Result<(), EquilibriumError> {
         self.find(rod, bound)?;
         let mut value = self.misplacement(rod, patches, unknown);
+        // The places of a rod at rest remain as they are. Other nodes would change its shape by the interpolation error,
+        // which contacts that stick would resist with large forces.
+        if value.amax() <= WELL_PLACED {
+            return Ok(());
+        }
         let mut jacobian: Option<DMatrix<f64>> = None;
         for _ in 0..CORRECTIONS {
             if jacobian.is_none() {
@@ -204,19 +211,21 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 arc_length: self.place_of(rod, (site.element, site.x)).arc_length,
                 push: touch.push,
                 force: touch.gap.normal * touch.push + touch.friction.map_or(Vector3::zeros(), |at| at.force),
+                slid: touch.friction.is_some_and(|at| at.slid),
             })
             .collect();
         // The tangential forces at the end of the increment before, at the contacts that the rod had then.
-        let earlier: Vec<(usize, f64, Vector3<f64>)> = if old.is_empty() {
+        let earlier: Vec<(usize, f64, Vector3<f64>, bool)> = if old.is_empty() {
             let touching = self.sites.iter().filter_map(|site| Some((site, site.touch?)));
             touching
                 .map(|(site, touch)| {
                     let s = self.place_of(rod, (site.element, site.x)).arc_length;
-                    (touch.obstacle, s, touch.friction.map_or(Vector3::zeros(), |at| at.earlier))
+                    let (force, slid) = touch.friction.map_or((Vector3::zeros(), false), |at| (at.earlier, at.slid));
+                    (touch.obstacle, s, force, slid)
                 })
                 .collect()
         } else {
-            old.iter().map(|at| (at.obstacle, at.arc_length, at.force)).collect()
+            old.iter().map(|at| (at.obstacle, at.arc_length, at.force, at.slid)).collect()
         };
         let sticking: Vec<(usize, f64, Friction)> = self
             .sites
@@ -286,12 +295,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Gives each contact with friction the state of the nearest contact with the same obstacle before.
-    /// `earlier` are the tangential forces (N) at the end of the increment before, `sticking` the present states.
+    /// `earlier` are the tangential forces (N) at the end of the increment before and whether they slid, `sticking` the
+    /// present states.
     fn hand_over_friction(
         &mut self,
         rod: &Rod,
         tangents: &[Vector3<f64>],
-        earlier: &[(usize, f64, Vector3<f64>)],
+        earlier: &[(usize, f64, Vector3<f64>, bool)],
         sticking: &[(usize, f64, Friction)],
     ) {
         let places: Vec<f64> =
@@ -305,7 +315,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let mut friction = Friction::new(coefficient);
             let near = earlier.iter().filter(|(obstacle, ..)| *obstacle == touch.obstacle);
             let nearest = near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs()));
-            friction.earlier = nearest.map_or(Vector3::zeros(), |(.., force)| *force);
+            (friction.earlier, friction.slid) = nearest.map_or((Vector3::zeros(), false), |at| (at.2, at.3));
             friction.force = friction.earlier;
             let near = sticking.iter().filter(|(obstacle, ..)| *obstacle == touch.obstacle);
             if let Some((.., old)) = near.min_by(|a, b| (a.1 - s).abs().total_cmp(&(b.1 - s).abs())) {

@@ -21,6 +21,8 @@ pub(super) struct OldTouch {
     pub arc_length: f64,
     pub push: f64,
     pub force: Vector3<f64>,
+    /// Whether it slid in the increment before.
+    pub slid: bool,
 }
 
 impl<'a> Before<'a> {

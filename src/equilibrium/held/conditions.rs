@@ -111,7 +111,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             conditions.residuals.push(residual);
         };
         let floor = 1e-9 * self.force_scale();
-        let stickiness = STICKINESS * self.length.powi(2) * self.system.compliance();
+        let stickiness = self.stickiness();
         for (i, site) in self.sites.iter().enumerate() {
             let (element, x) = (site.element, site.x);
             let place = |direction| Column::Place { element, x, direction };
@@ -124,7 +124,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     let lag = friction.force - friction.earlier;
                     for direction in touch.tangential() {
                         let residual = direction.dot(&(friction.slip + lag * stickiness));
-                        add(&[(place(direction), 1.0)], Role::Stick(i, direction), -stickiness, residual);
+                        // The compliance follows in `compliance_of_contacts`.
+                        add(&[(place(direction), 1.0)], Role::Stick(i, direction), 0.0, residual);
                     }
                 } else {
                     // The force turns with the direction of the slip: a stiffness μ λ/|Δ| across it.
@@ -176,14 +177,26 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         conditions
     }
 
-    /// Divided differences of the gaps at the contacts with each obstacle along the rod, up to the second; the other
-    /// conditions as they are.
+    /// Divided differences of the gaps and slips at the contacts with each obstacle along the rod, up to the second; the
+    /// other conditions as they are.
     pub(super) fn differences(&self, roles: &[Role]) -> Basis {
         let mut basis: Basis = (0..roles.len()).map(|i| vec![(i, 1.0)]).collect();
-        for obstacle in 0..self.obstacles.contacts.len() {
+        // Gaps, and slips along and across the rod.
+        let kind = |role: &Role| match role {
+            Role::Fixed(site, _) => Some((*site, 0)),
+            Role::Stick(site, direction) => {
+                let along = self.sites[*site].touch.map(|touch| touch.tangential()[0]);
+                Some((*site, if along == Some(*direction) { 1 } else { 2 }))
+            }
+            _ => None,
+        };
+        let kinds: Vec<_> = roles.iter().map(kind).collect();
+        let groups = (0..self.obstacles.contacts.len()).flat_map(|obstacle| (0..3).map(move |kind| (obstacle, kind)));
+        for (obstacle, kind) in groups {
             let mut along: Vec<(f64, usize)> = Vec::new();
-            for (i, role) in roles.iter().enumerate() {
-                if let Role::Fixed(site, _) = role
+            for (i, own) in kinds.iter().enumerate() {
+                if let Some((site, own)) = own
+                    && *own == kind
                     && self.sites[*site].touch.is_some_and(|touch| touch.obstacle == obstacle)
                 {
                     along.push((self.sites[*site].element as f64 + self.sites[*site].x, i));
@@ -239,24 +252,36 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 slides = true;
                 acts[i].push((conditions.columns.len(), *factor));
                 conditions.columns.push(Column::Tangent { element, x, direction: friction.force });
+                let turning = friction.force.dot(&(touch.gap.curvature * touch.tangent));
+                acts[i].push((conditions.columns.len(), -factor * turning));
+                conditions.columns.push(Column::Place { element, x, direction: touch.gap.normal });
             }
         }
         slides.then_some(acts)
     }
 
+    /// Compliance of a contact that sticks, m/N.
+    fn stickiness(&self) -> f64 {
+        STICKINESS * self.length.powi(2) * self.system.compliance()
+    }
+
     /// Second derivatives of the energy by the reactions, from obstacles that yield: −dᵢ S dⱼ for forces along dᵢ and
-    /// dⱼ on an obstacle of compliance S.
-    pub(super) fn yields_of_obstacles(&self, conditions: &Conditions) -> DMatrix<f64> {
+    /// dⱼ on an obstacle of compliance S. Contacts that stick have a compliance of their own.
+    pub(super) fn compliance_of_contacts(&self, conditions: &Conditions) -> DMatrix<f64> {
         let n = conditions.roles.len();
         let acting = |role: &Role| match role {
             Role::Fixed(site, d) | Role::Stick(site, d) => Some((self.sites[*site].touch?.obstacle, *d)),
             _ => None,
         };
         let each: Vec<_> = conditions.roles.iter().map(acting).collect();
-        let plain = DMatrix::from_fn(n, n, |i, j| match (each[i], each[j]) {
+        let mut plain = DMatrix::from_fn(n, n, |i, j| match (each[i], each[j]) {
             (Some((a, d)), Some((b, e))) if a == b => -d.dot(&(self.obstacles.compliances[a] * e)),
             _ => 0.0,
         });
+        let stickiness = self.stickiness();
+        for (i, _) in conditions.roles.iter().enumerate().filter(|(_, role)| matches!(role, Role::Stick(..))) {
+            plain[(i, i)] -= stickiness;
+        }
         if plain.iter().all(|value| *value == 0.0) {
             return plain;
         }

@@ -11,8 +11,6 @@ use crate::rod::Rod;
 /// Excess of the tangential force over the friction cone that is attributed to rounding, relative to the cone.
 const CONE: f64 = 1e-12;
 
-/// Relative distance from the friction cone at which a contact slid in the increment before.
-const SLIDING: f64 = 1e-6;
 /// Largest slip that is attributed to rounding, relative to the length.
 pub(super) const NO_SLIP: f64 = 1e-12;
 /// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
@@ -32,6 +30,7 @@ impl Friction {
             sticks: false,
             force: zero,
             earlier: zero,
+            slid: false,
             slip: zero,
             direction: zero,
             last_slip: (0.0, 0),
@@ -50,8 +49,8 @@ impl Friction {
         }
         if self.direction == Vector3::zeros() {
             // A contact sticks or slides as at the end of the increment before, as first guess.
-            let (earlier, cone) = (self.earlier.norm(), self.coefficient * push.max(0.0));
-            if earlier > 0.0 && earlier < cone * (1.0 - SLIDING) {
+            let earlier = self.earlier.norm();
+            if earlier > 0.0 && !self.slid {
                 (self.sticks, self.force) = (true, self.earlier);
                 return;
             }

@@ -180,12 +180,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         cuts
     }
 
-    /// The length √(B/n) over which a rod with the present largest force n (N) bends, m.
+    /// The length √(B/n) over which a rod with the present largest force n (N) bends, m. It is rounded to a power of two,
+    /// so that the nodes do not move with each change of the force.
     pub(super) fn bending_length(&self, rod: &Rod) -> f64 {
         let time = self.force.environment().time;
         let stiffness = |point| self.material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
         let bending = rod.points().iter().map(stiffness).map(|k| k[(0, 0)].min(k[(1, 1)]));
-        (bending.fold(f64::INFINITY, f64::min) / self.force_scale()).sqrt()
+        let length = (bending.fold(f64::INFINITY, f64::min) / self.force_scale()).sqrt();
+        length.log2().round().exp2()
     }
 
     /// Changes the kind of patches: a contact at the apex that is not pressed there becomes one at a point before it,

@@ -12,7 +12,7 @@ use crate::equilibrium::{Equilibrium, EquilibriumError};
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
 use crate::rod::{Rod, Tissue};
-use crate::support::{Patch, Reaction, Support};
+use crate::support::{Patch, Reaction, Slip, Support};
 
 /// Largest displacement of a hold in an increment, relative to the length of the rod.
 const LARGEST_MOVE: f64 = 0.05;
@@ -100,7 +100,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 match pushes.iter_mut().find(same) {
                     Some(old) => (old.push, old.force) = (old.push + at.normal, old.force + at.force),
                     None => {
-                        pushes.push(OldTouch { obstacle, arc_length: at.arc_length, push: at.normal, force: at.force })
+                        let (arc_length, slid) = (at.arc_length, at.slip == Some(Slip::Slides));
+                        pushes.push(OldTouch { obstacle, arc_length, push: at.normal, force: at.force, slid })
                     }
                 }
             }

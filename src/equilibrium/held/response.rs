@@ -44,7 +44,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let acts = acts.map(|acts| conditions.composed(&acts));
         let (columns, force) = (&conditions.columns, &*self.force);
         self.border.assemble::<P>(self.system, rod, self.material, force, (columns, &basis, acts.as_ref()));
-        let yields = &self.border.yields + self.yields_of_obstacles(&conditions);
+        let yields = &self.border.yields + self.compliance_of_contacts(&conditions);
         let mut dense = &yields - &self.border.gram;
         let mut coupled = yields - &self.border.coupling;
         for (i, d) in conditions.diagonal.iter().enumerate() {

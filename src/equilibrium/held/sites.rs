@@ -75,6 +75,8 @@ pub(super) struct Friction {
     pub force: Vector3<f64>,
     /// Tangential force at the end of the increment before, N.
     pub earlier: Vector3<f64>,
+    /// Whether the contact slid in the increment before.
+    pub slid: bool,
     /// Tangential displacement since then, m.
     pub slip: Vector3<f64>,
     /// Direction of the slip.
