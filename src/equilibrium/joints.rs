@@ -1,10 +1,25 @@
 //! Frames of a rod whose rotation is confined or elastic, and a base that rotates.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::tangent::Tangent;
-use crate::rod::Rod;
-use crate::so3::{self, Form, s_functions};
+
+/// An elastic joint in the present configuration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ElasticJoint {
+    pub node: usize,
+    /// Couple on the rod, along the directors, N m.
+    pub couple: Vector3<f64>,
+    /// Second derivative of the energy by a rotation of the frame, along the directors, N m; symmetric.
+    pub stiffness: Matrix3<f64>,
+}
+
+impl ElasticJoint {
+    /// A joint at a node, not evaluated yet.
+    pub fn at(node: usize) -> Self {
+        Self { node, couple: Vector3::zeros(), stiffness: Matrix3::zeros() }
+    }
+}
 
 /// Joints of a rod at the ends of its elements.
 #[derive(Debug, Default, Clone)]
@@ -13,10 +28,7 @@ pub(super) struct Joints {
     pub base_rotates: bool,
     /// Frames with confined rotations: node, and the projection to the free directions along the directors.
     pub confined: Vec<(usize, Matrix3<f64>)>,
-    /// Elastic joints: node, frame without couple, stiffness (N m/rad).
-    pub elastic: Vec<(usize, UnitQuaternion<f64>, f64)>,
-    /// Couples of the elastic joints on the rod, along the directors, N m.
-    pub couples: Vec<Vector3<f64>>,
+    pub elastic: Vec<ElasticJoint>,
     /// Unbalanced couples in the confined directions at the last balance, along the directors, N m.
     pub held: Vec<Vector3<f64>>,
 }
@@ -32,33 +44,13 @@ impl Joints {
         self.base_rotates = false;
         self.confined.clear();
         self.elastic.clear();
-        self.couples.clear();
         self.held.clear();
     }
 
-    /// Energy (J) of the elastic joints at the frames of a rod. Their couples are kept for [`release`](Self::release).
-    pub fn stretch(&mut self, rod: &Rod) -> f64 {
-        let mut energy = 0.0;
-        self.couples.clear();
-        for (node, frame, stiffness) in &self.elastic {
-            let turn = so3::log(&(frame.inverse() * rod.frames()[*node]));
-            energy += 0.5 * stiffness * turn.norm_squared();
-            // The gradient by a rotation of the frame is Jr⁻ᵀ θ = θ, since θ is an eigenvector.
-            self.couples.push(-turn * *stiffness);
-        }
-        energy
-    }
-
     /// Adds the elastic joints to a tangent and confines its rotations.
-    pub fn apply(&self, tangent: &mut Tangent, rod: &Rod) {
-        for (node, frame, stiffness) in &self.elastic {
-            let turn = so3::log(&(frame.inverse() * rod.frames()[*node]));
-            let inverse = Form::inverse_right_jacobian(&s_functions(turn.norm_squared()));
-            // The derivative of θ by a rotation is Jr⁻¹.
-            let block = inverse.matrix(&turn) * *stiffness;
-            if *node >= self.first_free() {
-                tangent.add_diagonal(node - self.first_free(), &((block + block.transpose()) * 0.5));
-            }
+    pub fn apply(&self, tangent: &mut Tangent) {
+        for joint in self.elastic.iter().filter(|joint| joint.node >= self.first_free()) {
+            tangent.add_diagonal(joint.node - self.first_free(), &joint.stiffness);
         }
         for (node, projection) in &self.confined {
             if *node >= self.first_free() {
@@ -70,8 +62,8 @@ impl Joints {
     /// Adds the couples of the elastic joints to the unbalanced couples on the frames, and removes the confined
     /// directions, whose couples are kept.
     pub fn release(&mut self, couples: &mut [Vector3<f64>]) {
-        for ((node, ..), couple) in self.elastic.iter().zip(&self.couples) {
-            couples[*node] += couple;
+        for joint in &self.elastic {
+            couples[joint.node] += joint.couple;
         }
         if !self.base_rotates {
             couples.iter_mut().take(1).for_each(|couple| *couple = Vector3::zeros());
@@ -96,12 +88,13 @@ impl Joints {
 
     /// The nodes with joints.
     pub fn nodes(&self) -> impl Iterator<Item = usize> + '_ {
-        self.confined.iter().map(|(node, _)| *node).chain(self.elastic.iter().map(|(node, ..)| *node))
+        self.confined.iter().map(|(node, _)| *node).chain(self.elastic.iter().map(|joint| joint.node))
     }
 
     /// Replaces the nodes, in the same order.
     pub fn set_nodes(&mut self, nodes: impl Iterator<Item = usize>) {
-        let own = self.confined.iter_mut().map(|(node, _)| node).chain(self.elastic.iter_mut().map(|(node, ..)| node));
+        let elastic = self.elastic.iter_mut().map(|joint| &mut joint.node);
+        let own = self.confined.iter_mut().map(|(node, _)| node).chain(elastic);
         own.zip(nodes).for_each(|(own, node)| *own = node);
     }
 

@@ -84,7 +84,8 @@ pub struct Held {
     /// Number of increments in which the holds were moved to their places. They are the load path, on which an
     /// equilibrium depends if there are several.
     pub increments: usize,
-    /// The reactions: of the holds of positions in their order, of the contacts, and of the holds of frames alone.
+    /// The reactions: of the holds of positions in their order, of the springs with a potential, of the
+    /// contacts, and of the holds of frames alone.
     pub reactions: Vec<Reaction>,
     /// The rod in its shape, with additional nodes where contacts begin and end.
     pub rod: Rod,
@@ -108,8 +109,9 @@ pub struct HeldRod<'a, C, L, U> {
     pub(crate) earlier: (&'a [Reaction], &'a [Patch]),
     /// Shape of the last equilibrium with its nodes at contacts; `None` without such nodes.
     pub(crate) shape: Option<&'a Rod>,
-    /// The rod at the end of the increment before and the time since then, s: friction depends on the displacement.
-    pub(crate) before: Option<(&'a Rod, f64)>,
+    /// The rod at the end of the increment before, the time since then (s), and its reactions: friction depends on the
+    /// displacement.
+    pub(crate) before: Option<(&'a Rod, f64, &'a [Reaction])>,
 }
 
 impl std::fmt::Display for Equilibrium {

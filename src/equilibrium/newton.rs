@@ -195,8 +195,8 @@ impl NewtonSolver {
         let kind = (self.stable_only, self.tolerance);
         let Workspace { system, held, .. } = &mut self.workspace;
         let mut search = HeldSearch::<_, _, P>::new((system, held), rod, (material, load), &mut force, support, kind)?;
-        if let Some((before, time)) = before {
-            search.since(before, time);
+        if let Some(before) = before {
+            search.since(before);
         }
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);

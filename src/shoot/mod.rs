@@ -165,8 +165,10 @@ fn jumps(model: &impl Model, time: f64, length: f64) -> Result<Vec<f64>, Paramet
         let on = distance >= 0.0 && distance <= length;
         ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
     }
-    for hold in model.support().holds(time) {
-        let (name, distance) = ("distance of a held place from the apex at t = 0", hold.initial_apex_distance);
+    let held = model.support().holds(time).into_iter().map(|hold| hold.initial_apex_distance);
+    let elastic = model.support().potentials().into_iter().map(|elastic| elastic.initial_apex_distance);
+    for distance in held.chain(elastic) {
+        let name = "distance of a held place from the apex at t = 0";
         let on = distance >= 0.0 && distance <= length;
         ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
         jumps.push(distance);

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 
 use super::Support;
 use crate::error::ParameterError;
+use crate::so3;
 
 /// Condition on the position of a material place, in the fixed frame with the base at the origin, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -197,7 +198,7 @@ fn check_unit(name: &'static str, vector: &Vector3<f64>) -> Result<(), Parameter
     ParameterError::unless((norm - 1.0).abs() < 1e-9, name, norm, "1")
 }
 
-fn check_frame(frame: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
+pub(super) fn check_frame(frame: &UnitQuaternion<f64>) -> Result<(), ParameterError> {
     let norm = frame.coords.norm();
     ParameterError::unless((norm - 1.0).abs() < 1e-9, "norm of the quaternion of a held frame", norm, "1")
 }
@@ -228,14 +229,26 @@ impl<F: Fn(f64) -> Hold> Support for Moving<F> {
     }
 }
 
+/// The frame closest to `present` that a rotation of `frame` about an axis along its directors gives.
+pub(crate) fn closest_about(
+    axis: &Vector3<f64>,
+    frame: &UnitQuaternion<f64>,
+    present: &UnitQuaternion<f64>,
+) -> UnitQuaternion<f64> {
+    let turn = frame.inverse() * present;
+    let angle = 2.0 * f64::atan2(turn.vector().dot(axis), turn.w);
+    frame * so3::exp(&(axis * angle))
+}
+
 /// The joint of the base, which remains at the origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Joint {
-    /// The base rotates freely.
+    /// The base rotates freely. A scene whose base rotates later has no effect on it.
     Ball,
     /// The base rotates freely about an axis, a unit vector along the directors. At angle zero it has the frame of the
-    /// scene.
+    /// scene, so that the axis follows a scene whose base rotates. For a rod without scene, it is the present frame of
+    /// the rod's base.
     Hinge(Unit<Vector3<f64>>),
 }
 

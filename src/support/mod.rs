@@ -3,11 +3,14 @@
 mod contact;
 mod hold;
 mod obstacle;
+mod potential;
 mod reaction;
 
 pub use contact::Contact;
+pub(crate) use hold::closest_about;
 pub use hold::{Hold, Joint, Moving, Orientation, Position};
 pub use obstacle::{Capsule, Cylinder, Distance, HalfSpace, Obstacle, Sphere};
+pub use potential::{Argument, Elastic, Energy, Potential};
 pub(crate) use reaction::Patch;
 pub use reaction::{Reaction, Slip};
 
@@ -15,8 +18,8 @@ use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
 
-/// What holds a shoot: the joint of its base, [holds](Hold) and springs at places along it, and obstacles that
-/// it may [touch](Contact).
+/// What holds a shoot: the joint of its base, [holds](Hold) and [springs](Elastic) at places along it, and obstacles
+/// that it may [touch](Contact).
 ///
 /// `()` is no support: the base is clamped and the rest of the shoot is free. A tuple or a `Vec` of supports is a
 /// support that combines its parts.
@@ -32,8 +35,8 @@ use crate::scene::earlier;
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a support",
-    note = "supports implement `morphorod::support::Support`: `Hold` and `Contact` do; tuples of up to six supports \
-        and `Vec`s of supports are supports"
+    note = "supports implement `morphorod::support::Support`: `Hold`, `Elastic` and `Contact` do; tuples of up to six \
+        supports and `Vec`s of supports are supports"
 )]
 pub trait Support {
     /// Whether there is no support. A shoot without support has the equilibrium of a free rod.
@@ -48,6 +51,11 @@ pub trait Support {
 
     /// The holds and springs at a time (s); none by default.
     fn holds(&self, _time: f64) -> Vec<Hold> {
+        Vec::new()
+    }
+
+    /// The springs and elastic joints with a potential; none by default.
+    fn potentials(&self) -> Vec<Elastic<&dyn Potential>> {
         Vec::new()
     }
 
@@ -75,6 +83,7 @@ forward_pointers!(Support {
     fn is_absent() -> bool;
     fn base() -> Option<Joint>;
     fn holds(time: f64) -> Vec<Hold>;
+    fn potentials() -> Vec<Elastic<&dyn Potential>>;
     fn contacts() -> Vec<Contact<&dyn Obstacle>>;
     fn next_discontinuity(t: f64) -> f64;
     fn check() -> Result<(), ParameterError>;
@@ -110,6 +119,14 @@ macro_rules! combine {
             let mut all = Vec::new();
             $(for support in $supports {
                 all.extend(support.holds(time));
+            })*
+            all
+        }
+
+        fn potentials(&$self) -> Vec<Elastic<&dyn Potential>> {
+            let mut all = Vec::new();
+            $(for support in $supports {
+                all.extend(support.potentials());
             })*
             all
         }

@@ -35,8 +35,9 @@ pub trait Obstacle {
     /// Signed distance of a place (m, in the fixed frame, base at the origin) at a time (s).
     fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance;
 
-    /// Displacement of the obstacle per force on it, m/N; zero, for a rigid obstacle, by default. An obstacle that
-    /// yields moves without rotation, as a pole on springs.
+    /// Displacement of the obstacle per force on it, m/N, symmetric and positive semidefinite; zero, for a rigid
+    /// obstacle, by default. An obstacle that yields moves without rotation, as a pole on springs. The slip of friction
+    /// is relative to the displaced obstacle.
     fn compliance(&self) -> Matrix3<f64> {
         Matrix3::zeros()
     }

@@ -2,6 +2,7 @@
 
 mod any_load_any_tilt;
 mod bad_static_input;
+mod bad_supports;
 mod classic_rods;
 mod contact;
 mod elastica;
@@ -13,9 +14,11 @@ mod held_joints;
 mod held_stability;
 mod horizontal_base;
 mod point_force;
+mod potentials;
 mod random_contacts;
 mod reported_errors;
 mod shear_and_stretch;
 mod snaps;
 mod static_symmetries;
 mod varying_material;
+mod yielding;

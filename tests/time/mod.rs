@@ -19,6 +19,7 @@ mod righting;
 mod shoots_that_stretch;
 mod short_events;
 mod stops;
+mod supports;
 mod tolerance;
 mod tolerance_events;
 mod tolerance_random;

@@ -12,6 +12,8 @@ pub(super) struct Before<'a> {
     nodes: Vec<Vector3<f64>>,
     /// Time since then, s.
     time: f64,
+    /// Displacements of the obstacles by the forces on them, m.
+    yielded: Vec<Vector3<f64>>,
 }
 
 /// A contact of an earlier equilibrium.
@@ -26,8 +28,8 @@ pub(super) struct OldTouch {
 }
 
 impl<'a> Before<'a> {
-    pub fn new(rod: &'a Rod, time: f64) -> Self {
-        Self { rod, nodes: rod.centre_line().into_iter().map(|(_, position)| position).collect(), time }
+    pub fn new(rod: &'a Rod, time: f64, yielded: Vec<Vector3<f64>>) -> Self {
+        Self { rod, nodes: rod.centre_line().into_iter().map(|(_, position)| position).collect(), time, yielded }
     }
 
     /// Where material would be if it had moved with an obstacle since then, m. The material is given by its distance
@@ -36,7 +38,7 @@ impl<'a> Before<'a> {
         let Some((e, x)) = self.rod.locate_initial(initial_apex_distance) else { return Vector3::repeat(f64::NAN) };
         let position = self.nodes[e] + self.rod.chord(e, x);
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
-        let moved = position + velocity * self.time;
+        let moved = position + velocity * self.time + obstacles.yielded[obstacle] - self.yielded[obstacle];
         // From the surface on, so that a displacement along the normal before the contact has no effect.
         let gap = obstacles.gap(obstacle, &moved);
         moved - gap.normal * gap.value

@@ -1,9 +1,10 @@
 //! The conditions on reactions at one iteration.
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 
 use super::border::{Basis, Column};
 use super::data::HeldSearch;
+use super::elastic::Spring;
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
@@ -77,17 +78,18 @@ impl Conditions {
 pub(super) enum Role {
     /// Component of the force of a hold: site and direction.
     Fixed(usize, Vector3<f64>),
-    /// Force of a spring: site and number.
-    Elastic(usize, usize),
-    /// Another stiffness.
-    Spring,
+    /// Force of a spring along a principal axis: site, and axis times √|κ| for the stiffness κ.
+    Elastic(usize, Vector3<f64>),
+    /// A force of a contact that turns, as the spring of a stiffness κ: site, and direction times √|κ|.
+    Turn(usize, Vector3<f64>),
     /// Tangential component of a force of friction: site and direction.
     Stick(usize, Vector3<f64>),
-    /// Motion of the place of a contact along the rod: site, and factor of the motion, m.
-    Slide(usize, f64),
+    /// Motion of the place of a contact along the rod: site, factor of the motion (m), and the change of the slope by a
+    /// displacement times the inverse of this factor.
+    Slide(usize, f64, Vector3<f64>),
     /// Rotation of a force of friction with the normal: site, and factor of the force, √N/√m.
     Turning(usize, f64),
-    /// Increase of a pivot, or another negative stiffness.
+    /// Increase of a pivot.
     Boost,
 }
 
@@ -132,7 +134,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     let sideways = touch.gap.normal.cross(&friction.direction);
                     let stiffness = friction.coefficient * touch.push / friction.slip.norm();
                     if stiffness > 0.0 && stiffness.is_finite() {
-                        add(&[(place(sideways), stiffness.sqrt())], Role::Spring, -1.0, 0.0);
+                        let root = stiffness.sqrt();
+                        add(&[(place(sideways), root)], Role::Turn(i, sideways * root), -1.0, 0.0);
                     }
                 }
             }
@@ -149,9 +152,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 for (along, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
                     let stiffness = -touch.push * value;
                     if stiffness != 0.0 {
-                        let role = if stiffness > 0.0 { Role::Spring } else { Role::Boost };
-                        let column = (place(along.into_owned()), stiffness.abs().sqrt());
-                        add(&[column], role, -stiffness.signum(), 0.0);
+                        let (along, root) = (along.into_owned(), stiffness.abs().sqrt());
+                        add(&[(place(along), root)], Role::Turn(i, along * root), -stiffness.signum(), 0.0);
                     }
                 }
                 let (slope, bend) = touch.approach;
@@ -159,19 +161,26 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
                     let factor = (touch.push.max(floor) / bend).sqrt();
                     let turns = Column::Tangent { element, x, direction: touch.gap.normal };
-                    let bends = place(touch.gap.curvature * touch.tangent);
-                    let columns = [(turns, factor), (bends, factor)];
-                    add(&columns, Role::Slide(i, 1.0 / (factor * bend)), -1.0, factor * slope);
+                    let bends = touch.gap.curvature * touch.tangent;
+                    let columns = [(turns, factor), (place(bends), factor)];
+                    let role = Role::Slide(i, 1.0 / (factor * bend), bends * factor);
+                    add(&columns, role, -1.0, factor * slope);
                 }
             }
-            for (k, spring) in site.springs.iter().enumerate() {
-                let column = (place(spring.along), spring.stiffness.sqrt());
-                add(&[column], Role::Elastic(i, k), -1.0, site.spring_residual(spring));
+            for (along, stiffness, residual) in site.spring.iter().flat_map(Spring::stiff) {
+                let root = stiffness.abs().sqrt();
+                add(&[(place(along), root)], Role::Elastic(i, along * root), -stiffness.signum(), residual);
             }
         }
         for (unknown, increase) in &self.boosts {
             // The unknown is scaled so that its diagonal entry is one.
             add(&[(Column::Turn { unknown: *unknown }, 1.0)], Role::Boost, 1.0 / increase, 0.0);
+        }
+        // An obstacle is displaced by the forces at the last evaluation of its gaps, and their changes since.
+        for (role, residual) in conditions.roles.iter().zip(&mut conditions.residuals) {
+            if let Some((obstacle, direction)) = self.relative(role) {
+                *residual += direction.dot(&self.obstacles.lag(obstacle, &self.sites));
+            }
         }
         conditions.basis = self.differences(&conditions.roles);
         conditions
@@ -245,7 +254,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
         // The point at which friction acts moves along the rod with the contact.
         for (i, role) in conditions.roles.iter().enumerate() {
-            if let Role::Slide(at, factor) = role
+            if let Role::Slide(at, factor, _) = role
                 && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
                 && let Some(friction) = touch.friction
             {
@@ -261,34 +270,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Compliance of a contact that sticks, m/N.
-    fn stickiness(&self) -> f64 {
+    pub(super) fn stickiness(&self) -> f64 {
         STICKINESS * self.length.powi(2) * self.system.compliance()
-    }
-
-    /// Second derivatives of the energy by the reactions, from obstacles that yield: −dᵢ S dⱼ for forces along dᵢ and
-    /// dⱼ on an obstacle of compliance S. Contacts that stick have a compliance of their own.
-    pub(super) fn compliance_of_contacts(&self, conditions: &Conditions) -> DMatrix<f64> {
-        let n = conditions.roles.len();
-        let acting = |role: &Role| match role {
-            Role::Fixed(site, d) | Role::Stick(site, d) => Some((self.sites[*site].touch?.obstacle, *d)),
-            _ => None,
-        };
-        let each: Vec<_> = conditions.roles.iter().map(acting).collect();
-        let mut plain = DMatrix::from_fn(n, n, |i, j| match (each[i], each[j]) {
-            (Some((a, d)), Some((b, e))) if a == b => -d.dot(&(self.obstacles.compliances[a] * e)),
-            _ => 0.0,
-        });
-        let stickiness = self.stickiness();
-        for (i, _) in conditions.roles.iter().enumerate().filter(|(_, role)| matches!(role, Role::Stick(..))) {
-            plain[(i, i)] -= stickiness;
-        }
-        if plain.iter().all(|value| *value == 0.0) {
-            return plain;
-        }
-        let mut basis = DMatrix::<f64>::zeros(n, n);
-        for (i, combination) in conditions.basis.iter().enumerate() {
-            combination.iter().for_each(|(j, factor)| basis[(i, *j)] += factor);
-        }
-        &basis * plain * basis.transpose()
     }
 }

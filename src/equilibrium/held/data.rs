@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::before::Before;
 use super::border::Border;
+use super::elastic::Laws;
 use super::sites::{HeldFrame, Site};
 use super::touch::Obstacles;
 use crate::equilibrium::Equilibrium;
@@ -44,6 +45,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) length: f64,
     pub(super) sites: Vec<Site>,
     pub(super) frames: Vec<HeldFrame>,
+    pub(super) laws: Laws<'a>,
     /// Largest force of a reaction per unit of violated condition: the weight of the conditions in the merit.
     pub(super) weight: f64,
     pub(super) boosts: Vec<(usize, f64)>,

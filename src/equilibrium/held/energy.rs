@@ -4,11 +4,14 @@ use nalgebra::{DVector, Vector3};
 
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
+use super::elastic::elastic_joint;
 use super::sites::{Friction, Site};
 use super::touch::place;
 use crate::constitutive::{Constitutive, line_strain_under};
 use crate::load::{Load, PointReaction};
 use crate::rod::{Rod, Tissue};
+use crate::so3;
+use crate::support::Energy;
 
 /// Largest number of steps by which a contact slides to the place of least gap.
 const SLIDES: usize = 8;
@@ -50,6 +53,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                     site.touch.iter_mut().for_each(|touch| touch.floats = false);
                 }
             }
+            if let Some(spring) = &mut site.spring {
+                spring.locate(&self.laws, &site.position, time);
+            }
             if let Some(touch) = &mut site.touch {
                 site.force = touch.gap.normal * touch.push;
                 let coefficient = self.obstacles.contacts[touch.obstacle].friction;
@@ -64,6 +70,18 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
+    /// Evaluates the elastic joints at the frames of a rod. Returns their energy, J.
+    pub(super) fn stretch_joints(&mut self, rod: &Rod) -> f64 {
+        let mut sum = 0.0;
+        for (joint, (frame, law)) in self.system.joints.elastic.iter_mut().zip(&self.laws.joints) {
+            let turn = so3::log(&(frame.inverse() * rod.frames()[joint.node]));
+            let Energy { value, gradient, stiffness } = law.energy(&turn, self.obstacles.time);
+            *joint = elastic_joint(joint.node, &turn, &gradient, &stiffness);
+            sum += value;
+        }
+        sum
+    }
+
     /// Applies the present reactions to the rod.
     pub(super) fn apply(&mut self, rod: &Rod) {
         let reactions = self.sites.iter().map(|site| PointReaction {
@@ -75,13 +93,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.force.set_reactions(rod, reactions);
     }
 
-    /// Energy of the rod, its loads and springs (J), at the last evaluation, which returned `energy`.
+    /// Energy of the rod, its loads, springs and obstacles (J), at the last evaluation, which returned `energy`.
     /// `applied` are the forces in it and the places at which they act.
     pub(super) fn potential(&mut self, rod: &Rod, energy: f64, applied: &[(Vector3<f64>, (usize, f64))]) -> f64 {
-        let joints = self.system.joints.stretch(rod);
-        let springs: f64 = self.sites.iter().map(Site::spring_energy).sum();
+        let joints = self.stretch_joints(rod);
+        let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
         let work = |(force, at): &(Vector3<f64>, _)| force.dot(&self.place_of(rod, *at).position);
-        energy + joints + springs + applied.iter().map(work).sum::<f64>()
+        let obstacles = self.obstacles.energy(&self.sites);
+        energy + joints + springs + obstacles + applied.iter().map(work).sum::<f64>()
     }
 
     /// Magnitude of the force in the rod, N: without load the energy per length.
@@ -108,7 +127,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 // The gradient contains the reactions, whose work is that of the moved sites.
                 Role::Fixed(site, direction) => slope -= direction.dot(&applied[*site].0) * missing,
                 // A spring that violates its law is not in balance with its energy.
-                Role::Elastic(..) => slope -= missing * (missing + changes[i]),
+                Role::Elastic(..) => slope -= missing * (changes[i] - conditions.diagonal[i] * missing),
                 _ => {}
             }
         }

@@ -6,11 +6,13 @@
 mod arrange;
 mod before;
 mod border;
+mod checks;
 mod conditions;
 mod contact;
 mod contact_step;
 mod data;
 mod dense;
+mod elastic;
 mod energy;
 mod friction;
 mod patches;
@@ -22,5 +24,6 @@ mod search;
 mod sites;
 mod spread;
 mod touch;
+mod yielding;
 
 pub(super) use data::{Found, HeldSearch, HeldWorkspace};

@@ -24,9 +24,9 @@ const SMALLEST_SHARE: f64 = 1e-6;
 const ITERATIONS: usize = 400;
 
 /// Displacement, relative to the length, by which the derivative of a distance is checked.
-const DISTANCE_STEP: f64 = 1e-6;
+pub(super) const DISTANCE_STEP: f64 = 1e-6;
 /// Largest error of this derivative, for example at an edge of an obstacle.
-const DISTANCE_ERROR: f64 = 1e-3;
+pub(super) const DISTANCE_ERROR: f64 = 1e-3;
 
 impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     pub fn new(
@@ -41,7 +41,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let contacts = support.contacts();
         let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
         let obstacles = Obstacles { yielded: vec![Vector3::zeros(); contacts.len()], compliances, contacts, time };
-        let (sites, frames) = sort(rod, support.base(), &support.holds(time), &mut system.joints)?;
+        let (sites, frames, laws) = sort(rod, support, time, &mut system.joints)?;
         Ok(Self {
             system,
             border: &mut workspace.border,
@@ -49,17 +49,18 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             load,
             force,
             parent: rod,
+            before: Before::new(rod, 0.0, obstacles.displacements(&[])),
             obstacles,
             tangents: Vec::new(),
             layer: f64::INFINITY,
             frozen: false,
             pinned: false,
-            before: Before::new(rod, 0.0),
             stable,
             tolerance,
             length: rod.length(),
             sites,
             frames,
+            laws,
             weight: 0.0,
             boosts: Vec::new(),
             energy_scale: 0.0,
@@ -69,16 +70,16 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         })
     }
 
-    /// Sets the rod at the end of the increment before, and the time since then (s).
-    pub fn since(&mut self, before: &'a Rod, time: f64) {
-        self.before = Before::new(before, time);
+    /// Sets the rod and its reactions at the end of the increment before, and the time since then (s).
+    pub fn since(&mut self, (rod, time, reactions): (&'a Rod, f64, &[Reaction])) {
+        self.before = Before::new(rod, time, self.obstacles.displacements(reactions));
     }
 
     /// Takes the forces of an earlier equilibrium as initial guess.
     pub fn guess_forces(&mut self, reactions: &[Reaction]) {
         for (site, reaction) in self.sites.iter_mut().zip(reactions.iter().filter(|at| at.obstacle.is_none())) {
             site.force = project(&site.fixed, &reaction.force);
-            site.springs.iter_mut().for_each(|spring| spring.force = spring.along.dot(&reaction.force));
+            site.spring.iter_mut().for_each(|spring| spring.force = reaction.force);
         }
     }
 
@@ -156,15 +157,27 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             let ok = site.touch.is_some() || distance <= reach * (1.0 + 1e-12);
             ParameterError::unless(ok, name, distance, requirement).map_err(|error| error.at(reach))?;
         }
-        Ok(())
+        self.check_between(rod)
+    }
+
+    /// Finds the equilibrium. Returns an error for laws of supports that are invalid where the search ends.
+    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Found, EquilibriumError> {
+        let moved = self.move_holds(rod, bound);
+        if moved.as_ref().err().is_none_or(EquilibriumError::is_recoverable) {
+            self.check_end(rod)?;
+        }
+        moved?;
+        let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
+        Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
     /// equilibrium.
-    pub fn run(mut self, rod: &mut Rod, bound: usize) -> Result<Found, EquilibriumError> {
+    fn move_holds(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         self.locate(rod);
         self.check_reach(rod)?;
         self.check_obstacles(rod)?;
+        self.check_start(rod)?;
         let goals: Vec<Vector3<f64>> = self.sites.iter().map(|site| site.target).collect();
         let starts: Vec<Vector3<f64>> =
             self.sites.iter().map(|site| site.target + project(&site.fixed, &(site.position - site.target))).collect();
@@ -182,19 +195,21 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             self.increments += 1;
             match self.settle(rod, bound.min(ITERATIONS)) {
                 Ok(()) => done = next,
-                Err(error) if error.is_recoverable() && share > SMALLEST_SHARE && done + share > done => {
+                Err(error)
+                    if error.is_recoverable()
+                        && share > SMALLEST_SHARE
+                        && done + share > done
+                        && (number > 1.0 || far > 0.0 || turned > 0.0) =>
+                {
                     (*rod, self.sites, self.frames, self.system.joints) = before;
                     self.force.update(rod, self.load, &self.force.environment().clone());
+                    self.locate(rod);
                     share *= 0.5;
-                    if number == 1.0 && far == 0.0 && turned == 0.0 {
-                        return Err(error);
-                    }
                 }
                 Err(error) => return Err(error),
             }
         }
-        let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
-        Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
+        Ok(())
     }
 
     /// Rotates the held frames by a share of the rotations that they lack.

@@ -46,13 +46,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let couple = rod.frames()[*node] * -held;
             couples.push((*node, couple));
         }
-        for ((node, ..), along) in joints.elastic.iter().zip(&joints.couples) {
-            couples.push((*node, rod.frames()[*node] * along));
+        for joint in &joints.elastic {
+            couples.push((joint.node, rod.frames()[joint.node] * joint.couple));
         }
         for (node, couple) in couples {
             let at_node = |site: &Site| site.touch.is_none() && site.element + 1 == node;
             match self.sites.iter().position(at_node) {
-                Some(i) => all[i].couple = couple,
+                Some(i) => all[i].couple += couple,
                 None if node == 0 => {
                     let initial_apex_distance = rod.initial_length();
                     all.push(Reaction { couple, arc_length: 0.0, initial_apex_distance, ..reaction(0, 0.0) });

@@ -22,9 +22,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Assembles and factorises the tangent with a shift. Returns the energy (J) and the signs of its pivots.
     pub(super) fn factorise(&mut self, rod: &Rod, shift: f64) -> Result<(f64, Inertia), EquilibriumError> {
         let (energy, mut inertia) = self.system.condense::<P>(rod, self.material, self.force, shift)?;
-        let joints = self.system.joints.clone();
-        joints.apply(&mut self.system.tangent, rod);
-        self.system.joints.stretch(rod);
+        self.stretch_joints(rod);
+        self.system.joints.apply(&mut self.system.tangent);
         self.system.tangent.factorise_boosted(&mut inertia, &mut self.boosts)?;
         self.found.factorisations += 1 + self.boosts.len();
         self.energy_scale = self.energy_scale.max(energy.abs() / self.length);
@@ -44,9 +43,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let acts = acts.map(|acts| conditions.composed(&acts));
         let (columns, force) = (&conditions.columns, &*self.force);
         self.border.assemble::<P>(self.system, rod, self.material, force, (columns, &basis, acts.as_ref()));
-        let yields = &self.border.yields + self.compliance_of_contacts(&conditions);
-        let mut dense = &yields - &self.border.gram;
-        let mut coupled = yields - &self.border.coupling;
+        let mut dense = &self.border.yields + self.compliance_of_contacts(&conditions, false) - &self.border.gram;
+        let mut coupled = &self.border.yields + self.compliance_of_contacts(&conditions, true) - &self.border.coupling;
         for (i, d) in conditions.diagonal.iter().enumerate() {
             dense[(i, i)] += d;
             coupled[(i, i)] += d;
@@ -57,7 +55,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             dense.column_mut(i).fill(0.0);
             dense[(i, i)] = -self.border.sizes[i] - 1.0;
         }
-        // The bordered matrix has one negative eigenvalue for every condition and every spring.
+        // The bordered matrix has one negative eigenvalue for every condition and every spring of positive stiffness.
         let scale = DVector::from_fn(dense.nrows(), |i, _| {
             1.0 / (self.border.sizes[i] - self.border.yields[(i, i)] + conditions.diagonal[i].abs())
                 .sqrt()
@@ -68,7 +66,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             return Err(EquilibriumError::NotFinite { what: "tangent" });
         }
         let dense = Dense::of(&dense, scale, acts.is_some().then_some(coupled));
-        let expected = conditions.roles.iter().filter(|role| **role != Role::Boost).count();
+        let expected = conditions.diagonal.iter().filter(|d| **d <= 0.0).count();
         let positive = conditions.roles.len() - expected;
         let mut negative = inertia.negative;
         let mut above = inertia.positive;

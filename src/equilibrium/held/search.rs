@@ -137,9 +137,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 fraction *= 0.5;
             }
             for (role, change) in conditions.roles.iter().zip(changes.iter()) {
-                if let Role::Elastic(site, k) = role {
-                    let spring = &mut self.sites[*site].springs[*k];
-                    spring.force += spring.stiffness.sqrt() * fraction * change;
+                if let Role::Elastic(site, axis) = role
+                    && let Some(spring) = &mut self.sites[*site].spring
+                {
+                    spring.force += axis * (fraction * change);
                 }
                 if let Role::Stick(site, direction) = role
                     && let Some(friction) = self.sites[*site].touch.as_mut().and_then(|touch| touch.friction.as_mut())
@@ -167,7 +168,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let mut outdated = least > NEUTRAL && least < OUTDATED * (changed + turn);
             // The energy is that before the step, which may stretch the rod without a rotation.
             let stretches = (0..changes.len()).map(|i| (changes[i] * self.border.yields[(i, i)]).abs());
-            outdated |= stretches.fold(0.0, f64::max) > ACCEPTED * self.length;
+            let stretching = stretches.fold(0.0, f64::max) > ACCEPTED * self.length;
+            outdated |= stretching;
             if fraction == 1.0 && shift == 0.0 && turn < 1e-4 {
                 // The next error is the square of the step.
                 let ratio = (turn / last.min(1.0)).max(turn);
@@ -179,6 +181,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 // Close to a loss of stability rounding rotates the frames in every iteration.
                 let rounds = turn < STAGNANT
                     && !apart
+                    && !stretching
                     && (0.25 * turn..STAGNANT).contains(&last)
                     && self.system.unbalanced <= BALANCED * self.force.largest() * self.length;
                 if (error <= self.tolerance || turn < 1e-13) && !outdated && !apart || rounds {

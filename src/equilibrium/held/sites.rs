@@ -2,12 +2,13 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use super::elastic::{Law, Laws, Spring};
 use crate::equilibrium::EquilibriumError;
-use crate::equilibrium::joints::Joints;
+use crate::equilibrium::joints::{ElasticJoint, Joints};
 use crate::error::ParameterError;
 use crate::rod::Rod;
 use crate::so3;
-use crate::support::{Hold, Joint, Orientation, Position};
+use crate::support::{Argument, Elastic, Hold, Joint, Orientation, Position, Support, closest_about};
 
 /// Largest distance of a held place from a node, relative to the element.
 const AT_NODE: f64 = 1e-9;
@@ -21,7 +22,7 @@ pub(super) struct Site {
     pub fixed: Vec<Vector3<f64>>,
     /// Position in these directions, m.
     pub target: Vector3<f64>,
-    pub springs: Vec<Spring>,
+    pub spring: Option<Spring>,
     /// Force of the hold on the rod, without springs, N.
     pub force: Vector3<f64>,
     /// Position in the present configuration, m.
@@ -36,16 +37,6 @@ pub(super) struct Gap {
     pub value: f64,
     pub normal: Vector3<f64>,
     pub curvature: Matrix3<f64>,
-}
-
-/// A linear spring along a unit vector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Spring {
-    pub along: Vector3<f64>,
-    /// Stiffness, N/m.
-    pub stiffness: f64,
-    /// Force on the rod along the vector, N.
-    pub force: f64,
 }
 
 /// A contact at a place.
@@ -98,12 +89,28 @@ impl Touch {
 }
 
 impl Site {
+    /// A site at the end of an element, without condition yet; `None` for the base.
+    fn at_node(node: usize) -> Option<Self> {
+        let zero = Vector3::zeros();
+        let element = node.checked_sub(1)?;
+        Some(Self {
+            element,
+            x: 1.0,
+            fixed: Vec::new(),
+            target: zero,
+            spring: None,
+            force: zero,
+            position: zero,
+            touch: None,
+        })
+    }
+
     /// A site in contact with an obstacle, without force yet.
     pub fn touching(obstacle: usize, (element, x): (usize, f64), push: f64, floats: bool) -> Self {
         let zero = Vector3::zeros();
         let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
         let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero, friction: None });
-        Self { element, x, fixed: Vec::new(), target: zero, springs: Vec::new(), force: zero, position: zero, touch }
+        Self { element, x, fixed: Vec::new(), target: zero, spring: None, force: zero, position: zero, touch }
     }
 
     /// The directions in which the position is given, with the distances by which it differs, m.
@@ -113,21 +120,9 @@ impl Site {
         self.fixed.iter().map(move |d| (*d, d.dot(&from))).chain(touch)
     }
 
-    /// The force of the springs, N.
+    /// The force of the spring, N.
     pub fn spring_force(&self) -> Vector3<f64> {
-        self.springs.iter().map(|spring| spring.along * spring.force).sum()
-    }
-
-    /// The violation of the law of a spring, f/√κ + √κ x for the force f and the elongation x.
-    pub fn spring_residual(&self, spring: &Spring) -> f64 {
-        let root = spring.stiffness.sqrt();
-        spring.force / root + root * spring.along.dot(&(self.position - self.target))
-    }
-
-    /// The energy of the springs, J.
-    pub fn spring_energy(&self) -> f64 {
-        let from = self.position - self.target;
-        self.springs.iter().map(|spring| 0.5 * spring.stiffness * spring.along.dot(&from).powi(2)).sum()
+        self.spring.map_or(Vector3::zeros(), |spring| spring.force)
     }
 }
 
@@ -149,33 +144,16 @@ pub(super) fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// The site of a hold of the position; `None` for a hold of the frame alone.
-pub(super) fn site_of(hold: &Hold, node: usize) -> Option<Site> {
-    let mut site = Site {
-        element: node.checked_sub(1)?,
-        x: 1.0,
-        fixed: Vec::new(),
-        target: Vector3::zeros(),
-        springs: Vec::new(),
-        force: Vector3::zeros(),
-        position: Vector3::zeros(),
-        touch: None,
-    };
+fn site_of(hold: &Hold, node: usize, laws: &mut Laws) -> Option<Site> {
+    let mut site = Site::at_node(node)?;
     match hold.position {
         Position::Free => return None,
         Position::At(point) => (site.fixed, site.target) = (vec![Vector3::x(), Vector3::y(), Vector3::z()], point),
         Position::OnLine { through, along } => (site.fixed, site.target) = (across(&along).to_vec(), through),
         Position::OnPlane { through, normal } => (site.fixed, site.target) = (vec![normal.into_inner()], through),
         Position::Spring { anchor, stiffness } => {
-            let eigen = stiffness.symmetric_eigen();
-            site.target = anchor;
-            let each = eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter());
-            let stiff = each.filter(|(_, k)| **k > 0.0);
-            let spring = |(v, k): (nalgebra::VectorView3<f64>, &f64)| Spring {
-                along: v.into_owned(),
-                stiffness: *k,
-                force: 0.0,
-            };
-            site.springs = stiff.map(spring).collect();
+            site.spring = Some(Spring::new(laws.springs.len()));
+            laws.springs.push(Law::Linear(stiffness, anchor));
         }
     }
     Some(site)
@@ -196,11 +174,7 @@ impl HeldFrame {
         let present = rod.frames()[self.node];
         let permitted = match self.axis {
             None => self.frame,
-            Some(axis) => {
-                let turn = self.frame.inverse() * present;
-                let angle = 2.0 * f64::atan2(turn.vector().dot(&axis), turn.w);
-                self.frame * so3::exp(&(axis * angle))
-            }
+            Some(axis) => closest_about(&axis, &self.frame, &present),
         };
         so3::log(&(present.inverse() * permitted))
     }
@@ -211,41 +185,67 @@ impl HeldFrame {
     }
 }
 
-/// Sorts the holds of a rod into sites, held frames and elastic joints.
-pub(super) fn sort(
+/// Sorts the supports of a rod at a time (s), besides contacts, into sites, held frames, and the laws of springs and
+/// elastic joints.
+pub(super) fn sort<'a>(
     rod: &Rod,
-    base: Option<Joint>,
-    holds: &[Hold],
+    support: &'a impl Support,
+    time: f64,
     joints: &mut Joints,
-) -> Result<(Vec<Site>, Vec<HeldFrame>), EquilibriumError> {
+) -> Result<(Vec<Site>, Vec<HeldFrame>, Laws<'a>), EquilibriumError> {
     joints.clear();
-    joints.base_rotates = base.is_some();
-    let (mut sites, mut frames) = (Vec::new(), Vec::<HeldFrame>::new());
-    if let Some(Joint::Hinge(axis)) = base {
+    joints.base_rotates = support.base().is_some();
+    let (mut sites, mut frames, mut laws) = (Vec::new(), Vec::<HeldFrame>::new(), Laws::default());
+    if let Some(Joint::Hinge(axis)) = support.base() {
         frames.push(HeldFrame { node: 0, frame: rod.frames()[0], axis: Some(axis.into_inner()) });
     }
     let mut held = Vec::new();
-    for hold in holds {
+    for hold in support.holds(time) {
         let node = node_at(rod, hold.initial_apex_distance)?;
         let (name, place) = ("number of holds of one place", rod.initial_length() - hold.initial_apex_distance);
+        // A hold that moves is checked at the present time.
+        hold.check().map_err(|error| error.at(place))?;
         ParameterError::unless(!held.contains(&node), name, 2.0, "one").map_err(|error| error.at(place))?;
         held.push(node);
-        let at_base = node == 0 && (hold.position != Position::Free || !joints.base_rotates);
-        let requirement = "positive: the base has a joint instead (m)";
-        ParameterError::unless(!at_base, "distance of a hold from the base", 0.0, requirement)?;
-        sites.extend(site_of(hold, node));
+        check_base(node, hold.position == Position::Free, joints)?;
+        sites.extend(site_of(&hold, node, &mut laws));
         match hold.orientation {
             Orientation::Free => {}
             Orientation::Held(frame) => frames.push(HeldFrame { node, frame, axis: None }),
             Orientation::Hinge { frame, axis } => {
                 frames.push(HeldFrame { node, frame, axis: Some(axis.into_inner()) });
             }
-            Orientation::Spring { frame, stiffness } => joints.elastic.push((node, frame, stiffness)),
+            Orientation::Spring { frame, stiffness } => {
+                joints.elastic.push(ElasticJoint::at(node));
+                laws.joints.push((frame, Law::Linear(Matrix3::identity() * stiffness, Vector3::zeros())));
+            }
+        }
+    }
+    for Elastic { initial_apex_distance, argument, potential } in support.potentials() {
+        let node = node_at(rod, initial_apex_distance)?;
+        check_base(node, argument != Argument::Position, joints)?;
+        match argument {
+            Argument::Position => {
+                let spring = Some(Spring::new(laws.springs.len()));
+                sites.extend(Site::at_node(node).map(|site| Site { spring, ..site }));
+                laws.springs.push(Law::User(potential));
+            }
+            Argument::Rotation { frame } => {
+                joints.elastic.push(ElasticJoint::at(node));
+                laws.joints.push((frame, Law::User(potential)));
+            }
         }
     }
     frames.sort_by_key(|frame| frame.node);
     joints.confined.extend(frames.iter().map(|frame| (frame.node, frame.projection())));
-    Ok((sites, frames))
+    Ok((sites, frames, laws))
+}
+
+/// Returns an error for a support at the base, unless it acts on the frame of a base that rotates.
+fn check_base(node: usize, on_frame: bool, joints: &Joints) -> Result<(), ParameterError> {
+    let requirement = "positive: the base has a joint instead (m)";
+    let ok = node > 0 || on_frame && joints.base_rotates;
+    ParameterError::unless(ok, "distance of a hold from the base", 0.0, requirement)
 }
 
 /// Rotates frames by shares of a rotation vector along their directors, which increases linearly with the node

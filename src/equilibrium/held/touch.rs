@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::border::upto_parts;
-use super::sites::{Gap, Site};
+use super::sites::Gap;
 use crate::numerics::quadrature::lobatto;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle};
@@ -33,16 +33,6 @@ pub(super) struct Obstacles<'a> {
 }
 
 impl Obstacles<'_> {
-    /// Displaces the obstacles that yield by the forces on them, which are opposite to those on the rod.
-    pub fn yield_to(&mut self, sites: &[Site]) {
-        for (obstacle, compliance) in self.compliances.iter().enumerate() {
-            if *compliance != Matrix3::zeros() {
-                let touching = sites.iter().filter(|site| site.touch.is_some_and(|touch| touch.obstacle == obstacle));
-                self.yielded[obstacle] = -(compliance * touching.map(|site| site.force).sum::<Vector3<f64>>());
-            }
-        }
-    }
-
     /// The gap at a place (m) to an obstacle.
     pub fn gap(&self, obstacle: usize, place: &Vector3<f64>) -> Gap {
         let contact = &self.contacts[obstacle];

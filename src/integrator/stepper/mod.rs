@@ -26,6 +26,7 @@ use crate::rod::Rod;
 use crate::scene::after;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State, intrinsic_moments};
+use crate::support::Reaction;
 use crate::tropism::Declaration;
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
@@ -48,8 +49,8 @@ pub(super) struct Stepper {
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
     spare: Spare,
-    /// Shape and time at the start of an increment; `None` without friction.
-    before: Option<(Rod, f64)>,
+    /// Shape, time and reactions at the start of an increment; `None` without friction.
+    before: Option<(Rod, f64, Vec<Reaction>)>,
     statistics: Statistics,
     /// Copy of the state before a step that may be repeated.
     backup: Option<State>,

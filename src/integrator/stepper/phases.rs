@@ -13,8 +13,11 @@ use crate::scene::{Environment, Scene};
 use crate::sensing;
 use crate::shoot::Shoot;
 use crate::state::{CLOSE, State};
-use crate::support::Support;
+use crate::support::{Joint, Support, closest_about};
 use crate::tropism::{Site, TropismLaw};
+
+/// Rotation of the axis of a base's hinge that is attributed to rounding, rad. The base is not rotated then.
+const HINGE_ROUNDING: f64 = 1e-12;
 
 impl Stepper {
     /// Integrates the intrinsic strain of every point of the zone over the step, up to the exit of the point.
@@ -68,8 +71,15 @@ impl Stepper {
             return Err(IntegrationError::NotFinite { what: "gravity", time });
         }
         let support = model.support();
-        if !(started && !support.is_absent() && support.base().is_some()) {
-            rod.set_base(base)?;
+        match support.base().filter(|_| started) {
+            None => rod.set_base(base)?,
+            Some(Joint::Ball) => {}
+            Some(Joint::Hinge(axis)) => {
+                let hinged = closest_about(&axis, &base, &rod.frames()[0]);
+                if hinged.angle_to(&rod.frames()[0]) > HINGE_ROUNDING {
+                    rod.set_base(hinged)?;
+                }
+            }
         }
         if !support.is_absent() {
             return self.solve_held(shoot, solver, &environment);
@@ -90,7 +100,8 @@ impl Stepper {
         let (model, State { rod, contact, .. }) = (&shoot.model, &mut shoot.state);
         let (material, load, support) = (model.constitutive(), model.load(), model.support());
         let earlier = (&contact.reactions[..], &contact.patches[..]);
-        let before = self.before.as_ref().map(|(rod, time)| (rod, environment.time - time));
+        let before = self.before.as_ref();
+        let before = before.map(|(rod, time, reactions)| (rod, environment.time - time, &reactions[..]));
         let shape = contact.shape.as_ref();
         let held = solver.hold(&HeldRod { rod, material, load, support, environment, earlier, shape, before });
         let held = held.map_err(|error| IntegrationError::Equilibrium { time: environment.time, error })?;
@@ -107,10 +118,11 @@ impl Stepper {
         Ok(held.equilibrium)
     }
 
-    /// Keeps the shape at the start of an increment, from which friction counts displacements.
+    /// Keeps shape and reactions at the start of an increment, from which friction counts displacements.
     pub(super) fn begin_increment(&mut self, shoot: &Shoot<impl Model>) {
         let rubs = shoot.model.support().contacts().iter().any(|contact| contact.friction > 0.0);
-        self.before = rubs.then(|| (shoot.state.shape().clone(), shoot.state.time));
+        self.before =
+            rubs.then(|| (shoot.state.shape().clone(), shoot.state.time, shoot.state.contact.reactions.clone()));
     }
 
     /// Writes the stimuli in the present equilibrium to the last level.

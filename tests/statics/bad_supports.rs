@@ -1,0 +1,163 @@
+//! Invalid supports: each is an error that names the cause, and leaves the rod unchanged.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::fixtures::held::Held;
+use crate::fixtures::rods::DENSITY;
+use morphorod::load::Weight;
+use morphorod::support::{Contact, Cylinder, Distance, HalfSpace, Hold, Moving, Obstacle, Sphere, Support};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// Length, m.
+const LENGTH: f64 = 0.05;
+
+fn horizontal() -> Held<Weight> {
+    Held::straight(LENGTH, FRAC_PI_2, 8, Weight { density: DENSITY })
+}
+
+/// Fails unless a support is refused at a time (s) by an error that contains all words, and the rod does not change.
+fn refused(support: &dyn Support, time: f64, words: &[&str]) {
+    let mut held = horizontal();
+    held.hold(&());
+    held.time = time;
+    let kept = held.rod.clone();
+    let error = held.try_hold(support).expect_err(words[0]).to_string();
+    assert!(words.iter().all(|word| error.contains(word)), "{error} instead of {words:?}");
+    assert_eq!(held.rod, kept, "{words:?}");
+}
+
+#[test]
+fn holds_beyond_the_reach_of_the_rod_between_them_are_refused() {
+    let between = ["distance between two holds", "at 0.0500 m"];
+    let at = |share: f64| Vector3::x() * (share * LENGTH);
+    let (middle, apex) = (Hold::place(0.5 * LENGTH), Hold::apex());
+    // Each place is within reach of the base.
+    refused(&(middle.at(at(0.1)), apex.at(at(0.7))), 0.0, &between);
+    refused(&(middle.at(at(0.1)), apex.on_plane(at(0.7), Vector3::x_axis())), 0.0, &between);
+    refused(&(middle.on_line(at(0.45), Vector3::z_axis()), apex.at(at(-0.1))), 0.0, &between);
+    // A ring whose middle is held farther away than half of its length does not close.
+    refused(&(Hold::place(0.625 * LENGTH).at(at(0.3)), Hold::place(0.25 * LENGTH).at(at(-0.2))), 0.0, &["two holds"]);
+    refused(&(middle.at(at(0.6)), apex.at(at(0.0))), 0.0, &["distance of a hold from the base", "at 0.0250 m"]);
+    // Taut parts are permitted.
+    horizontal().hold(&(middle.at(at(0.5)), apex.on_plane(Vector3::zeros(), Vector3::z_axis())));
+}
+
+#[test]
+fn hold_that_becomes_invalid_in_time_is_refused() {
+    let place = Moving(|t: f64| Hold::apex().at(Vector3::x() * (0.9 * LENGTH / (1.0 - t))));
+    refused(&place, 1.0, &["held position", "at 0.0500 m"]);
+    let frame = Moving(|t: f64| {
+        let frame = UnitQuaternion::new_unchecked(UnitQuaternion::identity().into_inner() * (1.0 + t));
+        Hold::apex().held(frame)
+    });
+    refused(&frame, 1.0, &["norm of the quaternion of a held frame", "at 0.0500 m"]);
+}
+
+/// An obstacle with a distance that is given as a function of the place and time, and a velocity.
+struct Of<F>(F, Vector3<f64>);
+
+impl<F: Fn(&Vector3<f64>, f64) -> Distance> Obstacle for Of<F> {
+    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+        (self.0)(place, time)
+    }
+
+    fn velocity(&self, _place: &Vector3<f64>, _time: f64) -> Vector3<f64> {
+        self.1
+    }
+}
+
+/// A contact without the size of the shoot.
+fn contact<O>(obstacle: O, friction: f64) -> Contact<O> {
+    Contact { obstacle, radius: 0.0, friction }
+}
+
+#[test]
+fn obstacle_that_contains_the_base_is_refused_at_any_time() {
+    let ball = Sphere { centre: Vector3::z() * -0.01, radius: 0.02 };
+    refused(&contact(ball, 0.0), 0.0, &["distance of the base from an obstacle"]);
+    let thick = Contact { obstacle: Sphere { radius: 0.008, ..ball }, radius: 0.003, friction: 0.0 };
+    refused(&thick, 0.0, &["distance of the base from an obstacle", "is -0.001"]);
+    // A floor that rises above the base.
+    let floor = |place: &Vector3<f64>, t: f64| Distance {
+        value: place.z + 0.01 * (1.0 - t),
+        normal: Vector3::z(),
+        curvature: Matrix3::zeros(),
+    };
+    refused(&contact(Of(floor, Vector3::zeros()), 0.0), 2.0, &["distance of the base from an obstacle", "is -0.01"]);
+}
+
+#[test]
+fn friction_radius_and_compliance_out_of_range_are_refused() {
+    let floor = HalfSpace { through: -Vector3::z() * 0.005, normal: Vector3::z() };
+    for value in [-0.1, f64::NAN, f64::INFINITY] {
+        refused(&contact(floor, value), 0.0, &["coefficient of friction", &format!("is {value}")]);
+        let radius = Contact { obstacle: floor, radius: value, friction: 0.0 };
+        refused(&radius, 0.0, &["radius of a shoot in contact"]);
+    }
+    /// A floor with a compliance.
+    struct Soft(HalfSpace, Matrix3<f64>);
+    impl Obstacle for Soft {
+        fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
+            self.0.distance(place, time)
+        }
+        fn compliance(&self) -> Matrix3<f64> {
+            self.1
+        }
+    }
+    let skew = Matrix3::new(1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+    for (compliance, name) in [
+        (Matrix3::identity() * f64::NAN, "compliance of an obstacle"),
+        (skew, "asymmetry of the compliance"),
+        (-Matrix3::identity(), "least compliance"),
+    ] {
+        refused(&contact(Soft(floor, compliance), 0.0), 0.0, &[name]);
+    }
+}
+
+#[test]
+fn functions_that_are_no_signed_distance_are_refused() {
+    let floor = HalfSpace { through: -Vector3::z() * 0.005, normal: Vector3::z() };
+    let ball = Sphere { centre: Vector3::new(0.035, 0.0, -0.013), radius: 0.01 };
+    let no_velocity = Vector3::zeros();
+    let double =
+        |at: &Vector3<f64>, t: f64| Distance { value: 2.0 * floor.distance(at, t).value, ..floor.distance(at, t) };
+    refused(&contact(Of(double, no_velocity), 0.0), 0.0, &["derivative of the distance", "m from the base"]);
+    let long = |at: &Vector3<f64>, t: f64| Distance { normal: Vector3::z() * 2.0, ..floor.distance(at, t) };
+    refused(&contact(Of(long, no_velocity), 0.0), 0.0, &["norm of the gradient", "m from the base"]);
+    let nan = |at: &Vector3<f64>, t: f64| {
+        let value = if at.x > 0.03 { f64::NAN } else { floor.distance(at, t).value };
+        Distance { value, ..floor.distance(at, t) }
+    };
+    refused(&contact(Of(nan, no_velocity), 0.0), 0.0, &["derivative of the distance", "m from the base"]);
+    let flat = |at: &Vector3<f64>, t: f64| Distance { curvature: Matrix3::zeros(), ..ball.distance(at, t) };
+    refused(&contact(Of(flat, no_velocity), 0.0), 0.0, &["curvature of an obstacle", "m from the base"]);
+    let sound = |at: &Vector3<f64>, t: f64| ball.distance(at, t);
+    refused(&contact(Of(sound, Vector3::x() * f64::NAN), 0.3), 0.0, &["velocity of an obstacle", "m from the base"]);
+    horizontal().hold(&contact(Of(sound, no_velocity), 0.0));
+}
+
+#[test]
+fn start_inside_an_obstacle_is_projected_out() {
+    // The straight rod is inside the wedge of a plane, through a pole, and inside a ball beyond its middle.
+    let slope = HalfSpace { through: -Vector3::z() * 0.002, normal: Vector3::new(-0.3, 0.0, 1.0) };
+    let pole = Cylinder { through: Vector3::new(0.03, 0.0, 0.0005), along: Vector3::y(), radius: 0.002 };
+    let ball = Sphere { centre: Vector3::new(0.04, 0.002, 0.001), radius: 0.006 };
+    let obstacles: [&dyn Obstacle; 3] = [&slope, &pole, &ball];
+    for obstacle in obstacles {
+        let mut held = horizontal();
+        let place = |held: &Held<Weight>, i: i32| held.place(f64::from(i) / 200.0);
+        let least = |held: &Held<Weight>| {
+            (0..=200).map(|i| obstacle.distance(&place(held, i), 0.0).value).fold(f64::INFINITY, f64::min)
+        };
+        assert!(least(&held) < -0.001);
+        match held.try_hold(&contact(obstacle, 0.0)) {
+            Ok(()) => {
+                // The elements interpolate the shape, whose third derivative is discontinuous at the contact.
+                assert!(least(&held) > -1e-5 * LENGTH, "{:e}", least(&held));
+                assert!(held.reactions.iter().all(|at| at.normal >= 0.0));
+                println!("{:?}", held.reactions);
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
