@@ -145,6 +145,21 @@ pub enum EquilibriumError {
         /// The largest force in the rod, N.
         force: f64,
     },
+    /// The places of contacts were not found: they were gained and lost in turn, or did not converge. A better initial
+    /// guess, a finer mesh or a smaller increment may help.
+    #[error(
+        "the contacts were not found in {iterations} Newton iterations: {contacts} at the end, with an error of their \
+             condition of {misplacement:.3e}"
+    )]
+    ContactsNotFound {
+        /// Number of Newton iterations.
+        iterations: usize,
+        /// Number of places in contact at the end.
+        contacts: usize,
+        /// The largest slope of the rod against the obstacle, or its relative curvature times the length, at the end of a
+        /// contact; zero if contacts were gained and lost in turn.
+        misplacement: f64,
+    },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.
     #[error("element {element} would rotate by π: take more elements or a smaller load")]
     Folded {
@@ -183,7 +198,10 @@ impl EquilibriumError {
     /// Whether a smaller load, a better initial guess or a smaller time step may succeed.
     #[must_use]
     pub fn is_recoverable(&self) -> bool {
-        matches!(self, Self::NoConvergence { .. } | Self::Unstable { .. } | Self::Folded { .. })
+        matches!(
+            self,
+            Self::NoConvergence { .. } | Self::ContactsNotFound { .. } | Self::Unstable { .. } | Self::Folded { .. }
+        )
     }
 }
 

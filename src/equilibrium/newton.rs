@@ -139,8 +139,16 @@ impl NewtonSolver {
         support: &impl Support,
         environment: &Environment,
     ) -> Result<Held, EquilibriumError> {
-        let held =
-            self.hold(&HeldRod { rod, material, load, support, environment, earlier: (&[], &[]), shape: None, before: None })?;
+        let held = self.hold(&HeldRod {
+            rod,
+            material,
+            load,
+            support,
+            environment,
+            earlier: (&[], &[]),
+            shape: None,
+            before: None,
+        })?;
         if held.rod.elements() == rod.elements() {
             rod.copy_from(&held.rod);
         } else {

@@ -143,7 +143,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 jacobian = Some(matrix);
             }
             let Some(matrix) = &mut jacobian else { break };
-            let Some(mut step) = matrix.clone().lu().solve(&-&value) else { return Err(self.not_found(f64::NAN)) };
+            let Some(mut step) = matrix.clone().lu().solve(&-&value) else {
+                return Err(self.contacts_not_found(value.amax()));
+            };
             let longest = step.amax();
             let allowed = 0.2 * self.length / self.parent.elements() as f64;
             if longest > allowed {
@@ -188,7 +190,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 return Ok(());
             }
         }
-        Err(self.not_found(value.amax()))
+        Err(self.contacts_not_found(value.amax()))
     }
 
     /// Newton's iteration with a tolerance (rad) that is at least that of the result.

@@ -176,7 +176,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             // The unknown is scaled so that its diagonal entry is one.
             add(&[(Column::Turn { unknown: *unknown }, 1.0)], Role::Boost, 1.0 / increase, 0.0);
         }
-        // An obstacle is displaced by the forces at the last evaluation of its gaps, and their changes since.
+        // The displacement of an obstacle is an unknown that may lag behind the forces of its contacts.
         for (role, residual) in conditions.roles.iter().zip(&mut conditions.residuals) {
             if let Some((obstacle, direction)) = self.relative(role) {
                 *residual += direction.dot(&self.obstacles.lag(obstacle, &self.sites));

@@ -148,7 +148,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             return Ok(());
         }
-        Err(self.not_found(f64::NAN))
+        Err(self.contacts_not_found(0.0))
+    }
+
+    /// The error of a search for contacts.
+    pub(super) fn contacts_not_found(&self, misplacement: f64) -> EquilibriumError {
+        let contacts = self.sites.iter().filter(|site| site.touch.is_some()).count();
+        EquilibriumError::ContactsNotFound { iterations: self.found.iterations, contacts, misplacement }
     }
 
     /// Finds the equilibrium with the long contacts of the initial guess, whose ends move. Returns whether it is one;

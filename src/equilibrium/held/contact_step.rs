@@ -73,19 +73,22 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 continue;
             }
             from.keep(rod);
+            let forces = self.obstacles.forces.clone();
             let before = all_stations(rod, &self.tangents);
             self.system.start.keep(rod);
-            self.system.advance::<P>(rod, fraction);
+            self.advance(rod, fraction);
             self.locate(rod);
             let share = largest_share(&self.obstacles, &before, &all_stations(rod, &self.tangents));
             if share < 1.0 {
                 fraction *= share;
                 from.restore(rod);
-                self.system.advance::<P>(rod, fraction);
+                self.obstacles.pull(forces.clone());
+                self.advance(rod, fraction);
                 self.locate(rod);
             }
             let penetrations = self.penetrations(rod);
             from.restore(rod);
+            self.obstacles.pull(forces);
             self.locate(rod);
             // Contacts may be lost and found again in turn, since the rod does not follow the linear step exactly. Then
             // contacts are only lost, and the next step finds those that are missing.
@@ -95,6 +98,6 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.locate(rod);
             self.merge_sites(rod);
         }
-        Err(self.not_found(f64::NAN))
+        Err(self.contacts_not_found(0.0))
     }
 }

@@ -32,7 +32,6 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         for e in 0..rod.elements() {
             starts.push(place(rod, &self.tangents, (e, 1.0), 0.0, &starts[e]).position);
         }
-        self.obstacles.yield_to(&self.sites);
         for site in &mut self.sites {
             for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
                 site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;
@@ -99,7 +98,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let joints = self.stretch_joints(rod);
         let springs: f64 = self.sites.iter().filter_map(|site| Some(site.spring?.energy)).sum();
         let work = |(force, at): &(Vector3<f64>, _)| force.dot(&self.place_of(rod, *at).position);
-        let obstacles = self.obstacles.energy(&self.sites);
+        let obstacles = self.obstacles.energy();
         energy + joints + springs + obstacles + applied.iter().map(work).sum::<f64>()
     }
 

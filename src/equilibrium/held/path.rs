@@ -40,7 +40,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let time = force.environment().time;
         let contacts = support.contacts();
         let compliances = contacts.iter().map(|contact| contact.obstacle.compliance()).collect();
-        let obstacles = Obstacles { yielded: vec![Vector3::zeros(); contacts.len()], compliances, contacts, time };
+        let none = vec![Vector3::zeros(); contacts.len()];
+        let (forces, step, yielded) = (none.clone(), none.clone(), none);
+        let obstacles = Obstacles { contacts, compliances, forces, step, yielded, time };
         let (sites, frames, laws) = sort(rod, support, time, &mut system.joints)?;
         Ok(Self {
             system,
@@ -86,6 +88,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     /// Takes the forces and contacts of an earlier equilibrium as initial guess.
     pub fn guess(&mut self, rod: &mut Rod, (reactions, patches): (&[Reaction], &[Patch]), shape: Option<&Rod>) {
         self.guess_forces(reactions);
+        let forces = reactions.iter().filter_map(|reaction| Some((reaction.obstacle?, reaction.force)));
+        self.obstacles.pull(self.obstacles.sums(forces));
         let number = self.obstacles.contacts.len();
         let mut inside: Vec<Patch> = patches.iter().filter(|patch| patch.obstacle < number).copied().collect();
         for patch in &mut inside {

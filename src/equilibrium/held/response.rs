@@ -6,6 +6,7 @@ use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::dense::{Dense, NEUTRAL};
 use super::sites::Site;
+use super::yielding::forces;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::{EquilibriumError, Inertia};
 use crate::load::Load;
@@ -106,7 +107,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let changes = dense.solve(&rhs);
         self.border.load::<P>(self.system, &changes);
         self.system.solve::<P>();
-        conditions.distribute(&changes)
+        let changes = conditions.distribute(&changes);
+        if self.obstacles.yields() {
+            let present = self.obstacles.sums(forces(&self.sites));
+            let rest = present.iter().zip(&self.obstacles.forces).map(|(present, force)| present - force).collect();
+            self.set_step(conditions, &changes, rest);
+        }
+        changes
     }
 
     /// Moves the rod back to the conditions, by steps with the existing factors. Returns whether it succeeds.
@@ -126,7 +133,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 element.clear_gradient();
             }
             self.system.turns.fill(Vector3::zeros());
-            let mut missing = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance);
+            let violated: Vec<f64> = self.sites.iter().flat_map(Site::missing).map(|(_, distance)| distance).collect();
+            let mut missing = violated.into_iter();
             let missing = conditions.roles.iter().map(|role| match role {
                 Role::Fixed(..) => missing.next().unwrap_or(0.0),
                 _ => 0.0,
@@ -136,7 +144,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.border.load::<P>(self.system, &changes);
             self.system.solve::<P>();
             self.system.start.keep(rod);
-            self.system.advance::<P>(rod, 1.0);
+            if self.obstacles.yields() {
+                let none = vec![Vector3::zeros(); self.obstacles.contacts.len()];
+                self.set_step(conditions, &conditions.distribute(&changes), none);
+            }
+            self.advance(rod, 1.0);
         }
         self.locate(rod);
         self.violation() <= ACCEPTED * self.length

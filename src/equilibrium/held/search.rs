@@ -6,6 +6,7 @@ use super::data::HeldSearch;
 use super::dense::NEUTRAL;
 use super::response::{ACCEPTED, RESTORED};
 use super::sites::Site;
+use super::yielding::forces;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
 use crate::equilibrium::system::Configuration;
@@ -37,6 +38,10 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Newton's iteration for the present targets.
     pub(super) fn find(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         let (mut last_shift, mut saddles, mut last, mut bowed) = (0.0, 0, f64::INFINITY, false);
+        if self.obstacles.yields() {
+            self.locate(rod);
+            self.obstacles.pull(self.obstacles.sums(forces(&self.sites)));
+        }
         for _ in 0..bound {
             self.found.iterations += 1;
             self.apply(rod);
@@ -103,18 +108,21 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let mut from = Configuration::default();
             from.keep(rod);
             let step = (self.system.turns.clone(), self.system.steps.clone());
+            let (forces, forces_step) = (self.obstacles.forces.clone(), self.obstacles.step.clone());
             // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit does
             // not decrease there if the elements resolve a contact poorly.
             let converges = shift == 0.0 && turn < CLOSE_TURN && (turn < 0.25 * last || predicted > 0.0);
             let mut fraction = fraction;
             loop {
                 self.system.start.keep(rod);
-                self.system.advance::<P>(rod, fraction);
+                self.advance(rod, fraction);
                 if turn >= SMALL_TURN {
                     let mut stepped = Configuration::default();
                     stepped.keep(rod);
+                    let stepped_forces = self.obstacles.forces.clone();
                     if !self.restore_conditions(rod, &conditions, &dense) {
                         stepped.restore(rod);
+                        self.obstacles.pull(stepped_forces);
                     }
                 }
                 let energy = self.system.evaluate::<P>(rod, self.material, self.force);
@@ -131,6 +139,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 }
                 from.restore(rod);
                 (self.system.turns, self.system.steps) = step.clone();
+                self.obstacles.pull(forces.clone());
+                self.obstacles.step.clone_from(&forces_step);
                 if fraction * turn < 1e-9 {
                     return Err(self.not_found(turn));
                 }
@@ -204,7 +214,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         Err(self.not_found(last))
     }
 
-    /// The error of a search that did not converge, with the size of its last step, or NaN if there was none.
+    /// The error of a search that did not converge, with the size of its last step (rad).
     pub(super) fn not_found(&self, step: f64) -> EquilibriumError {
         EquilibriumError::NoConvergence {
             iterations: self.found.iterations,

@@ -25,7 +25,12 @@ const PARTS: usize = 8;
 /// The obstacles of a rod at a time.
 pub(super) struct Obstacles<'a> {
     pub contacts: Vec<Contact<&'a dyn Obstacle>>,
-    /// Displacements of the obstacles by the forces on them, m.
+    /// Forces of the obstacles on the rod by whose opposites they are displaced, N. In equilibrium they are those of the
+    /// contacts.
+    pub forces: Vec<Vector3<f64>>,
+    /// Their change in a Newton step, N.
+    pub step: Vec<Vector3<f64>>,
+    /// Displacements of the obstacles, m.
     pub yielded: Vec<Vector3<f64>>,
     /// Their displacements per force, m/N.
     pub compliances: Vec<Matrix3<f64>>,
