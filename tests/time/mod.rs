@@ -4,6 +4,7 @@ mod allocations;
 mod bad_dynamic_input;
 mod bad_runs;
 mod contact;
+mod contact_changes;
 mod discontinuities;
 mod dynamic_symmetries;
 mod extreme;
