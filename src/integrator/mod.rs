@@ -49,8 +49,8 @@ pub trait Integrator {
     /// - [`ToleranceNotMet`](IntegrationError::ToleranceNotMet): [`Adaptive`] would need too many elements.
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics>;
 
-    /// Advances the shoot to time `until` (s). Steps end at every discontinuity that the laws announce. Laws
-    /// are evaluated a few units of rounding before and after a discontinuity, never at it. At the time of a
+    /// Advances the shoot to time `until` (s). Steps end at every discontinuity that the laws announce, and where a
+    /// contact begins or ends. Laws are evaluated a few units of rounding before and after a discontinuity, never at it. At the time of a
     /// discontinuity the shoot has the shape after it.
     ///
     /// # Errors

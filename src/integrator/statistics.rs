@@ -6,7 +6,8 @@ use crate::equilibrium::Equilibrium;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Statistics {
-    /// Number of time steps, not counting the extra equilibria at output times.
+    /// Number of time steps, not counting the extra equilibria at output times. A step that is divided where a contact
+    /// begins or ends counts as one.
     pub steps: usize,
     /// Number of equilibria that were solved.
     pub equilibria: usize,
@@ -24,6 +25,10 @@ pub struct Statistics {
     pub halvings: usize,
     /// Number of steps that were repeated with half their length after a recoverable error.
     pub retries: usize,
+    /// Number of times at which a contact began or ended and which were located. They are ends of steps.
+    pub contact_changes: usize,
+    /// Number of steps that were made to locate these times and then undone.
+    pub contact_trials: usize,
     /// Number of snaps: steps in which the equilibrium became unstable and the shape jumped to another one. The
     /// quasi-static model does not resolve the motion in between.
     pub snaps: usize,
@@ -62,6 +67,8 @@ impl std::ops::AddAssign for Statistics {
         self.merges += other.merges;
         self.halvings += other.halvings;
         self.retries += other.retries;
+        self.contact_changes += other.contact_changes;
+        self.contact_trials += other.contact_trials;
         self.snaps += other.snaps;
         self.last_snap = other.last_snap.or(self.last_snap);
         self.largest_jump = self.largest_jump.max(other.largest_jump);
@@ -96,7 +103,7 @@ impl Statistics {
 
     /// Returns the statistics after the changes of the shoot since `then` were undone, whose cost remains.
     pub(super) fn undone_since(self, then: Self) -> Self {
-        let Self { steps, splits, merges, merge_loss, snaps, last_snap, largest_jump, .. } = then;
-        Self { steps, splits, merges, merge_loss, snaps, last_snap, largest_jump, ..self }
+        let Self { steps, splits, merges, merge_loss, contact_changes, snaps, last_snap, largest_jump, .. } = then;
+        Self { steps, splits, merges, merge_loss, contact_changes, snaps, last_snap, largest_jump, ..self }
     }
 }

@@ -5,6 +5,7 @@ mod bad_dynamic_input;
 mod bad_runs;
 mod capstan;
 mod contact;
+mod contact_changes;
 mod discontinuities;
 mod dynamic_symmetries;
 mod extreme;

@@ -37,6 +37,14 @@ enum Smoothness {
     Kink,
     /// The positions are discontinuous. Interpolation before this time does not include this sample.
     Jump,
+    /// As for a jump, at a time that depends on the run. The sample is not compared with another run.
+    ContactChange,
+}
+
+impl Smoothness {
+    fn is_continuous(self) -> bool {
+        matches!(self, Self::Smooth | Self::Kink)
+    }
 }
 
 impl Track {
@@ -48,6 +56,7 @@ impl Track {
     /// Appends the present positions of the shoot, after a step or at the start.
     pub fn record(&mut self, shoot: &Shoot<impl Model>, end: Option<StepEnd>) {
         let smoothness = match end {
+            Some(StepEnd { contact_change: true, .. }) => Smoothness::ContactChange,
             Some(StepEnd { discontinuity: false, kink: false, .. }) => Smoothness::Smooth,
             Some(StepEnd { discontinuity: false, .. }) => Smoothness::Kink,
             _ => Smoothness::Jump,
@@ -72,7 +81,7 @@ impl Track {
     pub fn distance(&self, coarser: &Self) -> f64 {
         let mut largest = 0.0_f64;
         let mut near = 0;
-        for sample in &coarser.samples {
+        for sample in coarser.samples.iter().filter(|sample| sample.smoothness != Smoothness::ContactChange) {
             while near < self.samples.len() && self.samples[near].time < sample.time {
                 near += 1;
             }
@@ -98,7 +107,7 @@ impl Track {
         let (mut first, mut end) = (near.checked_sub(1)?, near);
         while end - first < POINTS {
             let before = first.checked_sub(1).filter(|_| smoothness(first) == Smoothness::Smooth);
-            let continuous = end < self.samples.len() && smoothness(end) != Smoothness::Jump;
+            let continuous = end < self.samples.len() && smoothness(end).is_continuous();
             let after = continuous && (end == near || smoothness(end - 1) == Smoothness::Smooth);
             match before {
                 // Take half of the points from either side, if there are enough.

@@ -1,6 +1,7 @@
 //! Time steps of a run, shared by the integrators.
 
 mod collocation;
+mod contact_changes;
 mod elongation;
 mod gradient_integral;
 mod memories;
@@ -125,8 +126,8 @@ impl Stepper {
         Statistics { halvings: self.collocation.halvings, ..self.statistics }
     }
 
-    /// Makes one step and passes the discontinuity at its end, if there is one. After a recoverable error the
-    /// step is repeated with half its length, while retries are left.
+    /// Makes one step and passes the discontinuity at its end, if there is one. The step ends where a contact begins
+    /// or ends. After a recoverable error it is repeated with half its length, while retries are left.
     fn next_step(
         &mut self,
         shoot: &mut Shoot<impl Model>,
@@ -135,20 +136,26 @@ impl Stepper {
         retries_left: &mut usize,
     ) -> Outcome<StepEnd> {
         let mut end = next_step_end(shoot, &self.laws, options)?;
-        while *retries_left > 0 {
+        let locates = self.locates_contacts(shoot);
+        while locates || *retries_left > 0 {
             let counts = self.statistics;
             let mut backup = self.backup.take();
-            let result = undo_on_error(shoot, &mut backup, |shoot, _| self.step(shoot, solver, end, options));
+            let result = undo_on_error(shoot, &mut backup, |shoot, start| {
+                if locates {
+                    return self.step_with_contacts(shoot, solver, start, end, options);
+                }
+                self.step(shoot, solver, end, options).map(|()| end)
+            });
             self.backup = backup;
             match result {
-                Err(error) if error.is_recoverable() => {
+                Err(error) if error.is_recoverable() && *retries_left > 0 => {
                     *retries_left -= 1;
                     self.statistics = self.statistics.undone_since(counts);
                     self.statistics.retries += 1;
                     let step = 0.5 * (end.time - shoot.state.time);
                     end = next_step_end(shoot, &self.laws, &RunOptions { step, ..*options })?;
                 }
-                result => return result.map(|()| end),
+                result => return result,
             }
         }
         self.step(shoot, solver, end, options).map(|()| end)

@@ -23,10 +23,12 @@ const STEP_OVER_RISE: f64 = 0.25;
 pub(in crate::integrator) struct StepEnd {
     /// Time, s.
     pub time: f64,
-    /// Whether a law or the scene has a discontinuity there.
+    /// Whether a law or the scene has a discontinuity there, or a contact begins or ends.
     pub discontinuity: bool,
     /// Whether the time is a breaking point. The second derivative of the positions is discontinuous there.
     pub kink: bool,
+    /// Whether a contact begins or ends there.
+    pub contact_change: bool,
 }
 
 impl StepEnd {
@@ -192,5 +194,6 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     };
     ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
     let kink = time == next_point;
-    Ok(StepEnd { time, discontinuity: time == discontinuity || kink && is_sharp(shoot, laws, options, time), kink })
+    let discontinuity = time == discontinuity || kink && is_sharp(shoot, laws, options, time);
+    Ok(StepEnd { time, discontinuity, kink, contact_change: false })
 }

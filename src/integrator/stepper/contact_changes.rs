@@ -1,0 +1,116 @@
+//! Times at which contacts begin and end. A step in which this happens is divided by bisection, and ends there.
+
+use super::{FIRST_STEP, Outcome, RunOptions, StepEnd, Stepper};
+use crate::equilibrium::EquilibriumSolver;
+use crate::integrator::Statistics;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::state::State;
+use crate::support::Support;
+
+/// Number of levels of the history within the time of a full step from which on changes are not located. It bounds the
+/// cost of contacts that begin and end in ever shorter intervals. A change adds at most about forty levels.
+const MOST_LEVELS: usize = 128;
+
+impl Stepper {
+    /// Returns whether changes of contact affect the order in time: the shoot may touch obstacles, and its laws have
+    /// stimuli, which have kinks and jumps at these times.
+    pub(super) fn locates_contacts(&self, shoot: &Shoot<impl Model>) -> bool {
+        self.laws.size().stimuli > 0 && !shoot.model.support().contacts().is_empty()
+    }
+
+    /// Makes a step from the state `start`, and returns its end. If a contact begins or ends, the step ends there, and
+    /// passes the change as a discontinuity.
+    ///
+    /// Bisection divides the step, since the shape may jump. The parts before the change are steps of the run. Each
+    /// begins with the shape at the end of the part before, since the equilibrium next to a loss of stability is found
+    /// only from a close initial guess.
+    pub(super) fn step_with_contacts(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        start: &State,
+        end: StepEnd,
+        options: &RunOptions,
+    ) -> Outcome<StepEnd> {
+        let before = self.statistics;
+        let changes = self.change_in(shoot, solver, (start, end), options, false)?;
+        if !changes || is_crowded(start, options.step) {
+            return Ok(end);
+        }
+        self.undo(shoot, start, before);
+        // The change may be misplaced by this time. The error is as small as that of the first step after it, whose
+        // stimuli are interpolated linearly: of third order in a step 64 times shorter. With friction a step is of first
+        // order. Times that differ by rounding are not divided.
+        let order = if self.before.is_some() { 1 } else { 3 };
+        let shortest = (FIRST_STEP.powi(order) * options.step).max(16.0 * f64::EPSILON * end.time.abs());
+        // `last` is the state at the end of the last part. `known` states that the contacts at the later time `high`
+        // differ from those at the start, and `skips` that no equilibrium was found shortly before `high`.
+        let (mut last, mut counts) = (start.clone(), before);
+        let (mut high, mut known, mut skips) = (end.time, true, false);
+        loop {
+            let width = high - last.time;
+            let passes = skips || width <= shortest;
+            let time = if passes || !known { high } else { last.time + 0.5 * width };
+            let part = StepEnd { time, discontinuity: false, kink: false, contact_change: false };
+            let part = if time == end.time { end } else { part };
+            let changes = self.change_in(shoot, solver, (start, part), options, passes);
+            // A divided step counts as one.
+            self.statistics.steps = before.steps + 1;
+            match changes {
+                Ok(false) if time == end.time => return Ok(end),
+                Ok(false) => {
+                    last.copy_from(&shoot.state);
+                    (counts, skips) = (self.statistics, false);
+                    if time == high {
+                        // From the closer initial guess the change is later.
+                        (high, known) = (end.time.min(high + 2.0 * width), false);
+                    }
+                }
+                Ok(true) if passes => {
+                    self.statistics.contact_changes += 1;
+                    return Ok(StepEnd { discontinuity: true, contact_change: true, ..part });
+                }
+                Err(error) if !error.is_recoverable() || time == end.time => return Err(error),
+                Ok(true) | Err(_) => {
+                    self.undo(shoot, &last, counts);
+                    // Next to a loss of stability the solver may fail. These times are passed with the change.
+                    (high, known) = if passes { (end.time.min(high + 2.0 * width), false) } else { (time, true) };
+                    skips = passes;
+                }
+            }
+        }
+    }
+
+    /// Makes a step, and returns whether the contacts at its end differ from those in the state `start`. If the step
+    /// `passes` a change, it treats the change as a discontinuity.
+    fn change_in(
+        &mut self,
+        shoot: &mut Shoot<impl Model>,
+        solver: &mut impl EquilibriumSolver,
+        (start, end): (&State, StepEnd),
+        options: &RunOptions,
+        passes: bool,
+    ) -> Outcome<bool> {
+        self.step(shoot, solver, end, options)?;
+        let touched = |state: &State| state.contact.patches.iter().map(|patch| patch.obstacle).collect::<Vec<_>>();
+        let changes = touched(start) != touched(&shoot.state);
+        if changes && passes && !end.discontinuity {
+            self.pass_discontinuity(shoot, solver)?;
+        }
+        Ok(changes)
+    }
+
+    /// Restores a state of the shoot and its counts, except those of costs.
+    fn undo(&mut self, shoot: &mut Shoot<impl Model>, state: &State, counts: Statistics) {
+        shoot.state.copy_from(state);
+        self.statistics = self.statistics.undone_since(counts);
+        self.statistics.contact_trials += 1;
+    }
+}
+
+/// Returns whether too many levels of the history are within the time of a full step (s).
+fn is_crowded(state: &State, step: f64) -> bool {
+    let older = state.history.levels().checked_sub(MOST_LEVELS);
+    older.is_some_and(|level| state.history.time(level) > state.time - step)
+}
