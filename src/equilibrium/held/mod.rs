@@ -13,6 +13,7 @@ mod data;
 mod dense;
 mod energy;
 mod friction;
+mod nearby;
 mod patches;
 mod path;
 mod reactions;
