@@ -68,9 +68,9 @@ pub(crate) fn next_discontinuity(model: &impl Model, t: f64) -> Result<f64, Para
     })
 }
 
-/// Returns an error for a shoot with a support.
+/// Returns an error for a shoot with a support, whose shape cannot rotate about the tangent of the base in general.
 pub(crate) fn check_unsupported(model: &impl Model) -> Result<(), ParameterError> {
-    let (name, requirement) = ("number of supports", "zero for steady states, linear stability and cycles");
+    let (name, requirement) = ("number of supports", "zero for rotating waves and orbits that return rotated");
     ParameterError::unless(model.support().is_absent(), name, 1.0, requirement)
 }
 

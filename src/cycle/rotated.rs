@@ -22,8 +22,8 @@ pub(super) fn rotated(rod: &Rod, angle: f64) -> Rod {
     out
 }
 
-/// Distance of the tip from the axis, the tangent of the base, m.
-pub(super) fn excursion(rod: &Rod) -> f64 {
-    let (tip, axis) = (rod.tip(), rod.frames()[0] * Vector3::z());
+/// Distance of the tip from the axis, the tangent of a base with the given frame, m.
+pub(super) fn excursion(rod: &Rod, base: &UnitQuaternion<f64>) -> f64 {
+    let (tip, axis) = (rod.tip(), base * Vector3::z());
     (tip - axis * axis.dot(&tip)).norm()
 }

@@ -8,7 +8,6 @@ use crate::linear::{precise_solver, visit_bends, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
-use crate::scene::Environment;
 use crate::shoot::Shoot;
 use crate::tropism::{Site, TropismLaw};
 
@@ -17,29 +16,29 @@ use crate::tropism::{Site, TropismLaw};
 pub(super) const ASYMMETRY: f64 = 1e-6;
 
 /// Derivatives of the stimuli by components 1 and 2 of the intrinsic strain of the points of the zone, when the rod
-/// in equilibrium is rotated by some phases (rad): central differences along the factorised tangent. The rows are
-/// points, phases and stimuli.
+/// in equilibrium under a force is rotated by some phases (rad): central differences along the factorised tangent. The
+/// rows are points, phases and stimuli. Phases other than zero are for a shoot without support.
 pub(super) fn stimuli_by_strain(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
-    environment: &Environment,
+    force: &InternalForce,
     phases: &[f64],
 ) -> Result<DMatrix<f64>, CycleError> {
     let zone = rod.zone();
     let (m, n) = (shoot.model.tropism().size().stimuli, 2 * zone.len());
-    let force = InternalForce::of(rod, shoot.model.load(), environment);
+    let statics = (shoot.model.load(), shoot.model.support());
     let mut solver = precise_solver();
     let mut out = DMatrix::zeros(zone.len() * phases.len() * m, n);
-    visit_bends(shoot, rod, &force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, bent| {
+    visit_bends(shoot, rod, statics, force, &mut solver, (0..n).map(|k| (k / 2, k % 2)), |k, weight, bent, force| {
         for (j, phase) in phases.iter().enumerate() {
             let mut add = |i: usize, _: &Site, x: &[f64]| {
                 let rows = out.column_mut(k).data.into_slice_mut()[(i * phases.len() + j) * m..][..m].iter_mut();
                 rows.zip(x).for_each(|(sum, x)| *sum += weight * x);
             };
             if *phase == 0.0 {
-                visit_stimuli(shoot, bent, &force, &mut add);
+                visit_stimuli(shoot, bent, force, &mut add);
             } else {
-                visit_stimuli(shoot, &rotated(bent, *phase), &force, &mut add);
+                visit_stimuli(shoot, &rotated(bent, *phase), force, &mut add);
             }
         }
     })?;

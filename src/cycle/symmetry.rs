@@ -20,16 +20,16 @@ use crate::scene::Scene;
 use crate::shoot::Shoot;
 use crate::tropism::{Declaration, Rotation, TropismLaw};
 
-/// Returns an error if laws, loads, growth or the scene depend on time. The rod is bent, so that all of them have
-/// an effect.
+/// Returns an error if laws, loads, growth, the scene or the support depend on time. The rod is bent, so that all of
+/// them have an effect.
 pub(super) fn check_autonomous(shoot: &Shoot<impl Model>, rod: &Rod) -> Result<(), CycleError> {
     let load = shoot.model.load();
     let steady = SteadyLaws::of(shoot, rod, &InternalForce::of(rod, load, &shoot.environment()));
-    Ok(linear::check_autonomous(shoot, rod, load, &steady)?)
+    Ok(linear::check_autonomous(shoot, rod, load, &[], &steady)?)
 }
 
-/// Returns an error unless laws, loads, growth and the scene are periodic with a period (s), at incommensurate
-/// phases.
+/// Returns an error unless laws, loads, growth, the scene and the support are periodic with a period (s), at
+/// incommensurate phases.
 pub(super) fn check_periodic(shoot: &Shoot<impl Model>, rod: &Rod, period: f64) -> Result<(), CycleError> {
     let (load, scene) = (shoot.model.load(), shoot.model.scene());
     let mut change = 0.0_f64;

@@ -233,6 +233,16 @@ pub(crate) fn check_stiffness(rod: &Rod, material: &impl Constitutive, time: f64
     Ok(())
 }
 
+/// Equilibria next to a given one, to first order.
+pub(crate) trait NearbyEquilibria {
+    /// Moves the frames of `rod` to equilibrium to first order. `rod` is a copy of the linearised rod with a small
+    /// disturbance of the intrinsic strain.
+    fn follow(&mut self, rod: &mut Rod);
+
+    /// The force in the rod that was moved last.
+    fn force(&self) -> &InternalForce;
+}
+
 /// A solver for the equilibrium of a rod.
 pub trait EquilibriumSolver {
     /// Moves the frames of `rod` to an equilibrium under its intrinsic strain and the force in it. The initial

@@ -7,7 +7,9 @@ use super::line::{check_line, strain_line};
 use super::search::Search;
 use super::system::System;
 use super::unloaded::check_turns;
-use super::{Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, check_stiffness};
+use super::{
+    Equilibrium, EquilibriumError, EquilibriumSolver, Held, HeldRod, Inertia, NearbyEquilibria, check_stiffness,
+};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
 use crate::load::{InternalForce, Load};
@@ -100,18 +102,37 @@ impl NewtonSolver {
         self.factorise(rod, material, &InternalForce::of(rod, load, environment))
     }
 
-    /// Factorises the tangent at an equilibrium.
+    /// Factorises the tangent at an equilibrium under a load and with a support. `force` is the force in the rod, with
+    /// the reactions.
     ///
     /// # Errors
-    /// See [`inertia`](Self::inertia).
-    pub(crate) fn linearise<'a, C: Constitutive>(
+    /// See [`inertia`](Self::inertia); holds for which shape or reactions are not determined to first order.
+    pub(crate) fn linearise<'a>(
         &'a mut self,
-        rod: &Rod,
-        material: &'a C,
-        force: &'a InternalForce,
-    ) -> Result<FactorisedTangent<'a, C>, EquilibriumError> {
-        self.factorise(rod, material, force)?;
-        Ok(FactorisedTangent { system: &mut self.workspace.system, material, force })
+        rod: &'a Rod,
+        material: &'a impl Constitutive,
+        (load, support): (&'a impl Load, &'a impl Support),
+        force: &'a mut InternalForce,
+    ) -> Result<Box<dyn NearbyEquilibria + 'a>, EquilibriumError> {
+        if support.is_absent() {
+            self.factorise(rod, material, force)?;
+            return Ok(Box::new(FactorisedTangent { system: &mut self.workspace.system, material, force }));
+        }
+        with_points!(rod, self, linearise_held(rod, (material, load), force, support))
+    }
+
+    fn linearise_held<'a, const P: usize>(
+        &'a mut self,
+        rod: &'a Rod,
+        material: (&'a impl Constitutive, &'a impl Load),
+        force: &'a mut InternalForce,
+        support: &'a impl Support,
+    ) -> Result<Box<dyn NearbyEquilibria + 'a>, EquilibriumError> {
+        let Workspace { system, held, .. } = &mut self.workspace;
+        let reactions = force.reactions().to_vec();
+        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
+        search.guess_forces(&reactions);
+        Ok(Box::new(search.linearise(rod)?))
     }
 
     fn factorise(
@@ -189,6 +210,38 @@ impl NewtonSolver {
         let inertia = search.inertia(rod);
         self.workspace.system.joints.clear();
         inertia
+    }
+
+    /// The reactions of springs and elastic joints at a shape, in equilibrium or not. Holds keep the forces of `guess`.
+    ///
+    /// # Errors
+    /// Holds that do not belong to the rod.
+    pub(crate) fn reactions_at(
+        &mut self,
+        rod: &Rod,
+        material: &impl Constitutive,
+        (load, support): (&impl Load, &impl Support),
+        environment: &Environment,
+        guess: &[Reaction],
+    ) -> Result<Vec<Reaction>, EquilibriumError> {
+        let mut force = InternalForce::of(rod, load, environment);
+        let reactions = with_points!(rod, self, reactions_of(rod, (material, load), &mut force, support, guess));
+        self.workspace.system.joints.clear();
+        reactions
+    }
+
+    fn reactions_of<const P: usize>(
+        &mut self,
+        rod: &Rod,
+        material: (&impl Constitutive, &impl Load),
+        force: &mut InternalForce,
+        support: &impl Support,
+        guess: &[Reaction],
+    ) -> Result<Vec<Reaction>, EquilibriumError> {
+        let Workspace { system, held, .. } = &mut self.workspace;
+        let mut search = HeldSearch::<_, _, P>::new((system, held), rod, material, force, support, (false, 1.0))?;
+        search.guess_forces(guess);
+        Ok(search.reactions_at(rod))
     }
 
     fn search_held<C: Constitutive, L: Load, U: Support, const P: usize>(
@@ -276,20 +329,22 @@ impl EquilibriumSolver for NewtonSolver {
     }
 }
 
-/// The factorised tangent at an equilibrium.
-pub(crate) struct FactorisedTangent<'a, C> {
+/// The factorised tangent at an equilibrium of a free rod.
+struct FactorisedTangent<'a, C> {
     system: &'a mut System,
     material: &'a C,
     force: &'a InternalForce,
 }
 
-impl<C: Constitutive> FactorisedTangent<'_, C> {
-    /// Moves the frames of `rod` to equilibrium to first order. `rod` is a copy of the linearised rod with a small
-    /// disturbance of the intrinsic strain.
-    pub fn follow(&mut self, rod: &mut Rod) {
+impl<C: Constitutive> NearbyEquilibria for FactorisedTangent<'_, C> {
+    fn follow(&mut self, rod: &mut Rod) {
         with_points!(rod, self.system, follow(rod, self.material, self.force));
         let mut strains = std::mem::take(rod.line_strains_mut());
         strain_line(&mut strains, rod, self.material, self.force);
         *rod.line_strains_mut() = strains;
+    }
+
+    fn force(&self) -> &InternalForce {
+        self.force
     }
 }

@@ -1,19 +1,24 @@
-//! Whether laws, loads, growth and scene depend on time.
+//! Whether laws, loads, growth, scene and support depend on time.
 
 use super::error::StabilityError;
+use super::relative::relative;
 use super::steady::SteadyLaws;
+use super::support::change_of_support;
 use crate::growth::GrowthLaw;
 use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
+use crate::support::Reaction;
 
-/// Returns an error if laws, load, growth, gravity or base depend on time.
+/// Returns an error if laws, load, growth, gravity, base or support depend on time. `steady` are the laws on a rod
+/// under the load and the given reactions.
 pub(crate) fn check_autonomous(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
     load: &impl Load,
+    reactions: &[Reaction],
     steady: &SteadyLaws,
 ) -> Result<(), StabilityError> {
     let scene = shoot.model.scene();
@@ -25,15 +30,16 @@ pub(crate) fn check_autonomous(
     for later in [1.0, 7.3, 101.1, 977.7, 6151.3, 40_009.9].map(|after| time + after) {
         // A rotation of the base does not change the stimuli on a given rod.
         change = change.max(scene.base(time).angle_to(&scene.base(later)) / rod.length());
-        let force = InternalForce::of(rod, load, &scene.environment(later));
+        let mut force = InternalForce::of(rod, load, &scene.environment(later));
+        // For a given shape, a force does not change the stimuli, and REGR does not change the gradients.
+        causes = causes.max(change_of_causes(shoot, rod, &at_present, &force));
+        force.react(rod, reactions);
         let then = SteadyLaws::of(shoot, rod, &force);
         for (then, now) in then.gradients.iter().zip(&steady.gradients) {
             change = change.max((then - now).norm());
         }
-        // For a given shape, a force does not change the stimuli, and REGR does not change the gradients.
-        causes = causes.max(change_of_causes(shoot, rod, &at_present, &force));
     }
-    // The thresholds allow for the rounding of gradients of the size of 1/radius, and of forces and REGR in
+    // The thresholds allow for the rounding of gradients of the size of 1/radius, and of forces, REGR and supports in
     // whose computation the time cancels.
     if change > 1e-12 / steady.radius() || causes > 1e-12 {
         return Err(StabilityError::NotAutonomous { change: change.max(causes / rod.length()) });
@@ -41,7 +47,7 @@ pub(crate) fn check_autonomous(
     Ok(())
 }
 
-/// The largest change of force and REGR on a rod, relative, between the times of two forces in it.
+/// The largest change of force, REGR and support of a rod, relative, between the times of two forces in it.
 pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: &InternalForce, then: &InternalForce) -> f64 {
     let pairs = now.at_points().iter().zip(then.at_points());
     let force =
@@ -50,10 +56,6 @@ pub(crate) fn change_of_causes(shoot: &Shoot<impl Model>, rod: &Rod, now: &Inter
         let [a, b] = [now, then].map(|force| shoot.model.growth().regr(point.apex_distance, force.environment().time));
         relative((a - b).abs(), a.abs(), b.abs())
     });
-    regr.fold(force, f64::max)
-}
-
-/// A difference of two numbers with the sizes `a` and `b`, relative to the larger size.
-pub(crate) fn relative(difference: f64, a: f64, b: f64) -> f64 {
-    difference / a.max(b).max(f64::MIN_POSITIVE)
+    let times = (now.environment().time, then.environment().time);
+    regr.fold(force, f64::max).max(change_of_support(shoot.model.support(), rod, times))
 }

@@ -21,14 +21,14 @@ pub enum StabilityError {
         /// Number of negative eigenvalues of the second derivative of the energy.
         negative: usize,
     },
-    /// A law, a load, growth, gravity or the base depends on time, as an oscillator does.
+    /// A law, a load, growth, gravity, the base or a support depends on time, as an oscillator does.
     #[error(
-        "the shoot is not autonomous: its laws, loads, growth or base depend on time and change by {change:.3e} 1/m; \
-         remove the time-dependent part"
+        "the shoot is not autonomous: its laws, loads, growth, base or support depend on time and change by \
+         {change:.3e} 1/m; remove the time-dependent part"
     )]
     NotAutonomous {
         /// Largest change, 1/m: of the growth gradient, of the rotation of the base over the length of the
-        /// shoot, or of force and REGR, relative, over this length.
+        /// shoot, or of force, REGR and support, relative, over this length.
         change: f64,
     },
     /// The state that a law returns from [`steady`](crate::tropism::TropismLaw::steady) is not a steady state of its

@@ -23,6 +23,8 @@ pub struct InternalForce {
     load_at_base: Vector3<f64>,
     /// Couples of supports: index of the node at which each acts, and the couple in the fixed frame, N m.
     couples: Vec<(usize, Vector3<f64>)>,
+    /// The reactions of [`react`](Self::react).
+    reactions: Vec<Reaction>,
 }
 
 /// Force (N) and couple (N m) of a support on a rod at coordinate `x` of an element, in the fixed frame. A couple acts
@@ -87,6 +89,7 @@ impl InternalForce {
         self.at_base = distributed + load.force(&whole, environment);
         self.loads.clear();
         self.couples.clear();
+        self.reactions.clear();
     }
 
     /// Replaces the reactions of supports. Inside an element the force of a reaction is distributed over the material
@@ -145,7 +148,14 @@ impl InternalForce {
         });
         if !reactions.is_empty() {
             self.set_reactions(rod, at);
+            self.reactions.clear();
+            self.reactions.extend_from_slice(reactions);
         }
+    }
+
+    /// The reactions of the support that [`react`](Self::react) has added.
+    pub(crate) fn reactions(&self) -> &[Reaction] {
+        &self.reactions
     }
 
     /// Couples of supports: the node at which each acts, and the couple in the fixed frame, N m.

@@ -6,6 +6,7 @@ mod circular_orbit;
 mod complete_lists;
 mod cycles;
 mod extreme_orbits;
+mod held;
 mod orbits_in_time;
 mod random_orbits;
 mod relative_orbits;

@@ -2,6 +2,9 @@
 
 mod edges;
 mod extreme;
+mod held;
+mod held_in_time;
+mod held_refusals;
 mod isolated;
 mod laws;
 mod many_memories;

@@ -4,6 +4,7 @@
 pub(super) mod grid;
 pub(super) mod growth_zone;
 pub(super) mod monodromy;
+pub(super) mod past;
 pub(super) mod phase_state;
 pub(super) mod polynomials;
 pub(super) mod return_map;

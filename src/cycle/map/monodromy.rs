@@ -14,7 +14,6 @@ use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
 use crate::cycle::sensitivity::stimuli_by_strain;
 use crate::model::Model;
-use crate::scene::Scene;
 
 /// The monodromy operator of a trajectory. For a periodic orbit its eigenvalues are the Floquet multipliers.
 pub struct Monodromy {
@@ -51,9 +50,8 @@ struct Stage {
 impl Monodromy {
     /// The operator of a trajectory of a return map.
     pub(crate) fn of(return_map: &ReturnMap<impl Model>, path: &Trajectory) -> Result<Self, CycleError> {
-        let (shoot, scene) = (return_map.shoot, return_map.shoot.model.scene());
-        Self::with_responses(return_map, path, |time, stage| {
-            stimuli_by_strain(shoot, &stage.rod, &scene.environment(shoot.environment().time + time), &[0.0])
+        Self::with_responses(return_map, path, |_, stage| {
+            stimuli_by_strain(return_map.shoot, &stage.rod, &stage.force, &[0.0])
         })
     }
 

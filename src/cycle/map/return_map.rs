@@ -10,18 +10,20 @@ use nalgebra::{DMatrix, DVector};
 
 use super::grid::Grid;
 use super::growth_zone::{check_gradients, driven_points};
+use super::past::{kept, longest_delay};
 use super::phase_state::PhaseState;
 use super::polynomials::{Polynomials, Reading, carried, weighted};
 use super::rotation::{StateRotation, rotated_back};
 use crate::cycle::error::CycleError;
-use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
-use crate::linear::visit_stimuli;
+use crate::linear::{equilibrate, visit_stimuli};
 use crate::load::InternalForce;
 use crate::model::{Model, check_unsupported};
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::shoot::Shoot;
+use crate::support::{Reaction, Support};
 use crate::tropism::{Declaration, Growing, TropismLaw, law_matrices};
 
 /// Tolerance of the rotations of an equilibrium, rad. It is next to rounding, since differences of equilibria are
@@ -38,6 +40,8 @@ pub(crate) const CONVERGED: f64 = 1e-14;
 pub(crate) struct Stage {
     /// Rod in equilibrium.
     pub rod: Rod,
+    /// Force in it.
+    pub force: InternalForce,
     /// Components 1 and 2 of the intrinsic strain, point by point, 1/m.
     pub strain: DVector<f64>,
     /// Stimuli, point by point.
@@ -97,13 +101,17 @@ pub(crate) struct ReturnMap<'a, M: Model> {
     /// Number of solved equilibria.
     pub equilibria: usize,
     rod: Rod,
+    /// Reactions of the support in the last equilibrium.
+    reactions: Vec<Reaction>,
     solver: NewtonSolver,
 }
 
 impl<'a, M: Model> ReturnMap<'a, M> {
     /// The map on a grid, for periods near the given one (s). Relative periodic orbits have an `angle` (rad).
     pub fn new(shoot: &'a Shoot<M>, grid: Grid, period: f64, angle: Option<f64>) -> Result<Self, CycleError> {
-        check_unsupported(&shoot.model)?;
+        if angle.is_some() {
+            check_unsupported(&shoot.model)?;
+        }
         let (places, regr) = driven_points(shoot)?;
         ParameterError::positive("period", period)?;
         ParameterError::unless(period.recip().is_finite(), "period", period, "not next to zero (s)")?;
@@ -124,6 +132,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             guesses: Vec::new(),
             equilibria: 0,
             rod: shoot.state.rod.clone(),
+            reactions: shoot.reactions().to_vec(),
             solver: NewtonSolver::with_tolerance(PRECISE),
         })
     }
@@ -163,9 +172,14 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         for k in 0..strain.len() {
             self.rod.points_mut()[first + k / 2].intrinsic[k % 2] = strain[k];
         }
-        self.rod.set_base(scene.base(time))?;
-        let force = InternalForce::of(&self.rod, self.shoot.model.load(), &environment);
-        let _ = self.solver.equilibrate(&mut self.rod, self.shoot.model.constitutive(), &force)?;
+        let (load, support) = (self.shoot.model.load(), self.shoot.model.support());
+        if support.base().is_none() {
+            self.rod.set_base(scene.base(time))?;
+        }
+        let (material, guess) = (self.shoot.model.constitutive(), &self.reactions);
+        let (force, _) = equilibrate(&mut self.rod, material, (load, support), &environment, guess, &mut self.solver)?;
+        self.reactions.clear();
+        self.reactions.extend_from_slice(force.reactions());
         Ok((self.rod.clone(), force))
     }
 
@@ -267,7 +281,7 @@ impl<'a, M: Model> ReturnMap<'a, M> {
             visit_stimuli(self.shoot, &rod, &force, |point, _, x| {
                 stimuli.as_mut_slice()[point * m..][..m].copy_from_slice(x);
             });
-            made.push(Stage { rod, strain, stimuli, variables: DVector::zeros(v * p), past });
+            made.push(Stage { rod, force, strain, stimuli, variables: DVector::zeros(v * p), past });
         }
         if v > 0 {
             for point in 0..p {
@@ -349,35 +363,6 @@ impl<'a, M: Model> ReturnMap<'a, M> {
         let (y, x) = (&variables.as_slice()[point * v..][..v], &stage.stimuli.as_slice()[point * m..][..m]);
         law_matrices(self.shoot.model.tropism(), &self.places[point], y, x)
     }
-}
-
-/// The longest delay of the laws, s.
-fn longest_delay(laws: &Declaration) -> f64 {
-    laws.variables().iter().filter_map(|variable| variable.delay).fold(0.0, f64::max)
-}
-
-/// Extends the past of a state if a delay of the laws is longer, for a period (s). Returns whether it did.
-pub(crate) fn extend_past(
-    law: &impl TropismLaw,
-    start: &mut PhaseState,
-    intervals: usize,
-    period: f64,
-) -> Result<bool, CycleError> {
-    let (longest, own) = (longest_delay(&Declaration::of(law)), start.slopes.len());
-    // Differences by the period change the delay by far less than a tenth of an interval.
-    let short = longest * intervals as f64 / period + 0.1 > own as f64;
-    if short {
-        start.keep(own.max(kept(longest, intervals, period)?));
-    }
-    Ok(short)
-}
-
-/// Number of intervals of the past that contain the longest delay, with half an interval in reserve, since the
-/// period is an unknown.
-fn kept(longest: f64, intervals: usize, period: f64) -> Result<usize, CycleError> {
-    let (what, periods) = ("longest delay, in periods", longest / period);
-    ParameterError::unless(periods <= 16.0, what, periods, "at most 16: a state contains the past over this delay")?;
-    Ok(((longest * intervals as f64 / period + 0.5).ceil() as usize).max(1))
 }
 
 /// The largest change of the strain between two iterations, relative to the strain.

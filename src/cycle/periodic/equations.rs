@@ -14,7 +14,8 @@ use crate::cycle::error::CycleError;
 use crate::cycle::extended::{Bordered, Conditions, Symmetry, Unknowns};
 use crate::cycle::map::grid::Grid;
 use crate::cycle::map::monodromy::Monodromy;
-use crate::cycle::map::return_map::{self, ReturnMap, Trajectory};
+use crate::cycle::map::past;
+use crate::cycle::map::return_map::{ReturnMap, Trajectory};
 use crate::cycle::symmetry::{check_autonomous, check_axis};
 use crate::model::Model;
 use crate::rod::Rod;
@@ -91,7 +92,7 @@ impl Equations for PeriodicSolver {
     }
 
     fn extend_past<M: Model>(&self, shoot: &Shoot<M>, at: &mut Unknowns) -> Result<bool, CycleError> {
-        return_map::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
+        past::extend_past(shoot.model.tropism(), &mut at.start, self.intervals, at.clock)
     }
 
     fn check_resolution(&self, orbit: &PeriodicOrbit) -> Result<(), CycleError> {

@@ -66,11 +66,12 @@ impl Default for PeriodicSolver {
 
 impl PeriodicSolver {
     /// The orbit to which Newton's method converges from a mode of the upright shoot: a swing in a plane, in which
-    /// the tip moves by about `amplitude` (m). The shoot is not changed.
+    /// the tip moves by about `amplitude` (m), or the place that moves most if the apex is held. The shoot is not
+    /// changed.
     ///
     /// # Errors
     /// A shoot that elongates or that has tissue in the zone without growth, a root that does not oscillate, no
-    /// orbit near the guess.
+    /// orbit near the guess, contact with an obstacle, or an angle of a shoot with a support.
     pub fn from_mode(
         &self,
         shoot: &Shoot<impl Model>,

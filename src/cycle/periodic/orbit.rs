@@ -11,6 +11,7 @@ use crate::cycle::rotated::excursion;
 use crate::cycle::symmetry::{check_autonomous, check_periodic};
 use crate::model::Model;
 use crate::rod::Rod;
+use crate::scene::Scene;
 use crate::shoot::Shoot;
 
 /// A periodic orbit of a shoot, or a relative one: x(T) = R(φ) x(0). The state x is the strain, the variables of the
@@ -77,7 +78,7 @@ impl PeriodicOrbit {
             .collect()
     }
 
-    /// The largest distance of the tip from the tangent of the base (m), and the rod at that time, which is
+    /// The largest distance of the tip from the tangent of the scene's base (m), and the rod at that time, which is
     /// interpolated between the stages.
     ///
     /// # Errors
@@ -92,13 +93,15 @@ impl PeriodicOrbit {
         return_map: &mut ReturnMap<impl Model>,
         path: &Trajectory,
     ) -> Result<(f64, Rod), CycleError> {
+        let (shoot, length) = (return_map.shoot, self.period / self.settings.intervals as f64);
+        // The base of the scene, from which the base of a held shoot may rotate.
+        let base = |time: f64| shoot.model.scene().base(shoot.environment().time + time * length);
         let all = path.stages.iter().enumerate().flat_map(|(n, stages)| {
             let times = return_map.grid.stages.iter().map(move |c| n as f64 + c);
-            times.zip(stages.iter().map(|stage| excursion(&stage.rod)))
+            times.zip(stages).map(|(time, stage)| (time, excursion(&stage.rod, &base(time))))
         });
         let best = all.max_by(|a, b| a.1.total_cmp(&b.1));
         let (first, _) = best.ok_or(CycleError::not_converged(0, f64::INFINITY))?;
-        let length = self.period / self.settings.intervals as f64;
         // The rod at a time in intervals. Beyond the ends of the period the neighbouring polynomials are
         // extrapolated.
         let mut at = |time: f64| {
@@ -109,8 +112,8 @@ impl PeriodicOrbit {
             return_map.equilibrate_at(&strain, time * length).map(|(rod, _)| rod)
         };
         // The excursion has an error of the order of the square of that of the time, which is below 1e-6.
-        let time = maximum(first, 0.2, 1e-3, |time| Ok::<_, CycleError>(excursion(&at(time)?)))?;
+        let time = maximum(first, 0.2, 1e-3, |time| Ok::<_, CycleError>(excursion(&at(time)?, &base(time))))?;
         let rod = at(time)?;
-        Ok((excursion(&rod), rod))
+        Ok((excursion(&rod, &base(time)), rod))
     }
 }

@@ -171,7 +171,8 @@ impl<'a, M: Model> Corotating<'a, M> {
 
     /// Derivatives of the stimuli of each point at all phases by the strain.
     pub fn responses(&self) -> Result<DMatrix<f64>, CycleError> {
-        stimuli_by_strain(self.shoot, &self.rod, &self.shoot.environment(), &self.phases.angles)
+        let force = InternalForce::of(&self.rod, self.shoot.model.load(), &self.shoot.environment());
+        stimuli_by_strain(self.shoot, &self.rod, &force, &self.phases.angles)
     }
 
     /// The characteristic matrix M(λ) = λ + ν ẑ × − REGR ∂gradient, and its derivative by λ. None if the

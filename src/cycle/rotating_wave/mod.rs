@@ -54,7 +54,7 @@ impl RotatingWave {
     /// The distance of the tip from the axis, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        excursion(&self.rod)
+        excursion(&self.rod, &self.rod.frames()[0])
     }
 
     /// The height of the tip along the axis, m.

@@ -129,6 +129,11 @@ impl Spring {
         }
     }
 
+    /// Sets the force to that of the law at the position of the last evaluation.
+    pub fn relax(&mut self) {
+        self.force = -self.gradient;
+    }
+
     /// The axes with a stiffness: direction, stiffness κ (N/m), and the violation of the law along it, ±(f + ∂U)/√|κ|
     /// with the sign of κ.
     pub fn stiff(&self) -> impl Iterator<Item = (Vector3<f64>, f64, f64)> + '_ {

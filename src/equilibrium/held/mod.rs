@@ -15,6 +15,7 @@ mod dense;
 mod elastic;
 mod energy;
 mod friction;
+mod nearby;
 mod patches;
 mod path;
 mod reactions;

@@ -1,8 +1,9 @@
-//! The reactions at an equilibrium.
+//! The reactions: their changes in a step, and those at an equilibrium.
 
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 
 use super::border::upto_parts;
+use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::friction::NO_SLIP;
 use super::sites::Site;
@@ -12,6 +13,32 @@ use crate::rod::Rod;
 use crate::support::{Reaction, Slip};
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    /// Adds a fraction of the changes of the reactions in a step.
+    pub(super) fn add_reactions(&mut self, conditions: &Conditions, changes: &DVector<f64>, fraction: f64) {
+        for (role, change) in conditions.roles.iter().zip(changes.iter()) {
+            match role {
+                Role::Elastic(site, axis) => {
+                    if let Some(spring) = &mut self.sites[*site].spring {
+                        spring.force += axis * (fraction * change);
+                    }
+                }
+                Role::Stick(site, direction) => {
+                    if let Some(friction) = self.sites[*site].touch.as_mut().and_then(|touch| touch.friction.as_mut()) {
+                        friction.force += direction * (fraction * change);
+                    }
+                }
+                Role::Fixed(site, direction) => {
+                    let site = &mut self.sites[*site];
+                    match &mut site.touch {
+                        Some(touch) => touch.push += fraction * change,
+                        None => site.force += direction * (fraction * change),
+                    }
+                }
+                Role::Turn(..) | Role::Slide(..) | Role::Turning(..) | Role::Boost => {}
+            }
+        }
+    }
+
     /// The reactions at the equilibrium.
     pub(super) fn reactions(&self, rod: &Rod) -> Vec<Reaction> {
         let starts: Vec<f64> = rod.centre_line().iter().map(|(s, _)| *s).collect();

@@ -146,25 +146,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 }
                 fraction *= 0.5;
             }
-            for (role, change) in conditions.roles.iter().zip(changes.iter()) {
-                if let Role::Elastic(site, axis) = role
-                    && let Some(spring) = &mut self.sites[*site].spring
-                {
-                    spring.force += axis * (fraction * change);
-                }
-                if let Role::Stick(site, direction) = role
-                    && let Some(friction) = self.sites[*site].touch.as_mut().and_then(|touch| touch.friction.as_mut())
-                {
-                    friction.force += direction * (fraction * change);
-                }
-                if let Role::Fixed(site, direction) = role {
-                    let site = &mut self.sites[*site];
-                    match &mut site.touch {
-                        Some(touch) => touch.push += fraction * change,
-                        None => site.force += direction * (fraction * change),
-                    }
-                }
-            }
+            self.add_reactions(&conditions, &changes, fraction);
             if self.regulate_friction(rod, turn) {
                 last = f64::INFINITY;
                 continue;

@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix};
 use super::analytic::{Analytic, RESOLVED, Sample};
 use super::characteristic::{CharacteristicMatrix, Transfers};
 use super::transfer::ROUNDING;
-use crate::linear::AnalyticMatrix;
+use crate::linear::{AnalyticMatrix, StabilityError};
 
 /// Largest logarithmic derivative of the function, in units of the inverse distance of its singularities, that
 /// counts for the error of waves that are not resolved. It is larger only next to a root, which the error
@@ -165,6 +165,8 @@ impl Analytic for Element {
 pub(super) struct Block {
     pub characteristic: Arc<CharacteristicMatrix>,
     pub unknowns: Vec<usize>,
+    /// Roots next to zero of rigid holds, which are removed.
+    neutral: Vec<Complex<f64>>,
     /// Number of blocks with the same characteristic function, including this one; zero if an earlier one
     /// represents it.
     pub multiplicity: usize,
@@ -176,7 +178,9 @@ pub(super) struct Block {
 }
 
 impl Block {
-    pub fn new(characteristic: &Arc<CharacteristicMatrix>, mut unknowns: Vec<usize>) -> Self {
+    /// # Errors
+    /// Roots next to zero that are not found.
+    pub fn new(characteristic: &Arc<CharacteristicMatrix>, mut unknowns: Vec<usize>) -> Result<Self, StabilityError> {
         unknowns.sort_unstable();
         let p = characteristic.points_per_element();
         let element = |unknown: &usize| characteristic.unknowns[*unknown].0 / p;
@@ -189,7 +193,9 @@ impl Block {
             }
         }
         let elasticity = elasticity(characteristic, &unknowns);
-        Self { characteristic: Arc::clone(characteristic), unknowns, multiplicity: 1, elements, elasticity }
+        let neutral = characteristic.neutral_roots(&unknowns)?;
+        let characteristic = Arc::clone(characteristic);
+        Ok(Self { characteristic, unknowns, neutral, multiplicity: 1, elements, elasticity })
     }
 
     /// M(λ).
@@ -197,10 +203,16 @@ impl Block {
         self.characteristic.matrix(z, transfers, &self.characteristic.response, &self.unknowns)
     }
 
-    /// det M/Π det Mₑ. M consists of the Mₑ and a compact part, so that this quotient has a limit as the
-    /// mesh is refined. The limit has only the isolated roots; those of short waves and of the mesh cancel.
+    /// det M/Π det Mₑ. M consists of the Mₑ and a compact part, so that this quotient has a limit as the mesh is
+    /// refined. The limit has only the isolated roots; those of short waves and of the mesh cancel. Roots next to zero
+    /// are moved to −c, left of every line on which zeros are counted.
     fn quotient(&self, z: Complex<f64>, transfers: &Transfers) -> Sample {
-        let (pivots, mut log_derivative) = self.matrix(z, transfers).pivots();
+        let (mut pivots, mut log_derivative) = self.matrix(z, transfers).pivots();
+        for (root, pivot) in self.neutral.iter().zip(&mut pivots) {
+            let c = shifted(&self.characteristic, z);
+            *pivot *= c / (z - root);
+            log_derivative += c.inv() - (z - root).inv();
+        }
         let mut nearness = 0.0_f64;
         let mut divisors = Vec::with_capacity(pivots.len());
         for (element, number) in &self.elements {

@@ -1,19 +1,28 @@
 //! The characteristic matrix of small disturbances about a steady state.
 
+use faer::MatRef;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 
 use super::transfer::TransferFunction;
 use crate::equilibrium::NewtonSolver;
-use crate::linear::{AnalyticMatrix, StabilityError, SteadyLaws, stimulus_derivatives, visit_bends, visit_stimuli};
-use crate::load::InternalForce;
+use crate::linear::{
+    AnalyticMatrix, StabilityError, SteadyLaws, rigid_conditions, stimulus_derivatives, visit_bends, visit_stimuli,
+};
+use crate::load::{InternalForce, Load};
 use crate::model::Model;
 use crate::rod::{Rod, centre_line_tangent};
 use crate::shoot::Shoot;
+use crate::support::Support;
 use crate::tropism::{Growing, TropismLaw};
 
 /// Largest number of operations for the variables of the laws in one evaluation of the characteristic function:
 /// 300³, that of 300 variables that depend on each other. A count then takes seconds.
 const MOST_WORK: f64 = 2.7e7;
+
+/// Largest singular value of M(0), relative to the largest of all, and largest root, relative to the slowest rate of
+/// the laws, that are zero but for the error of the discretisation. With two elements for a bend of one radian they are
+/// 4e-6.
+const NEUTRAL: f64 = 1e-5;
 
 /// T(λ) of each kind of point.
 pub(super) type Transfers = Vec<AnalyticMatrix>;
@@ -40,23 +49,25 @@ pub(in crate::stability) struct CharacteristicMatrix {
     pub lengths: Vec<f64>,
     /// Number of stimuli at a point.
     pub stimuli: usize,
+    /// Number of rigid conditions of the support.
+    conditions: usize,
     /// Size of every stimulus: the largest norm of its rows in both responses and in the derivatives at a point.
     sizes: DVector<f64>,
 }
 
 impl CharacteristicMatrix {
-    /// Linearises `shoot` about `rod`, which is in equilibrium and whose laws are in a steady state. Their
-    /// gradients need not vanish. `regr` returns the REGR at a point, 1/s. The solver computes the response of the
-    /// equilibrium.
+    /// Linearises `shoot` about `rod`, which is in equilibrium under a load and with a support, and whose laws are in a
+    /// steady state. Their gradients need not vanish. `regr` returns the REGR at a point, 1/s. The solver computes the
+    /// response of the equilibrium.
     ///
     /// # Errors
     /// Laws without differential growth, too many variables, or derivatives that are not finite.
     pub fn about(
         shoot: &Shoot<impl Model>,
         rod: &Rod,
+        statics: (&impl Load, &impl Support),
         regr: impl Fn(&Growing) -> f64,
-        steady: &SteadyLaws,
-        force: &InternalForce,
+        (steady, force): (&SteadyLaws, &InternalForce),
         solver: &mut NewtonSolver,
     ) -> Result<Self, StabilityError> {
         let (strain, turn) = stimulus_derivatives(shoot, rod, force);
@@ -85,7 +96,7 @@ impl CharacteristicMatrix {
         if unknowns.is_empty() {
             return Err(StabilityError::NothingDriven);
         }
-        let (response, displacement) = respond(shoot, rod, &unknowns, force, solver)?;
+        let (response, displacement) = respond(shoot, rod, statics, &unknowns, force, solver)?;
         let rigid_response = respond_rigidly(rod, &unknowns, &strain, &turn);
         let responses: Vec<&DMatrix<f64>> =
             [&response, &rigid_response].into_iter().chain(transfers.iter().map(|t| &t.local)).collect();
@@ -103,6 +114,7 @@ impl CharacteristicMatrix {
             turn,
             lengths,
             stimuli,
+            conditions: rigid_conditions(statics.1, force.environment().time),
             sizes,
         })
     }
@@ -150,15 +162,46 @@ impl CharacteristicMatrix {
         out
     }
 
-    /// The change of the unknowns after which the gradients of the laws vanish, to first order: T(0) X times
-    /// the change is −REGR times the gradients.
+    /// The roots of some unknowns next to zero, 1/s, at most as many as the rigid holds have conditions: the
+    /// eigenvalues of M(0) + λ M'(0). Zero is exact, and these are its approximations on the mesh.
+    ///
+    /// # Errors
+    /// Eigenvalues that do not converge.
+    pub fn neutral_roots(&self, unknowns: &[usize]) -> Result<Vec<Complex<f64>>, StabilityError> {
+        if self.conditions == 0 {
+            return Ok(Vec::new());
+        }
+        let zero = Complex::ZERO;
+        let AnalyticMatrix { value, derivative } =
+            self.matrix(zero, &self.transfers_at(zero), &self.response, unknowns);
+        let quotient = derivative.map(|z| z.re).lu().solve(&value.map(|z| -z.re));
+        let quotient = quotient.filter(|quotient| quotient.iter().all(|x| x.is_finite()));
+        let quotient = quotient.ok_or(StabilityError::NotFinite { what: "characteristic matrix at zero" })?;
+        let matrix = MatRef::from_column_major_slice(quotient.as_slice(), unknowns.len(), unknowns.len());
+        let what = "roots next to zero";
+        let failed = |_| StabilityError::NoConvergence { what, residual: quotient.amax() };
+        let mut roots = matrix.eigenvalues().map_err(failed)?;
+        roots.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+        roots.truncate(self.conditions);
+        roots.retain(|root| root.norm() < NEUTRAL * self.slowest_rate());
+        Ok(roots)
+    }
+
+    /// The change of the unknowns after which the gradients of the laws vanish, to first order: T(0) X times the change
+    /// is −REGR times the gradients. With rigid holds it is the smallest such change, since others differ from it in
+    /// the reactions only.
     pub fn steady_step(&self, steady: &SteadyLaws) -> Option<DVector<f64>> {
         let residual = DVector::from_fn(self.unknowns.len(), |k, _| {
             let (i, c) = self.unknowns[k];
             steady.gradients[i][c] * self.transfers[self.kind[i]].rate
         });
         // M(0) = −T(0) X.
-        self.whole(Complex::ZERO).map(|z| z.re).lu().solve(&residual)
+        let matrix = self.whole(Complex::ZERO).map(|z| z.re);
+        if self.conditions == 0 {
+            return matrix.lu().solve(&residual);
+        }
+        let svd = matrix.svd(true, true);
+        svd.solve(&residual, NEUTRAL * svd.singular_values.max()).ok()
     }
 
     /// Moduli of the laws' own rates, and the inverse delays, 1/s.
@@ -205,6 +248,8 @@ impl CharacteristicMatrix {
         // a local matrix is less than a radian.
         let turn = |rates: &Vec<Complex<f64>>| rates.iter().map(|rate| (rate + self.shift()).norm()).sum::<f64>() / 8.0;
         let turns = self.transfers.iter().map(|transfer| turn(&transfer.local_rates));
+        // The same for the factors (λ + c)/(λ − root) of roots next to zero.
+        let turns = turns.chain([self.conditions as f64 * self.shift() / 8.0]);
         1.001 * radii.chain(turns).fold(0.0, f64::max).max(self.smallest_modulus())
     }
 
@@ -233,6 +278,7 @@ fn sizes(stimuli: usize, responses: &[&DMatrix<f64>]) -> DVector<f64> {
 fn respond(
     shoot: &Shoot<impl Model>,
     rod: &Rod,
+    statics: (&impl Load, &impl Support),
     unknowns: &[(usize, usize)],
     force: &InternalForce,
     solver: &mut NewtonSolver,
@@ -240,7 +286,7 @@ fn respond(
     let m = shoot.model.tropism().size().stimuli;
     let mut response: DMatrix<f64> = DMatrix::zeros(rod.zone().len() * m, unknowns.len());
     let mut displacement: DMatrix<f64> = DMatrix::zeros(3 * (rod.elements() + 1), unknowns.len());
-    visit_bends(shoot, rod, force, solver, unknowns.iter().copied(), |j, weight, moved| {
+    visit_bends(shoot, rod, statics, force, solver, unknowns.iter().copied(), |j, weight, moved, force| {
         visit_stimuli(shoot, moved, force, |i, _, stimuli| {
             for (sum, x) in response.column_mut(j).as_mut_slice()[i * m..].iter_mut().zip(stimuli) {
                 *sum += weight * x;

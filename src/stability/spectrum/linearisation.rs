@@ -10,12 +10,12 @@ use super::motion::{ForcedResponse, Root};
 use super::parts::{Found, Part, Spectrum};
 use super::roots::{rightmost, roots_right_of, threshold, with_conjugate, zero_near};
 use super::steady_state::solve_rod;
-use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
+use crate::equilibrium::NewtonSolver;
 use crate::error::ParameterError;
 use crate::growth::GrowthLaw;
-use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, precise_solver};
+use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
 use crate::load::InternalForce;
-use crate::model::{Model, check_unsupported};
+use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 use crate::tropism::Growing;
@@ -31,11 +31,12 @@ impl Linearisation {
     /// Linearises a shoot about its present state, which must be a steady state. A shoot that was just built is
     /// in a steady state if it is upright and its laws keep it so.
     /// [`solve_steady_state`](crate::stability::solve_steady_state()) brings others into one. Length, stiffness
-    /// and zone are kept constant. The shoot is not changed.
+    /// and zone are kept constant. Obstacles that the shoot does not touch have no effect. The shoot is not changed.
     ///
     /// # Errors
-    /// A state that is not steady or mechanically unstable, laws that are not autonomous or cause no differential
-    /// growth, or whose derivatives are not finite.
+    /// A state that is not steady or mechanically unstable, contact with an obstacle, laws or supports that are not
+    /// autonomous, laws that cause no differential growth or whose derivatives are not finite, or a rod whose reactions
+    /// are not determined to first order.
     pub fn about(shoot: &Shoot<impl Model>) -> Result<Self, StabilityError> {
         Self::on(shoot, shoot.state.rod.clone())
     }
@@ -71,9 +72,10 @@ impl Linearisation {
         let mut solver = precise_solver();
         let (force, steady) = check(shoot, &mut rod, &mut solver)?;
         let regr = |at: &Growing| shoot.model.growth().regr(at.apex_distance, at.time);
-        let characteristic = CharacteristicMatrix::about(shoot, &rod, regr, &steady, &force, &mut solver)?;
+        let statics = (shoot.model.load(), shoot.model.support());
+        let characteristic = CharacteristicMatrix::about(shoot, &rod, statics, regr, (&steady, &force), &mut solver)?;
         let characteristic = Arc::new(characteristic);
-        let spectrum = Spectrum::of(&characteristic);
+        let spectrum = Spectrum::of(&characteristic)?;
         Ok(Self { characteristic, spectrum })
     }
 
@@ -238,15 +240,15 @@ fn check(
     rod: &mut Rod,
     solver: &mut NewtonSolver,
 ) -> Result<(InternalForce, SteadyLaws), StabilityError> {
-    check_unsupported(&shoot.model)?;
-    let force = InternalForce::of(rod, shoot.model.load(), &shoot.environment());
-    let negative = solver.equilibrate(rod, shoot.model.constitutive(), &force)?.inertia.negative;
+    let (material, statics) = (shoot.model.constitutive(), (shoot.model.load(), shoot.model.support()));
+    let (force, found) = equilibrate(rod, material, statics, &shoot.environment(), shoot.reactions(), solver)?;
+    let negative = found.inertia.negative;
     if negative > 0 {
         return Err(StabilityError::MechanicallyUnstable { negative });
     }
     let steady = SteadyLaws::of(shoot, rod, &force);
     check_steady(shoot.model.tropism(), &steady)?;
-    check_autonomous(shoot, rod, shoot.model.load(), &steady)?;
+    check_autonomous(shoot, rod, shoot.model.load(), force.reactions(), &steady)?;
     // The threshold is the gradient that the error of the equilibrium causes, times a margin.
     let gradient = steady.largest_gradient();
     if !(gradient * steady.radius() < 1e-8) {

@@ -8,6 +8,9 @@ use crate::error::ParameterError;
 use crate::linear::StabilityError;
 use crate::tropism::Handedness;
 
+/// Displacement of a held apex relative to the largest: rounding, and the error of differences.
+const STILL: f64 = 1e-6;
+
 /// The motion Re[(…) exp(iωt)] of a shoot under periodic forcing, after transients have decayed.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -80,7 +83,7 @@ pub struct Root {
     pub strain: Vec<Vector3<Complex<f64>>>,
     /// Displacement of the ends of the elements that belongs to it, base first, in the fixed frame, m: at the
     /// places of [`Rod::centre_line`](crate::rod::Rod::centre_line). That of the apex has the norm 1 m, and its
-    /// largest component is real and positive.
+    /// largest component is real and positive; if the apex is held, this holds for the place that moves most.
     pub displacement: Vec<Vector3<Complex<f64>>>,
 }
 
@@ -112,16 +115,23 @@ impl Root {
         }
         let residual = (&matrix * &v).norm() / (matrix.norm() * v.norm());
         let ForcedResponse { mut strain, mut displacement } = ForcedResponse::new(characteristic, &block.unknowns, &v);
-        let apex = displacement.last().copied().unwrap_or_default();
-        let most = apex.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
+        let moving = place_that_moves(&displacement);
+        let most = moving.iter().copied().fold(Complex::<f64>::ZERO, |a, b| if b.norm() > a.norm() { b } else { a });
         if most.norm() > 0.0 {
-            let scale = most.conj() / (most.norm() * apex.norm());
+            let scale = most.conj() / (most.norm() * moving.norm());
             strain.iter_mut().chain(&mut displacement).for_each(|amplitude| *amplitude *= scale);
         }
-        let handedness = handedness(&apex, &characteristic.apex_tangent).filter(|_| block.multiplicity == 1);
+        let handedness = handedness(&moving, &characteristic.apex_tangent).filter(|_| block.multiplicity == 1);
         let multiplicity = block.multiplicity;
         Self { value, residual, error: None, multiplicity, handedness, strain, displacement }
     }
+}
+
+/// The displacement of the apex, or of the place that moves most if the apex is held.
+fn place_that_moves(displacement: &[Vector3<Complex<f64>>]) -> Vector3<Complex<f64>> {
+    let apex = displacement.last().copied().unwrap_or_default();
+    let most = displacement.iter().copied().fold(apex, |a, b| if b.norm() > a.norm() { b } else { a });
+    if apex.norm() > STILL * most.norm() { apex } else { most }
 }
 
 /// The sense of a displacement Re[a exp(iωt)], as seen from the apex towards the base, against the tangent. It is at

@@ -9,6 +9,7 @@ use super::block::{Block, Point};
 use super::characteristic::CharacteristicMatrix;
 use super::sets::connected;
 use super::transfer::ROUNDING;
+use crate::linear::StabilityError;
 
 /// Identifies a part of the spectrum in all linearisations of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,13 +31,15 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    pub fn of(characteristic: &Arc<CharacteristicMatrix>) -> Self {
+    /// # Errors
+    /// Roots next to zero that are not found.
+    pub fn of(characteristic: &Arc<CharacteristicMatrix>) -> Result<Self, StabilityError> {
         // No coupling vanishes at all of these λ.
         let probes = characteristic.probes();
         let mut blocks: Vec<Block> = sets_that_couple(&probes, |z| characteristic.whole(z))
             .into_iter()
             .map(|set| Block::new(characteristic, set))
-            .collect();
+            .collect::<Result<_, _>>()?;
         count_equal(&mut blocks, &probes);
         let mut points = Vec::new();
         for kind in 0..characteristic.transfers.len() {
@@ -49,7 +52,7 @@ impl Spectrum {
                 }
             }
         }
-        Self { points, blocks }
+        Ok(Self { points, blocks })
     }
 
     /// The part with an identifier, which does not exist for every member of a family.

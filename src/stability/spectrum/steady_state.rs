@@ -3,14 +3,16 @@
 use nalgebra::Vector3;
 
 use super::characteristic::CharacteristicMatrix;
-use crate::equilibrium::{EquilibriumSolver, Unloaded};
-use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, precise_solver};
+use crate::equilibrium::{EquilibriumSolver, NewtonSolver, Unloaded};
+use crate::linear::{StabilityError, SteadyLaws, check_autonomous, check_steady, equilibrate, precise_solver};
 use crate::load::{InternalForce, Load};
-use crate::model::{Model, check_unsupported};
+use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::Scene;
 use crate::sensing::visit_sites;
 use crate::shoot::Shoot;
+use crate::state::ContactState;
+use crate::support::{Reaction, Support};
 
 /// Largest gradient of the laws in a steady state, relative to 1/radius: above the rounding of an equilibrium,
 /// and a hundredth of what a linearisation allows.
@@ -21,25 +23,29 @@ const TOLERANCE: f64 = 1e-10;
 /// [`Linearisation`](crate::stability::Linearisation) reports. Start an integrator with
 /// [`ConstantHistory::Steady`](crate::integrator::ConstantHistory::Steady) to keep the shoot there.
 ///
-/// Laws sense the shape, so that the visible strain is found first, without load and stiffness. The intrinsic
-/// strain that keeps it under the load follows point by point. A few Newton iterations for the whole then
-/// remove the difference that is due to the discretisation.
+/// Laws sense the shape, so that the visible strain is found first, without load and stiffness. The intrinsic strain
+/// that keeps it under the load follows point by point. A few Newton iterations for the whole then remove the
+/// difference that is due to the discretisation. With a support the intrinsic strain balances the reactions as well.
 ///
 /// # Errors
-/// Laws that are not autonomous or have no steady state, or no equilibrium. The shoot is then unchanged.
+/// Laws or supports that are not autonomous or permit no steady state, no equilibrium, or a shoot that touches an
+/// obstacle. The shoot is then unchanged.
 pub fn solve_steady_state(shoot: &mut Shoot<impl Model>) -> Result<(), StabilityError> {
     let mut rod = shoot.state.rod.clone();
-    solve_rod(shoot, &mut rod)?;
+    let reactions = solve_rod(shoot, &mut rod)?;
     shoot.state.rod = rod;
+    shoot.state.contact = ContactState { reactions, ..ContactState::default() };
     Ok(())
 }
 
-/// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. After an error the
-/// rod is not usable.
-pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), StabilityError> {
-    check_unsupported(&shoot.model)?;
+/// Brings a rod, instead of that of the shoot, into a steady state under the shoot's laws. Returns the reactions of the
+/// support. After an error the rod is not usable.
+pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<Vec<Reaction>, StabilityError> {
     let environment = shoot.environment();
-    rod.set_base(shoot.model.scene().base(environment.time))?;
+    let (load, support) = (shoot.model.load(), shoot.model.support());
+    if support.base().is_none() {
+        rod.set_base(shoot.model.scene().base(environment.time))?;
+    }
     // The shape, as that of an unloaded rod, which has the visible strain as its intrinsic strain.
     let p = rod.order().points();
     let mut shape = rod.clone();
@@ -48,7 +54,7 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
             shape.points_mut()[e * p + g].intrinsic = rod.strain_at_point(e, g);
         }
     }
-    iterate(shoot, &mut shape, &(), &mut Unloaded, 0.1 * TOLERANCE)?;
+    iterate(shoot, &mut shape, (&(), &()), &[], &mut Unloaded, 0.1 * TOLERANCE)?;
     let error = unresolved(&shape);
     // The threshold lies between the discretisation error of a resolved shape and the rotation by an
     // oscillation between the points.
@@ -56,36 +62,43 @@ pub(super) fn solve_rod(shoot: &Shoot<impl Model>, rod: &mut Rod) -> Result<(), 
         return Err(StabilityError::UnderResolved { what: "the shape of the steady state (rad)", error });
     }
     // The visible strain is the sum of the elastic strain under the couple and the intrinsic strain.
-    let force = InternalForce::of(&shape, shoot.model.load(), &environment);
+    let material = shoot.model.constitutive();
+    let mut force = InternalForce::of(&shape, load, &environment);
+    if !support.is_absent() {
+        let reactions =
+            NewtonSolver::default().reactions_at(&shape, material, (load, support), &environment, shoot.reactions())?;
+        force.react(&shape, &reactions);
+    }
     rod.clone_from(&shape);
     let first = rod.zone().start;
-    visit_sites(&shape, shoot.model.constitutive(), &force, false, |i, site| {
+    visit_sites(&shape, material, &force, false, |i, site| {
         let intrinsic = shape.points()[first + i].intrinsic;
         rod.points_mut()[first + i].intrinsic = intrinsic + (intrinsic - site.strain);
     });
-    iterate(shoot, rod, shoot.model.load(), &mut precise_solver(), TOLERANCE)
+    iterate(shoot, rod, (load, support), force.reactions(), &mut precise_solver(), TOLERANCE)
 }
 
 /// Newton's method for the intrinsic strain at which the gradients of the laws vanish on a rod in equilibrium
-/// under a load. The step is halved until it decreases the residual.
+/// under a load and with a support, from a guess of the reactions. The step is halved until it decreases the residual.
+/// Returns the reactions.
 fn iterate(
     shoot: &Shoot<impl Model>,
     rod: &mut Rod,
-    load: &impl Load,
+    (load, support): (&impl Load, &impl Support),
+    guess: &[Reaction],
     solver: &mut impl EquilibriumSolver,
     tolerance: f64,
-) -> Result<(), StabilityError> {
+) -> Result<Vec<Reaction>, StabilityError> {
     let environment = shoot.environment();
     let first = rod.zone().start;
-    let mut evaluate = |rod: &mut Rod| -> Result<(InternalForce, SteadyLaws), StabilityError> {
-        let force = InternalForce::of(rod, load, &environment);
-        let _ = solver.equilibrate(rod, shoot.model.constitutive(), &force)?;
+    let mut evaluate = |rod: &mut Rod, guess: &[Reaction]| -> Result<(InternalForce, SteadyLaws), StabilityError> {
+        let (force, _) = equilibrate(rod, shoot.model.constitutive(), (load, support), &environment, guess, solver)?;
         let steady = SteadyLaws::of(shoot, rod, &force);
         check_steady(shoot.model.tropism(), &steady)?;
         Ok((force, steady))
     };
-    let (mut force, mut steady) = evaluate(rod)?;
-    check_autonomous(shoot, rod, load, &steady)?;
+    let (mut force, mut steady) = evaluate(rod, guess)?;
+    check_autonomous(shoot, rod, load, force.reactions(), &steady)?;
     for iterations in 0.. {
         let gradient = steady.largest_gradient();
         if gradient * steady.radius() <= tolerance {
@@ -96,7 +109,8 @@ fn iterate(
             return Err(failed);
         }
         // The gradients must vanish at points with a REGR of zero, too: all have a REGR of one here.
-        let matrix = CharacteristicMatrix::about(shoot, rod, |_| 1.0, &steady, &force, &mut precise_solver())?;
+        let (at, mut linear) = ((&steady, &force), precise_solver());
+        let matrix = CharacteristicMatrix::about(shoot, rod, (load, support), |_| 1.0, at, &mut linear)?;
         let step = matrix.steady_step(&steady).ok_or(failed.clone())?;
         let mut fraction = 1.0;
         (*rod, (force, steady)) = loop {
@@ -104,7 +118,7 @@ fn iterate(
             for (&(i, c), value) in matrix.unknowns.iter().zip(step.iter()) {
                 moved.points_mut()[first + i].intrinsic[c] += fraction * value;
             }
-            if let Ok(next) = evaluate(&mut moved)
+            if let Ok(next) = evaluate(&mut moved, force.reactions())
                 && residual(&next.1) < residual(&steady)
             {
                 break (moved, next);
@@ -115,7 +129,7 @@ fn iterate(
             }
         };
     }
-    Ok(())
+    Ok(force.reactions().to_vec())
 }
 
 /// Euclidean norm of the gradients, 1/m.
