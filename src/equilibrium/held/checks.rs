@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::data::HeldSearch;
 use super::path::{DISTANCE_ERROR, DISTANCE_STEP, project};
+use super::sites::across;
 use super::touch::{CLEAR, all_stations};
 use crate::constitutive::Constitutive;
 use crate::error::ParameterError;
@@ -55,11 +56,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         for site in self.sites.iter().filter(|site| site.position.iter().all(|x| x.is_finite())) {
             let Some(touch) = &site.touch else { continue };
             let place = self.place_of(rod, (site.element, site.x)).arc_length;
-            let scale = touch.gap.curvature.norm().max(1.0 / self.length);
-            for along in touch.tangential() {
+            // After a failed search a new contact may not have been evaluated.
+            let gap = self.obstacles.gap(touch.obstacle, &site.position);
+            let scale = gap.curvature.norm().max(1.0 / self.length);
+            for along in across(&gap.normal) {
                 let error = |side: f64| {
                     let ahead = self.obstacles.gap(touch.obstacle, &(site.position + along * (side * step))).normal;
-                    ((ahead - touch.gap.normal) / (side * step) - touch.gap.curvature * along).norm() / scale
+                    ((ahead - gap.normal) / (side * step) - gap.curvature * along).norm() / scale
                 };
                 let (name, error) = ("relative error of the curvature of an obstacle", error(1.0).min(error(-1.0)));
                 let requirement = "zero: the curvature must be the derivative of the normal";
