@@ -117,7 +117,7 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let columns = ["angle_rad", "ratio", "closed_form", "thread", "relative_error"];
     let mut table = Table::create(out.join("capstan.csv"), &columns)?;
-    let [mut found, mut exact, mut thread, mut errors] = [const { Vec::new() }; 4];
+    let [mut found, mut exact, mut thread, mut errors, mut differences] = [const { Vec::new() }; 5];
     let progress = Progress::new("winding");
     let (mut shapes, mut last) = (Vec::new(), (0.0, 1.0, 1.0));
     let shown: Vec<usize> = [0.0, 0.25, 0.5, 1.0].iter().map(|share| (share * steps as f64).round() as usize).collect();
@@ -146,6 +146,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         exact.push((degrees, expected));
         thread.push((degrees, elementary));
         errors.push((degrees, (ratio / expected - 1.0).abs()));
+        differences.push((degrees, (elementary / expected - 1.0).abs()));
         last = (between, ratio, expected);
     }
     progress.finish();
@@ -160,7 +161,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         let at = TAU * f64::from(k) / 200.0;
         (1e3 * (centre.x + (CIRCLE - RADIUS) * at.cos()), 1e3 * (centre.z + (CIRCLE - RADIUS) * at.sin()))
     };
-    shapes.push(Series::new("drum", (0..=200).map(circle).collect(), Style::Dashed, 7));
+    shapes.push(Series::new("drum", (0..=200).map(circle).collect(), Style::Dashed, 1));
     let title = "A rod that is wound on a drum";
     lines_figure(out.join("shapes.svg"), title, "place x (mm)", "height z (mm)", &shapes, Axes::Equal)?;
     let ratios = [
@@ -170,9 +171,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     ];
     let (x, y) = ("angle Φ between the tails (°)", "ratio of the tensions F1/F0");
     lines_figure(out.join("ratio.svg"), "Tension of a rod on a rotating drum", x, y, &ratios, Axes::Linear)?;
-    let errors = [Series::new("rod", errors, Style::Marked, 0)];
-    let title = "Error of the ratio of the tensions";
-    panels_figure(out.join("error.svg"), title, x, "relative error", &[("", &errors[..])], Axes::LogY)?;
+    let errors =
+        [Series::new("rod", errors, Style::Marked, 0), Series::new("thread, exp(μ Φ)", differences, Style::Dashed, 2)];
+    let title = "Difference of the ratio of the tensions from the closed form";
+    panels_figure(out.join("error.svg"), title, x, "relative difference", &[("", &errors[..])], Axes::LogY)?;
     println!("wrote capstan.csv, shapes.svg, ratio.svg and error.svg to {}", out.display());
     Ok(())
 }
