@@ -1,11 +1,12 @@
 //! A rod wound on a drum that rotates below it: the growth of its tension by friction.
 //!
-//! The base of the rod is a ball joint. The force on its apex turns, which winds the rod on the drum. The surface of the
-//! drum moves towards the apex throughout, so that all of the contact slides and pulls at the base.
+//! The base of the rod is a ball joint. The force on its apex turns, which winds the rod on the drum. The surface of
+//! the drum moves towards the apex throughout, so that all of the contact slides and pulls at the base.
 //!
 //! In the contact the tension T grows by dT/ds = μ T/Rc with the radius Rc of the centre line. The tails are elasticas:
 //! they lift off where they still have to turn by δ with cos δ = 1 − B/(2 Rc² F) for their tension F and the bending
-//! stiffness B. The forces of lift-off are concentrated and have friction, too. With the angle Φ between the asymptotes
+//! stiffness B. At each lift-off there is a concentrated force, which has friction, too. The index 0 denotes the slack
+//! tail at the apex, the index 1 the tail at the base. With the angle Φ between the asymptotes of the tails
 //!
 //! ```text
 //! F1 (cos δ1 − μ sin δ1) = F0 (cos δ0 + μ sin δ0) exp(μ (Φ − δ0 − δ1)).
@@ -39,9 +40,9 @@ use nalgebra::Vector3;
 const RADIUS: f64 = 0.5e-3;
 /// Radius of the circle of its centre line on the drum, m.
 const CIRCLE: f64 = 2.5e-3;
-/// Length of a tail in lengths √(B/F) over which it bends.
+/// Length of a tail, relative to its decay length √(B/F).
 const TAIL: f64 = 15.0;
-/// Motion of the surface of the drum in a step, rad.
+/// Rotation of the drum in a step, rad. All of the contact slides if the drum moves faster than the rod.
 const TURN: f64 = 0.002;
 
 /// A drum that rotates about e2.
@@ -66,7 +67,7 @@ fn lift_off(tension: f64) -> f64 {
     f64::acos(1.0 - 0.5 / tension)
 }
 
-/// Ratio of the tensions in the closed form, by fixed-point iteration from `ratio`.
+/// Ratio of the tensions in the closed form, by fixed-point iteration from the initial guess `ratio`.
 fn closed_form(friction: f64, angle: f64, slack: f64, mut ratio: f64) -> f64 {
     let low = lift_off(slack);
     for _ in 0..50 {

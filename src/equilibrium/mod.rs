@@ -145,8 +145,8 @@ pub enum EquilibriumError {
         /// The largest force in the rod, N.
         force: f64,
     },
-    /// The places of contacts were not found: they were gained and lost in turn, or did not converge. A better initial
-    /// guess, a finer mesh or a smaller increment may help.
+    /// The contacts were not found: they were added and released alternately, or their places did not converge. A
+    /// better initial guess, a finer mesh or a smaller increment may help.
     #[error(
         "the contacts were not found in {iterations} Newton iterations: {contacts} at the end, with an error of their \
              condition of {misplacement:.3e}"
@@ -156,8 +156,8 @@ pub enum EquilibriumError {
         iterations: usize,
         /// Number of places in contact at the end.
         contacts: usize,
-        /// The largest slope of the rod against the obstacle, or its relative curvature times the length, at the end of a
-        /// contact; zero if contacts were gained and lost in turn.
+        /// The largest slope of the rod against the obstacle, or its relative curvature times the length, at the end
+        /// of a contact; zero if contacts were added and released alternately.
         misplacement: f64,
     },
     /// An element would rotate by π, where its rotation vector is discontinuous. Shorter elements are needed.

@@ -50,8 +50,8 @@ pub trait Integrator {
     fn start(&mut self, shoot: &mut Shoot<impl Model>, history: &impl HistoryFunction) -> Outcome<Statistics>;
 
     /// Advances the shoot to time `until` (s). Steps end at every discontinuity that the laws announce, and where a
-    /// contact begins or ends. Laws are evaluated a few units of rounding before and after a discontinuity, never at it. At the time of a
-    /// discontinuity the shoot has the shape after it.
+    /// contact begins or ends. Laws are evaluated a few units of rounding before and after a discontinuity, never at
+    /// it. At the time of a discontinuity the shoot has the shape after it.
     ///
     /// # Errors
     /// The errors of [`start`](Self::start), and:

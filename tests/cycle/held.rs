@@ -70,8 +70,8 @@ fn spring_across_the_plane_of_a_swing_changes_only_disturbances_out_of_the_plane
     assert!(found.trivial < 1e-4, "{}", found.trivial);
     let sets = planes(&found.values);
     assert_relative_eq!(sets[0][0].value.re, inside.re, epsilon = 0.0, max_relative = 1e-6);
-    // Out of the plane the free shoot has the trivial multiplier of a rotation, which the spring changes. It reduces the
-    // unstable one.
+    // Out of the plane the free shoot has the trivial multiplier of a rotation, which the spring changes. It reduces
+    // the unstable one.
     assert!(sets[1][0].value.re < outside.re && sets[1][1].value.re < 0.95);
     let in_time = leading_two(&disturbed(&supported, &orbit, (1, 0)));
     for (k, in_time) in in_time.into_iter().enumerate() {

@@ -109,7 +109,8 @@ fn roots_with_a_stiff_spring_approach_those_with_a_guide() {
     });
     for k in [0, 1] {
         // Both are proportional to the compliance of the spring. The relative error of this law is the ratio of the
-        // stiffness of the shoot, 5e-3 N/m, to that of the spring, at least 100 N/m, times a number of the order of one.
+        // stiffness of the shoot, 5e-3 N/m, to that of the spring, at least 100 N/m, times a number of the order of
+        // one.
         assert_relative_eq!(errors[0][k], 10.0 * errors[1][k], epsilon = 0.0, max_relative = 1e-3);
         assert_relative_eq!(errors[1][k], 10.0 * errors[2][k], epsilon = 0.0, max_relative = 1e-3);
     }

@@ -51,9 +51,9 @@ fn steady_states_of_held_shoots_do_not_change_in_time() {
 /// Roots (1/s) by time integration. The steady shoot is slightly disturbed, and after a waiting time (s) the
 /// displacement of the middle in the plane of the lean is decomposed into `number` exponentials (Prony's method).
 ///
-/// A disturbance of a rigidly held shoot leaves a reaction, which changes the roots by a factor of the order of the angle
-/// of the disturbance, 1e-3 rad. The difference of two opposite disturbances eliminates this effect up to its square. The
-/// disturbance varies along the shoot, since holds balance a uniform one by a reaction.
+/// A disturbance of a rigidly held shoot leaves a reaction, which changes the roots by a factor of the order of the
+/// angle of the disturbance, 1e-3 rad. The difference of two opposite disturbances eliminates this effect up to its
+/// square. The disturbance varies along the shoot, since holds balance a uniform one by a reaction.
 fn exponents(mut shoot: Shoot<DynLaws>, (wait, step): (f64, f64), number: usize) -> Vec<Complex<f64>> {
     solve_steady_state(&mut shoot).unwrap();
     let every = 600.0;
@@ -113,8 +113,8 @@ fn growth_rates_and_frequencies_of_held_shoots_in_time_are_those_of_a_root() {
     for (name, shoot) in cases {
         let root = leading(&shoot);
         let error = distance(root, &exponents(shoot, (5.0 * HOUR, 60.0), 6));
-        // Time steps of 60 s cause an error of 3e-7. Other decaying modes, of which the fit contains two pairs, and rounding
-        // of a signal that decays by four orders cause up to 7e-5.
+        // Time steps of 60 s cause an error of 3e-7. Other decaying modes, of which the fit contains two pairs, and
+        // rounding of a signal that decays by four orders cause up to 7e-5.
         assert!(error < 2e-4, "{name}: {root}, relative error {error:e}");
     }
 }

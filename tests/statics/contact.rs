@@ -334,6 +334,6 @@ fn coil_on_a_cylinder_presses_by_its_excess_of_curvature() {
         assert_close((length - end.arc_length) / radius, bridge, 1e-6, "bridge");
         // Without load, the force at the base is the sum of the reactions. The tangent there is e3.
         let tension = held.reactions.iter().map(|reaction| reaction.force.z).sum::<f64>();
-        assert_close(tension / unit, curvature - 1.0, 1e-6, "pressure");
+        assert_close(tension / unit, curvature - 1.0, 1e-6, "tension");
     }
 }

@@ -22,10 +22,10 @@ const AT_NODE: f64 = 1e-4;
 const DIFFERENCE: f64 = 1e-6;
 /// Length of a free end beyond a contact that becomes longer, relative to an element, which is taken as none.
 const SHORT_END: f64 = 0.3;
-/// Curvature relative to the obstacle times the length, or slope, with which a place is kept.
+/// Slope, or curvature relative to the obstacle times the length, below which a place is not corrected.
 const WELL_PLACED: f64 = 1e-6;
-/// Tolerance (rad) of the equilibria from which derivatives are estimated: the rotations by a displacement `DIFFERENCE` are
-/// larger.
+/// Tolerance (rad) of the equilibria from which derivatives are estimated: the rotations by a displacement
+/// `DIFFERENCE` are larger.
 const ESTIMATE: f64 = 1e-7;
 /// Tolerance (rad) of the equilibrium at places that still move, relative to their motion over the length.
 const EARLY: f64 = 1e-3;
@@ -91,7 +91,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         Ok(!same || pulls || self.reshape(rod, &mut again))
     }
 
-    /// Corrects places in few iterations. Returns whether it succeeds; otherwise the rod and its contacts are those before.
+    /// Corrects places in few iterations. Returns whether it succeeds; otherwise the rod and its contacts are those
+    /// before.
     fn try_place(&mut self, rod: &mut Rod, patches: &mut [Patch], unknown: &[(usize, bool)], bound: usize) -> bool {
         let kept = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
         self.arrange(rod, patches, Vec::new());
@@ -116,7 +117,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     ) -> Result<(), EquilibriumError> {
         self.find(rod, bound)?;
         let mut value = self.misplacement(rod, patches, unknown);
-        // The places of a rod at rest remain as they are. Other nodes would change its shape by the interpolation error,
+        // Well placed contacts are not moved. Other nodes would change its shape by the interpolation error,
         // which contacts that stick would resist with large forces.
         if value.amax() <= WELL_PLACED {
             return Ok(());

@@ -217,8 +217,8 @@ impl Border {
     }
 }
 
-/// Vectors at the frames, followed by the interior parts of rows times a factor for each element and unknown. Each pair of
-/// them is a column.
+/// Vectors at the frames, followed by the interior parts of rows times a factor for each element and unknown. Each
+/// pair of them is a column.
 fn stacked<const P: usize>(
     nodes: &[Vec<Vector3<f64>>],
     rows: &[Vec<Row>],

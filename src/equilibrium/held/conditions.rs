@@ -186,8 +186,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         conditions
     }
 
-    /// Divided differences of the gaps and slips at the contacts with each obstacle along the rod, up to the second; the
-    /// other conditions as they are.
+    /// Divided differences of the gaps and slips at the contacts with each obstacle along the rod, up to the second;
+    /// the other conditions as they are.
     pub(super) fn differences(&self, roles: &[Role]) -> Basis {
         let mut basis: Basis = (0..roles.len()).map(|i| vec![(i, 1.0)]).collect();
         // Gaps, and slips along and across the rod.

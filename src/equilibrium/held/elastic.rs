@@ -74,7 +74,7 @@ impl Law<'_> {
             let [(energy, gradient), (other_energy, other_gradient)] = errors;
             // The comparisons fail for NaN.
             let (name, error) = ("relative error of the gradient of a potential", energy.min(other_energy));
-            let requirement = "zero: the force must be minus the gradient of the energy";
+            let requirement = "zero: the gradient must be that of the energy";
             ParameterError::unless(error <= CHECK_ERROR, name, error, requirement)?;
             let (name, error) = ("relative error of the stiffness of a potential", gradient.min(other_gradient));
             let requirement = "zero: the stiffness must be the derivative of the gradient";
@@ -178,8 +178,8 @@ mod tests {
         let joint = elastic_joint(0, &turn, &gradient, &stiffness);
         let along = |axis: &Vector3<f64>, h: f64| energy(&so3::log(&(frame * so3::exp(&(axis * h)))));
         for axis in [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.6, -0.8, 0.0), Vector3::new(0.48, 0.6, 0.64)] {
-            // Central differences. Their errors are of order h² = 1e-8. The energy is of order one, and the rounding of its
-            // second difference is 4e-16/h² = 4e-8.
+            // Central differences. Their errors are of order h² = 1e-8. The energy is of order one, and the rounding
+            // of its second difference is 4e-16/h² = 4e-8.
             let h = 1e-4;
             let (ahead, here, behind) = (along(&axis, h), along(&axis, 0.0), along(&axis, -h));
             let slope = (ahead - behind) / (2.0 * h);

@@ -16,7 +16,8 @@ pub(super) const NO_SLIP: f64 = 1e-12;
 /// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
 /// rod that is far from equilibrium.
 const SETTLED: f64 = 1e-3;
-/// A slip that becomes shorter by this factor in successive iterations, and their number, after which the contact sticks.
+/// A slip that becomes shorter by this factor in successive iterations, and their number, after which the contact
+/// sticks.
 const SHRINKS: (f64, usize) = (0.8, 3);
 /// Largest number of changes between stick and slip.
 const MOST_CHANGES: usize = 8;

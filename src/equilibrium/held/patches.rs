@@ -83,7 +83,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         unknown
     }
 
-    /// The contacts at points that do not slide, since the rod is more curved than the obstacle, and are not tangential.
+    /// The contacts at points that do not slide, since the rod is more curved than the obstacle, and are not
+    /// tangential.
     pub(super) fn skew(&self, rod: &Rod, patches: &[Patch]) -> Vec<(usize, bool)> {
         let skew = |patch: &Patch| {
             let (slope, bend) = self.approach(rod, patch.obstacle, patch.from);
@@ -143,7 +144,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         beyond.map(|((node, _), held)| rod.frames()[*node] * -held).sum()
     }
 
-    /// Whether a contact at a point is inside an element or not tangential, or the rod has nodes of contacts that have moved.
+    /// Whether a contact at a point is inside an element or not tangential, or the rod has nodes of contacts that
+    /// have moved.
     pub(super) fn misses_node(&self, rod: &Rod, patches: &[Patch]) -> bool {
         let misses = patches.iter().any(|patch| {
             rod.locate(patch.from).is_some_and(|(e, x)| {
@@ -180,8 +182,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         cuts
     }
 
-    /// The length √(B/n) over which a rod with the present largest force n (N) bends, m. It is rounded to a power of two,
-    /// so that the nodes do not move with each change of the force.
+    /// The length √(B/n) over which a rod with the present largest force n (N) bends, m. It is rounded to a power of
+    /// two, so that the nodes do not move with each change of the force.
     pub(super) fn bending_length(&self, rod: &Rod) -> f64 {
         let time = self.force.environment().time;
         let stiffness = |point| self.material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;

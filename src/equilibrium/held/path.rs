@@ -125,8 +125,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
     }
 
-    /// Returns an error for an obstacle whose distance is none: its gradient must be a unit vector and the derivative of
-    /// the distance, at all stations of the rod.
+    /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
+    /// and the derivative of the distance, at all stations of the rod.
     fn check_obstacles(&self, rod: &Rod) -> Result<(), ParameterError> {
         if self.obstacles.contacts.is_empty() {
             return Ok(());

@@ -13,8 +13,8 @@ use crate::equilibrium::system::Configuration;
 use crate::load::Load;
 use crate::rod::Rod;
 
-/// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the tangent is
-/// almost singular, and is shifted.
+/// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the
+/// tangent is almost singular, and is shifted.
 const LONGEST_STEP: f64 = 10.0;
 /// Rotation in a step below which the energy is not compared, rad: its change is close to rounding.
 const SMALL_TURN: f64 = 1e-4;
@@ -109,8 +109,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             from.keep(rod);
             let step = (self.system.turns.clone(), self.system.steps.clone());
             let (forces, forces_step) = (self.obstacles.forces.clone(), self.obstacles.step.clone());
-            // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit does
-            // not decrease there if the elements resolve a contact poorly.
+            // Close to the equilibrium a step that is much shorter than the last one needs no line search. The merit
+            // does not decrease there if the elements resolve a contact poorly.
             let converges = shift == 0.0 && turn < CLOSE_TURN && (turn < 0.25 * last || predicted > 0.0);
             let mut fraction = fraction;
             loop {

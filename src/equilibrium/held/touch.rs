@@ -14,8 +14,8 @@ pub(super) const SAME: f64 = 1e-9;
 pub(super) const CLEAR: f64 = 1e-12;
 /// Largest displacement towards a round obstacle in a step, relative to its radius of curvature.
 const LARGEST_APPROACH: f64 = 0.25;
-/// Largest distance of a station from a contact, relative to the length, at which the difference `DIFFERENT` between the
-/// slopes of the centre line and of the frame is not taken for a penetration.
+/// Largest distance of a station from a contact, relative to the length, at which the difference `DIFFERENT` between
+/// the slopes of the centre line and of the frame is not taken for a penetration.
 const BESIDE: f64 = 1e-4;
 /// See `BESIDE`. The contact obtains a node of its own later, where there is no difference.
 const DIFFERENT: f64 = 1e-3;
@@ -25,8 +25,8 @@ const PARTS: usize = 8;
 /// The obstacles of a rod at a time.
 pub(super) struct Obstacles<'a> {
     pub contacts: Vec<Contact<&'a dyn Obstacle>>,
-    /// Forces of the obstacles on the rod by whose opposites they are displaced, N. In equilibrium they are those of the
-    /// contacts.
+    /// Forces of the obstacles on the rod by whose opposites they are displaced, N. In equilibrium they are those of
+    /// the contacts.
     pub forces: Vec<Vector3<f64>>,
     /// Their change in a Newton step, N.
     pub step: Vec<Vector3<f64>>,
@@ -102,9 +102,9 @@ pub(super) struct Penetration {
     pub between: (f64, f64),
 }
 
-/// The parts of a rod that penetrate obstacles at stations, or between two of them. `touches` are the obstacles and arc
-/// lengths (m) of contacts; places next to them are left out between stations. Penetrations up to `clear`, relative to the
-/// length, are attributed to rounding.
+/// The parts of a rod that penetrate obstacles at stations, or between two of them. `touches` are the obstacles and
+/// arc lengths (m) of contacts; places next to them are left out between stations. Penetrations up to `clear`,
+/// relative to the length, are attributed to rounding.
 pub(super) fn penetrations(
     rod: &Rod,
     tangents: &[Vector3<f64>],

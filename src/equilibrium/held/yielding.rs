@@ -79,8 +79,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
-    /// The force of a reaction on the rod per unit, in the direction of its condition. If contacts slide (`slides`), the
-    /// friction follows the normal force.
+    /// The force of a reaction on the rod per unit, in the direction of its condition. If contacts slide (`slides`),
+    /// the friction follows the normal force.
     fn force_along(&self, role: &Role, direction: Vector3<f64>, slides: bool) -> Vector3<f64> {
         let Role::Fixed(site, _) = role else {
             return direction;
@@ -110,8 +110,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Second derivatives of the energy by the reactions, from obstacles that yield: −aᵢ · S fⱼ for an obstacle of
-    /// compliance S, a displacement along aᵢ in condition i, and a force along fⱼ of reaction j. They are equal unless
-    /// contacts slide (`slides`): the friction follows the normal force. Contacts that stick have a compliance of their own.
+    /// compliance S, a displacement along aᵢ in condition i, and a force along fⱼ of reaction j. They are equal
+    /// unless contacts slide (`slides`): the friction follows the normal force. Contacts that stick have a compliance
+    /// of their own.
     pub(super) fn compliance_of_contacts(&self, conditions: &Conditions, slides: bool) -> DMatrix<f64> {
         let n = conditions.roles.len();
         let each: Vec<_> = conditions.roles.iter().map(|role| self.relative(role)).collect();
