@@ -43,7 +43,7 @@ pub fn map(base: &Setup, size: usize, out: &Path) -> Result<(), Box<dyn Error>> 
     for friction in [0.0, mu] {
         for (i, j) in (0..size).flat_map(|i| (0..size).map(move |j| (i, j))) {
             let (pole, distance) = (1e-3 + 5e-3 * share(i), 0.01 + 0.03 * share(j));
-            cells.push(Setup { pole, distance, friction, step: 2.0 * base.step, ..*base });
+            cells.push(Setup { pole, distance, friction, step: 2.0 * base.step, retries: 0, ..*base });
         }
     }
     let progress = Progress::new("map");
