@@ -261,12 +261,13 @@ impl NewtonSolver {
         }
         let mut shape = rod.clone();
         search.guess(&mut shape, earlier, last);
-        let Found { equilibrium, increments, reactions, patches } = search.run(&mut shape, self.max_iterations)?;
+        let Found { equilibrium, increments, foundations, reactions, patches } =
+            search.run(&mut shape, self.max_iterations)?;
         let mut strains = Vec::new();
         strain_line(&mut strains, &shape, material, &force);
         check_line(&strains, &force)?;
         *shape.line_strains_mut() = strains;
-        Ok(Held { equilibrium, increments, reactions, rod: shape, patches })
+        Ok(Held { equilibrium, increments, foundations, reactions, rod: shape, patches })
     }
 
     fn search<const P: usize>(

@@ -83,7 +83,7 @@ impl Rod {
     }
 
     /// The strain of the centre line at an existing point.
-    fn line_strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
+    pub(crate) fn line_strain_at_point(&self, element: usize, g: usize) -> Vector3<f64> {
         self.line_strains.get(element * self.order.points() + g).copied().unwrap_or_else(centre_line_tangent)
     }
 

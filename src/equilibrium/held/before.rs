@@ -2,14 +2,17 @@
 
 use nalgebra::Vector3;
 
-use super::touch::Obstacles;
+use super::sites::Friction;
+use super::touch::{Obstacles, place, starts};
 use crate::rod::Rod;
 
 /// The rod at the end of the increment before.
 pub(super) struct Before<'a> {
     pub rod: &'a Rod,
-    /// Positions of the ends of its elements, m.
-    nodes: Vec<Vector3<f64>>,
+    /// Tangents ∂p/∂s of its centre line at the material points.
+    tangents: Vec<Vector3<f64>>,
+    /// Positions of the starts of its elements, m.
+    starts: Vec<Vector3<f64>>,
     /// Time since then, s.
     time: f64,
     /// Displacements of the obstacles by the forces on them, m.
@@ -21,22 +24,27 @@ pub(super) struct Before<'a> {
 pub(super) struct OldTouch {
     pub obstacle: usize,
     pub arc_length: f64,
+    /// Normal force, N.
     pub push: f64,
-    pub force: Vector3<f64>,
-    /// Whether it slid in the increment before.
-    pub slid: bool,
+    /// Friction; `None` without.
+    pub friction: Option<Friction>,
 }
 
 impl<'a> Before<'a> {
     pub fn new(rod: &'a Rod, time: f64, yielded: Vec<Vector3<f64>>) -> Self {
-        Self { rod, nodes: rod.centre_line().into_iter().map(|(_, position)| position).collect(), time, yielded }
+        let points = rod.order().points();
+        let tangent = |(e, g)| rod.frame_at_point(e, g) * rod.line_strain_at_point(e, g);
+        let tangents: Vec<_> = (0..rod.points().len()).map(|i| tangent((i / points, i % points))).collect();
+        // The slip of a contact at rest is exactly zero, since its place is computed in the same way.
+        let starts = starts(rod, &tangents);
+        Self { rod, tangents, starts, time, yielded }
     }
 
-    /// Where material would be if it had moved with an obstacle since then, m. The material is given by its distance
-    /// from the apex at t = 0 (m).
+    /// The place (m) that material would have if it had moved with an obstacle since then. The material is given by its
+    /// distance from the apex at t = 0 (m).
     pub fn anchor(&self, initial_apex_distance: f64, obstacles: &Obstacles, obstacle: usize) -> Vector3<f64> {
         let Some((e, x)) = self.rod.locate_initial(initial_apex_distance) else { return Vector3::repeat(f64::NAN) };
-        let position = self.nodes[e] + self.rod.chord(e, x);
+        let position = place(self.rod, &self.tangents, (e, x), 0.0, &self.starts[e]).position;
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
         let moved = position + velocity * self.time + obstacles.yielded[obstacle] - self.yielded[obstacle];
         // From the surface on, so that a displacement along the normal before the contact has no effect.

@@ -132,7 +132,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 } else {
                     // The force turns with the direction of the slip: a stiffness μ λ/|Δ| across it.
                     let sideways = touch.gap.normal.cross(&friction.direction);
-                    let stiffness = friction.coefficient * touch.push / friction.slip.norm();
+                    let stiffness =
+                        friction.coefficient * touch.push / (stickiness * friction.trial(stickiness).norm());
                     if stiffness > 0.0 && stiffness.is_finite() {
                         let root = stiffness.sqrt();
                         add(&[(place(sideways), root)], Role::Turn(i, sideways * root), -1.0, 0.0);

@@ -1,6 +1,7 @@
 //! The contacts of a rod: those that a step gains and loses, and the search with all of them.
 
-use super::arrange::{FOLLOWING, place_along};
+use super::arrange::place_along;
+use super::correct::FOLLOWING;
 use super::data::HeldSearch;
 use super::sites::Site;
 use super::touch::{CLEAR, Penetration, Place, SAME, penetrations};
@@ -18,6 +19,12 @@ const LARGEST_LENIENCY: f64 = 1e3;
 /// Largest gap, relative to an element, between two contacts that are one at first. Contacts that the elements do not
 /// resolve yet alternate with small gaps.
 const TOUCHING: f64 = 1e-4;
+
+/// Lengths over which a rod bends on the elastic foundations in the place of the obstacles, relative to an element. On a
+/// stiffer one the rod penetrates less, but a force at a point acts on fewer stations.
+const FOUNDATIONS: [f64; 3] = [1.0, 0.5, 0.25];
+/// Number of Newton iterations for given contacts after which these are estimated with elastic foundations.
+const ATTEMPT: usize = 40;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Whether the rod may touch obstacles in a step.
@@ -120,14 +127,27 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
-    /// Computes the load of a rod with new elements.
-    pub(super) fn renew_force(&mut self, rod: &Rod) {
-        let environment = *self.force.environment();
-        self.force.update(rod, self.load, &environment);
+    /// Finds an equilibrium with its contacts. If the search for them fails, they are estimated with elastic foundations
+    /// in the place of the obstacles.
+    pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
+        if self.obstacles.contacts.is_empty() {
+            return self.find_contacts(rod, bound);
+        }
+        let guess = self.snapshot(rod);
+        let mut result = self.find_contacts(rod, bound.min(ATTEMPT));
+        for width in FOUNDATIONS {
+            if !result.as_ref().is_err_and(EquilibriumError::is_recoverable) {
+                break;
+            }
+            self.restore(rod, guess.clone());
+            self.foundations += 1;
+            result = self.soften(rod, bound, width).and_then(|()| self.find_contacts(rod, bound));
+        }
+        result
     }
 
     /// Finds an equilibrium with its contacts: contacts that pull are released, and their places are corrected.
-    pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
+    fn find_contacts(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         let mut touching = TOUCHING * self.length / self.parent.elements() as f64;
         if self.follow(rod, bound, touching) {
             return Ok(());
@@ -164,14 +184,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         if patches.is_empty() || patches.iter().any(|patch| patch.from == patch.to) {
             return false;
         }
-        let guess = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
+        let guess = self.snapshot(rod);
         let found = self.correct(rod, bound.min(FOLLOWING), touching).is_ok_and(|changed| !changed);
         if found && self.penetrations(rod).is_empty() {
             return true;
         }
-        (*rod, self.sites, self.frames, self.system.joints) = guess;
-        self.renew_force(rod);
-        self.locate(rod);
+        self.restore(rod, guess);
         false
     }
 }

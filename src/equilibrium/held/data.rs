@@ -7,9 +7,11 @@ use super::border::Border;
 use super::elastic::Laws;
 use super::sites::{HeldFrame, Site};
 use super::touch::Obstacles;
+use crate::constitutive::Constitutive;
 use crate::equilibrium::Equilibrium;
+use crate::equilibrium::joints::Joints;
 use crate::equilibrium::system::System;
-use crate::load::InternalForce;
+use crate::load::{InternalForce, Load};
 use crate::rod::Rod;
 use crate::support::{Patch, Reaction};
 
@@ -56,12 +58,44 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) found: Equilibrium,
     /// Number of increments in which the holds have moved.
     pub(super) increments: usize,
+    /// Number of estimates of the contacts with elastic foundations in the place of the obstacles.
+    pub(super) foundations: usize,
+}
+
+/// The shape of a rod and its supports, to which the search returns after an attempt that has failed.
+#[derive(Clone)]
+pub(super) struct Snapshot {
+    rod: Rod,
+    sites: Vec<Site>,
+    frames: Vec<HeldFrame>,
+    joints: Joints,
+}
+
+impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
+    pub(super) fn snapshot(&self, rod: &Rod) -> Snapshot {
+        let (sites, frames) = (self.sites.clone(), self.frames.clone());
+        Snapshot { rod: rod.clone(), sites, frames, joints: self.system.joints.clone() }
+    }
+
+    pub(super) fn restore(&mut self, rod: &mut Rod, snapshot: Snapshot) {
+        *rod = snapshot.rod;
+        (self.sites, self.frames, self.system.joints) = (snapshot.sites, snapshot.frames, snapshot.joints);
+        self.renew_force(rod);
+        self.locate(rod);
+    }
+
+    /// Computes the load of a rod with new elements.
+    pub(super) fn renew_force(&mut self, rod: &Rod) {
+        let environment = *self.force.environment();
+        self.force.update(rod, self.load, &environment);
+    }
 }
 
 /// The result of a search.
 pub(in crate::equilibrium) struct Found {
     pub equilibrium: Equilibrium,
     pub increments: usize,
+    pub foundations: usize,
     pub reactions: Vec<Reaction>,
     pub patches: Vec<Patch>,
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use super::soft::Foundation;
 use crate::equilibrium::joints::ElasticJoint;
 use crate::error::ParameterError;
 use crate::so3::{Form, s_functions};
@@ -25,6 +26,8 @@ pub(super) enum Law<'a> {
     Linear(Matrix3<f64>, Vector3<f64>),
     /// The potential of a user.
     User(&'a dyn Potential),
+    /// An obstacle as an elastic foundation.
+    Foundation(Foundation<'a>),
 }
 
 /// The laws of the springs and elastic joints of a rod.
@@ -39,6 +42,7 @@ impl Law<'_> {
     pub fn energy(&self, x: &Vector3<f64>, time: f64) -> Energy {
         match self {
             Self::User(potential) => potential.energy(x, time),
+            Self::Foundation(foundation) => foundation.energy(x, time),
             Self::Linear(stiffness, rest) => {
                 let gradient = stiffness * (x - rest);
                 Energy { value: 0.5 * gradient.dot(&(x - rest)), gradient, stiffness: *stiffness }
@@ -49,7 +53,7 @@ impl Law<'_> {
     /// Returns an error unless the derivatives of a user's potential at x are those of its energy, to either side along
     /// each axis: the stiffness may be discontinuous at x.
     pub fn check(&self, x: &Vector3<f64>, scale: f64, time: f64) -> Result<(), ParameterError> {
-        if matches!(self, Self::Linear(..)) {
+        if !matches!(self, Self::User(..)) {
             return Ok(());
         }
         let here = self.energy(x, time);
@@ -121,6 +125,10 @@ impl Spring {
             std::array::from_fn(|i| (Vector3::ith(i, 1.0), f64::NAN))
         };
         let largest = self.axes.iter().map(|(_, stiffness)| stiffness.abs()).fold(0.0, f64::max);
+        if matches!(laws.springs[self.law], Law::Foundation(_)) {
+            // The force of a foundation is a function of the shape.
+            self.relax();
+        }
         for (along, stiffness) in &mut self.axes {
             if stiffness.abs() <= SOFT * largest {
                 *stiffness = 0.0;

@@ -6,7 +6,7 @@ use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::elastic::elastic_joint;
 use super::sites::{Friction, Site};
-use super::touch::place;
+use super::touch::{place, starts};
 use crate::constitutive::{Constitutive, line_strain_under};
 use crate::load::{Load, PointReaction};
 use crate::rod::{Rod, Tissue};
@@ -28,10 +28,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let tissue = Tissue::of(&rod.points()[i], time);
             frame * line_strain_under(self.material, &tissue, &frame, &self.force.at_points()[i])
         }));
-        let mut starts = vec![Vector3::zeros()];
-        for e in 0..rod.elements() {
-            starts.push(place(rod, &self.tangents, (e, 1.0), 0.0, &starts[e]).position);
-        }
+        let starts = starts(rod, &self.tangents);
         for site in &mut self.sites {
             for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
                 site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;

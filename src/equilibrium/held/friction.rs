@@ -16,27 +16,17 @@ pub(super) const NO_SLIP: f64 = 1e-12;
 /// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
 /// rod that is far from equilibrium.
 const SETTLED: f64 = 1e-3;
-/// A slip that becomes shorter by this factor in successive iterations, and their number, after which the contact
-/// sticks.
-const SHRINKS: (f64, usize) = (0.8, 3);
-/// Largest number of changes between stick and slip.
-const MOST_CHANGES: usize = 8;
 
 impl Friction {
     /// Friction of a new contact, which slides in the direction of its displacement unless it has an earlier force.
     pub fn new(coefficient: f64) -> Self {
         let zero = Vector3::zeros();
-        Self {
-            coefficient,
-            sticks: false,
-            force: zero,
-            earlier: zero,
-            slid: false,
-            slip: zero,
-            direction: zero,
-            last_slip: (0.0, 0),
-            changes: 0,
-        }
+        Self { coefficient, sticks: false, force: zero, earlier: zero, slid: false, slip: zero, direction: zero }
+    }
+
+    /// The tangential force of the contact if it sticks, for a compliance `stickiness` (m/N), N.
+    pub fn trial(&self, stickiness: f64) -> Vector3<f64> {
+        self.earlier - self.slip / stickiness
     }
 
     /// Updates the slip and the forces for a displacement (m) since the increment before and the normal force (N).
@@ -92,34 +82,30 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
         self.locate(rod);
         let mut changed = false;
-        let length = self.length;
+        let (stickiness, settled) = (self.stickiness(), turn < SETTLED);
         for site in &mut self.sites {
             let Some(touch) = &mut site.touch else { continue };
             let (push, Some(friction)) = (touch.push, &mut touch.friction) else { continue };
-            let changes = if turn < SETTLED && friction.changes < MOST_CHANGES { 1 } else { 0 };
+            let cone = friction.coefficient * push.max(0.0);
             if friction.sticks {
-                let (force, cone) = (friction.force.norm(), friction.coefficient * push.max(0.0));
-                if force > cone * (1.0 + CONE) && changes > 0 {
+                let force = friction.force.norm();
+                if force > cone * (1.0 + CONE) && settled {
                     friction.sticks = false;
                     friction.direction = -friction.force / force;
                     friction.force = friction.direction * -cone;
-                    friction.changes += changes;
                     changed = true;
                 }
                 continue;
             }
-            let (slip, (last, times)) = (friction.slip.norm(), friction.last_slip);
-            let shrinks = slip < SHRINKS.0 * last;
-            friction.last_slip = (slip, if shrinks { times + 1 } else { 0 });
-            let back = friction.slip.dot(&friction.direction) < -NO_SLIP * length;
-            if (back || friction.last_slip.1 >= SHRINKS.1) && changes > 0 {
-                friction.sticks = true;
-                friction.changes += changes;
-                friction.last_slip = (0.0, 0);
-                changed = true;
-            } else if !back && slip > NO_SLIP * length {
-                // Without a slip the direction remains that of the force.
-                friction.direction = friction.slip / slip;
+            // The contact slides as long as the force of one that sticks would exceed the cone. See `STICKINESS`.
+            let trial = friction.trial(stickiness);
+            if -trial.dot(&friction.direction) < cone {
+                if settled {
+                    friction.sticks = true;
+                    changed = true;
+                }
+            } else {
+                friction.direction = -trial.normalize();
             }
         }
         changed

@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Vector3};
 
 use super::data::HeldSearch;
+use super::sites::Site;
 use super::touch::{SAME, all_stations};
 use crate::constitutive::{Constitutive, Tissue, strain_under};
 use crate::load::Load;
@@ -170,7 +171,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let longest = self.length / self.parent.elements() as f64;
         for patch in patches {
             cuts.extend([patch.from, patch.to]);
-            let mut distance = self.layer;
+            let mut distance = self.layer.max(SAME * self.length);
             while distance < 0.7 * longest {
                 cuts.extend([patch.from - distance, patch.to + distance]);
                 distance *= 3.0;
@@ -182,14 +183,29 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         cuts
     }
 
-    /// The length √(B/n) over which a rod with the present largest force n (N) bends, m. It is rounded to a power of
-    /// two, so that the nodes do not move with each change of the force.
-    pub(super) fn bending_length(&self, rod: &Rod) -> f64 {
+    /// The length √(B/n) over which the rod bends beside a contact, m, for the largest force n (N) between given
+    /// reactions in their order along the rod. It is rounded to a power of two, so that the nodes do not move with each
+    /// change of the force.
+    pub(super) fn bending_length(&self, rod: &Rod, reactions: impl Iterator<Item = Vector3<f64>>) -> f64 {
         let time = self.force.environment().time;
         let stiffness = |point| self.material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
         let bending = rod.points().iter().map(stiffness).map(|k| k[(0, 0)].min(k[(1, 1)]));
-        let length = (bending.fold(f64::INFINITY, f64::min) / self.force_scale()).sqrt();
+        let mut force = self.force.at_base();
+        let mut largest = force.norm();
+        for reaction in reactions {
+            force -= reaction;
+            largest = largest.max(force.norm());
+        }
+        let length = (bending.fold(f64::INFINITY, f64::min) / largest).sqrt();
         length.log2().round().exp2()
+    }
+
+    /// The forces of all sites in their order along the rod, N.
+    pub(super) fn forces_along(&self) -> impl Iterator<Item = Vector3<f64>> + use<C, L, P> {
+        let force = |site: &Site| (site.element as f64 + site.x, site.force + site.spring_force());
+        let mut all: Vec<_> = self.sites.iter().map(force).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().map(|(_, force)| force)
     }
 
     /// Changes the kind of patches: a contact at the apex that is not pressed there becomes one at a point before it,

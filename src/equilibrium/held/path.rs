@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::before::{Before, OldTouch};
 use super::data::{Found, HeldSearch, HeldWorkspace};
-use super::sites::{sort, turn_frames};
+use super::sites::{Friction, sort, turn_frames};
 use super::touch::{Obstacles, all_stations};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::system::System;
@@ -69,6 +69,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             leniency: 1.0,
             found: Equilibrium::default(),
             increments: 0,
+            foundations: 0,
         })
     }
 
@@ -97,22 +98,12 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
         if !inside.is_empty() {
             self.locate(rod);
-            // The end of a longer contact has two reactions.
-            let mut pushes: Vec<OldTouch> = Vec::new();
-            for at in reactions {
-                let Some(obstacle) = at.obstacle else { continue };
-                let same = |old: &&mut OldTouch| old.obstacle == obstacle && old.arc_length == at.arc_length;
-                match pushes.iter_mut().find(same) {
-                    Some(old) => (old.push, old.force) = (old.push + at.normal, old.force + at.force),
-                    None => {
-                        let (arc_length, slid) = (at.arc_length, at.slip == Some(Slip::Slides));
-                        pushes.push(OldTouch { obstacle, arc_length, push: at.normal, force: at.force, slid })
-                    }
-                }
-            }
+            let old = self.old_touches(reactions);
             self.force.react(rod, reactions);
-            self.layer = self.bending_length(rod);
-            self.arrange(rod, &inside, pushes);
+            let mut along: Vec<&Reaction> = reactions.iter().collect();
+            along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
+            self.layer = self.bending_length(rod, along.iter().map(|reaction| reaction.force));
+            self.arrange_with(rod, &inside, &old);
             // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
             if let Some(shape) = shape {
                 let base = rod.frames()[0];
@@ -123,6 +114,31 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 }
             }
         }
+    }
+
+    /// The contacts of an earlier equilibrium. The end of a longer contact has two reactions.
+    fn old_touches(&self, reactions: &[Reaction]) -> Vec<OldTouch> {
+        let mut all: Vec<OldTouch> = Vec::new();
+        for at in reactions {
+            let Some((obstacle, contact)) = at.obstacle.and_then(|i| Some((i, self.obstacles.contacts.get(i)?))) else {
+                continue;
+            };
+            let same = all.iter_mut().find(|old| old.obstacle == obstacle && old.arc_length == at.arc_length);
+            let touch = match same {
+                Some(touch) => touch,
+                None => {
+                    let slid = at.slip == Some(Slip::Slides);
+                    let friction = Friction { slid, ..Friction::new(contact.friction) };
+                    let friction = (contact.friction > 0.0).then_some(friction);
+                    all.push(OldTouch { obstacle, arc_length: at.arc_length, push: 0.0, friction });
+                    let last = all.len() - 1;
+                    &mut all[last]
+                }
+            };
+            touch.push += at.normal;
+            touch.friction.iter_mut().for_each(|friction| friction.earlier += at.force);
+        }
+        all
     }
 
     /// Returns an error for an obstacle whose function is not a signed distance: its gradient must be a unit vector
@@ -172,7 +188,13 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
         moved?;
         let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
-        Ok(Found { equilibrium: self.found, increments: self.increments, reactions, patches })
+        Ok(Found {
+            equilibrium: self.found,
+            increments: self.increments,
+            foundations: self.foundations,
+            reactions,
+            patches,
+        })
     }
 
     /// Moves the holds from their present places to the requested ones in increments, each of which ends in
@@ -191,7 +213,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         let (mut done, mut share) = (0.0, 1.0 / number);
         while done < 1.0 {
             let next = if done + share > 1.0 - 1e-9 { 1.0 } else { done + share };
-            let before = (rod.clone(), self.sites.clone(), self.frames.clone(), self.system.joints.clone());
+            let before = self.snapshot(rod);
             for ((site, start), goal) in self.sites.iter_mut().zip(&starts).zip(&goals) {
                 site.target = start + (goal - start) * next;
             }
@@ -205,9 +227,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                         && done + share > done
                         && (number > 1.0 || far > 0.0 || turned > 0.0) =>
                 {
-                    (*rod, self.sites, self.frames, self.system.joints) = before;
-                    self.force.update(rod, self.load, &self.force.environment().clone());
-                    self.locate(rod);
+                    self.restore(rod, before);
                     share *= 0.5;
                 }
                 Err(error) => return Err(error),

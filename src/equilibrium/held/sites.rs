@@ -72,10 +72,6 @@ pub(super) struct Friction {
     pub slip: Vector3<f64>,
     /// Direction of the slip.
     pub direction: Vector3<f64>,
-    /// Slip in the iteration before, m, and the number of iterations in which it has become shorter.
-    pub last_slip: (f64, usize),
-    /// Number of changes between stick and slip.
-    pub changes: usize,
 }
 
 impl Touch {
@@ -89,28 +85,23 @@ impl Touch {
 }
 
 impl Site {
+    /// A site at a place in an element, without condition yet.
+    pub fn at((element, x): (usize, f64), spring: Option<Spring>) -> Self {
+        let zero = Vector3::zeros();
+        Self { element, x, fixed: Vec::new(), target: zero, spring, force: zero, position: zero, touch: None }
+    }
+
     /// A site at the end of an element, without condition yet; `None` for the base.
     fn at_node(node: usize) -> Option<Self> {
-        let zero = Vector3::zeros();
-        let element = node.checked_sub(1)?;
-        Some(Self {
-            element,
-            x: 1.0,
-            fixed: Vec::new(),
-            target: zero,
-            spring: None,
-            force: zero,
-            position: zero,
-            touch: None,
-        })
+        Some(Self::at((node.checked_sub(1)?, 1.0), None))
     }
 
     /// A site in contact with an obstacle, without force yet.
-    pub fn touching(obstacle: usize, (element, x): (usize, f64), push: f64, floats: bool) -> Self {
+    pub fn touching(obstacle: usize, at: (usize, f64), push: f64, floats: bool) -> Self {
         let zero = Vector3::zeros();
         let gap = Gap { value: 0.0, normal: zero, curvature: Matrix3::zeros() };
         let touch = Some(Touch { obstacle, push, gap, floats, approach: (0.0, 0.0), tangent: zero, friction: None });
-        Self { element, x, fixed: Vec::new(), target: zero, spring: None, force: zero, position: zero, touch }
+        Self { touch, ..Self::at(at, None) }
     }
 
     /// The directions in which the position is given, with the distances by which it differs, m.

@@ -76,6 +76,15 @@ pub(super) fn all_stations(rod: &Rod, tangents: &[Vector3<f64>]) -> Vec<Place> {
     all
 }
 
+/// The positions of the starts of all elements and of the apex, m.
+pub(super) fn starts(rod: &Rod, tangents: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let mut starts = vec![Vector3::zeros()];
+    for e in 0..rod.elements() {
+        starts.push(place(rod, tangents, (e, 1.0), 0.0, &starts[e]).position);
+    }
+    starts
+}
+
 /// The place at coordinate `x` of an element, given the arc length (m) and the position (m) of its start.
 pub(super) fn place(
     rod: &Rod,
