@@ -13,13 +13,14 @@ const CONE: f64 = 1e-12;
 
 /// Largest slip that is attributed to rounding, relative to the length.
 pub(super) const NO_SLIP: f64 = 1e-12;
-/// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
-/// rod that is far from equilibrium.
+/// Largest rotation in a step, rad, after which contacts change between stick and slip. After a larger one the forces
+/// are those of a rod that is far from equilibrium.
 const SETTLED: f64 = 1e-3;
-/// A slip that becomes shorter by this factor in successive iterations, and their number, after which the contact
-/// sticks.
-const SHRINKS: (f64, usize) = (0.8, 3);
-/// Largest number of changes between stick and slip.
+/// Factor by which a slip that vanishes becomes shorter in an iteration, at most.
+const SHRINKS: f64 = 0.8;
+/// Number of successive iterations in which a slip becomes shorter by `SHRINKS`, after which the contact sticks.
+const SHRINKING: usize = 3;
+/// Largest number of changes of a contact between stick and slip in a search.
 const MOST_CHANGES: usize = 8;
 
 impl Friction {
@@ -63,6 +64,43 @@ impl Friction {
         }
         self.force = self.direction * (-self.coefficient * push.max(0.0));
     }
+
+    /// Lets the contact slide in a direction with a normal force `push` (N).
+    fn slide(&mut self, direction: Vector3<f64>, push: f64) {
+        self.sticks = false;
+        self.direction = direction;
+        self.force = direction * (-self.coefficient * push.max(0.0));
+    }
+
+    /// Lets a contact that sticks with a normal force `push` (N) slip against its force, if this exceeds the friction
+    /// cone and the rod has `settled`. Returns whether it slips now.
+    fn slips_beyond_cone(&mut self, push: f64, settled: bool) -> bool {
+        let (force, cone) = (self.force.norm(), self.coefficient * push.max(0.0));
+        let slips = force > cone * (1.0 + CONE) && settled && self.changes < MOST_CHANGES;
+        if slips {
+            self.slide(-self.force / force, push);
+            self.changes += 1;
+        }
+        slips
+    }
+
+    /// Lets a contact that slides follow the direction of its slip, or stick if the slip reverses or vanishes and the
+    /// rod of a length (m) has `settled`. Returns whether it sticks now.
+    fn follows_slip(&mut self, length: f64, settled: bool) -> bool {
+        let (slip, (last, times)) = (self.slip.norm(), self.last_slip);
+        self.last_slip = (slip, if slip < SHRINKS * last { times + 1 } else { 0 });
+        let back = self.slip.dot(&self.direction) < -NO_SLIP * length;
+        let sticks = (back || self.last_slip.1 >= SHRINKING) && settled && self.changes < MOST_CHANGES;
+        if sticks {
+            self.sticks = true;
+            self.changes += 1;
+            self.last_slip = (0.0, 0);
+        } else if !back && slip > NO_SLIP * length {
+            // Without a slip the direction remains that of the force.
+            self.direction = self.slip / slip;
+        }
+        sticks
+    }
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
@@ -78,13 +116,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let Some(friction) = touch.friction.as_mut().filter(|friction| friction.sticks) else { return false };
         let change = changes.iter().find(|(at, ..)| *at == site).map_or(Vector3::zeros(), |(.., force)| *force);
         let Some(direction) = (-(friction.force + change)).try_normalize(f64::MIN_POSITIVE) else { return false };
-        (friction.sticks, friction.direction) = (false, direction);
-        friction.force = direction * (-friction.coefficient * touch.push.max(0.0));
+        friction.slide(direction, touch.push);
         self.sites[site].force = touch.gap.normal * touch.push + friction.force;
         true
     }
 
-    /// Lets contacts slip whose force exceeds the friction cone, and stick where the slip turns back or vanishes, after
+    /// Lets contacts slip whose force exceeds the friction cone, and stick where the slip reverses or vanishes, after
     /// a step with a largest rotation `turn` (rad). Returns whether one has changed.
     pub(super) fn regulate_friction(&mut self, rod: &Rod, turn: f64) -> bool {
         if !self.has_friction() {
@@ -92,35 +129,14 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
         self.locate(rod);
         let mut changed = false;
-        let length = self.length;
-        for site in &mut self.sites {
-            let Some(touch) = &mut site.touch else { continue };
+        let (length, settled) = (self.length, turn < SETTLED);
+        for touch in self.sites.iter_mut().filter_map(|site| site.touch.as_mut()) {
             let (push, Some(friction)) = (touch.push, &mut touch.friction) else { continue };
-            let changes = if turn < SETTLED && friction.changes < MOST_CHANGES { 1 } else { 0 };
-            if friction.sticks {
-                let (force, cone) = (friction.force.norm(), friction.coefficient * push.max(0.0));
-                if force > cone * (1.0 + CONE) && changes > 0 {
-                    friction.sticks = false;
-                    friction.direction = -friction.force / force;
-                    friction.force = friction.direction * -cone;
-                    friction.changes += changes;
-                    changed = true;
-                }
-                continue;
-            }
-            let (slip, (last, times)) = (friction.slip.norm(), friction.last_slip);
-            let shrinks = slip < SHRINKS.0 * last;
-            friction.last_slip = (slip, if shrinks { times + 1 } else { 0 });
-            let back = friction.slip.dot(&friction.direction) < -NO_SLIP * length;
-            if (back || friction.last_slip.1 >= SHRINKS.1) && changes > 0 {
-                friction.sticks = true;
-                friction.changes += changes;
-                friction.last_slip = (0.0, 0);
-                changed = true;
-            } else if !back && slip > NO_SLIP * length {
-                // Without a slip the direction remains that of the force.
-                friction.direction = friction.slip / slip;
-            }
+            changed |= if friction.sticks {
+                friction.slips_beyond_cone(push, settled)
+            } else {
+                friction.follows_slip(length, settled)
+            };
         }
         changed
     }
