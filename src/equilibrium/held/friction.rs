@@ -16,9 +16,9 @@ pub(super) const NO_SLIP: f64 = 1e-12;
 /// Largest rotation in a step, rad, after which contacts change between stick and slip. After a larger one the forces
 /// are those of a rod that is far from equilibrium.
 const SETTLED: f64 = 1e-3;
-/// Factor by which a slip that vanishes becomes shorter in an iteration, at most.
+/// Largest ratio of the slips of successive iterations at which the slip is taken to vanish.
 const SHRINKS: f64 = 0.8;
-/// Number of successive iterations in which a slip becomes shorter by `SHRINKS`, after which the contact sticks.
+/// Number of successive iterations with such a ratio after which the contact sticks.
 const SHRINKING: usize = 3;
 /// Largest number of changes of a contact between stick and slip in a search.
 const MOST_CHANGES: usize = 8;
@@ -50,7 +50,7 @@ impl Friction {
             return;
         }
         if self.direction == Vector3::zeros() {
-            // A contact sticks or slides as at the end of the increment before, as first guess.
+            // The first guess is that a contact sticks or slides as at the end of the increment before.
             let earlier = self.earlier.norm();
             if earlier > 0.0 && !self.slid {
                 (self.sticks, self.force) = (true, self.earlier);
