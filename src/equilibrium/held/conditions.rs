@@ -110,6 +110,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// The conditions of the supports on the present shape.
     pub(super) fn conditions(&self) -> Conditions {
         let mut conditions = Conditions::default();
+        let least_push = LEAST_PUSH * self.force_scale();
         for (i, site) in self.sites.iter().enumerate() {
             for (direction, residual) in site.missing() {
                 conditions.add(&[(displacement(site, direction), 1.0)], Role::Fixed(i, direction), 0.0, residual);
@@ -118,7 +119,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 if let Some(friction) = &touch.friction {
                     self.add_friction(&mut conditions, i, touch, friction);
                 }
-                self.add_contact(&mut conditions, i, touch);
+                self.add_contact(&mut conditions, i, touch, least_push);
             }
             for (along, stiffness, residual) in site.spring.iter().flat_map(Spring::stiff) {
                 let root = stiffness.abs().sqrt();
@@ -168,8 +169,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
-    /// Adds the stiffnesses of the normal force at site `i`, which turns with the normal and whose place moves.
-    fn add_contact(&self, conditions: &mut Conditions, i: usize, touch: &Touch) {
+    /// Adds the stiffnesses of the normal force at site `i`: the force turns with the normal, and its place moves along
+    /// the rod. The second stiffness is that of a force of at least `least_push` (N).
+    fn add_contact(&self, conditions: &mut Conditions, i: usize, touch: &Touch, least_push: f64) {
         let site = &self.sites[i];
         // The normal force turns with the normal: a stiffness −λ ∇²g.
         let eigen = touch.gap.curvature.symmetric_eigen();
@@ -188,7 +190,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let (slope, bend) = touch.approach;
         if touch.floats && bend > 0.0 {
             // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
-            let factor = (touch.push.max(LEAST_PUSH * self.force_scale()) / bend).sqrt();
+            let factor = (touch.push.max(least_push) / bend).sqrt();
             let turns = Column::Tangent { element: site.element, x: site.x, direction: touch.gap.normal };
             let bends = touch.gap.curvature * touch.tangent;
             let role = Role::Slide(i, 1.0 / (factor * bend), bends * factor);
