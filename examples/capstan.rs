@@ -3,17 +3,8 @@
 //! The base of the rod is a ball joint. The force on its apex turns, which winds the rod on the drum. The surface of
 //! the drum moves towards the apex throughout, so that all of the contact slides and pulls at the base.
 //!
-//! In the contact the tension T grows by dT/ds = μ T/Rc with the radius Rc of the centre line. The tails are elasticas:
-//! they lift off where they still have to turn by δ with cos δ = 1 − B/(2 Rc² F) for their tension F and the bending
-//! stiffness B. At each lift-off there is a concentrated force, which has friction, too. The index 0 denotes the slack
-//! tail at the apex, the index 1 the tail at the base. With the angle Φ between the asymptotes of the tails
-//!
-//! ```text
-//! F1 (cos δ1 − μ sin δ1) = F0 (cos δ0 + μ sin δ0) exp(μ (Φ − δ0 − δ1)).
-//! ```
-//!
-//! The program compares the ratio of the tensions with this closed form, and with exp(μ Φ) of a thread without bending
-//! stiffness.
+//! The program compares the ratio of the tensions with the closed form of an elastic rod (`capstan/drum.rs`), and with
+//! exp(μ Φ) of a thread without bending stiffness.
 //!
 //! ```text
 //! cargo run --release --example capstan
@@ -22,61 +13,27 @@
 //! A smaller tension (`--tension 10`) shows longer tails and a larger difference from a thread.
 
 mod common;
+#[path = "capstan/drum.rs"]
+mod drum;
 
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::process::ExitCode;
 
 use common::{Axes, Opt, Options, Progress, Series, Style, Table, lines_figure, panels_figure};
+use drum::{CIRCLE, Drum, TURN, closed_form};
 use morphorod::constitutive::LinearElastic;
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
-use morphorod::support::{Contact, Cylinder, Distance, Joint, Obstacle};
+use morphorod::support::{Contact, Cylinder, Joint};
 use morphorod::{Shoot, Still};
 use nalgebra::Vector3;
 
 /// Radius of the rod, m.
 const RADIUS: f64 = 0.5e-3;
-/// Radius of the circle of its centre line on the drum, m.
-const CIRCLE: f64 = 2.5e-3;
 /// Length of a tail, relative to its decay length √(B/F).
 const TAIL: f64 = 15.0;
-/// Rotation of the drum in a step, rad. All of the contact slides if the drum moves faster than the rod.
-const TURN: f64 = 0.002;
-
-/// A drum that rotates about e2.
-struct Drum {
-    cylinder: Cylinder,
-    /// Angular velocity, rad/s.
-    rate: f64,
-}
-
-impl Obstacle for Drum {
-    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
-        self.cylinder.distance(place, time)
-    }
-
-    fn velocity(&self, place: &Vector3<f64>, _: f64) -> Vector3<f64> {
-        self.cylinder.along.cross(&(place - self.cylinder.through)) * self.rate
-    }
-}
-
-/// Angle by which a tail turns beyond its lift-off, rad. The tension is given over B/Rc².
-fn lift_off(tension: f64) -> f64 {
-    f64::acos(1.0 - 0.5 / tension)
-}
-
-/// Ratio of the tensions in the closed form, by fixed-point iteration from the initial guess `ratio`.
-fn closed_form(friction: f64, angle: f64, slack: f64, mut ratio: f64) -> f64 {
-    let low = lift_off(slack);
-    for _ in 0..50 {
-        let high = lift_off(ratio * slack);
-        let growth = (friction * (angle - low - high)).exp();
-        ratio = (low.cos() + friction * low.sin()) * growth / (high.cos() - friction * high.sin());
-    }
-    ratio
-}
 
 fn run() -> Result<(), Box<dyn Error>> {
     let options = Options::parse(

@@ -100,6 +100,7 @@
 
 #[cfg(feature = "serde")]
 pub mod checkpoint;
+mod compositions;
 pub mod constitutive;
 pub mod cycle;
 pub mod equilibrium;

@@ -1,6 +1,6 @@
 //! Stimuli at the material points of the growth zone: couple, strain and position in equilibrium.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::constitutive::{Constitutive, line_strain_under, strain_under};
 use crate::load::InternalForce;
@@ -32,9 +32,8 @@ pub(crate) fn visit_stimuli(
 /// Calls `visit` with the [`Site`] of each material point of the growth zone and its index in the zone, from
 /// the apex towards the base. Positions are NaN unless `with_position`.
 ///
-/// The couple is integrated from the free apex, m(s) = ∫ p′ × n beyond s, equation (11), and the strain follows
-/// from it. The strain is of order p + 2, while differentiation of the rotations gives p + 1 and rounding
-/// errors in short elements.
+/// The couple is integrated from the free apex, and the strain follows from it. The strain is of order p + 2, while
+/// differentiation of the rotations gives p + 1 and rounding errors in short elements.
 pub(crate) fn visit_sites(
     rod: &Rod,
     material: &impl Constitutive,
@@ -43,44 +42,28 @@ pub(crate) fn visit_sites(
     mut visit: impl FnMut(usize, &Site),
 ) {
     let reference = rod.reference();
-    let p = reference.p;
-    let (first, time) = (rod.zone().start, force.environment().time);
-    let couple_at = |node: usize| {
-        let at_node = force.couples().iter().filter(move |(at, _)| *at == node);
-        at_node.fold(Vector3::zeros(), |sum: Vector3<f64>, (_, couple)| sum + couple)
-    };
-    let mut end_couple = couple_at(rod.elements());
+    let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
     let mut end_position = if with_position { rod.tip() } else { Vector3::repeat(f64::NAN) };
-    for e in (rod.first_growing()..rod.elements()).rev() {
+    visit_elements(rod, material, force, rod.first_growing(), |e, rates, end_couple| {
         let points = rod.element_points(e);
-        let frames: [_; MAX_POINTS] = std::array::from_fn(|g| rod.frame_at_point(e, g.min(p - 1)));
-        let mut tangents = [Vector3::zeros(); MAX_POINTS];
-        // −m′ = p′ × n.
-        let mut couple_rates = [Vector3::zeros(); MAX_POINTS];
-        for g in 0..p {
-            let force = &force.at_points()[e * p + g];
-            tangents[g] = frames[g] * line_strain_under(material, &Tissue::of(&points[g], time), &frames[g], force);
-            couple_rates[g] = tangents[g].cross(force);
-        }
         for g in (0..p).rev() {
-            let mut couple = end_couple;
-            let mut position = end_position;
+            let (mut couple, mut position) = (*end_couple, end_position);
             for j in 0..p {
                 // The part of the element beyond the point.
                 let beyond = (reference.weights[j] - reference.upto[g][j]) * points[j].jacobian;
-                couple += couple_rates[j] * beyond;
+                couple += rates.couples[j] * beyond;
                 if with_position {
-                    position -= tangents[j] * beyond;
+                    position -= rates.tangents[j] * beyond;
                 }
             }
-            let couple = frames[g].inverse_transform_vector(&couple);
+            let couple = rates.frames[g].inverse_transform_vector(&couple);
             let cut = &force.cuts()[e * p + g];
             // The strain from the couple, with the differentiated strain as initial guess.
             let point = &points[g];
             let (tissue, near) = (Tissue::of(point, time), rod.strain_at_point(e, g) - point.intrinsic);
             let site = Site {
                 environment: *force.environment(),
-                frame: frames[g],
+                frame: rates.frames[g],
                 strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
                 couple,
                 arc_length: cut.arc_length,
@@ -91,15 +74,12 @@ pub(crate) fn visit_sites(
             };
             visit(e * p + g - first, &site);
         }
-        for j in 0..p {
-            let whole = reference.weights[j] * points[j].jacobian;
-            end_couple += couple_rates[j] * whole;
-            if with_position {
-                end_position -= tangents[j] * whole;
+        if with_position {
+            for j in 0..p {
+                end_position -= rates.tangents[j] * (reference.weights[j] * points[j].jacobian);
             }
         }
-        end_couple += couple_at(e);
-    }
+    });
 }
 
 /// Calls `visit` as [`visit_sites`] for the points of the growth zone of `rod`, whose shape has further nodes at
@@ -112,64 +92,82 @@ pub(crate) fn visit_sites_on(
     mut visit: impl FnMut(usize, &Site),
 ) {
     let reference = shape.reference();
-    let (p, time) = (reference.p, force.environment().time);
-    let (couples, line) = (couples_at_nodes(shape, material, force), shape.centre_line());
-    let length = shape.length();
+    let (p, first, time) = (reference.p, rod.zone().start, force.environment().time);
+    let (line, length) = (shape.centre_line(), shape.length());
     let mut starts = vec![0.0; rod.elements() + 1];
     for e in 0..rod.elements() {
         starts[e + 1] = starts[e] + rod.length_of(e);
     }
-    let first = rod.zone().start;
-    for i in rod.zone().rev() {
-        let (parent, point) = (i / p, &rod.points()[i]);
-        let upto = rod.element_points(parent).iter().zip(&reference.upto[i % p]);
-        let s = starts[parent] + upto.map(|(point, w)| w * point.jacobian).sum::<f64>();
-        let Some((e, x)) = shape.locate(s) else { continue };
-        let (frame, tissue) = (shape.frame_within(e, x), Tissue::of(point, time));
-        let upto = reference.integral_upto(x);
-        let mut couple = couples[e + 1];
-        for g in 0..p {
-            let (at, n) = (&shape.points()[e * p + g], &force.at_points()[e * p + g]);
-            let here = shape.frame_at_point(e, g);
-            let tangent = here * line_strain_under(material, &Tissue::of(at, time), &here, n);
-            couple += tangent.cross(n) * ((reference.weights[g] - upto[g]) * at.jacobian);
+    let arc_length = |i: usize| {
+        let upto = rod.element_points(i / p).iter().zip(&reference.upto[i % p]);
+        starts[i / p] + upto.map(|(point, w)| w * point.jacobian).sum::<f64>()
+    };
+    let each = rod.zone().rev().map(|i| (i, arc_length(i)));
+    let places: Vec<_> = each.filter_map(|(i, s)| Some((i, s, shape.locate(s)?))).collect();
+    let from = places.last().map_or(shape.elements(), |(.., (e, _))| *e);
+    visit_elements(shape, material, force, from, |e, rates, end_couple| {
+        for &(i, s, (_, x)) in places.iter().filter(|(.., (element, _))| *element == e) {
+            let (point, frame, upto) = (&rod.points()[i], shape.frame_within(e, x), reference.integral_upto(x));
+            let mut couple = *end_couple;
+            for (j, at) in shape.element_points(e).iter().enumerate() {
+                couple += rates.couples[j] * ((reference.weights[j] - upto[j]) * at.jacobian);
+            }
+            let couple = frame.inverse_transform_vector(&couple);
+            let (tissue, near) = (Tissue::of(point, time), shape.strain_within(e, x) - point.intrinsic);
+            let site = Site {
+                environment: *force.environment(),
+                frame,
+                strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
+                couple,
+                arc_length: s,
+                apex_distance: length - s,
+                section: point.section,
+                position: line[e].1 + shape.chord(e, x),
+                rod: shape,
+            };
+            visit(i - first, &site);
         }
-        let couple = frame.inverse_transform_vector(&couple);
-        let near = shape.strain_within(e, x) - point.intrinsic;
-        let site = Site {
-            environment: *force.environment(),
-            frame,
-            strain: point.intrinsic + strain_under(material, &tissue, &near, &couple),
-            couple,
-            arc_length: s,
-            apex_distance: length - s,
-            section: point.section,
-            position: line[e].1 + shape.chord(e, x),
-            rod: shape,
-        };
-        visit(i - first, &site);
-    }
+    });
 }
 
-/// The couple just below the first end of every element, and at the apex, in the fixed frame, N m.
-fn couples_at_nodes(rod: &Rod, material: &impl Constitutive, force: &InternalForce) -> Vec<Vector3<f64>> {
-    let (p, time) = (rod.order().points(), force.environment().time);
-    let mut couples = vec![Vector3::zeros(); rod.elements() + 1];
-    for e in (0..=rod.elements()).rev() {
-        if e < rod.elements() {
-            couples[e] = couples[e + 1];
-            for g in 0..p {
-                let (point, n) = (&rod.points()[e * p + g], &force.at_points()[e * p + g]);
-                let frame = rod.frame_at_point(e, g);
-                let tangent = frame * line_strain_under(material, &Tissue::of(point, time), &frame, n);
-                couples[e] += tangent.cross(n) * (rod.reference().weights[g] * point.jacobian);
-            }
+/// Values at the material points of an element: frames, tangents p′ of the centre line, and rates −m′ = p′ × n of the
+/// couple in the fixed frame, N.
+struct Rates {
+    frames: [UnitQuaternion<f64>; MAX_POINTS],
+    tangents: [Vector3<f64>; MAX_POINTS],
+    couples: [Vector3<f64>; MAX_POINTS],
+}
+
+/// Calls `visit` with the index of each element from the apex down to the element `from`, with its [`Rates`], and with
+/// the couple just below its last end in the fixed frame, N m. The couple is m(s) = ∫ p′ × n beyond s, equation (11),
+/// plus the couples of the supports there.
+fn visit_elements(
+    rod: &Rod,
+    material: &impl Constitutive,
+    force: &InternalForce,
+    from: usize,
+    mut visit: impl FnMut(usize, &Rates, &Vector3<f64>),
+) {
+    let reference = rod.reference();
+    let (p, time) = (reference.p, force.environment().time);
+    let couple_at = |node: usize| {
+        let at_node = force.couples().iter().filter(move |(at, _)| *at == node);
+        at_node.fold(Vector3::zeros(), |sum: Vector3<f64>, (_, couple)| sum + couple)
+    };
+    let mut couple = couple_at(rod.elements());
+    for e in (from..rod.elements()).rev() {
+        let points = rod.element_points(e);
+        let frames = std::array::from_fn(|g| rod.frame_at_point(e, g.min(p - 1)));
+        let (mut tangents, mut couples) = ([Vector3::zeros(); MAX_POINTS], [Vector3::zeros(); MAX_POINTS]);
+        for g in 0..p {
+            let force = &force.at_points()[e * p + g];
+            tangents[g] = frames[g] * line_strain_under(material, &Tissue::of(&points[g], time), &frames[g], force);
+            couples[g] = tangents[g].cross(force);
         }
-        for (node, couple) in force.couples() {
-            if *node == e {
-                couples[e] += couple;
-            }
+        visit(e, &Rates { frames, tangents, couples }, &couple);
+        for j in 0..p {
+            couple += couples[j] * (reference.weights[j] * points[j].jacobian);
         }
+        couple += couple_at(e);
     }
-    couples
 }

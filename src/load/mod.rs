@@ -17,6 +17,7 @@ pub use whirl::Whirl;
 
 use nalgebra::Vector3;
 
+use crate::compositions::compositions;
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::rod::Tissue;
@@ -194,27 +195,4 @@ impl Load for () {
     }
 }
 
-/// A load that may be absent: `None` equals `()`.
-impl<L: Load> Load for Option<L> {
-    sum_of_loads!(self: self.iter());
-}
-
-/// The sum of loads of one type, or of any types in a `Vec<Box<dyn Load>>`.
-impl<L: Load> Load for Vec<L> {
-    sum_of_loads!(self: self);
-}
-
-macro_rules! tuple_of_loads {
-    ($($Load:ident $index:tt),*) => {
-        impl<$($Load: Load),*> Load for ($($Load,)*) {
-            sum_of_loads!(self: $([&self.$index]),*);
-        }
-    };
-}
-
-tuple_of_loads!(A 0);
-tuple_of_loads!(A 0, B 1);
-tuple_of_loads!(A 0, B 1, C 2);
-tuple_of_loads!(A 0, B 1, C 2, D 3);
-tuple_of_loads!(A 0, B 1, C 2, D 3, E 4);
-tuple_of_loads!(A 0, B 1, C 2, D 3, E 4, F 5);
+compositions!(Load, sum_of_loads);

@@ -14,6 +14,7 @@ pub use potential::{Argument, Elastic, Energy, Potential};
 pub(crate) use reaction::Patch;
 pub use reaction::{Reaction, Slip};
 
+use crate::compositions::compositions;
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
@@ -97,7 +98,7 @@ impl Support for () {
 }
 
 /// The methods of a support that combines the supports in one or more iterators.
-macro_rules! combine {
+macro_rules! all_supports {
     ($self:ident: $($supports:expr),*) => {
         fn is_absent(&$self) -> bool {
             let mut absent = true;
@@ -156,27 +157,4 @@ macro_rules! combine {
     };
 }
 
-/// A support that may be absent: `None` equals `()`.
-impl<S: Support> Support for Option<S> {
-    combine!(self: self.iter());
-}
-
-/// Supports of one type, or of any types in a `Vec<Box<dyn Support>>`.
-impl<S: Support> Support for Vec<S> {
-    combine!(self: self);
-}
-
-macro_rules! tuple_of_supports {
-    ($($Support:ident $index:tt),*) => {
-        impl<$($Support: Support),*> Support for ($($Support,)*) {
-            combine!(self: $([&self.$index]),*);
-        }
-    };
-}
-
-tuple_of_supports!(A 0);
-tuple_of_supports!(A 0, B 1);
-tuple_of_supports!(A 0, B 1, C 2);
-tuple_of_supports!(A 0, B 1, C 2, D 3);
-tuple_of_supports!(A 0, B 1, C 2, D 3, E 4);
-tuple_of_supports!(A 0, B 1, C 2, D 3, E 4, F 5);
+compositions!(Support, all_supports);

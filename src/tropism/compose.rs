@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Declaration, Growing, Site, Size, TropismLaw};
+use crate::compositions::compositions;
 use crate::error::ParameterError;
 use crate::pointers::forward_pointers;
 use crate::scene::earlier;
@@ -119,27 +120,4 @@ impl TropismLaw for () {
     }
 }
 
-/// A law that may be absent: `None` equals `()`.
-impl<T: TropismLaw> TropismLaw for Option<T> {
-    composition!(self: self.iter());
-}
-
-/// The sum of laws of one type, or of any types in a `Vec<Box<dyn TropismLaw>>`.
-impl<T: TropismLaw> TropismLaw for Vec<T> {
-    composition!(self: self);
-}
-
-macro_rules! tuple_of_laws {
-    ($($Law:ident $index:tt),*) => {
-        impl<$($Law: TropismLaw),*> TropismLaw for ($($Law,)*) {
-            composition!(self: $([&self.$index]),*);
-        }
-    };
-}
-
-tuple_of_laws!(A 0);
-tuple_of_laws!(A 0, B 1);
-tuple_of_laws!(A 0, B 1, C 2);
-tuple_of_laws!(A 0, B 1, C 2, D 3);
-tuple_of_laws!(A 0, B 1, C 2, D 3, E 4);
-tuple_of_laws!(A 0, B 1, C 2, D 3, E 4, F 5);
+compositions!(TropismLaw, composition);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 /// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
 const LAYERS: [&[&str]; 11] = [
-    &["error", "numerics", "pointers", "so3"],
+    &["compositions", "error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
     &["rod", "support"],
     &["constitutive", "growth", "load", "tropism"],

@@ -1,5 +1,6 @@
 //! Characteristic roots of held shoots: supports without effect, limits of stiff springs, and exact linear theory.
 
+use crate::fixtures::secant::zero_near;
 use crate::fixtures::upright::{HOUR, MEMORY, YOUNG};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::growth::{Ongoing, UniformGrowth};
@@ -172,25 +173,6 @@ fn apex_guided_in_a_vertical_plane_has_the_roots_of_a_free_and_of_a_guided_shoot
 fn filter(z: Complex<f64>) -> Complex<f64> {
     let Memory { time, delay } = MEMORY;
     (-z * delay).exp() / (z * GROWTH_TIME * (z * time + 1.0))
-}
-
-/// The zero of an analytic function next to a guess, by the secant method.
-fn zero_near(f: impl Fn(Complex<f64>) -> Complex<f64>, guess: Complex<f64>) -> Complex<f64> {
-    let mut last = guess * Complex::new(1.0 + 1e-5, 1e-6);
-    let (mut z, mut before) = (guess, f(last));
-    for _ in 0..40 {
-        let value = f(z);
-        let step = value * (z - last) / (value - before);
-        if !step.norm().is_finite() {
-            break;
-        }
-        (last, before) = (z, value);
-        z -= step;
-        if step.norm() < 1e-13 * z.norm() {
-            break;
-        }
-    }
-    z
 }
 
 /// Without load the couple of the guide's reaction R is R (ℓ − s), so that θ' + κ θ = R (ℓ − s)/((1 + b) E I) with

@@ -1,48 +1,27 @@
 //! A rod wound on a drum that rotates below it: the ratio of the tensions of both tails, compared with the closed form
 //! of an elastic rod.
-//!
-//! In the contact the tension grows by dT/ds = μ p with the pressure p = T/Rc. The tails are elasticas with the
-//! curvature 1/Rc at the lift-off, where the tail has to turn by δ with cos δ = 1 − B/(2 Rc² F). The forces there are
-//! concentrated, with friction too.
+
+#[path = "../../examples/capstan/drum.rs"]
+mod drum;
 
 use std::f64::consts::PI;
 
 use crate::fixtures::rods::{RADIUS, bending_stiffness};
 use crate::fixtures::shoots::YOUNG;
+use drum::{CIRCLE, Drum, TURN, closed_form};
 use morphorod::equilibrium::NewtonSolver;
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::ApicalForce;
-use morphorod::support::{Contact, Cylinder, Distance, Joint, Obstacle, Slip};
+use morphorod::support::{Contact, Cylinder, Joint, Slip};
 use morphorod::{DynLaws, Shoot, Still};
 use nalgebra::Vector3;
 
-/// Radius of the circle of the centre line on the drum, m.
-const CIRCLE: f64 = 2.5e-3;
 /// Coefficient of friction.
 const FRICTION: f64 = 0.3;
 /// Tension of the slack tail over B/Rc².
 const TENSION: f64 = 100.0;
 /// Length of each tail, m: fifteen decay lengths of the slack one.
 const TAIL: f64 = 1.5 * CIRCLE;
-/// Rotation of the drum in a step, rad. All of the contact slides if the drum moves faster than the rod.
-const TURN: f64 = 0.002;
-
-/// A drum about e2 that rotates.
-struct Drum {
-    cylinder: Cylinder,
-    /// Angular velocity, rad/s.
-    rate: f64,
-}
-
-impl Obstacle for Drum {
-    fn distance(&self, place: &Vector3<f64>, time: f64) -> Distance {
-        self.cylinder.distance(place, time)
-    }
-
-    fn velocity(&self, place: &Vector3<f64>, _: f64) -> Vector3<f64> {
-        self.cylinder.along.cross(&(place - self.cylinder.through)) * self.rate
-    }
-}
 
 /// Direction of the force on the apex at a time: it turns to `angle` in a second.
 fn direction(angle: f64, t: f64) -> Vector3<f64> {
@@ -72,19 +51,6 @@ fn rod(angle: f64, elements: usize, steps: f64) -> Shoot<DynLaws> {
 fn integrator(steps: f64) -> MethodOfSteps {
     // The reported inertia does not contain all of the friction and does not decide stability.
     MethodOfSteps::with_solver(1.0 / steps, NewtonSolver { stable_only: false, ..NewtonSolver::with_tolerance(1e-10) })
-}
-
-/// Ratio of the tensions of both tails while all of the contact slides. `turn` is the angle between the asymptotes
-/// (rad), `slack` the tension of the slack tail over B/Rc², and `ratio` a first estimate of the result.
-fn closed_form(friction: f64, turn: f64, slack: f64, mut ratio: f64) -> f64 {
-    let lift_off = |tension: f64| f64::acos(1.0 - 0.5 / tension);
-    let low = lift_off(slack);
-    for _ in 0..50 {
-        let high = lift_off(ratio * slack);
-        let growth = (friction * (turn - low - high)).exp();
-        ratio = (low.cos() + friction * low.sin()) * growth / (high.cos() - friction * high.sin());
-    }
-    ratio
 }
 
 #[test]

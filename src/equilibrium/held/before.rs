@@ -13,7 +13,7 @@ pub(super) struct Before<'a> {
     tangents: Vec<Vector3<f64>>,
     /// Positions of the starts of its elements, m.
     starts: Vec<Vector3<f64>>,
-    /// Time since then, s.
+    /// Time since the end of that increment, s.
     time: f64,
     /// Displacements of the obstacles by the forces on them, m.
     yielded: Vec<Vector3<f64>>,
@@ -47,7 +47,7 @@ impl<'a> Before<'a> {
         let position = place(self.rod, &self.tangents, (e, x), 0.0, &self.starts[e]).position;
         let velocity = obstacles.contacts[obstacle].obstacle.velocity(&position, obstacles.time);
         let moved = position + velocity * self.time + obstacles.yielded[obstacle] - self.yielded[obstacle];
-        // From the surface on, so that a displacement along the normal before the contact has no effect.
+        // The projection to the surface removes displacements along the normal before the contact.
         let gap = obstacles.gap(obstacle, &moved);
         moved - gap.normal * gap.value
     }

@@ -20,32 +20,30 @@ pub(super) enum Column {
     Turn { unknown: usize },
 }
 
-/// Combinations of linear functions: the functions and factors of each.
+/// Combinations of columns, each a list of columns with their factors.
 pub(super) type Basis = Vec<Vec<(usize, f64)>>;
 
-/// Combinations of columns inside the elements and at the frames.
+/// Combinations of columns, in two parts.
 #[derive(Debug, Default)]
 struct Parts {
+    /// Eliminated rows of the elements, from the base up to the last element that a combination depends on.
     rows: Vec<Vec<Row>>,
+    /// Parts at the frames.
     nodes: Vec<Vec<Vector3<f64>>>,
 }
 
-/// Columns with their products with the inverse tangent.
+/// Combinations of columns with their products with the inverse tangent.
 #[derive(Debug, Default)]
 pub(super) struct Border {
-    /// Eliminated rows of the chords of the elements.
-    chords: Vec<[Row; 3]>,
-    /// Parts of the columns inside the elements, from the base up to the last element that they depend on.
-    rows: Vec<Vec<Row>>,
-    /// Parts of the columns at the frames, and their products with the inverse of the condensed tangent.
-    nodes: Vec<Vec<Vector3<f64>>>,
+    parts: Parts,
+    /// Products of the parts at the frames with the inverse of the condensed tangent.
     solved: Vec<Vec<Vector3<f64>>>,
-    /// Parts of the reactions where they differ from the columns: of friction that slides.
+    /// Combinations in which the reactions act, if friction that slides makes them differ from `parts`.
     acts: Option<Parts>,
     /// G = Bᵀ K⁻¹ B.
     pub gram: DMatrix<f64>,
-    /// Bᵀ K⁻¹ A with the reactions A; equal to G unless contacts slide with friction.
-    pub coupling: DMatrix<f64>,
+    /// Bᵀ K⁻¹ A with the combinations A in which the reactions act, if they differ from B.
+    pub coupling: Option<DMatrix<f64>>,
     /// Sums of the absolute terms of the diagonal of G. Rounding of an entry that cancels is relative to them.
     pub sizes: Vec<f64>,
     /// Second derivatives of the energy by the reactions, from shear and stretch; not positive.
@@ -53,8 +51,8 @@ pub(super) struct Border {
 }
 
 impl Border {
-    /// Computes the columns for the tangent that a system has assembled and factorised. They are combinations of
-    /// linear functions, by the rows of `basis`.
+    /// Computes combinations of columns for the tangent that a system has assembled and factorised: those of `basis`,
+    /// and those of `acts` in which the reactions act if they differ.
     pub fn assemble<const P: usize>(
         &mut self,
         system: &mut System,
@@ -63,120 +61,45 @@ impl Border {
         force: &InternalForce,
         (columns, basis, acts): (&[Column], &Basis, Option<&Basis>),
     ) {
-        let reference = rod.reference();
-        let reach = columns.iter().map(|column| match column {
-            Column::Place { element, .. } => element + 1,
-            Column::Tangent { .. } | Column::Turn { .. } => 0,
-        });
-        let reach = reach.max().unwrap_or(0);
-        self.chords.clear();
-        for e in 0..reach {
-            let parts = whole_parts(rod, e);
-            let data = System::data::<P>(rod, force, e);
-            self.chords.push(system.elements[e].chord_rows::<P>(reference, material, &data, &parts));
-        }
+        let rows = rows_of_columns::<P>(system, rod, material, force, columns);
+        let combine = |basis| Parts::combined::<P>(system, columns, &rows, basis);
+        (self.parts, self.acts) = (combine(basis), acts.map(combine));
+        self.multiply::<P>(system);
+        self.yields = congruent(basis, line_yields(rod, material, force, columns));
+    }
+
+    /// Computes the products of the combinations with the inverse tangent and with each other.
+    fn multiply<const P: usize>(&mut self, system: &mut System) {
         let first = system.joints.first_free();
-        let m = basis.len();
-        let plain: Vec<Vec<Row>> = columns
-            .iter()
-            .map(|column| match *column {
-                Column::Turn { .. } => Vec::new(),
-                Column::Tangent { element, x, direction } => {
-                    let data = System::data::<P>(rod, force, element);
-                    let mut rows = vec![Row::default(); element + 1];
-                    // The row of this element alone; it follows from the frame at its start.
-                    rows[element] =
-                        combined(&system.elements[element].tangent_rows::<P>(reference, &data, x), &direction);
-                    rows
-                }
-                Column::Place { element, x, direction } => {
-                    let mut rows: Vec<Row> =
-                        self.chords[..element].iter().map(|chord| combined(chord, &direction)).collect();
-                    if x < 1.0 {
-                        let data = System::data::<P>(rod, force, element);
-                        let parts = upto_parts(rod, element, x);
-                        let chord = system.elements[element].chord_rows::<P>(reference, material, &data, &parts);
-                        rows.push(combined(&chord, &direction));
-                    } else {
-                        rows.push(combined(&self.chords[element], &direction));
-                    }
-                    rows
-                }
-            })
-            .collect();
-        let combine = |basis: &Basis| {
-            let mut parts = Parts::default();
-            for combination in basis {
-                let mut rows: Vec<Row> = Vec::new();
-                for (from, factor) in combination {
-                    rows.resize(rows.len().max(plain[*from].len()), Row::default());
-                    for (to, row) in rows.iter_mut().zip(&plain[*from]) {
-                        add_row(to, row, *factor);
-                    }
-                }
-                let mut nodes = vec![Vector3::zeros(); rod.elements() + 1];
-                for (e, row) in rows.iter().enumerate() {
-                    let (last, start) = system.elements[e].outer::<P>(row);
-                    nodes[e + 1] += last;
-                    nodes[e] += start;
-                }
-                system.joints.confine(&mut nodes);
-                for (from, factor) in combination {
-                    if let Column::Turn { unknown } = columns[*from] {
-                        nodes[first + unknown / 3][unknown % 3] += factor;
-                    }
-                }
-                parts.rows.push(rows);
-                parts.nodes.push(nodes);
-            }
-            parts
-        };
-        Parts { rows: self.rows, nodes: self.nodes } = combine(basis);
-        self.acts = acts.map(combine);
-        self.solved.clone_from(&self.nodes);
+        self.solved.clone_from(&self.parts.nodes);
         for solved in &mut self.solved {
             system.tangent.solve(&mut solved[first..]);
         }
-        let left = stacked::<P>(&self.nodes, &self.rows, |_, _| 1.0);
-        let right = stacked::<P>(&self.solved, &self.rows, |e, k| system.elements[e].inverse_pivots()[k]);
+        let left = stacked::<P>(&self.parts.nodes, &self.parts.rows, |_, _| 1.0);
+        let right = stacked::<P>(&self.solved, &self.parts.rows, |e, k| system.elements[e].inverse_pivots()[k]);
         // The product of two matrices is faster than `tr_mul`, which computes entry by entry.
         let product = left.transpose() * &right;
-        // Both triangles differ by rounding.
+        // The product is symmetric except for rounding. Its lower triangle makes the matrix exactly symmetric.
+        let m = product.nrows();
         self.gram = DMatrix::from_fn(m, m, |a, b| product[(a.max(b), a.min(b))]);
         let pairs = left.column_iter().zip(right.column_iter());
         self.sizes = pairs.map(|(x, y)| x.iter().zip(&y).map(|(x, y)| (x * y).abs()).sum()).collect();
-        self.coupling = match &self.acts {
-            Some(Parts { rows, nodes }) => right.transpose() * stacked::<P>(nodes, rows, |_, _| 1.0),
-            None => self.gram.clone(),
-        };
-        let n = columns.len();
-        self.yields = DMatrix::zeros(n, n);
-        self.add_yields(rod, material, force, columns);
-        let change = DMatrix::from_fn(m, n, |i, j| {
-            basis[i].iter().filter(|(from, _)| *from == j).map(|(_, factor)| factor).sum::<f64>()
-        });
-        self.yields = if self.yields.iter().any(|value| *value != 0.0) {
-            &change * &self.yields * change.transpose()
-        } else {
-            DMatrix::zeros(m, m)
-        };
+        let acts = self.acts.as_ref();
+        self.coupling = acts.map(|Parts { rows, nodes }| right.transpose() * stacked::<P>(nodes, rows, |_, _| 1.0));
     }
 
-    /// The changes of the columns' functions in the Newton step from the balance of a system, without reactions.
+    /// The changes of the combinations in the Newton step from the balance of a system, without reactions.
     pub fn step<const P: usize>(&self, system: &System) -> DVector<f64> {
-        DVector::from_fn(self.rows.len(), |c, _| {
+        DVector::from_fn(self.solved.len(), |c, _| {
             let outer: f64 = self.solved[c].iter().zip(&system.turns).map(|(x, y)| x.dot(y)).sum();
-            let inner = system.elements.iter().zip(&self.rows[c]);
+            let inner = system.elements.iter().zip(&self.parts.rows[c]);
             outer - inner.map(|(element, row)| element.interior_product::<P>(row, element.condensed())).sum::<f64>()
         })
     }
 
     /// Adds reactions to the balance of a system.
     pub fn load<const P: usize>(&self, system: &mut System, reactions: &DVector<f64>) {
-        let (rows, nodes) = match &self.acts {
-            Some(Parts { rows, nodes }) => (rows, nodes),
-            None => (&self.rows, &self.nodes),
-        };
+        let Parts { rows, nodes } = self.acts.as_ref().unwrap_or(&self.parts);
         for (c, &factor) in reactions.iter().enumerate() {
             for (turn, node) in system.turns.iter_mut().zip(&nodes[c]) {
                 *turn += node * factor;
@@ -186,35 +109,130 @@ impl Border {
             }
         }
     }
+}
 
-    /// Adds −∫ cᵢ dᵢ · C dⱼ cⱼ ds, with the compliance C of the centre line and the share c of a reaction at a point.
-    fn add_yields(&mut self, rod: &Rod, material: &impl Constitutive, force: &InternalForce, columns: &[Column]) {
-        let (time, p) = (force.environment().time, rod.order().points());
-        for e in 0..self.chords.len() {
-            let whole = whole_parts(rod, e);
-            for g in 0..p {
-                let point = &rod.points()[e * p + g];
-                let frame: UnitQuaternion<f64> = rod.frame_at_point(e, g);
-                let along = frame.inverse_transform_vector(&force.at_points()[e * p + g]);
-                let Some(line) = material.line_response(&Tissue::of(point, time), &along) else { return };
-                let turn = frame.to_rotation_matrix().into_inner();
-                let compliance: Matrix3<f64> = turn * line.compliance * turn.transpose() / whole[g];
-                let shares: Vec<_> = columns
-                    .iter()
-                    .map(|column| match *column {
-                        Column::Place { element, direction, .. } if element > e => direction * whole[g],
-                        Column::Place { element, x, direction } if element == e => direction * upto_parts(rod, e, x)[g],
-                        _ => Vector3::zeros(),
-                    })
-                    .collect();
-                for a in 0..shares.len() {
-                    for b in 0..shares.len() {
-                        self.yields[(a, b)] -= shares[a].dot(&(compliance * shares[b]));
-                    }
+impl Parts {
+    /// Combines columns whose eliminated rows are given.
+    fn combined<const P: usize>(system: &System, columns: &[Column], rows: &[Vec<Row>], basis: &Basis) -> Self {
+        let mut parts = Self::default();
+        for combination in basis {
+            let mut sum: Vec<Row> = Vec::new();
+            for (from, factor) in combination {
+                sum.resize(sum.len().max(rows[*from].len()), Row::default());
+                for (to, row) in sum.iter_mut().zip(&rows[*from]) {
+                    add_row(to, row, *factor);
+                }
+            }
+            parts.nodes.push(at_frames::<P>(system, columns, &sum, combination));
+            parts.rows.push(sum);
+        }
+        parts
+    }
+}
+
+/// The part of a combination at the frames, given its eliminated rows.
+fn at_frames<const P: usize>(
+    system: &System,
+    columns: &[Column],
+    rows: &[Row],
+    combination: &[(usize, f64)],
+) -> Vec<Vector3<f64>> {
+    let mut nodes = vec![Vector3::zeros(); system.elements.len() + 1];
+    for (e, row) in rows.iter().enumerate() {
+        let (last, start) = system.elements[e].outer::<P>(row);
+        nodes[e + 1] += last;
+        nodes[e] += start;
+    }
+    system.joints.confine(&mut nodes);
+    let first = system.joints.first_free();
+    for (from, factor) in combination {
+        if let Column::Turn { unknown } = columns[*from] {
+            nodes[first + unknown / 3][unknown % 3] += factor;
+        }
+    }
+    nodes
+}
+
+/// The eliminated rows of each column, from the base up to the last element that it depends on.
+fn rows_of_columns<const P: usize>(
+    system: &System,
+    rod: &Rod,
+    material: &impl Constitutive,
+    force: &InternalForce,
+    columns: &[Column],
+) -> Vec<Vec<Row>> {
+    let chord = |element: usize, x: f64| {
+        let (data, parts) = (System::data::<P>(rod, force, element), upto_parts(rod, element, x));
+        system.elements[element].chord_rows::<P>(rod.reference(), material, &data, &parts)
+    };
+    let chords: Vec<[Row; 3]> = (0..reach(columns)).map(|element| chord(element, 1.0)).collect();
+    let rows = |column: &Column| match *column {
+        Column::Turn { .. } => Vec::new(),
+        Column::Tangent { element, x, direction } => {
+            let data = System::data::<P>(rod, force, element);
+            let tangent = system.elements[element].tangent_rows::<P>(rod.reference(), &data, x);
+            // The rows of the elements before it are zero, since the tangent follows from the frame at their end.
+            let mut rows = vec![Row::default(); element + 1];
+            rows[element] = component(&tangent, &direction);
+            rows
+        }
+        Column::Place { element, x, direction } => {
+            let last = if x < 1.0 { chord(element, x) } else { chords[element] };
+            chords[..element].iter().chain([&last]).map(|chord| component(chord, &direction)).collect()
+        }
+    };
+    columns.iter().map(rows).collect()
+}
+
+/// Number of elements from the base up to the last place in a list of columns.
+fn reach(columns: &[Column]) -> usize {
+    let ends = columns.iter().map(|column| match column {
+        Column::Place { element, .. } => element + 1,
+        Column::Tangent { .. } | Column::Turn { .. } => 0,
+    });
+    ends.max().unwrap_or(0)
+}
+
+/// The matrix −∫ cᵢ dᵢ · C dⱼ cⱼ ds of columns, with the compliance C of the centre line and the force cᵢ dᵢ in the rod
+/// per unit of reaction i. It is zero for a material without shear and stretch.
+fn line_yields(rod: &Rod, material: &impl Constitutive, force: &InternalForce, columns: &[Column]) -> DMatrix<f64> {
+    let (time, p) = (force.environment().time, rod.order().points());
+    let mut yields = DMatrix::zeros(columns.len(), columns.len());
+    for e in 0..reach(columns) {
+        let whole = upto_parts(rod, e, 1.0);
+        for g in 0..p {
+            let point = &rod.points()[e * p + g];
+            let frame: UnitQuaternion<f64> = rod.frame_at_point(e, g);
+            let along = frame.inverse_transform_vector(&force.at_points()[e * p + g]);
+            let Some(line) = material.line_response(&Tissue::of(point, time), &along) else { return yields };
+            let turn = frame.to_rotation_matrix().into_inner();
+            let compliance: Matrix3<f64> = turn * line.compliance * turn.transpose() / whole[g];
+            let share = |column: &Column| match *column {
+                Column::Place { element, direction, .. } if element > e => direction * whole[g],
+                Column::Place { element, x, direction } if element == e => direction * upto_parts(rod, e, x)[g],
+                _ => Vector3::zeros(),
+            };
+            let shares: Vec<_> = columns.iter().map(share).collect();
+            for a in 0..shares.len() {
+                for b in 0..shares.len() {
+                    yields[(a, b)] -= shares[a].dot(&(compliance * shares[b]));
                 }
             }
         }
     }
+    yields
+}
+
+/// The matrix T M Tᵀ of the combinations in the rows of T, given the matrix M of what they combine.
+pub(super) fn congruent(basis: &Basis, matrix: DMatrix<f64>) -> DMatrix<f64> {
+    if matrix.iter().all(|value| *value == 0.0) {
+        return DMatrix::zeros(basis.len(), basis.len());
+    }
+    let mut rows = DMatrix::<f64>::zeros(basis.len(), matrix.nrows());
+    for (i, combination) in basis.iter().enumerate() {
+        combination.iter().for_each(|(j, factor)| rows[(i, *j)] += factor);
+    }
+    &rows * matrix * rows.transpose()
 }
 
 /// Vectors at the frames, followed by the interior parts of rows times a factor for each element and unknown. Each
@@ -239,11 +257,6 @@ fn stacked<const P: usize>(
     all
 }
 
-/// The lengths of the parts of an element that its material points stand for, m.
-fn whole_parts(rod: &Rod, e: usize) -> [f64; MAX_POINTS] {
-    upto_parts(rod, e, 1.0)
-}
-
 /// The weights (m) that integrate a polynomial through the material points from the start of an element to `x`.
 pub(super) fn upto_parts(rod: &Rod, e: usize, x: f64) -> [f64; MAX_POINTS] {
     let mut parts = if x < 1.0 { rod.reference().integral_upto(x) } else { [0.0; MAX_POINTS] };
@@ -256,7 +269,8 @@ pub(super) fn upto_parts(rod: &Rod, e: usize, x: f64) -> [f64; MAX_POINTS] {
     parts
 }
 
-fn combined(rows: &[Row; 3], direction: &Vector3<f64>) -> Row {
+/// The component of three rows along a direction.
+fn component(rows: &[Row; 3], direction: &Vector3<f64>) -> Row {
     let mut sum = Row::default();
     for (row, factor) in rows.iter().zip(direction.iter()) {
         if *factor != 0.0 {

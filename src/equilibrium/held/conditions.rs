@@ -5,15 +5,18 @@ use nalgebra::{DVector, Vector3};
 use super::border::{Basis, Column};
 use super::data::HeldSearch;
 use super::elastic::Spring;
-use super::sites::Site;
+use super::sites::{Friction, Site, Touch};
 use crate::constitutive::Constitutive;
 use crate::load::Load;
 
 /// Compliance of a contact that sticks, relative to that of the rod to a force on its apex.
 const STICKINESS: f64 = 1e-9;
+/// Smallest normal force with which the place of a contact moves along the rod, relative to the magnitude of the force
+/// in the rod. Without force the motion would not be determined.
+const LEAST_PUSH: f64 = 1e-9;
 
 /// Conditions of the reactions at one iteration: rows of T and D, and right-hand sides.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct Conditions {
     /// Linear functions of the rotations.
     pub columns: Vec<Column>,
@@ -31,6 +34,16 @@ pub(super) struct Conditions {
 }
 
 impl Conditions {
+    /// Adds a condition on a combination of columns.
+    fn add(&mut self, columns: &[(Column, f64)], role: Role, diagonal: f64, residual: f64) {
+        let first = self.columns.len();
+        self.parts.push(columns.iter().enumerate().map(|(i, (_, factor))| (first + i, *factor)).collect());
+        self.columns.extend(columns.iter().map(|(column, _)| *column));
+        self.roles.push(role);
+        self.diagonal.push(diagonal);
+        self.residuals.push(residual);
+    }
+
     /// The values of the combinations.
     pub fn combine(&self, values: &[f64]) -> DVector<f64> {
         let sum = |combination: &Vec<(usize, f64)>| combination.iter().map(|(i, factor)| factor * values[*i]).sum();
@@ -94,88 +107,29 @@ pub(super) enum Role {
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// The conditions of the holds and contacts on the present shape.
+    /// The conditions of the supports on the present shape.
     pub(super) fn conditions(&self) -> Conditions {
-        let mut conditions = Conditions {
-            columns: Vec::new(),
-            parts: Vec::new(),
-            roles: Vec::new(),
-            diagonal: Vec::new(),
-            residuals: Vec::new(),
-            basis: Vec::new(),
-        };
-        let mut add = |columns: &[(Column, f64)], role, diagonal, residual| {
-            let first = conditions.columns.len();
-            conditions.parts.push(columns.iter().enumerate().map(|(i, (_, factor))| (first + i, *factor)).collect());
-            conditions.columns.extend(columns.iter().map(|(column, _)| *column));
-            conditions.roles.push(role);
-            conditions.diagonal.push(diagonal);
-            conditions.residuals.push(residual);
-        };
-        let floor = 1e-9 * self.force_scale();
-        let stickiness = self.stickiness();
+        let mut conditions = Conditions::default();
+        let least_push = LEAST_PUSH * self.force_scale();
         for (i, site) in self.sites.iter().enumerate() {
-            let (element, x) = (site.element, site.x);
-            let place = |direction| Column::Place { element, x, direction };
             for (direction, residual) in site.missing() {
-                add(&[(place(direction), 1.0)], Role::Fixed(i, direction), 0.0, residual);
-            }
-            if let Some((touch, friction)) = site.touch.as_ref().and_then(|touch| Some((touch, touch.friction?))) {
-                if friction.sticks {
-                    // A tiny compliance determines the forces of contacts that an inextensible rod connects.
-                    let lag = friction.force - friction.earlier;
-                    for direction in touch.tangential() {
-                        let residual = direction.dot(&(friction.slip + lag * stickiness));
-                        // The compliance follows in `compliance_of_contacts`.
-                        add(&[(place(direction), 1.0)], Role::Stick(i, direction), 0.0, residual);
-                    }
-                } else {
-                    // The force turns with the direction of the slip: a stiffness μ λ/|Δ| across it.
-                    let sideways = touch.gap.normal.cross(&friction.direction);
-                    let stiffness =
-                        friction.coefficient * touch.push / (stickiness * friction.trial(stickiness).norm());
-                    if stiffness > 0.0 && stiffness.is_finite() {
-                        let root = stiffness.sqrt();
-                        add(&[(place(sideways), root)], Role::Turn(i, sideways * root), -1.0, 0.0);
-                    }
-                }
-            }
-            if let Some((touch, friction)) = site.touch.as_ref().and_then(|touch| Some((touch, touch.friction?))) {
-                // The tangential force f turns with the normal n: its change is −n f·∇²g·δp. See `sliding`.
-                let along = touch.gap.curvature * friction.force;
-                if along.norm() > 0.0 {
-                    add(&[(place(along), 1.0 / along.norm().sqrt())], Role::Turning(i, along.norm().sqrt()), -1.0, 0.0);
-                }
+                conditions.add(&[(displacement(site, direction), 1.0)], Role::Fixed(i, direction), 0.0, residual);
             }
             if let Some(touch) = &site.touch {
-                // The normal force turns with the normal: a stiffness −λ ∇²g.
-                let eigen = touch.gap.curvature.symmetric_eigen();
-                for (along, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
-                    let stiffness = -touch.push * value;
-                    if stiffness != 0.0 {
-                        let (along, root) = (along.into_owned(), stiffness.abs().sqrt());
-                        add(&[(place(along), root)], Role::Turn(i, along * root), -stiffness.signum(), 0.0);
-                    }
+                if let Some(friction) = &touch.friction {
+                    self.add_friction(&mut conditions, i, touch, friction);
                 }
-                let (slope, bend) = touch.approach;
-                if touch.floats && bend > 0.0 {
-                    // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
-                    let factor = (touch.push.max(floor) / bend).sqrt();
-                    let turns = Column::Tangent { element, x, direction: touch.gap.normal };
-                    let bends = touch.gap.curvature * touch.tangent;
-                    let columns = [(turns, factor), (place(bends), factor)];
-                    let role = Role::Slide(i, 1.0 / (factor * bend), bends * factor);
-                    add(&columns, role, -1.0, factor * slope);
-                }
+                self.add_contact(&mut conditions, i, touch, least_push);
             }
             for (along, stiffness, residual) in site.spring.iter().flat_map(Spring::stiff) {
                 let root = stiffness.abs().sqrt();
-                add(&[(place(along), root)], Role::Elastic(i, along * root), -stiffness.signum(), residual);
+                let role = Role::Elastic(i, along * root);
+                conditions.add(&[(displacement(site, along), root)], role, -stiffness.signum(), residual);
             }
         }
         for (unknown, increase) in &self.boosts {
             // The unknown is scaled so that its diagonal entry is one.
-            add(&[(Column::Turn { unknown: *unknown }, 1.0)], Role::Boost, 1.0 / increase, 0.0);
+            conditions.add(&[(Column::Turn { unknown: *unknown }, 1.0)], Role::Boost, 1.0 / increase, 0.0);
         }
         // The displacement of an obstacle is an unknown that may lag behind the forces of its contacts.
         for (role, residual) in conditions.roles.iter().zip(&mut conditions.residuals) {
@@ -187,11 +141,70 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         conditions
     }
 
-    /// Divided differences of the gaps and slips at the contacts with each obstacle along the rod, up to the second;
-    /// the other conditions as they are.
+    /// Adds the conditions of the friction at site `i`.
+    fn add_friction(&self, conditions: &mut Conditions, i: usize, touch: &Touch, friction: &Friction) {
+        let site = &self.sites[i];
+        if friction.sticks {
+            // A tiny compliance determines the forces of contacts that an inextensible rod connects. Its part of D is
+            // added in `compliance_of_contacts`.
+            let lag = (friction.force - friction.earlier) * self.stickiness();
+            for direction in touch.tangential() {
+                let residual = direction.dot(&(friction.slip + lag));
+                conditions.add(&[(displacement(site, direction), 1.0)], Role::Stick(i, direction), 0.0, residual);
+            }
+        } else {
+            // The force turns with the trial force t of a contact that sticks: a stiffness μ λ/(c |t|) across it, for the
+            // compliance c of such a contact.
+            let sideways = touch.gap.normal.cross(&friction.direction);
+            let stickiness = self.stickiness();
+            let stiffness = friction.coefficient * touch.push / (stickiness * friction.trial(stickiness).norm());
+            if stiffness > 0.0 && stiffness.is_finite() {
+                let root = stiffness.sqrt();
+                conditions.add(&[(displacement(site, sideways), root)], Role::Turn(i, sideways * root), -1.0, 0.0);
+            }
+        }
+        // The tangential force f turns with the normal n: its change is −n f·∇²g·δp. See `sliding`.
+        let along = touch.gap.curvature * friction.force;
+        if along.norm() > 0.0 {
+            let root = along.norm().sqrt();
+            conditions.add(&[(displacement(site, along), 1.0 / root)], Role::Turning(i, root), -1.0, 0.0);
+        }
+    }
+
+    /// Adds the stiffnesses of the normal force at site `i`: the force turns with the normal, and its place moves along
+    /// the rod. The second stiffness is that of a force of at least `least_push` (N).
+    fn add_contact(&self, conditions: &mut Conditions, i: usize, touch: &Touch, least_push: f64) {
+        let site = &self.sites[i];
+        // The normal force turns with the normal: a stiffness −λ ∇²g.
+        let eigen = touch.gap.curvature.symmetric_eigen();
+        for (along, value) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+            let stiffness = -touch.push * value;
+            if stiffness != 0.0 {
+                let (along, root) = (along.into_owned(), stiffness.abs().sqrt());
+                conditions.add(
+                    &[(displacement(site, along), root)],
+                    Role::Turn(i, along * root),
+                    -stiffness.signum(),
+                    0.0,
+                );
+            }
+        }
+        let (slope, bend) = touch.approach;
+        if touch.floats && bend > 0.0 {
+            // The place moves along the rod so that the gap stays least: a stiffness λ/g″ (docs/supports.md).
+            let factor = (touch.push.max(least_push) / bend).sqrt();
+            let turns = Column::Tangent { element: site.element, x: site.x, direction: touch.gap.normal };
+            let bends = touch.gap.curvature * touch.tangent;
+            let role = Role::Slide(i, 1.0 / (factor * bend), bends * factor);
+            conditions.add(&[(turns, factor), (displacement(site, bends), factor)], role, -1.0, factor * slope);
+        }
+    }
+
+    /// Divided differences of the gaps and slips at the contacts with each obstacle along the rod, up to the second.
+    /// The other conditions are not combined.
     pub(super) fn differences(&self, roles: &[Role]) -> Basis {
         let mut basis: Basis = (0..roles.len()).map(|i| vec![(i, 1.0)]).collect();
-        // Gaps, and slips along and across the rod.
+        // Gaps have the kind 0, slips along and across the rod the kinds 1 and 2.
         let kind = |role: &Role| match role {
             Role::Fixed(site, _) => Some((*site, 0)),
             Role::Stick(site, direction) => {
@@ -230,48 +243,50 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         basis
     }
 
-    /// The columns of the reactions if contacts slide: the friction follows the normal force. `None` if none does.
+    /// The combinations of columns in which the reactions act, if friction makes them differ from those of the
+    /// conditions. Friction that slides follows the normal force; all friction turns with the normal and moves along the
+    /// rod with the contact. Adds the columns that only reactions have. `None` without such friction.
     pub(super) fn sliding(&self, conditions: &mut Conditions) -> Option<Basis> {
         let mut acts = conditions.parts.clone();
-        let mut slides = false;
+        let mut differ = false;
         for (i, role) in conditions.roles.iter().enumerate() {
-            if let Role::Fixed(at, _) = role
-                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
-                && let Some(friction) = touch.friction.filter(|friction| !friction.sticks)
-            {
-                slides = true;
-                acts[i].push((conditions.columns.len(), -friction.coefficient));
-                conditions.columns.push(Column::Place { element, x, direction: friction.direction });
+            let (Role::Fixed(at, _) | Role::Turning(at, _) | Role::Slide(at, ..)) = role else { continue };
+            let site = &self.sites[*at];
+            let Some((touch, friction)) = site.touch.as_ref().and_then(|touch| Some((touch, touch.friction?))) else {
+                continue;
+            };
+            let more = match role {
+                Role::Fixed(..) if !friction.sticks => {
+                    vec![(displacement(site, friction.direction), -friction.coefficient)]
+                }
+                Role::Turning(_, factor) => {
+                    acts[i].clear();
+                    vec![(displacement(site, touch.gap.normal), *factor)]
+                }
+                Role::Slide(_, factor, _) => {
+                    // The point at which friction acts moves along the rod with the contact.
+                    let moves = Column::Tangent { element: site.element, x: site.x, direction: friction.force };
+                    let turning = friction.force.dot(&(touch.gap.curvature * touch.tangent));
+                    vec![(moves, *factor), (displacement(site, touch.gap.normal), -factor * turning)]
+                }
+                _ => continue,
+            };
+            differ = true;
+            for (column, factor) in more {
+                acts[i].push((conditions.columns.len(), factor));
+                conditions.columns.push(column);
             }
         }
-        for (i, role) in conditions.roles.iter().enumerate() {
-            if let Role::Turning(at, factor) = role
-                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
-            {
-                slides = true;
-                acts[i] = vec![(conditions.columns.len(), *factor)];
-                conditions.columns.push(Column::Place { element, x, direction: touch.gap.normal });
-            }
-        }
-        // The point at which friction acts moves along the rod with the contact.
-        for (i, role) in conditions.roles.iter().enumerate() {
-            if let Role::Slide(at, factor, _) = role
-                && let Site { element, x, touch: Some(touch), .. } = self.sites[*at]
-                && let Some(friction) = touch.friction
-            {
-                slides = true;
-                acts[i].push((conditions.columns.len(), *factor));
-                conditions.columns.push(Column::Tangent { element, x, direction: friction.force });
-                let turning = friction.force.dot(&(touch.gap.curvature * touch.tangent));
-                acts[i].push((conditions.columns.len(), -factor * turning));
-                conditions.columns.push(Column::Place { element, x, direction: touch.gap.normal });
-            }
-        }
-        slides.then_some(acts)
+        differ.then_some(acts)
     }
 
     /// Compliance of a contact that sticks, m/N.
     pub(super) fn stickiness(&self) -> f64 {
         STICKINESS * self.length.powi(2) * self.system.compliance()
     }
+}
+
+/// The displacement of a site along a direction.
+fn displacement(site: &Site, direction: Vector3<f64>) -> Column {
+    Column::Place { element: site.element, x: site.x, direction }
 }

@@ -151,7 +151,8 @@ impl Spring {
     }
 }
 
-/// Couple and stiffness by a rotation φ of the frame, R exp(φ): the rotation vector changes by dθ = Jr⁻¹ φ.
+/// Couple and stiffness of an elastic joint in a rotation φ of its frame, R exp(φ). The rotation vector changes by
+/// dθ = Jr⁻¹ φ.
 pub(super) fn elastic_joint(
     node: usize,
     turn: &Vector3<f64>,

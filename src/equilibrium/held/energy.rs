@@ -19,7 +19,8 @@ const SLIDES: usize = 8;
 const LEVEL: f64 = 1e-14;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// Computes the positions of the sites.
+    /// Evaluates the sites on the shape of a rod: positions, gaps, springs and friction. Contacts whose gap is least
+    /// along the rod slide to that place.
     pub(super) fn locate(&mut self, rod: &Rod) {
         let time = self.force.environment().time;
         self.tangents.clear();
@@ -29,40 +30,52 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             frame * line_strain_under(self.material, &tissue, &frame, &self.force.at_points()[i])
         }));
         let starts = starts(rod, &self.tangents);
-        for site in &mut self.sites {
-            for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
-                site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;
-                let Some(touch) = &mut site.touch else { break };
-                touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
-                let frame = rod.frame_within(site.element, site.x);
-                let bend = frame * rod.strain_within(site.element, site.x).cross(&Vector3::z());
-                let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
-                let (slope, bend) =
-                    (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
-                (touch.tangent, touch.approach) = (tangent, (slope, bend));
-                if last || !touch.floats || !(bend > 0.0) || slope.abs() <= LEVEL * bend * self.length {
-                    break;
-                }
-                slide(rod, site, -slope / bend);
-                if site.element + 1 == rod.elements() && site.x >= 1.0 {
-                    // The gap is least at the apex, where it is not stationary.
-                    site.touch.iter_mut().for_each(|touch| touch.floats = false);
-                }
-            }
+        let mut sites = std::mem::take(&mut self.sites);
+        for site in &mut sites {
+            self.place_site(rod, site, &starts);
             if let Some(spring) = &mut site.spring {
                 spring.locate(&self.laws, &site.position, time);
             }
-            if let Some(touch) = &mut site.touch {
-                site.force = touch.gap.normal * touch.push;
-                let coefficient = self.obstacles.contacts[touch.obstacle].friction;
-                if coefficient > 0.0 {
-                    let material = rod.initial_apex_distance(site.element, site.x);
-                    let anchor = self.before.anchor(material, &self.obstacles, touch.obstacle);
-                    let friction = touch.friction.get_or_insert_with(|| Friction::new(coefficient));
-                    friction.locate(&touch.gap.normal, &(site.position - anchor), touch.push);
-                    site.force += friction.force;
-                }
+            self.press(rod, site);
+        }
+        self.sites = sites;
+    }
+
+    /// Computes the position of a site, given those of the first ends of the elements (m). For a contact it also
+    /// evaluates the gap, and moves the contact along the rod to the place where the gap is least.
+    fn place_site(&self, rod: &Rod, site: &mut Site, starts: &[Vector3<f64>]) {
+        for last in (0..=SLIDES).map(|slides| slides == SLIDES) {
+            site.position = place(rod, &self.tangents, (site.element, site.x), 0.0, &starts[site.element]).position;
+            let Some(touch) = &mut site.touch else { break };
+            touch.gap = self.obstacles.gap(touch.obstacle, &site.position);
+            let frame = rod.frame_within(site.element, site.x);
+            let bend = frame * rod.strain_within(site.element, site.x).cross(&Vector3::z());
+            let (tangent, gap) = (frame * Vector3::z(), &touch.gap);
+            let (slope, bend) =
+                (gap.normal.dot(&tangent), gap.normal.dot(&bend) + tangent.dot(&(gap.curvature * tangent)));
+            (touch.tangent, touch.approach) = (tangent, (slope, bend));
+            if last || !touch.floats || !(bend > 0.0) || slope.abs() <= LEVEL * bend * self.length {
+                break;
             }
+            slide(rod, site, -slope / bend);
+            if site.element + 1 == rod.elements() && site.x >= 1.0 {
+                // The gap is least at the apex, where it is not stationary.
+                site.touch.iter_mut().for_each(|touch| touch.floats = false);
+            }
+        }
+    }
+
+    /// Sets the force of a contact to the normal force and the friction at its present gap.
+    fn press(&self, rod: &Rod, site: &mut Site) {
+        let Some(touch) = &mut site.touch else { return };
+        site.force = touch.gap.normal * touch.push;
+        let coefficient = self.obstacles.contacts[touch.obstacle].friction;
+        if coefficient > 0.0 {
+            let material = rod.initial_apex_distance(site.element, site.x);
+            let anchor = self.before.anchor(material, &self.obstacles, touch.obstacle);
+            let friction = touch.friction.get_or_insert_with(|| Friction::new(coefficient));
+            friction.locate(&touch.gap.normal, &(site.position - anchor), touch.push);
+            site.force += friction.force;
         }
     }
 

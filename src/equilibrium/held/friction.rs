@@ -13,8 +13,8 @@ const CONE: f64 = 1e-12;
 
 /// Largest slip that is attributed to rounding, relative to the length.
 pub(super) const NO_SLIP: f64 = 1e-12;
-/// Largest rotation in a step, rad, after which contacts begin or end to slide: before, their forces are those of a
-/// rod that is far from equilibrium.
+/// Largest rotation in a step, rad, after which contacts change between stick and slip. After a larger one the forces
+/// are those of a rod that is far from equilibrium.
 const SETTLED: f64 = 1e-3;
 
 impl Friction {
@@ -39,7 +39,7 @@ impl Friction {
             return;
         }
         if self.direction == Vector3::zeros() {
-            // A contact sticks or slides as at the end of the increment before, as first guess.
+            // The first guess is that a contact sticks or slides as at the end of the increment before.
             let earlier = self.earlier.norm();
             if earlier > 0.0 && !self.slid {
                 (self.sticks, self.force) = (true, self.earlier);
@@ -52,6 +52,36 @@ impl Friction {
             None => self.sticks = true,
         }
         self.force = self.direction * (-self.coefficient * push.max(0.0));
+    }
+
+    /// Lets the contact slide in a direction with a normal force `push` (N).
+    fn slide(&mut self, direction: Vector3<f64>, push: f64) {
+        self.sticks = false;
+        self.direction = direction;
+        self.force = direction * (-self.coefficient * push.max(0.0));
+    }
+
+    /// Lets a contact that sticks with a normal force `push` (N) slip against its force, if this exceeds the friction
+    /// cone and the rod has `settled`. Returns whether it slips now.
+    fn slips_beyond_cone(&mut self, push: f64, settled: bool) -> bool {
+        let (force, cone) = (self.force.norm(), self.coefficient * push.max(0.0));
+        let slips = force > cone * (1.0 + CONE) && settled;
+        if slips {
+            self.slide(-self.force / force, push);
+        }
+        slips
+    }
+
+    /// Lets a contact that slides with a normal force `push` (N) follow the direction of its trial force, or stick if
+    /// this force is inside the friction cone and the rod has `settled`. Returns whether it sticks now.
+    fn follows_slip(&mut self, push: f64, stickiness: f64, settled: bool) -> bool {
+        let trial = self.trial(stickiness);
+        let beyond = -trial.dot(&self.direction) >= self.coefficient * push.max(0.0);
+        self.sticks = !beyond && settled;
+        if beyond && let Some(direction) = (-trial).try_normalize(f64::MIN_POSITIVE) {
+            self.direction = direction;
+        }
+        self.sticks
     }
 }
 
@@ -68,13 +98,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let Some(friction) = touch.friction.as_mut().filter(|friction| friction.sticks) else { return false };
         let change = changes.iter().find(|(at, ..)| *at == site).map_or(Vector3::zeros(), |(.., force)| *force);
         let Some(direction) = (-(friction.force + change)).try_normalize(f64::MIN_POSITIVE) else { return false };
-        (friction.sticks, friction.direction) = (false, direction);
-        friction.force = direction * (-friction.coefficient * touch.push.max(0.0));
+        friction.slide(direction, touch.push);
         self.sites[site].force = touch.gap.normal * touch.push + friction.force;
         true
     }
 
-    /// Lets contacts slip whose force exceeds the friction cone, and stick where the slip turns back or vanishes, after
+    /// Lets contacts slip whose force exceeds the friction cone, and stick where it would not, after
     /// a step with a largest rotation `turn` (rad). Returns whether one has changed.
     pub(super) fn regulate_friction(&mut self, rod: &Rod, turn: f64) -> bool {
         if !self.has_friction() {
@@ -83,30 +112,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.locate(rod);
         let mut changed = false;
         let (stickiness, settled) = (self.stickiness(), turn < SETTLED);
-        for site in &mut self.sites {
-            let Some(touch) = &mut site.touch else { continue };
+        for touch in self.sites.iter_mut().filter_map(|site| site.touch.as_mut()) {
             let (push, Some(friction)) = (touch.push, &mut touch.friction) else { continue };
-            let cone = friction.coefficient * push.max(0.0);
-            if friction.sticks {
-                let force = friction.force.norm();
-                if force > cone * (1.0 + CONE) && settled {
-                    friction.sticks = false;
-                    friction.direction = -friction.force / force;
-                    friction.force = friction.direction * -cone;
-                    changed = true;
-                }
-                continue;
-            }
-            // The contact slides as long as the force of one that sticks would exceed the cone. See `STICKINESS`.
-            let trial = friction.trial(stickiness);
-            if -trial.dot(&friction.direction) < cone {
-                if settled {
-                    friction.sticks = true;
-                    changed = true;
-                }
+            changed |= if friction.sticks {
+                friction.slips_beyond_cone(push, settled)
             } else {
-                friction.direction = -trial.normalize();
-            }
+                friction.follows_slip(push, stickiness, settled)
+            };
         }
         changed
     }

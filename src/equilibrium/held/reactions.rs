@@ -69,7 +69,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let joints = &self.system.joints;
         let mut couples = Vec::new();
         for ((node, _), held) in joints.confined.iter().zip(&joints.held) {
-            // The couple of the support balances the rod's.
+            // The couple of the support balances that of the rod.
             let couple = rod.frames()[*node] * -held;
             couples.push((*node, couple));
         }

@@ -1,6 +1,6 @@
 //! The response of a rod and its reactions: factors of the tangent, inertia, steps.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
@@ -44,13 +44,19 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let acts = acts.map(|acts| conditions.composed(&acts));
         let (columns, force) = (&conditions.columns, &*self.force);
         self.border.assemble::<P>(self.system, rod, self.material, force, (columns, &basis, acts.as_ref()));
-        let mut dense = &self.border.yields + self.compliance_of_contacts(&conditions, false) - &self.border.gram;
-        let mut coupled = &self.border.yields + self.compliance_of_contacts(&conditions, true) - &self.border.coupling;
-        for (i, d) in conditions.diagonal.iter().enumerate() {
-            dense[(i, i)] += d;
-            coupled[(i, i)] += d;
-        }
-        // The rotation of friction with the normal is left out of the symmetric part.
+        let matrix = |compliance: &DMatrix<f64>, products: &DMatrix<f64>| {
+            let mut matrix = &self.border.yields + compliance - products;
+            conditions.diagonal.iter().enumerate().for_each(|(i, d)| matrix[(i, i)] += d);
+            matrix
+        };
+        let compliance = self.compliance_of_contacts(&conditions, false);
+        let coupled = self.border.coupling.as_ref().map(|products| {
+            // The direction of friction enters by the displacements of obstacles that yield.
+            let sliding = self.obstacles.yields().then(|| self.compliance_of_contacts(&conditions, true));
+            matrix(sliding.as_ref().unwrap_or(&compliance), products)
+        });
+        let mut dense = matrix(&compliance, &self.border.gram);
+        // The symmetric part omits the rotation of friction with the normal.
         for (i, _) in conditions.roles.iter().enumerate().filter(|(_, role)| matches!(role, Role::Turning(..))) {
             dense.row_mut(i).fill(0.0);
             dense.column_mut(i).fill(0.0);
@@ -66,7 +72,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         if !finite {
             return Err(EquilibriumError::NotFinite { what: "tangent" });
         }
-        let dense = Dense::of(&dense, scale, acts.is_some().then_some(coupled));
+        let dense = Dense::of(&dense, scale, coupled);
         let expected = conditions.diagonal.iter().filter(|d| **d <= 0.0).count();
         let positive = conditions.roles.len() - expected;
         let mut negative = inertia.negative;

@@ -95,7 +95,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
         }
         let mut pressed = Vec::new();
         for _ in 0..if self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) { LAGS } else { 1 } {
-            pressed = self.press(rod, &stations, &laws, bound)?;
+            pressed = self.press_on(rod, &stations, &laws, bound)?;
             laws.iter_mut().for_each(|law| law.cone = 0.0);
             for at in &pressed {
                 let law = &mut laws[at.obstacle * stations.len() + at.index];
@@ -141,7 +141,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
     }
 
     /// Finds the equilibrium on foundations. Returns the stations with a penetration.
-    fn press(
+    fn press_on(
         &mut self,
         rod: &mut Rod,
         stations: &[Place],

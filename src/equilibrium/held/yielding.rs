@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
+use super::border::congruent;
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::sites::Site;
@@ -12,7 +13,7 @@ use crate::rod::Rod;
 use crate::support::Reaction;
 
 impl Obstacles<'_> {
-    /// Displaces the obstacles by given forces of each on the rod (N), to which those on the obstacles are opposite.
+    /// Displaces each obstacle by the opposite of its given force on the rod (N).
     pub fn pull(&mut self, forces: Vec<Vector3<f64>>) {
         self.yielded = self.compliances.iter().zip(&forces).map(|(compliance, force)| -(compliance * force)).collect();
         self.forces = forces;
@@ -53,11 +54,12 @@ impl Obstacles<'_> {
     /// The sums of forces on the rod, for each obstacle.
     pub fn sums(&self, forces: impl Iterator<Item = (usize, Vector3<f64>)>) -> Vec<Vector3<f64>> {
         let mut sums = vec![Vector3::zeros(); self.contacts.len()];
-        forces
-            .filter(|(obstacle, _)| *obstacle < sums.len())
-            .collect::<Vec<_>>()
-            .into_iter()
-            .for_each(|(obstacle, force)| sums[obstacle] += force);
+        for (obstacle, force) in forces {
+            // An earlier equilibrium may have had more obstacles.
+            if let Some(sum) = sums.get_mut(obstacle) {
+                *sum += force;
+            }
+        }
         sums
     }
 }
@@ -68,7 +70,7 @@ pub(super) fn forces(sites: &[Site]) -> impl Iterator<Item = (usize, Vector3<f64
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// The direction in which a displacement relative to an obstacle enters a condition, with the obstacle.
+    /// The obstacle whose displacement enters a condition, and the direction of this displacement.
     pub(super) fn relative(&self, role: &Role) -> Option<(usize, Vector3<f64>)> {
         match role {
             Role::Fixed(site, direction)
@@ -110,11 +112,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Second derivatives of the energy by the reactions, from obstacles that yield: −aᵢ · S fⱼ for an obstacle of
-    /// compliance S, a displacement along aᵢ in condition i, and a force along fⱼ of reaction j. They are equal
-    /// unless contacts slide (`slides`): the friction follows the normal force. Contacts that stick have a compliance
-    /// of their own.
+    /// compliance S, a displacement along aᵢ in condition i, and a force along fⱼ of reaction j. The directions aᵢ and
+    /// fᵢ are equal unless contacts slide (`slides`): the friction follows the normal force. Contacts that stick have a
+    /// compliance of their own.
     pub(super) fn compliance_of_contacts(&self, conditions: &Conditions, slides: bool) -> DMatrix<f64> {
         let n = conditions.roles.len();
+        let sticks = |role: &Role| matches!(role, Role::Stick(..));
+        if !self.obstacles.yields() && !conditions.roles.iter().any(sticks) {
+            return DMatrix::zeros(n, n);
+        }
         let each: Vec<_> = conditions.roles.iter().map(|role| self.relative(role)).collect();
         let mut plain = DMatrix::from_fn(n, n, |i, j| match (each[i], each[j]) {
             (Some((a, d)), Some((b, e))) if a == b => {
@@ -123,16 +129,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             _ => 0.0,
         });
         let stickiness = self.stickiness();
-        for (i, _) in conditions.roles.iter().enumerate().filter(|(_, role)| matches!(role, Role::Stick(..))) {
+        for (i, _) in conditions.roles.iter().enumerate().filter(|(_, role)| sticks(role)) {
             plain[(i, i)] -= stickiness;
         }
-        if plain.iter().all(|value| *value == 0.0) {
-            return plain;
-        }
-        let mut basis = DMatrix::<f64>::zeros(n, n);
-        for (i, combination) in conditions.basis.iter().enumerate() {
-            combination.iter().for_each(|(j, factor)| basis[(i, *j)] += factor);
-        }
-        &basis * plain * basis.transpose()
+        congruent(&conditions.basis, plain)
     }
 }
