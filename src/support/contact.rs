@@ -1,7 +1,5 @@
 //! Contact of a shoot with an obstacle.
 
-use nalgebra::Vector3;
-
 use super::{Obstacle, Support};
 use crate::error::ParameterError;
 
@@ -35,9 +33,6 @@ impl<O: Obstacle> Support for Contact<O> {
         let (name, skew) = ("asymmetry of the compliance of an obstacle", (compliance - compliance.transpose()).norm());
         ParameterError::unless(skew <= 1e-12 * compliance.norm(), name, skew, "zero (m/N)")?;
         let (name, least) = ("least compliance of an obstacle", compliance.symmetric_eigenvalues().min());
-        ParameterError::unless(least >= -1e-12 * compliance.norm(), name, least, "zero or positive (m/N)")?;
-        let base = self.obstacle.distance(&Vector3::zeros(), 0.0).value - self.radius;
-        let requirement = "zero or positive, since the base must not be inside an obstacle (m)";
-        ParameterError::unless(base >= 0.0, "distance of the base from an obstacle", base, requirement)
+        ParameterError::unless(least >= -1e-12 * compliance.norm(), name, least, "zero or positive (m/N)")
     }
 }

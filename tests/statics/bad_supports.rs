@@ -87,6 +87,17 @@ fn obstacle_that_contains_the_base_is_refused_at_any_time() {
 }
 
 #[test]
+fn base_that_touches_an_obstacle_up_to_rounding_is_permitted() {
+    // The gap of the base to a pole along the rod and above it is −4e-19 m, by rounding.
+    let pole = Cylinder { through: Vector3::z() * 0.0055, along: Vector3::x(), radius: 0.005 };
+    let touching = Contact { obstacle: pole, radius: 0.0005, friction: 0.0 };
+    assert!(pole.distance(&Vector3::zeros(), 0.0).value < touching.radius);
+    let mut held = horizontal();
+    held.hold(&touching);
+    assert!(held.reactions.is_empty());
+}
+
+#[test]
 fn friction_radius_and_compliance_out_of_range_are_refused() {
     let floor = HalfSpace { through: -Vector3::z() * 0.005, normal: Vector3::z() };
     for value in [-0.1, f64::NAN, f64::INFINITY] {

@@ -12,6 +12,7 @@ mod greenhill;
 mod held;
 mod held_joints;
 mod held_stability;
+mod helix;
 mod horizontal_base;
 mod point_force;
 mod potentials;

@@ -1,5 +1,7 @@
 //! Random frictionless scenes: rods with intrinsic curvature and twist, and one or two obstacles near them.
 
+use approx::assert_relative_eq;
+
 use crate::fixtures::random::Draw;
 use crate::fixtures::rods::{DENSITY, RADIUS, young_tissue};
 use morphorod::equilibrium::{EquilibriumSolver, NewtonSolver};
@@ -93,4 +95,26 @@ fn random_contacts_push_without_penetration() {
     }
     assert!(failures.len() * 33 <= count as usize, "{failures:?}");
     assert!(touching * 2 > count as usize, "{touching} scenes with contact");
+}
+
+#[test]
+fn parts_of_a_long_contact_push_within_the_cone_of_friction() {
+    // Scenes in which the pressure that is extrapolated to the end of a long contact is negative, or has another
+    // direction than the force there.
+    for (seed, friction) in [(103_092, 0.0), (335, 0.3)] {
+        let (mut rod, environment, mut obstacles) = scene(seed);
+        obstacles.iter_mut().for_each(|contact| contact.friction = friction);
+        let solve = NewtonSolver::default().solve_held(&mut rod, &young_tissue(), &WEIGHT, &obstacles, &environment);
+        let held = solve.unwrap();
+        assert!(held.reactions.iter().any(|reaction| reaction.length > 0.0), "{seed}");
+        for reaction in &held.reactions {
+            let place = held.rod.at(reaction.arc_length).unwrap().0;
+            let normal = obstacles[reaction.obstacle.unwrap()].obstacle.distance(&place, 0.0).normal;
+            assert!(reaction.normal >= 0.0, "{seed}: {reaction:?}");
+            // The obstacle is a plane, so that only rounding separates the two.
+            assert_relative_eq!(reaction.force.dot(&normal), reaction.normal, epsilon = 0.0, max_relative = 1e-12);
+            let tangential = (reaction.force - normal * reaction.normal).norm();
+            assert!(tangential <= friction * reaction.normal * (1.0 + 1e-9), "{seed}: {reaction:?}");
+        }
+    }
 }

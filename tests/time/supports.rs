@@ -194,3 +194,23 @@ fn apex_sticks_to_a_yielding_obstacle_over_many_steps() {
     assert_abs_diff_eq!((sticking.tip() - held.tip()).norm(), 0.0, epsilon = 1e-8 * LENGTH);
     assert!((held.tip() - Vector3::z() * LENGTH).norm() > 0.01 * LENGTH);
 }
+
+#[test]
+fn held_places_leave_the_growth_zone_and_remain_held() {
+    // The first place leaves the zone of 0.05 m within the first step, the second one after 21 h. Elements beside it
+    // become short at the boundary of the zone, and merge later.
+    for (distance, hours) in [(0.049998, 1.0), (0.03, 23.0)] {
+        let plane = Vector3::z() * (0.9 * (LENGTH - distance));
+        let hold = Hold::place(distance).on_plane(plane, Vector3::z_axis());
+        let mut shoot = nutating(hold).tropism(Oscillator::new(0.3, 2.0 * HOUR)).into_dyn().build().unwrap();
+        let mut run = MethodOfSteps::new(300.0);
+        while shoot.time() < hours * HOUR {
+            let _ = run.step(&mut shoot, hours * HOUR).unwrap();
+            let place = shoot.rod().at(shoot.reactions()[0].arc_length).unwrap().0;
+            // The solver returns to the conditions up to 1e-12 of the length, or 1e-8 of it if they do not decrease.
+            assert_abs_diff_eq!(place.z, plane.z, epsilon = 1e-8 * LENGTH);
+        }
+        let left = shoot.rod().growth_zone().start;
+        assert!(shoot.reactions()[0].arc_length < left, "{distance}");
+    }
+}

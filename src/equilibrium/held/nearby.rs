@@ -52,9 +52,7 @@ impl<C: Constitutive, L: Load, const P: usize> NearbyEquilibria for HeldTangent<
         search.system.advance::<P>(rod, 1.0);
         search.add_reactions(conditions, &changes, 1.0);
         search.apply(rod);
-        // The couples of held frames balance those of the rod in its new shape.
-        search.unbalance(rod);
-        search.system.balance::<P>();
+        search.balance_frames(rod);
         let mut strains = std::mem::take(rod.line_strains_mut());
         strain_line(&mut strains, rod, search.material, search.force);
         *rod.line_strains_mut() = strains;
@@ -74,6 +72,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         self.sites.iter_mut().filter_map(|site| site.spring.as_mut()).for_each(Spring::relax);
         self.stretch_joints(rod);
         self.reactions(rod)
+    }
+
+    /// Computes the couples of held frames, which balance those of the rod with its present shape and reactions.
+    pub(super) fn balance_frames(&mut self, rod: &Rod) {
+        self.unbalance(rod);
+        self.system.balance::<P>();
     }
 
     /// Evaluates the gradient of the energy of the rod and of its elastic joints.

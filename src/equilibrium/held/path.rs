@@ -187,6 +187,11 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             self.check_end(rod)?;
         }
         moved?;
+        if !self.frames.is_empty() {
+            // The last step may change reactions that do not affect the shape.
+            self.balance_frames(rod);
+            self.found.evaluations += 1;
+        }
         let (reactions, patches) = (self.reactions(rod), self.patches(rod, 0.0));
         Ok(Found {
             equilibrium: self.found,

@@ -10,8 +10,12 @@ use crate::rod::Rod;
 use crate::so3;
 use crate::support::{Argument, Elastic, Hold, Joint, Orientation, Position, Support, closest_about};
 
-/// Largest distance of a held place from a node, relative to the element.
+/// Largest distance of a held place from a node at t = 0, relative to the length then. It must not be relative to the
+/// element, which may be short at the boundary of the growth zone.
 const AT_NODE: f64 = 1e-9;
+/// See `AT_NODE`. Distance of a node that is protected from merging: merged elements beside it interpolate the distances
+/// at t = 0 with an error. It was up to 1e-7 of the length in shoots of order eight that had doubled their length.
+const AT_KEPT_NODE: f64 = 1e-5;
 
 /// A place at which a support acts.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,8 +126,12 @@ pub(super) fn node_at(rod: &Rod, distance: f64) -> Result<usize, ParameterError>
     let (name, length) = ("distance of a held place from the apex", rod.initial_length());
     let on = distance >= 0.0 && distance <= length * (1.0 + AT_NODE);
     ParameterError::unless(on, name, distance, "between 0 and the length at t = 0 (m)")?;
-    let located = rod.locate_initial(distance);
-    let node = located.and_then(|(e, x)| if x <= AT_NODE { Some(e) } else { (x >= 1.0 - AT_NODE).then_some(e + 1) });
+    let node = rod.locate_initial(distance).and_then(|(e, _)| {
+        let [first, last] = [0.0, 1.0].map(|x| (rod.initial_apex_distance(e, x) - distance).abs());
+        let (node, off) = if first <= last { (e, first) } else { (e + 1, last) };
+        let permitted = if rod.keeps_node(node) { AT_KEPT_NODE } else { AT_NODE };
+        (off <= permitted * length).then_some(node)
+    });
     let missing = ParameterError::unless(false, name, distance, "that of an end of an element (m)");
     node.map_or_else(|| Err(missing.unwrap_err()), Ok)
 }

@@ -1,7 +1,5 @@
 //! Reactions of contacts that are longer than a point: forces at their ends, and pressure between.
 
-use nalgebra::Vector3;
-
 use super::data::HeldSearch;
 use super::touch::SAME;
 use crate::constitutive::Constitutive;
@@ -28,8 +26,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let find = |all: &[Reaction], obstacle: usize, s: f64| {
             all.iter().position(|at| at.obstacle == Some(obstacle) && (at.arc_length - s).abs() <= margin)
         };
-        // The pressure at the first and the last station of an element, extrapolated from those inside.
-        let mut ends: Vec<(usize, f64, Vector3<f64>)> = Vec::new();
+        // The normal force at the first and the last station of an element by the pressure extrapolated from those inside.
+        let mut ends: Vec<(usize, f64, f64)> = Vec::new();
         for obstacle in 0..self.obstacles.contacts.len() {
             for e in 0..rod.elements() {
                 let (from, length) = (line[e].0, rod.length_of(e));
@@ -43,12 +41,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 let mut values = vec![0.0; P - 2];
                 for (index, x) in [(first, 0.0), (last, 1.0)] {
                     lagrange(&nodes[1..P - 1], x, &mut values);
-                    let share = weights[0] * length;
-                    let pressure = inside.iter().zip(&nodes[1..]).zip(&values).map(|((i, _), value)| {
-                        let k = inside.iter().position(|other| other == i).unwrap_or(0);
-                        all[*i].force * (value / (weights[k + 1] * length))
-                    });
-                    ends.push((index, share, pressure.sum::<Vector3<f64>>() * share));
+                    let each = inside.iter().zip(&values).zip(&weights[1..]);
+                    let normal = each.map(|((i, value), weight)| all[*i].normal * value / weight).sum::<f64>();
+                    ends.push((index, weights[0] * length, normal * weights[0]));
                 }
                 for (k, i) in inside.iter().enumerate() {
                     all[*i].length = weights[k + 1] * length;
@@ -62,20 +57,18 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             if parts.len() == 2 {
                 // Between two elements in contact there is no force at a point.
                 all[i].length = length;
-            } else if let [(_, _, force)] = parts[..] {
+            } else if let [(_, _, normal)] = parts[..] {
+                // Both parts have the direction of the whole, so that they push and friction is within its cone.
                 let whole = all[i];
-                let normal = |force: &Vector3<f64>| {
-                    let size = whole.force.norm();
-                    if size > 0.0 { whole.normal * force.dot(&whole.force) / (size * size) } else { 0.0 }
-                };
-                let rest = whole.force - force;
+                let share = if whole.normal > 0.0 { (normal / whole.normal).clamp(0.0, 1.0) } else { 0.0 };
+                let part = |share: f64| Reaction { force: whole.force * share, normal: whole.normal * share, ..whole };
                 // There is no force at a point at an end where the rod does not lift off.
-                if rest.norm() <= NONE * whole.force.norm() {
+                if 1.0 - share <= NONE {
                     all[i].length = length;
-                    continue;
+                } else if share > 0.0 {
+                    all.push(Reaction { length, ..part(share) });
+                    all[i] = part(1.0 - share);
                 }
-                all.push(Reaction { force: *force, normal: normal(force), length, ..whole });
-                all[i] = Reaction { force: rest, normal: normal(&rest), ..whole };
             }
         }
     }
