@@ -202,7 +202,8 @@ fn held_places_leave_the_growth_zone_and_remain_held() {
     for (distance, hours) in [(0.049998, 1.0), (0.03, 23.0)] {
         let plane = Vector3::z() * (0.9 * (LENGTH - distance));
         let hold = Hold::place(distance).on_plane(plane, Vector3::z_axis());
-        let mut shoot = nutating(hold).tropism(Oscillator::new(0.3, 2.0 * HOUR)).into_dyn().build().unwrap();
+        let shoot = nutating(hold).tropism(Oscillator::new(0.3, 2.0 * HOUR)).scene(Still::tilted(0.5)).into_dyn();
+        let mut shoot = shoot.build().unwrap();
         let mut run = MethodOfSteps::new(300.0);
         while shoot.time() < hours * HOUR {
             let _ = run.step(&mut shoot, hours * HOUR).unwrap();

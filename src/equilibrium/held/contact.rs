@@ -128,20 +128,26 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Finds an equilibrium with its contacts. If the search for them fails, they are estimated with elastic foundations
-    /// in the place of the obstacles.
+    /// in the place of the obstacles, and last the first search is repeated with more iterations.
     pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         if self.obstacles.contacts.is_empty() {
             return self.find_contacts(rod, bound);
         }
         let guess = self.snapshot(rod);
+        let fails =
+            |result: &Result<(), EquilibriumError>| result.as_ref().is_err_and(EquilibriumError::is_recoverable);
         let mut result = self.find_contacts(rod, bound.min(ATTEMPT));
         for width in FOUNDATIONS {
-            if !result.as_ref().is_err_and(EquilibriumError::is_recoverable) {
-                break;
+            if !fails(&result) {
+                return result;
             }
             self.restore(rod, guess.clone());
             self.foundations += 1;
             result = self.soften(rod, bound, width).and_then(|()| self.find_contacts(rod, bound));
+        }
+        if fails(&result) && bound > ATTEMPT {
+            self.restore(rod, guess);
+            result = self.find_contacts(rod, bound);
         }
         result
     }

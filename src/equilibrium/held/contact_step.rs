@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::dense::Dense;
-use super::touch::{all_stations, largest_share};
+use super::touch::{Penetration, all_stations, approaches, largest_share};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::system::Configuration;
 use crate::equilibrium::{EquilibriumError, Inertia};
@@ -33,12 +33,15 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Solves for the step with the contacts that it keeps, gains and loses. Returns the fraction of it that is safe.
     pub(super) fn step_with_contacts(&mut self, rod: &mut Rod, shift: f64) -> Result<ContactStep, EquilibriumError> {
         let (mut energy, mut pivots) = self.factorise(rod, shift)?;
-        let mut from = Configuration::default();
         for change in 0..CONTACT_CHANGES {
             let (inertia, conditions, dense) = self.close(rod, pivots)?;
             let changes = self.step(&conditions, &dense);
             let turn = self.system.largest_turn();
             let mut fraction = f64::min(1.0, LARGEST_TURN / turn);
+            if self.softened && turn.is_finite() {
+                let (share, _) = self.safe_share(rod, fraction);
+                fraction *= share;
+            }
             if !self.approaches() || !turn.is_finite() {
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
@@ -72,24 +75,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 }
                 continue;
             }
-            from.keep(rod);
-            let forces = self.obstacles.forces.clone();
-            let before = all_stations(rod, &self.tangents);
-            self.system.start.keep(rod);
-            self.advance(rod, fraction);
-            self.locate(rod);
-            let share = largest_share(&self.obstacles, &before, &all_stations(rod, &self.tangents));
-            if share < 1.0 {
-                fraction *= share;
-                from.restore(rod);
-                self.obstacles.pull(forces.clone());
-                self.advance(rod, fraction);
-                self.locate(rod);
-            }
-            let penetrations = self.penetrations(rod);
-            from.restore(rod);
-            self.obstacles.pull(forces);
-            self.locate(rod);
+            let (share, penetrations) = self.safe_share(rod, fraction);
+            fraction *= share;
             // Contacts may be lost and found again in turn, since the rod does not follow the linear step exactly. Then
             // contacts are only lost, and the next step finds those that are missing.
             if change > CONTACT_CHANGES / 2 || !self.touch(rod, &penetrations, false) {
@@ -99,5 +86,30 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.merge_sites(rod);
         }
         Err(self.contacts_not_found(0.0))
+    }
+
+    /// The share of a fraction of the step that is within the bounds on the approach to obstacles, and the places at which
+    /// the rod penetrates them after it.
+    fn safe_share(&mut self, rod: &mut Rod, fraction: f64) -> (f64, Vec<Penetration>) {
+        let mut from = Configuration::default();
+        from.keep(rod);
+        let forces = self.obstacles.forces.clone();
+        let before = all_stations(rod, &self.tangents);
+        let bounds = approaches(rod, &self.tangents, &self.obstacles);
+        self.system.start.keep(rod);
+        self.advance(rod, fraction);
+        self.locate(rod);
+        let share = largest_share(&bounds, &before, &all_stations(rod, &self.tangents));
+        if share < 1.0 {
+            from.restore(rod);
+            self.obstacles.pull(forces.clone());
+            self.advance(rod, fraction * share);
+            self.locate(rod);
+        }
+        let penetrations = self.penetrations(rod);
+        from.restore(rod);
+        self.obstacles.pull(forces);
+        self.locate(rod);
+        (share, penetrations)
     }
 }

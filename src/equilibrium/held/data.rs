@@ -37,6 +37,8 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) layer: f64,
     /// Whether steps are not blocked by obstacles.
     pub(super) frozen: bool,
+    /// Whether elastic foundations are in the place of the obstacles.
+    pub(super) softened: bool,
     /// Whether contacts at points stay at their places along the rod.
     pub(super) pinned: bool,
     /// The rod at the end of the increment before, with the time since then (s). Friction depends on the displacement.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::soft::Foundation;
+use super::foundation::Foundation;
 use crate::equilibrium::joints::ElasticJoint;
 use crate::error::ParameterError;
 use crate::so3::{Form, s_functions};

@@ -57,7 +57,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             if last || !touch.floats || !(bend > 0.0) || slope.abs() <= LEVEL * bend * self.length {
                 break;
             }
-            slide(rod, site, -slope / bend);
+            // Beside a straight rod the place of least gap is within this distance.
+            let reach = 1.0 / gap.curvature.norm();
+            slide(rod, site, (-slope / bend).clamp(-reach, reach));
             if site.element + 1 == rod.elements() && site.x >= 1.0 {
                 // The gap is least at the apex, where it is not stationary.
                 site.touch.iter_mut().for_each(|touch| touch.floats = false);

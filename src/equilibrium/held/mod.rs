@@ -15,6 +15,7 @@ mod data;
 mod dense;
 mod elastic;
 mod energy;
+mod foundation;
 mod friction;
 mod nearby;
 mod patches;

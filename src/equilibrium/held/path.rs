@@ -56,6 +56,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             tangents: Vec::new(),
             layer: f64::INFINITY,
             frozen: false,
+            softened: false,
             pinned: false,
             stable,
             tolerance,

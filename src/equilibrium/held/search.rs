@@ -6,6 +6,7 @@ use super::data::HeldSearch;
 use super::dense::NEUTRAL;
 use super::response::{ACCEPTED, RESTORED};
 use super::sites::Site;
+use super::touch::is_deep;
 use super::yielding::forces;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
@@ -16,6 +17,9 @@ use crate::rod::Rod;
 /// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the
 /// tangent is almost singular, and is shifted.
 const LONGEST_STEP: f64 = 10.0;
+/// Largest shift of the tangent, relative to the force in the rod. Forces far from equilibrium may leave the bordered
+/// matrix indefinite at any shift.
+const LARGEST_SHIFT: f64 = 1e12;
 /// Rotation in a step below which the energy is not compared, rad: its change is close to rounding.
 const SMALL_TURN: f64 = 1e-4;
 /// Rotation in a step below which the steps are expected to converge, rad.
@@ -63,6 +67,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 let far = self.system.largest_turn() > LONGEST_STEP && !straight;
                 if !self.stable || step.inertia.negative == 0 && !far {
                     break step;
+                }
+                if shift > LARGEST_SHIFT * self.force_scale() {
+                    return Err(self.not_found(self.system.largest_turn()));
                 }
                 shift = if shift > 0.0 {
                     4.0 * shift
@@ -147,6 +154,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 fraction *= 0.5;
             }
             self.add_reactions(&conditions, &changes, fraction);
+            if self.softened && is_deep(rod, &self.tangents, &self.obstacles) {
+                return Err(self.contacts_not_found(0.0));
+            }
             if self.regulate_friction(rod, turn) {
                 last = f64::INFINITY;
                 continue;

@@ -3,66 +3,23 @@
 //! The energy of the foundation is a function of the shape alone. Newton's iteration with a line search decreases it
 //! together with that of the rod, and no decision to keep or release a contact is necessary.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::arrange::nearest;
 use super::before::OldTouch;
 use super::data::HeldSearch;
 use super::elastic::{Law, Spring};
+use super::foundation::Foundation;
 use super::sites::{Friction, Site};
 use super::touch::{Place, all_stations};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
 use crate::load::Load;
 use crate::rod::{Rod, Tissue};
-use crate::support::{Contact, Energy, Obstacle, Patch};
+use crate::support::Patch;
 
 /// Number of equilibria with friction. The friction cone in each follows from the normal forces in the one before.
 const LAGS: usize = 3;
-
-/// An obstacle whose surface acts on a place of the rod as a spring.
-#[derive(Clone, Copy)]
-pub(super) struct Foundation<'a> {
-    contact: Contact<&'a dyn Obstacle>,
-    /// Displacement of the obstacle, m.
-    yielded: Vector3<f64>,
-    /// Force per penetration and per slip of a place that sticks, N/m.
-    stiffness: f64,
-    /// The place without slip, m, and the normal of the obstacle there, across which slips are measured.
-    anchor: (Vector3<f64>, Vector3<f64>),
-    /// Largest tangential force, N.
-    cone: f64,
-}
-
-impl Foundation<'_> {
-    /// The energy at a place x (m): that of the penetration, and the work of friction with a given largest force.
-    pub fn energy(&self, x: &Vector3<f64>, time: f64) -> Energy {
-        let distance = self.contact.obstacle.distance(&(x - self.yielded), time);
-        let gap = (distance.value - self.contact.radius).min(0.0);
-        let (k, normal) = (self.stiffness, distance.normal);
-        let (mut value, mut gradient) = (0.5 * k * gap * gap, normal * (k * gap));
-        let mut stiffness = Matrix3::zeros();
-        if gap < 0.0 {
-            stiffness += (normal * normal.transpose() + distance.curvature * gap) * k;
-        }
-        if self.cone > 0.0 {
-            let (anchor, normal) = self.anchor;
-            let tangential = Matrix3::identity() - normal * normal.transpose();
-            let slip = tangential * (x - anchor);
-            let (size, along) = (slip.norm(), slip.try_normalize(f64::MIN_POSITIVE).unwrap_or_default());
-            if k * size <= self.cone {
-                value += 0.5 * k * size * size;
-                gradient += slip * k;
-                stiffness += tangential * k;
-            } else {
-                value += self.cone * (size - 0.5 * self.cone / k);
-                gradient += along * self.cone;
-                stiffness += (tangential - along * along.transpose()) * (self.cone / size);
-            }
-        }
-        Energy { value, gradient, stiffness }
-    }
-}
 
 /// A station that is pressed on a foundation.
 struct Pressed {
@@ -153,9 +110,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             self.sites.push(Site::at((place.element, place.x), Some(Spring::new(self.laws.springs.len()))));
             self.laws.springs.push(Law::Foundation(*foundation));
         }
-        self.frozen = true;
+        (self.frozen, self.softened) = (true, true);
         let result = self.find(rod, bound);
-        self.frozen = false;
+        (self.frozen, self.softened) = (false, false);
         let sites = self.sites.split_off(holds);
         self.laws.springs.truncate(laws);
         result?;

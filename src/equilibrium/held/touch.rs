@@ -19,8 +19,12 @@ const LARGEST_APPROACH: f64 = 0.25;
 const BESIDE: f64 = 1e-4;
 /// See `BESIDE`. The contact obtains a node of its own later, where there is no difference.
 const DIFFERENT: f64 = 1e-3;
-/// Number of parts in which an interval between two stations is searched for a place in contact.
-const PARTS: usize = 8;
+/// Smallest number of parts in which an interval between two stations is searched for a place in contact.
+const PARTS: f64 = 8.0;
+/// Distance of the places in this search, relative to the radius of curvature of the obstacle.
+const RESOLUTION: f64 = 0.25;
+/// Smallest distance of these places, relative to that of the stations.
+const FINEST: f64 = 1.0 / 4096.0;
 
 /// The obstacles of a rod at a time.
 pub(super) struct Obstacles<'a> {
@@ -122,38 +126,34 @@ pub(super) fn penetrations(
     (length, clear): (f64, f64),
 ) -> Vec<Penetration> {
     let all = all_stations(rod, tangents);
+    let sampling = Sampling { rod, tangents, obstacles };
     let mut found: Vec<Penetration> = Vec::new();
     for obstacle in 0..obstacles.contacts.len() {
         let own: Vec<f64> = touches.iter().filter(|(other, _)| *other == obstacle).map(|(_, s)| *s).collect();
         let margin = 1e-9 * length;
-        let mut before = (0.0, obstacles.gap(obstacle, &Vector3::zeros()).value);
-        let mut start = (0.0, Vector3::zeros());
+        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+        let (mut before, mut start) = (sampling.at(obstacle, &base), base);
         let mut run: Option<(Penetration, f64)> = None;
-        let mut from = 0.0;
         for station in &all {
             let (s, at) = (station.arc_length, (station.element, station.x));
-            let gap = obstacles.gap(obstacle, &station.position).value;
-            let touched = own.iter().any(|t| *t > before.0 - margin && *t < s + margin);
-            // Between two stations the gap changes by at most the arc length.
-            let inside = if !touched && before.1 + gap < s - before.0 {
-                let places = (1..PARTS).map(|k| {
-                    let x = from + (station.x - from) * k as f64 / PARTS as f64;
-                    let place = place(rod, tangents, (station.element, x), start.0, &start.1);
-                    (obstacles.gap(obstacle, &place.position).value, x)
-                });
-                let least = places.min_by(|a, b| a.0.total_cmp(&b.0));
-                least.filter(|(least, _)| *least < before.1.min(gap) && *least < -clear * length)
-            } else {
+            let here = sampling.at(obstacle, station);
+            let gap = here.gap;
+            let touched = own.iter().any(|t| *t > before.arc_length - margin && *t < s + margin);
+            let inside = if touched {
                 None
+            } else {
+                let start = (start.arc_length, &start.position);
+                let least = sampling.least(obstacle, station.element, start, [before, here]);
+                least.filter(|least| least.gap < before.gap.min(gap) && least.gap < -clear * length)
             };
             let active = own.iter().any(|t| {
                 let distance = (t - s).abs();
                 distance <= margin || distance < BESIDE * length && gap > -DIFFERENT * distance
             });
             let outside = gap >= -clear * length || active;
-            if let Some((gap, x)) = inside {
-                let place = (station.element, x);
-                let start = Penetration { obstacle, stations: Vec::new(), deepest: place, between: (before.0, s) };
+            if let Some(Sample { x, gap, .. }) = inside {
+                let (place, between) = ((station.element, x), (before.arc_length, s));
+                let start = Penetration { obstacle, stations: Vec::new(), deepest: place, between };
                 let (penetration, least) = run.get_or_insert((start, gap));
                 if gap < *least {
                     (penetration.deepest, *least) = (place, gap);
@@ -165,17 +165,17 @@ pub(super) fn penetrations(
                     found.push(penetration);
                 }
             } else {
-                let start = Penetration { obstacle, stations: Vec::new(), deepest: at, between: (before.0, s) };
+                let between = (before.arc_length, s);
+                let start = Penetration { obstacle, stations: Vec::new(), deepest: at, between };
                 let (penetration, least) = run.get_or_insert((start, gap));
                 penetration.stations.push(at);
                 if gap < *least {
                     (penetration.deepest, *least) = (at, gap);
                 }
             }
-            before = (s, gap);
-            from = if station.x >= 1.0 { 0.0 } else { station.x };
+            before = here;
             if station.x >= 1.0 {
-                start = (s, station.position);
+                (before.x, start) = (0.0, *station);
             }
         }
         if let Some((mut penetration, _)) = run.take() {
@@ -186,15 +186,97 @@ pub(super) fn penetrations(
     found
 }
 
-/// The largest share of a displacement of the stations that does not approach a round obstacle by more than the gap or
-/// a part of its radius.
-pub(super) fn largest_share(obstacles: &Obstacles, from: &[Place], to: &[Place]) -> f64 {
+/// The gap to an obstacle at a place of an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Sample {
+    x: f64,
+    arc_length: f64,
+    gap: f64,
+    /// Radius of curvature of the obstacle, with that of the rod, m; infinite for a plane.
+    radius: f64,
+}
+
+/// The obstacles and a rod whose centre line has given tangents.
+struct Sampling<'b, 'a> {
+    rod: &'b Rod,
+    tangents: &'b [Vector3<f64>],
+    obstacles: &'b Obstacles<'a>,
+}
+
+impl Sampling<'_, '_> {
+    /// The gap at a place to an obstacle.
+    fn at(&self, obstacle: usize, place: &Place) -> Sample {
+        let gap = self.obstacles.gap(obstacle, &place.position);
+        // The principal curvatures a and b follow from a + b and a² + b².
+        let (trace, square) = (gap.curvature.trace(), gap.curvature.norm_squared());
+        let largest = 0.5 * (trace + (2.0 * square - trace * trace).max(0.0).sqrt());
+        let radius = if largest > 0.0 { (1.0 / largest - gap.value).max(0.0) } else { f64::INFINITY };
+        Sample { x: place.x, arc_length: place.arc_length, gap: gap.value, radius }
+    }
+
+    /// The least gap at places between two samples `ends` of an element, which starts at an arc length (m) and a
+    /// position (m). A gap changes by at most the arc length. Parts are left out where it is at least half the smaller
+    /// one at their ends.
+    fn least(&self, obstacle: usize, element: usize, start: (f64, &Vector3<f64>), ends: [Sample; 2]) -> Option<Sample> {
+        let [from, to] = ends;
+        let spacing = to.arc_length - from.arc_length;
+        let finest = (spacing / PARTS).min(RESOLUTION * from.radius.min(to.radius)).max(FINEST * spacing);
+        let (mut parts, mut least) = (vec![ends], None::<Sample>);
+        while let Some([from, to]) = parts.pop() {
+            let size = to.arc_length - from.arc_length;
+            if size <= finest || !(from.gap.max(to.gap) < size) {
+                continue;
+            }
+            let at = (element, 0.5 * (from.x + to.x));
+            let middle = self.at(obstacle, &place(self.rod, self.tangents, at, start.0, start.1));
+            if least.is_none_or(|least| middle.gap < least.gap) {
+                least = Some(middle);
+            }
+            parts.extend([[from, middle], [middle, to]]);
+        }
+        least
+    }
+}
+
+/// The nearest places to an obstacle: for each station that at it or between it and the station before.
+fn nearest(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles, obstacle: usize) -> Vec<Sample> {
+    let sampling = Sampling { rod, tangents, obstacles };
+    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+    let (mut before, mut start) = (sampling.at(obstacle, &base), base);
+    let all = all_stations(rod, tangents);
+    let each = all.iter().map(|station| {
+        let here = sampling.at(obstacle, station);
+        let least = sampling.least(obstacle, station.element, (start.arc_length, &start.position), [before, here]);
+        before = here;
+        if station.x >= 1.0 {
+            (before.x, start) = (0.0, *station);
+        }
+        least.filter(|least| least.gap < here.gap).unwrap_or(here)
+    });
+    each.collect()
+}
+
+/// Bounds on the displacement in a step: for each obstacle and each station, and the part of the rod before it, the
+/// largest displacement that does not approach the obstacle by more than half the gap or a part of its radius, m.
+pub(super) fn approaches(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles) -> Vec<Vec<f64>> {
+    let bound = |at: &Sample| (0.5 * at.gap).max(LARGEST_APPROACH * (at.radius + at.gap.max(0.0)));
+    let bounds = |obstacle| nearest(rod, tangents, obstacles, obstacle).iter().map(bound).collect();
+    (0..obstacles.contacts.len()).map(bounds).collect()
+}
+
+/// Whether the rod penetrates an obstacle by more than half its radius, beyond which it may leave it on the other side.
+pub(super) fn is_deep(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles) -> bool {
+    let deep = |obstacle| nearest(rod, tangents, obstacles, obstacle).iter().any(|at| at.gap < -0.5 * at.radius);
+    (0..obstacles.contacts.len()).any(deep)
+}
+
+/// The largest share of a displacement of the stations that is within the bounds of `approaches`.
+pub(super) fn largest_share(bounds: &[Vec<f64>], from: &[Place], to: &[Place]) -> f64 {
+    let moved: Vec<f64> = from.iter().zip(to).map(|(from, to)| (to.position - from.position).norm()).collect();
     let mut share = 1.0_f64;
-    for (from, to) in from.iter().zip(to) {
-        let moved = (to.position - from.position).norm();
-        for obstacle in 0..obstacles.contacts.len() {
-            let gap = obstacles.gap(obstacle, &from.position);
-            let allowed = gap.value.max(LARGEST_APPROACH / gap.curvature.norm());
+    for i in 0..moved.len() {
+        let moved = moved[i].max(moved[i.saturating_sub(1)]);
+        for allowed in bounds.iter().map(|bounds| bounds[i]) {
             if moved > allowed {
                 share = share.min(allowed / moved);
             }
