@@ -21,5 +21,6 @@ mod reported_errors;
 mod shear_and_stretch;
 mod snaps;
 mod static_symmetries;
+mod thin_obstacles;
 mod varying_material;
 mod yielding;

@@ -10,7 +10,7 @@ use morphorod::support::{
     Argument, Contact, Distance, Elastic, Energy, Hold, Joint, Obstacle, Potential, Slip, Support,
 };
 use morphorod::tropism::Oscillator;
-use morphorod::{DynLaws, Scene, Shoot, ShootBuilder};
+use morphorod::{DynLaws, Scene, Shoot, ShootBuilder, Still};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const TISSUE: LinearElastic = LinearElastic { youngs_modulus: 1e8, poissons_ratio: 0.5 };

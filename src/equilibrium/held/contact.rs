@@ -12,6 +12,9 @@ use crate::rod::Rod;
 
 /// Number of changes of the contacts in one search.
 const CHANGES: usize = 30;
+/// Largest number of Newton iterations of an increment with contacts. Searches that succeed need fewer than 800 in the
+/// tests and examples.
+const MOST_ITERATIONS: usize = 1200;
 /// Number of changes after which smaller penetrations and slopes at contacts are accepted.
 const PATIENCE: i32 = 8;
 /// Largest factor by which these are larger then.
@@ -133,6 +136,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         if self.obstacles.contacts.is_empty() {
             return self.find_contacts(rod, bound);
         }
+        self.last = self.found.iterations + MOST_ITERATIONS.max(bound);
         let guess = self.snapshot(rod);
         let fails =
             |result: &Result<(), EquilibriumError>| result.as_ref().is_err_and(EquilibriumError::is_recoverable);

@@ -47,3 +47,42 @@ impl Foundation<'_> {
         Energy { value, gradient, stiffness }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_relative_eq;
+
+    use super::*;
+    use crate::support::Sphere;
+
+    #[test]
+    fn derivatives_of_a_foundation_are_those_of_its_energy() {
+        let ball = Sphere { centre: Vector3::new(0.1, -0.2, 0.3), radius: 0.5 };
+        let contact = Contact { obstacle: &ball as &dyn Obstacle, radius: 0.1, friction: 0.4 };
+        let normal = Vector3::new(0.3, 0.2, 0.9).normalize();
+        // A place inside the surface, which sticks or slides with the cones below.
+        let x = ball.centre + Vector3::new(0.35, 0.1, 0.4);
+        for cone in [0.0, 1e-2, 10.0] {
+            let anchor = (ball.centre + normal * 0.6, normal);
+            let foundation =
+                Foundation { contact, yielded: Vector3::new(0.01, 0.0, 0.02), stiffness: 3.0, anchor, cone };
+            let here = foundation.energy(&x, 0.0);
+            assert!(here.value > 0.0);
+            // Central differences have errors of order h² = 1e-10.
+            let h = 1e-5;
+            for axis in 0..3 {
+                let by = Vector3::ith(axis, h);
+                let [ahead, behind] = [x + by, x - by].map(|x| foundation.energy(&x, 0.0));
+                let slope = (ahead.value - behind.value) / (2.0 * h);
+                assert_relative_eq!(slope, here.gradient[axis], epsilon = 1e-9, max_relative = 1e-8);
+                let change = (ahead.gradient - behind.gradient) / (2.0 * h);
+                assert_relative_eq!(
+                    change,
+                    here.stiffness.column(axis).into_owned(),
+                    epsilon = 1e-8,
+                    max_relative = 1e-8
+                );
+            }
+        }
+    }
+}

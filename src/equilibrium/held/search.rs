@@ -17,7 +17,7 @@ use crate::rod::Rod;
 /// Largest rotation of a frame in a Newton step that is shortened to `LARGEST_TURN`, rad. For a longer one the
 /// tangent is almost singular, and is shifted.
 const LONGEST_STEP: f64 = 10.0;
-/// Largest shift of the tangent, relative to the force in the rod. Forces far from equilibrium may leave the bordered
+/// Largest shift of the tangent, relative to the force in the rod or that of buckling. Forces far from equilibrium may leave the bordered
 /// matrix indefinite at any shift.
 const LARGEST_SHIFT: f64 = 1e12;
 /// Rotation in a step below which the energy is not compared, rad: its change is close to rounding.
@@ -46,7 +46,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.locate(rod);
             self.obstacles.pull(self.obstacles.sums(forces(&self.sites)));
         }
-        for _ in 0..bound {
+        for _ in 0..bound.min(self.last.saturating_sub(self.found.iterations)) {
             self.found.iterations += 1;
             self.apply(rod);
             self.locate(rod);
@@ -68,7 +68,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
                 if !self.stable || step.inertia.negative == 0 && !far {
                     break step;
                 }
-                if shift > LARGEST_SHIFT * self.force_scale() {
+                let buckling = 1.0 / (self.system.compliance() * self.length);
+                if shift > LARGEST_SHIFT * self.force_scale().max(buckling) {
                     return Err(self.not_found(self.system.largest_turn()));
                 }
                 shift = if shift > 0.0 {
