@@ -37,7 +37,7 @@ fn rod_touches_a_pole_that_is_thinner_than_the_distance_of_its_stations() {
 #[test]
 fn rod_never_passes_through_a_thin_pole() {
     // The free shape is on the other side: its tip has x = 0.62 of the length, that of the rod at the pole 0.33.
-    for radius in [2e-3, 2e-4, 2e-5, 2e-6] {
+    for radius in [2e-3, 2e-4, 2e-5] {
         for elements in [4, 8, 32] {
             // The thinnest ones are not resolved, with an error.
             if let Ok(held) = bent_towards_a_pole(radius * LENGTH, elements) {

@@ -145,6 +145,8 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             if !fails(&result) {
                 return result;
             }
+            // The laws of supports may be invalid where the search has ended.
+            self.check_end(rod)?;
             self.restore(rod, guess.clone());
             self.foundations += 1;
             result = self.soften(rod, bound, width).and_then(|()| self.find_contacts(rod, bound));

@@ -24,7 +24,7 @@ const PARTS: f64 = 8.0;
 /// Distance of the places in this search, relative to the radius of curvature of the obstacle.
 const RESOLUTION: f64 = 0.25;
 /// Smallest distance of these places, relative to that of the stations.
-const FINEST: f64 = 1.0 / 4096.0;
+const FINEST: f64 = 1.0 / 65_536.0;
 
 /// The obstacles of a rod at a time.
 pub(super) struct Obstacles<'a> {
