@@ -13,10 +13,9 @@
 //! turns with a friction of 0.2, and 0.53 turns without friction. The shoot is in contact for 39 %
 //! and 29 % of the time.
 //!
-//! The map contains shoots that pass (4 of 25 in each panel), shoots that slip off
-//! (7 without friction, 8 with a friction of 0.2), and runs that fail (14 and 13), most of them at
-//! poles close to the base, where the shoot would wind: the solver does not find the equilibrium
-//! with further contacts. A single run repeats such steps with half their length.
+//! The map contains shoots that pass, shoots that slip off, shoots that lean, and runs that fail with
+//! an error. The last ones are at poles close to the base, where a strongly curved shoot would wind with
+//! friction. A single run repeats such steps with half their length.
 //!
 //! # Options
 //! - `--friction 0`: no friction.
