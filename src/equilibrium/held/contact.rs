@@ -12,8 +12,8 @@ use crate::rod::Rod;
 
 /// Number of changes of the contacts in one search.
 const CHANGES: usize = 30;
-/// Largest number of Newton iterations of an increment with contacts. Searches that succeed need fewer than 800 in the
-/// tests and examples.
+/// Largest number of Newton iterations of an increment with contacts, unless a caller asks for more. An iteration with a
+/// hundred contacts takes milliseconds, and a shoot repeats an increment that fails to locate the change of its contacts.
 const MOST_ITERATIONS: usize = 1200;
 /// Number of changes after which smaller penetrations and slopes at contacts are accepted.
 const PATIENCE: i32 = 8;
@@ -131,7 +131,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// Finds an equilibrium with its contacts. If the search for them fails, they are estimated with elastic foundations
-    /// in the place of the obstacles, and last the first search is repeated with more iterations.
+    /// in the place of the obstacles. If this fails, too, the first search is repeated with more iterations.
     pub(super) fn settle(&mut self, rod: &mut Rod, bound: usize) -> Result<(), EquilibriumError> {
         if self.obstacles.contacts.is_empty() {
             return self.find_contacts(rod, bound);
@@ -148,11 +148,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             // The laws of supports may be invalid where the search has ended.
             self.check_end(rod)?;
             self.restore(rod, guess.clone());
+            self.leniency = 1.0;
             self.foundations += 1;
             result = self.soften(rod, bound, width).and_then(|()| self.find_contacts(rod, bound));
         }
         if fails(&result) && bound > ATTEMPT {
             self.restore(rod, guess);
+            self.leniency = 1.0;
             result = self.find_contacts(rod, bound);
         }
         result

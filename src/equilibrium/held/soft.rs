@@ -50,8 +50,9 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
                 law.cone += law.contact.friction * touch.push;
             }
         }
+        let rubs = self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0);
         let mut pressed = Vec::new();
-        for _ in 0..if self.obstacles.contacts.iter().any(|contact| contact.friction > 0.0) { LAGS } else { 1 } {
+        for _ in 0..if rubs { LAGS } else { 1 } {
             pressed = self.press_on(rod, &stations, &laws, bound)?;
             laws.iter_mut().for_each(|law| law.cone = 0.0);
             for at in &pressed {
