@@ -17,6 +17,8 @@ const BELONGS: f64 = 1e-3;
 pub(super) struct Confidence {
     /// Covariance of the coordinates without the combinations that have no effect.
     pub covariance: DMatrix<f64>,
+    /// The same for squares and white noise of the given size.
+    pub white: DMatrix<f64>,
     /// Singular values, and combinations of coordinates as columns.
     pub singular: DVector<f64>,
     pub directions: DMatrix<f64>,
@@ -74,7 +76,7 @@ pub(super) fn confidence(
     let freedom = (n - k.min(n - 1)) as f64;
     let variance = slopes.norm_squared() / freedom;
     let inside = residuals.iter().filter(|r| loss.is_inside(**r)).count().max(1) as f64 / n as f64;
-    let mut chains = Chains::new(rows);
+    let chains = Chains::new(rows);
     let lag_one = chains.lag_one(&slopes);
     let correlated = chains.correlated_square(rows, jacobian, lag_one);
     let cutoff = STRUCTURAL * singular.max();
@@ -86,11 +88,11 @@ pub(super) fn confidence(
         middle[(i, i)] += slope * slope;
     }
     let covariance = &bread * middle * &bread;
-    Some(Confidence { covariance, singular, directions, lag_one })
+    Some(Confidence { covariance, white: bread, singular, directions, lag_one })
 }
 
 /// Coordinates that are measured in successive frames.
-struct Chains {
+pub(super) struct Chains {
     /// Index of the previous row of each row in its chain.
     previous: Vec<Option<usize>>,
     /// Typical time between rows of each chain, s, by row.
@@ -98,13 +100,10 @@ struct Chains {
 }
 
 impl Chains {
-    fn new(rows: &[Row]) -> Self {
+    pub fn new(rows: &[Row]) -> Self {
         let mut last = std::collections::BTreeMap::new();
-        let previous: Vec<Option<usize>> = rows
-            .iter()
-            .enumerate()
-            .map(|(i, row)| last.insert((row.series, row.coordinate), i))
-            .collect();
+        let previous: Vec<Option<usize>> =
+            rows.iter().enumerate().map(|(i, row)| last.insert((row.series, row.coordinate), i)).collect();
         let mut gaps = std::collections::BTreeMap::<usize, Vec<f64>>::new();
         for (i, before) in previous.iter().enumerate() {
             if let Some(before) = before {
@@ -121,7 +120,7 @@ impl Chains {
     }
 
     /// Correlation of successive values, between 0 and 1. Negative correlations do not narrow intervals.
-    fn lag_one(&mut self, values: &DVector<f64>) -> f64 {
+    pub fn lag_one(&self, values: &DVector<f64>) -> f64 {
         let mut sums = [0.0, 0.0];
         for (i, before) in self.previous.iter().enumerate() {
             if let Some(before) = before {
@@ -133,7 +132,7 @@ impl Chains {
     }
 
     /// Jᵀ R J with the correlation ρ^(time between rows over their typical spacing) within chains.
-    fn correlated_square(&self, rows: &[Row], jacobian: &DMatrix<f64>, lag_one: f64) -> DMatrix<f64> {
+    pub fn correlated_square(&self, rows: &[Row], jacobian: &DMatrix<f64>, lag_one: f64) -> DMatrix<f64> {
         // Correlations of white noise have an error of n^(−1/2).
         if lag_one < 2.0 / (rows.len() as f64).sqrt() {
             return jacobian.tr_mul(jacobian);

@@ -116,6 +116,8 @@ pub struct Estimates {
     /// Indices of the parameters with an error, and the covariance of their coordinates.
     pub(super) free: Vec<usize>,
     pub(super) covariance: DMatrix<f64>,
+    /// Covariance for squares and white noise of the given size.
+    pub(super) white: DMatrix<f64>,
 }
 
 impl Estimates {

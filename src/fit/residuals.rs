@@ -18,8 +18,9 @@ const EQUILIBRIUM: f64 = 1e-11;
 /// Number of intervals of the centre line in which the nearest point is first sought.
 const INTERVALS: usize = 32;
 
-/// Largest number of Newton iterations for the nearest point, and the relative accuracy at which they end.
-const NEAREST: (usize, f64) = (20, 1e-13);
+/// Largest number of iterations for the nearest point, and the accuracy of its arc length, relative to that of the
+/// shoot, at which they end. The distance across the tangent changes with the square of an error of the arc length.
+const NEAREST: (usize, f64) = (20, 1e-8);
 
 /// Steps of a run of a family.
 pub(super) enum Steps<'a> {
@@ -66,12 +67,10 @@ pub(super) fn simulate<M: Model, E: Display>(
     loop {
         let times = data.iter().zip(&next).filter_map(|(series, next)| series.times.get(*next));
         let time = times.copied().fold(f64::INFINITY, f64::min);
-        if !(time <= until) {
+        if !(time <= until && time.is_finite()) {
             break;
         }
-        integrator
-            .advance(&mut shoot, time)
-            .map_err(|error| FitError::Run { values: family.named(values), error })?;
+        integrator.advance(&mut shoot, time).map_err(|error| FitError::Run { values: family.named(values), error })?;
         for (index, series) in data.iter().enumerate() {
             if series.times.get(next[index]) == Some(&time) {
                 let camera = Camera::of(series, family, values);
@@ -123,21 +122,31 @@ impl<'a> Camera<'a> {
         let Some((tip, inner)) = frame.split_last() else { return };
         if kind == Kind::CentreLine && !inner.is_empty() {
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
-            inner.iter().for_each(|point| self.distance(rod, &samples, point, residuals));
+            let nodes = rod.centre_line();
+            inner.iter().for_each(|point| self.distance((rod, &nodes), &samples, point, residuals));
         }
         residuals.extend((self.point(&rod.tip()) - tip).iter().take(d));
     }
 
     /// Adds the components of the distance of a measured point from the centre line across its tangent (m): one in a
-    /// plane, two in space. `samples` are images of the line at equal arc lengths.
-    fn distance(&self, rod: &Rod, samples: &[Vector3<f64>], point: &Vector3<f64>, residuals: &mut Vec<f64>) {
+    /// plane, two in space. `nodes` are the ends of the elements, and `samples` images of the line at equal arc
+    /// lengths.
+    fn distance(
+        &self,
+        (rod, nodes): (&Rod, &[(f64, Vector3<f64>)]),
+        samples: &[Vector3<f64>],
+        point: &Vector3<f64>,
+        residuals: &mut Vec<f64>,
+    ) {
         let length = rod.length();
         let far = |sample: &Vector3<f64>| (sample - point).norm_squared();
         let nearest = (0..samples.len()).min_by(|a, b| far(&samples[*a]).total_cmp(&far(&samples[*b]))).unwrap_or(0);
         let mut s = length * nearest as f64 / INTERVALS as f64;
         let mut last = (Vector3::zeros(), [Vector3::zeros(); 3]);
         for _ in 0..NEAREST.0 {
-            let Some((position, frame)) = rod.at(s) else { break };
+            let Some((element, x)) = rod.locate(s) else { break };
+            let position = nodes[element].1 + rod.chord(element, x);
+            let frame = rod.frame_within(element, x);
             let directors = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.direction(&(frame * axis)));
             let residual = self.point(&position) - point;
             last = (residual, directors);

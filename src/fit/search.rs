@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::FitError;
-use super::problem::{DIFFERENCE, Evaluated, Problem};
+use super::problem::{Evaluated, Problem};
 
 /// Loss of a residual over its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +90,7 @@ pub(super) fn search(
     let mut damping = 1e-3;
     while !now.converged && now.iterations < most {
         now.iterations += 1;
-        let [jacobian] = problem.jacobians(&now.x, &now.at, [DIFFERENCE])?;
+        let jacobian = problem.rough_jacobian(&now.x, &now.at)?;
         let weights = now.at.residuals.map(|r| if r == 0.0 { 1.0 } else { loss.slope(r) / r });
         let slopes = now.at.residuals.map(|r| loss.slope(r));
         let mut gradient = jacobian.tr_mul(&slopes);
@@ -160,12 +160,7 @@ pub(super) fn weighted_square(jacobian: &DMatrix<f64>, weights: &DVector<f64>) -
 }
 
 /// Solves the damped normal equations for the moving coordinates.
-fn damped_step(
-    matrix: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    moving: &[usize],
-    damping: f64,
-) -> Option<DVector<f64>> {
+fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, moving: &[usize], damping: f64) -> Option<DVector<f64>> {
     let n = moving.len();
     let largest = moving.iter().map(|i| matrix[(*i, *i)]).fold(0.0, f64::max);
     let mut damped = DMatrix::from_fn(n, n, |i, j| matrix[(moving[i], moving[j])]);

@@ -124,6 +124,23 @@ impl Series {
         self.view.0.len()
     }
 
+    /// Number of residuals: all coordinates of tips, and those across the centre line of other points.
+    pub(super) fn residuals(&self) -> usize {
+        let d = self.dimension();
+        let of = |frame: &Vec<Vector3<f64>>| match self.kind {
+            Kind::Tip => d,
+            Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
+        };
+        self.frames.iter().filter(|frame| !frame.is_empty()).map(of).sum()
+    }
+
+    /// Median time between frames, s; infinite for a single frame.
+    pub(super) fn spacing(&self) -> f64 {
+        let mut gaps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        gaps.sort_by(f64::total_cmp);
+        gaps.get(gaps.len() / 2).copied().unwrap_or(f64::INFINITY)
+    }
+
     /// Largest distance of a point from the origin of the view, m.
     pub(super) fn extent(&self) -> f64 {
         self.frames.iter().flatten().map(Vector3::norm).fold(0.0, f64::max)
@@ -175,7 +192,9 @@ impl Series {
         let last = |k: usize| self.frames[k][self.frames[k].len() - 1];
         let d = self.dimension();
         let mut sizes: Vec<f64> = (2..self.frames.len())
-            .flat_map(|k| (last(k) - last(k - 1) * 2.0 + last(k - 2)).iter().take(d).map(|x| x.abs()).collect::<Vec<_>>())
+            .flat_map(|k| {
+                (last(k) - last(k - 1) * 2.0 + last(k - 2)).iter().take(d).map(|x| x.abs()).collect::<Vec<_>>()
+            })
             .collect();
         sizes.sort_by(f64::total_cmp);
         let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);

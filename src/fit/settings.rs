@@ -84,7 +84,7 @@ impl Fit {
         self.estimates(&problem, data, &reached, objectives)
     }
 
-    fn problem<'a>(
+    pub(super) fn problem<'a>(
         &self,
         parameters: &'a [Parameter],
         data: &[Series],
@@ -96,7 +96,7 @@ impl Fit {
         Problem { parameters, values, free, run, noise, until: f64::INFINITY, threads: self.threads }
     }
 
-    fn check<M: Model, E: Display>(
+    pub(super) fn check<M: Model, E: Display>(
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
         data: &[Series],
@@ -115,7 +115,7 @@ impl Fit {
         let (mut coordinates, length) = (0, shoot.rod().length());
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
-            coordinates += series.dimension() * series.frames.iter().map(Vec::len).sum::<usize>();
+            coordinates += series.residuals();
             let norm = series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
             let (observed, modelled) = (series.extent(), length * norm);
             let whole = series.dimension() == 3;
@@ -171,8 +171,7 @@ impl Fit {
         let n = reached.at.residuals.len();
         for index in data.iter().enumerate().filter(|(_, series)| series.noise.is_none()).map(|(index, _)| index) {
             let of_series = reached.at.rows.iter().zip(reached.at.residuals.iter());
-            let mut sizes: Vec<f64> =
-                of_series.filter(|(row, _)| row.series == index).map(|(_, r)| r.abs()).collect();
+            let mut sizes: Vec<f64> = of_series.filter(|(row, _)| row.series == index).map(|(_, r)| r.abs()).collect();
             sizes.sort_by(f64::total_cmp);
             let share = 1.0 - problem.free.len() as f64 / n as f64;
             let ratio = match self.loss {
@@ -213,6 +212,7 @@ impl Fit {
         let found = confidence(&problem, self.loss, &reached, &jacobian);
         let fallback = || Confidence {
             covariance: DMatrix::zeros(free.len(), free.len()),
+            white: DMatrix::zeros(free.len(), free.len()),
             singular: DVector::zeros(free.len()),
             directions: DMatrix::identity(free.len(), free.len()),
             lag_one: 0.0,
@@ -237,6 +237,7 @@ impl Fit {
             family: parameters.to_vec(),
             free,
             covariance: found.covariance,
+            white: found.white,
         })
     }
 
@@ -290,9 +291,7 @@ fn weak_directions(problem: &Problem, found: &Confidence, widest: f64) -> Vec<We
         let largest = column.amax();
         let named = |i: &usize| column[*i].abs() > NAMED * largest;
         let sign = (0..column.len()).find(named).map_or(1.0, |i| column[i].signum());
-        let component = |i: usize| {
-            (problem.parameters[problem.free[i]].name.clone(), sign * column[i] / largest)
-        };
+        let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * column[i] / largest);
         let components = (0..column.len()).filter(named).map(component).collect();
         let along = column / largest;
         let error = if structural {

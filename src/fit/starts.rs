@@ -5,8 +5,7 @@ use nalgebra::DVector;
 use super::problem::Problem;
 
 /// Prime bases of the Halton sequence (J. H. Halton, Numer. Math. 2, 84, 1960), one for each free parameter.
-const PRIMES: [u32; 24] =
-    [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89];
+const PRIMES: [u32; 24] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89];
 
 /// The given initial values, and `count` − 1 others that cover the space between the bounds evenly.
 pub(super) fn starts(problem: &Problem, count: usize) -> Vec<DVector<f64>> {

@@ -1,9 +1,9 @@
 //! The method of steps for delay differential equations, with corrections for steps longer than the shortest delay.
 
 use super::error::Outcome;
+use super::grid::GridUse;
 use super::stepper::{MAX_CORRECTIONS, RunOptions, Stepper};
 use super::undo::undo_on_error;
-use super::grid::GridUse;
 use super::{Grid, HistoryFunction, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::model::Model;
@@ -74,10 +74,11 @@ impl<E> MethodOfSteps<E> {
 
     /// Follows a recorded grid in the following calls, until [`take_grid`](Self::take_grid).
     ///
-    /// The calls have to be those of the recorded run, for a shoot that differs from the recorded one by its parameters.
-    /// With equal parameters both runs are equal bit by bit. Breaking points and discontinuities move with the
-    /// parameters, and the steps before them are stretched. A call returns [`Grid`](super::IntegrationError::Grid) if the
-    /// parameters differ so much that a recorded step or division of an element is impossible.
+    /// The calls have to be those of the recorded run, for a shoot that differs from the recorded one by its
+    /// parameters. With equal parameters both runs are equal bit by bit. Breaking points and discontinuities move with
+    /// the parameters, and the steps before them are stretched. A call returns
+    /// [`Grid`](super::IntegrationError::Grid) if the parameters differ so much that a recorded step or division of an
+    /// element is impossible.
     pub fn follow(&mut self, grid: Grid) {
         self.workspace.stepper.grid = GridUse::Follow(grid, 0);
     }

@@ -35,8 +35,8 @@ use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
-pub(super) use step_end::StepEnd;
 use step_end::EQUAL_STEPS;
+pub(super) use step_end::StepEnd;
 
 /// Workspace of a run. It keeps no state between calls.
 #[derive(Debug, Clone, Default)]

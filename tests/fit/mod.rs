@@ -1,0 +1,8 @@
+//! Estimation of the parameters of a shoot from data.
+
+mod bad_input;
+mod confidence;
+mod derivatives;
+mod oscillator;
+mod plants;
+mod recovery;
