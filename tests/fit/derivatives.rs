@@ -1,6 +1,6 @@
 //! Runs on the grid of another run, and derivatives by their differences.
 
-use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS, WEIGHT};
+use crate::fixtures::shoots::{HOUR, MINUTE, RADIUS, STATOLITHS};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::NewtonSolver;
@@ -28,10 +28,7 @@ fn shoot(p: &[f64]) -> Shoot<DynLaws> {
             Gravitropism { sensitivity: p[0], perception: STATOLITHS }.remembered(memory),
             Proprioception { sensitivity: p[1] }.remembered(memory),
         ))
-        .load((
-            morphorod::load::Weight { density: p[9], ..WEIGHT },
-            ApicalForce(|_: f64| Vector3::new(2e-5, 1e-5, 0.0)),
-        ))
+        .load((morphorod::load::Weight { density: p[9] }, ApicalForce(|_: f64| Vector3::new(2e-5, 1e-5, 0.0))))
         .into_dyn()
         .build()
         .unwrap()
