@@ -13,6 +13,12 @@ const STRUCTURAL: f64 = 1e-8;
 /// Component of a combination without effect above which a parameter belongs to it.
 const BELONGS: f64 = 1e-3;
 
+/// Largest part of the squares that a fit can absorb in the estimate of the noise, largest correlation of successive
+/// values, and number of iterations for both. Negative correlations do not narrow intervals.
+const MOST_ABSORBED: f64 = 0.75;
+const LARGEST_LAG_ONE: f64 = 0.99;
+const ITERATIONS: usize = 8;
+
 /// Linearised confidence at a point.
 pub(super) struct Confidence {
     /// Covariance of the coordinates without the combinations that have no effect.
@@ -62,7 +68,8 @@ pub(super) fn singular(
 /// The covariance is A B A with A = (m JᵀJ)⁻¹, B = s² Jᵀ R J (Huber 1981, section 7.6): m is the share of residuals
 /// inside the threshold, s² the mean square of the derivative of the loss, and R the correlation of a first-order
 /// autoregressive noise with the observed correlation of successive residuals. For white noise and squares this is
-/// s² (JᵀJ)⁻¹.
+/// s² (JᵀJ)⁻¹. Residuals that are smaller than the noise do not narrow the intervals: m is at most the share for normal
+/// noise, and white noise is added up to its mean square.
 pub(super) fn confidence(
     problem: &Problem,
     loss: Loss,
@@ -70,25 +77,57 @@ pub(super) fn confidence(
     jacobian: &DMatrix<f64>,
 ) -> Option<Confidence> {
     let (residuals, rows) = (&reached.at.residuals, &reached.at.rows);
-    let (n, k) = (residuals.len(), jacobian.ncols());
+    let n = residuals.len();
     let (singular, directions) = singular(problem, &reached.x, jacobian)?;
     let slopes = residuals.map(|r| loss.slope(r));
-    let freedom = (n - k.min(n - 1)) as f64;
-    let variance = slopes.norm_squared() / freedom;
+    let (normal_variance, normal_share) = loss.for_normal_noise();
     let inside = residuals.iter().filter(|r| loss.is_inside(**r)).count().max(1) as f64 / n as f64;
-    let chains = Chains::new(rows);
-    let lag_one = chains.lag_one(&slopes);
-    let correlated = chains.correlated_square(rows, jacobian, lag_one);
+    let inside = inside.min(normal_share);
     let cutoff = STRUCTURAL * singular.max();
     let inverse = singular.map(|s| if s > cutoff { 1.0 / (s * s) } else { 0.0 });
     let bread = &directions * DMatrix::from_diagonal(&inverse) * directions.transpose();
     // Priors have the covariance that they state.
-    let mut middle = correlated * (variance / (inside * inside));
+    let Noise { lag_one, variance, square: correlated } = Noise::of(&slopes, rows, jacobian, &bread);
+    let white = jacobian.tr_mul(jacobian) * (normal_variance - variance).max(0.0);
+    let mut middle = (correlated * variance + white) / (inside * inside);
     for (i, [_, slope]) in priors(problem, &reached.x) {
         middle[(i, i)] += slope * slope;
     }
     let covariance = &bread * middle * &bread;
     Some(Confidence { covariance, white: bread, singular, directions, lag_one })
+}
+
+/// Noise as a first-order autoregressive process, from residuals after a fit.
+pub(super) struct Noise {
+    /// Correlation of successive values.
+    pub lag_one: f64,
+    /// Mean square.
+    pub variance: f64,
+    /// Jᵀ R J, with the correlations R of the noise.
+    pub square: DMatrix<f64>,
+}
+
+impl Noise {
+    /// Estimate from residuals (or derivatives of their loss) after a fit with the Jacobian J, where `inverse` is
+    /// (JᵀJ)⁻¹.
+    ///
+    /// A fit absorbs the part tr[(JᵀJ)⁻¹ Jᵀ R J] of n squares, which exceeds the number of parameters if the noise is as
+    /// slow as the columns of J. The same part is missing in the products of successive residuals.
+    pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
+        let n = residuals.len() as f64;
+        let chains = Chains::new(rows);
+        let observed = chains.lag_one(residuals);
+        let mut square = jacobian.tr_mul(jacobian);
+        let absorbed = |square: &DMatrix<f64>| (inverse * square).trace().clamp(0.0, MOST_ABSORBED * n);
+        let mut lag_one = 0.0;
+        for _ in 0..ITERATIONS {
+            let part = absorbed(&square) / n;
+            lag_one = (observed + (1.0 - observed) * part).clamp(0.0, LARGEST_LAG_ONE);
+            square = chains.correlated_square(rows, jacobian, lag_one);
+        }
+        let variance = residuals.norm_squared() / (n - absorbed(&square)).max(1.0);
+        Self { lag_one, variance, square }
+    }
 }
 
 /// Coordinates that are measured in successive frames.
@@ -119,7 +158,7 @@ impl Chains {
         Self { previous, spacing }
     }
 
-    /// Correlation of successive values, between 0 and 1. Negative correlations do not narrow intervals.
+    /// Correlation of successive values.
     pub fn lag_one(&self, values: &DVector<f64>) -> f64 {
         let mut sums = [0.0, 0.0];
         for (i, before) in self.previous.iter().enumerate() {
@@ -128,7 +167,7 @@ impl Chains {
                 sums[1] += 0.5 * (values[i].powi(2) + values[*before].powi(2));
             }
         }
-        if sums[1] > 0.0 { (sums[0] / sums[1]).clamp(0.0, 0.999) } else { 0.0 }
+        if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
     }
 
     /// Jᵀ R J with the correlation ρ^(time between rows over their typical spacing) within chains.

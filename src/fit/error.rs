@@ -81,6 +81,9 @@ pub enum FitError {
         /// Error of the integrator.
         error: IntegrationError,
     },
+    /// Two fits cannot be compared.
+    #[error("the fits have different data, noise or losses, so that they cannot be compared")]
+    OtherData,
     /// No search from any initial value converged.
     #[error("no search converged: {iterations} iterations from the best initial values reached {}", describe(values))]
     NotConverged {

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Parameter;
 use super::problem::DIFFERENCE;
 use super::series::Series;
+use super::{FitError, Loss, Parameter};
 
 /// What the data tell about a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,14 +98,18 @@ pub struct Estimates {
     pub chi_squared: f64,
     /// Number of coordinates minus that of estimated parameters.
     pub degrees_of_freedom: usize,
-    /// Noise of each series: given, or estimated (m).
+    /// Noise of each series: given, or estimated (m, or rad for angles).
     pub noise: Vec<f64>,
     /// Correlation of successive residuals of a coordinate. The errors account for it.
     pub lag_one: f64,
-    /// Residuals (simulated minus measured) in the order of time: series, time (s), value (m).
+    /// Residuals (simulated minus measured) in the order of time: series, time (s), value (m, or rad for angles).
     pub residuals: Vec<(usize, f64, f64)>,
-    /// Indices of repeated frames of each series.
+    /// Indices of the frames of each series that are equal to the frame before them, as duplicated frames of a video
+    /// are. They are used like all others.
     pub repeated_frames: Vec<Vec<usize>>,
+    /// Indices of the frames of each series at a discontinuity of the laws of the shoot. Such a frame is ambiguous: it
+    /// is compared with the shoot just before the discontinuity.
+    pub ambiguous_frames: Vec<Vec<usize>>,
     /// Objectives (half of `chi_squared`) that the searches from the initial values reached, least first.
     pub objectives: Vec<f64>,
     /// Minus twice the logarithm of the likelihood and the priors, up to a constant of the data.
@@ -113,6 +117,8 @@ pub struct Estimates {
     /// Singular values of the Jacobian over the noise with two steps of the differences, the second extrapolated.
     pub singular_values: [Vec<f64>; 2],
     pub(super) family: Vec<Parameter>,
+    pub(super) data: Vec<Series>,
+    pub(super) loss: Loss,
     /// Indices of the parameters with an error, and the covariance of their coordinates.
     pub(super) free: Vec<usize>,
     pub(super) covariance: DMatrix<f64>,
@@ -128,12 +134,25 @@ impl Estimates {
         self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
 
-    /// Bayesian information criterion −2 ln L + k ln n. Of two families that are fitted to the same data, the one with
-    /// the smaller value is preferred.
+    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6, 461,
+    /// 1978). [`compare`](Self::compare) compares two families.
     #[must_use]
     pub fn bic(&self) -> f64 {
         let n = self.residuals.len();
         self.deviance + (n - self.degrees_of_freedom) as f64 * (n as f64).ln()
+    }
+
+    /// BIC of another family minus that of this one, both fitted to the same data. A positive difference speaks for this
+    /// family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90, 773, 1995).
+    /// Whether a shoot has an internal oscillator is decided by [`Fit::scan_oscillator`](super::Fit::scan_oscillator)
+    /// first.
+    ///
+    /// # Errors
+    /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
+    pub fn compare(&self, other: &Self) -> Result<f64, FitError> {
+        let same = self.data.len() == other.data.len() && self.loss == other.loss;
+        let same = same && self.data.iter().zip(&other.data).all(|(a, b)| a.equals(b));
+        if same { Ok(other.bic() - self.bic()) } else { Err(FitError::OtherData) }
     }
 
     /// Value of a function of the parameters, and its standard error by linear propagation. The error is infinite if

@@ -59,6 +59,7 @@
 //! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for
 //! residuals whose successive values are correlated.
 
+mod answer;
 mod confidence;
 mod error;
 mod estimate;

@@ -1,5 +1,6 @@
 //! Differences between a simulated shoot and the data.
 
+use std::f64::consts::{PI, TAU};
 use std::fmt::Display;
 
 use nalgebra::Vector3;
@@ -41,7 +42,7 @@ pub(super) struct Row {
 
 /// Residuals of a run, in the order of time.
 pub(super) struct Output {
-    /// Simulated minus measured coordinates, m.
+    /// Simulated minus measured coordinates, m, or angles, rad.
     pub residuals: Vec<f64>,
     pub rows: Vec<Row>,
     pub grid: Grid,
@@ -116,10 +117,16 @@ impl<'a> Camera<'a> {
         self.direction(position) + self.offset
     }
 
-    /// Adds the residuals of a frame (m).
+    /// Adds the residuals of a frame (m, or rad).
     fn compare(&self, rod: &Rod, kind: Kind, frame: &[Vector3<f64>], residuals: &mut Vec<f64>) {
         let d = self.rows.len();
         let Some((tip, inner)) = frame.split_last() else { return };
+        if kind == Kind::Angle {
+            let tangent = self.direction(&(rod.apex_frame() * Vector3::z()));
+            let difference = tangent.y.atan2(tangent.x) - tip.x;
+            residuals.push((difference + PI).rem_euclid(TAU) - PI);
+            return;
+        }
         if kind == Kind::CentreLine && !inner.is_empty() {
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();

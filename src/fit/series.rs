@@ -1,4 +1,6 @@
-//! Data of a fit: positions of the tip or centre lines at increasing times, in a view.
+//! Data of a fit: positions or angles of the tip, or centre lines, at increasing times, in a view.
+
+use std::f64::consts::TAU;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -47,17 +49,19 @@ pub(super) enum Kind {
     Tip,
     /// Points of the centre line in each frame. The last one is the tip. The others are anywhere on the line.
     CentreLine,
+    /// The angle of the tangent at the tip in the plane of the view.
+    Angle,
 }
 
-/// Measured positions at increasing times in a view. Frames may be missing.
+/// Measured positions or angles at increasing times in a view. Frames may be missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub(super) kind: Kind,
     pub(super) times: Vec<f64>,
-    /// Points of each frame. Coordinates that the view lacks are zero.
+    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a point.
     pub(super) frames: Vec<Vec<Vector3<f64>>>,
     pub(super) view: View,
-    /// Standard deviation of a coordinate, m; `None` if it is estimated.
+    /// Standard deviation of a coordinate, m, or of an angle, rad; `None` if it is estimated.
     pub(super) noise: Option<f64>,
     pub(super) scale: Option<String>,
     pub(super) offset: Option<Vec<String>>,
@@ -95,7 +99,14 @@ impl Series {
         Self::new(Kind::CentreLine, times, frames, view)
     }
 
-    /// Sets the standard deviation of each coordinate, m. It is estimated by default.
+    /// Angles of the tangent at the tip (rad) at times (s) in a view with two coordinates: from the first coordinate
+    /// towards the second, up to whole turns. In [`View::side`] an upright tip has the angle π/2.
+    #[must_use]
+    pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
+        Self::new(Kind::Angle, times, angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect(), view)
+    }
+
+    /// Sets the standard deviation of each coordinate, m, or of each angle, rad. It is estimated by default.
     #[must_use]
     pub fn with_noise(self, noise: f64) -> Self {
         Self { noise: Some(noise), ..self }
@@ -121,14 +132,20 @@ impl Series {
 
     /// Number of coordinates of a point.
     pub(super) fn dimension(&self) -> usize {
-        self.view.0.len()
+        if self.kind == Kind::Angle { 1 } else { self.view.0.len() }
+    }
+
+    /// Whether another series has the same data and the same noise.
+    pub(super) fn equals(&self, other: &Self) -> bool {
+        let same = (self.kind, &self.times, &self.frames) == (other.kind, &other.times, &other.frames);
+        same && self.view == other.view && self.noise == other.noise
     }
 
     /// Number of residuals: all coordinates of tips, and those across the centre line of other points.
     pub(super) fn residuals(&self) -> usize {
         let d = self.dimension();
         let of = |frame: &Vec<Vector3<f64>>| match self.kind {
-            Kind::Tip => d,
+            Kind::Tip | Kind::Angle => d,
             Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
         };
         self.frames.iter().filter(|frame| !frame.is_empty()).map(of).sum()
@@ -164,6 +181,14 @@ impl Series {
         }
         if self.kind == Kind::CentreLine && self.dimension() < 2 {
             return of_series("has centre lines with one coordinate, which have no distance from a point");
+        }
+        if self.kind == Kind::Angle {
+            if self.view.0.len() != 2 || self.scale.is_some() || self.offset.is_some() {
+                return of_series("has angles, which need a view with two coordinates without scale and offset");
+            }
+            if self.extent() > TAU {
+                return of_series("has an angle beyond 2 pi: is the unit rad?");
+            }
         }
         for frame in 0..times.len() {
             let problem = if !times[frame].is_finite() {

@@ -2,14 +2,12 @@
 
 use std::fmt::Display;
 
-use nalgebra::{DMatrix, DVector};
-
-use super::confidence::{Confidence, confidence, singular};
-use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, repeated};
-use super::problem::{DIFFERENCE, Problem, RATIO, Run, extrapolated};
+use super::Estimates;
+use super::answer::{ambiguous, estimates};
+use super::problem::{Problem, Run};
 use super::residuals::simulate;
 use super::search::{Loss, Reached, search};
-use super::series::{MAD, Series};
+use super::series::{Kind, MAD, Series};
 use super::{Family, FitError, Parameter, parallel, starts};
 use crate::error::ParameterError;
 use crate::model::Model;
@@ -24,9 +22,6 @@ const NOISE: (usize, f64) = (6, 0.01);
 
 /// Ratio of sizes of data and shoot that only a wrong unit explains.
 const WRONG_UNIT: f64 = 100.0;
-
-/// Component of a weak combination, relative to the largest, above which a parameter is named.
-const NAMED: f64 = 0.1;
 
 /// Settings of a fit.
 ///
@@ -81,7 +76,10 @@ impl Fit {
             let values = family.named(&problem.values_at(&reached.x));
             return Err(FitError::NotConverged { iterations: reached.iterations, values });
         }
-        self.estimates(&problem, data, &reached, objectives)
+        let found = estimates(&problem, data, &reached, objectives, (self.loss, self.widest))?;
+        let problem = |error: E| FitError::Family { values: family.named(&found.values()), problem: error.to_string() };
+        let shoot = (family.build)(&found.values()).map_err(problem)?;
+        Ok(Estimates { ambiguous_frames: ambiguous(&shoot, data)?, ..found })
     }
 
     pub(super) fn problem<'a>(
@@ -120,7 +118,7 @@ impl Fit {
             let (observed, modelled) = (series.extent(), length * norm);
             let whole = series.dimension() == 3;
             let wrong = observed > WRONG_UNIT * modelled || whole && observed * WRONG_UNIT < modelled;
-            if wrong && series.scale.is_none() && series.offset.is_none() {
+            if wrong && series.kind != Kind::Angle && series.scale.is_none() && series.offset.is_none() {
                 return Err(FitError::Unit { series: index, observed, modelled });
             }
         }
@@ -186,121 +184,4 @@ impl Fit {
         }
         changed
     }
-
-    /// The answer at a point that a search has reached.
-    fn estimates(
-        &self,
-        problem: &Problem,
-        data: &[Series],
-        reached: &Reached,
-        objectives: Vec<f64>,
-    ) -> Result<Estimates, FitError> {
-        // Parameters at a bound have no error, and the others have that for their values there.
-        let (parameters, x) = (problem.parameters, &reached.x);
-        let values = problem.values_at(x);
-        let at_bound = |i: usize| {
-            let [low, high] = parameters[problem.free[i]].limits();
-            x[i] <= low || x[i] >= high
-        };
-        let inner: Vec<usize> = (0..x.len()).filter(|i| !at_bound(*i)).collect();
-        let free: Vec<usize> = inner.iter().map(|i| problem.free[*i]).collect();
-        let problem = Problem { free: free.clone(), values: values.clone(), ..problem.clone() };
-        let x = DVector::from_iterator(inner.len(), inner.iter().map(|i| x[*i]));
-        let reached = Reached { x, at: problem.evaluate(&problem.coordinates(&values))?, ..*reached };
-        let [coarse, fine] = problem.jacobians(&reached.x, &reached.at, [DIFFERENCE, DIFFERENCE / RATIO])?;
-        let jacobian = extrapolated(&coarse, &fine);
-        let found = confidence(&problem, self.loss, &reached, &jacobian);
-        let fallback = || Confidence {
-            covariance: DMatrix::zeros(free.len(), free.len()),
-            white: DMatrix::zeros(free.len(), free.len()),
-            singular: DVector::zeros(free.len()),
-            directions: DMatrix::identity(free.len(), free.len()),
-            lag_one: 0.0,
-        };
-        let found = found.unwrap_or_else(fallback);
-        let coarse = singular(&problem, &reached.x, &coarse).map_or(vec![], |(s, _)| s.as_slice().to_vec());
-        let (n, k) = (reached.at.residuals.len(), free.len());
-        let logarithms = reached.at.rows.iter().map(|row| problem.noise[row.series].ln()).sum::<f64>();
-        Ok(Estimates {
-            parameters: self.each(parameters, &values, &free, &found),
-            correlations: correlations(parameters.len(), &free, &found.covariance),
-            weak: weak_directions(&problem, &found, self.widest),
-            chi_squared: 2.0 * reached.objective,
-            degrees_of_freedom: n.saturating_sub(k),
-            noise: problem.noise.clone(),
-            lag_one: found.lag_one,
-            residuals: residuals(&problem, &reached),
-            repeated_frames: repeated(data),
-            objectives,
-            deviance: 2.0 * (reached.objective + logarithms),
-            singular_values: [coarse, found.singular.as_slice().to_vec()],
-            family: parameters.to_vec(),
-            free,
-            covariance: found.covariance,
-            white: found.white,
-        })
-    }
-
-    /// Estimates of all parameters.
-    fn each(&self, parameters: &[Parameter], values: &[f64], free: &[usize], found: &Confidence) -> Vec<Estimate> {
-        let of = |(k, parameter): (usize, &Parameter)| {
-            let (name, value, relative) = (parameter.name.clone(), values[k], parameter.logarithmic);
-            let (error, verdict) = match free.iter().position(|other| *other == k) {
-                None if parameter.is_fixed() => (0.0, Verdict::Fixed),
-                None => (0.0, Verdict::AtBound),
-                Some(i) if found.is_in_structural(i) => (f64::INFINITY, Verdict::StructurallyNot),
-                Some(i) => {
-                    let error = found.covariance[(i, i)].max(0.0).sqrt();
-                    let certain = error <= self.widest;
-                    let unit = if relative { 1.0 } else { parameter.slope(value) };
-                    (error * unit, if certain { Verdict::Identifiable } else { Verdict::PracticallyNot })
-                }
-            };
-            Estimate { name, value, error, relative, verdict }
-        };
-        parameters.iter().enumerate().map(of).collect()
-    }
-}
-
-/// Residuals with their series and time, m.
-fn residuals(problem: &Problem, reached: &Reached) -> Vec<(usize, f64, f64)> {
-    let rows = reached.at.rows.iter().zip(reached.at.residuals.iter());
-    rows.map(|(row, r)| (row.series, row.time, r * problem.noise[row.series])).collect()
-}
-
-fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let mut matrix = vec![vec![0.0; count]; count];
-    for k in 0..count {
-        matrix[k][k] = 1.0;
-    }
-    for (i, k) in free.iter().enumerate() {
-        for (j, l) in free.iter().enumerate().filter(|(j, _)| *j != i) {
-            let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            matrix[*k][*l] = if size > 0.0 { covariance[(i, j)] / size } else { 0.0 };
-        }
-    }
-    matrix
-}
-
-/// Combinations with a standard error above `widest`, the weakest first.
-fn weak_directions(problem: &Problem, found: &Confidence, widest: f64) -> Vec<WeakDirection> {
-    let mut order: Vec<usize> = (0..found.singular.len()).collect();
-    order.sort_by(|a, b| found.singular[*a].total_cmp(&found.singular[*b]));
-    let direction = |j: usize| {
-        let (column, structural) = (found.directions.column(j), found.is_structural(j));
-        let largest = column.amax();
-        let named = |i: &usize| column[*i].abs() > NAMED * largest;
-        let sign = (0..column.len()).find(named).map_or(1.0, |i| column[i].signum());
-        let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * column[i] / largest);
-        let components = (0..column.len()).filter(named).map(component).collect();
-        let along = column / largest;
-        let error = if structural {
-            f64::INFINITY
-        } else {
-            let inverse = 1.0 / found.singular[j];
-            inverse / along.norm()
-        };
-        WeakDirection { components, error, structural }
-    };
-    order.into_iter().map(direction).take_while(|weak| weak.structural || weak.error > widest).collect()
 }

@@ -82,7 +82,7 @@ pub enum IntegrationError {
         value: f64,
     },
     /// A run cannot follow the recorded [`Grid`](super::Grid) of another run.
-    #[error("the run cannot follow the recorded grid from {time} s on: {problem}")]
+    #[error("the run cannot follow the recorded grid from {time:.6e} s on: {problem}")]
     Grid {
         /// Start of the step, s.
         time: f64,
