@@ -201,7 +201,14 @@ impl std::fmt::Display for Estimates {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for Estimate { name, value, error, relative, verdict } in &self.parameters {
             let error = if *relative { format!("{:.3} %", 100.0 * error) } else { format!("{error:.3e}") };
-            writeln!(f, "{name:>12} = {value:.6e} ± {error}  {verdict:?}")?;
+            let known = match verdict {
+                Verdict::Fixed => "(given)".to_owned(),
+                Verdict::AtBound => "(at a bound, without an error)".to_owned(),
+                Verdict::StructurallyNot => "structurally not identifiable".to_owned(),
+                Verdict::PracticallyNot => format!("± {error}, practically not identifiable"),
+                Verdict::Identifiable => format!("± {error}"),
+            };
+            writeln!(f, "{name:>12} = {value:.6e} {known}")?;
         }
         self.weak.iter().try_for_each(|weak| writeln!(f, "{weak}"))?;
         let (chi, lag) = (self.reduced_chi_squared(), self.lag_one);

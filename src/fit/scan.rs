@@ -40,9 +40,10 @@ pub struct Scan {
     pub lines: Vec<ScanLine>,
     /// The line with the largest score.
     pub best: ScanLine,
-    /// Number N of independent lines: twice the number of periods that the duration of the data resolves.
+    /// Number N of lines. The periods of a scan are twice as dense as those that the duration of the data resolves, so
+    /// that fewer lines are independent, and the probability below is an upper bound.
     pub independent: f64,
-    /// Probability that the largest score is reached without an oscillator: 1 − (1 − exp(−S/2))^N.
+    /// Bound on the probability that the largest score is reached without an oscillator: 1 − (1 − exp(−S/2))^N.
     pub false_alarm: f64,
 }
 
@@ -121,7 +122,7 @@ impl Fit {
         };
         let lines = parallel::map(2 * (count + 1), self.threads, line).into_iter().collect::<Result<Vec<_>, _>>()?;
         let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
-        let independent = 2.0 * resolved.max(1.0);
+        let independent = lines.len() as f64;
         let false_alarm = -f64::exp_m1(independent * f64::ln_1p(-(-0.5 * best.score).exp()));
         Ok(Scan { lines, best, independent, false_alarm })
     }

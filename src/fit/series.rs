@@ -124,6 +124,19 @@ impl Series {
         Self { offset: Some(names.iter().map(|name| (*name).to_owned()).collect()), ..self }
     }
 
+    /// Times of the frames, s.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Points of the frames (m); coordinates that the view lacks are zero. The only point of a frame of angles has the
+    /// angle (rad) as its first coordinate.
+    #[must_use]
+    pub fn frames(&self) -> &[Vec<Vector3<f64>>] {
+        &self.frames
+    }
+
     /// Frames that are equal to the frame before them, as duplicated frames of a video are: indices from 0.
     #[must_use]
     pub fn repeated_frames(&self) -> Vec<usize> {

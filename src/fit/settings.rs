@@ -131,6 +131,7 @@ impl Fit {
         let times = || data.iter().flat_map(|series| series.times.iter().copied());
         let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
         let mut points = starts::starts(problem, self.starts.max(1));
+        let given = points[0].clone();
         let mut objectives = Vec::new();
         for part in &self.windows {
             let until = if *part == 1.0 { f64::INFINITY } else { first + part * (last - first) };
@@ -141,7 +142,9 @@ impl Fit {
             let threads = (self.threads / points.len()).max(1);
             let part = Problem { until, threads, ..problem.clone() };
             let found = parallel::map(points.len(), self.threads, |i| {
+                // The end of an earlier part may have no shoot that lasts longer.
                 search(&part, self.loss, points[i].clone(), INTERMEDIATE)
+                    .or_else(|_| search(&part, self.loss, given.clone(), INTERMEDIATE))
             });
             let (found, errors): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
             let mut found: Vec<Reached> = found.into_iter().flatten().collect();
@@ -153,7 +156,9 @@ impl Fit {
             found.truncate(points.len().div_ceil(2));
             points = found.into_iter().map(|reached| reached.x).collect();
         }
-        let mut reached = search(problem, self.loss, points.swap_remove(0), FINAL)?;
+        let last = points.swap_remove(0);
+        let mut reached =
+            search(problem, self.loss, last, FINAL).or_else(|_| search(problem, self.loss, given, FINAL))?;
         for _ in 0..NOISE.0 {
             if !self.estimate_noise(problem, data, &reached) {
                 break;

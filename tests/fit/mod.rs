@@ -2,7 +2,9 @@
 
 mod bad_input;
 mod confidence;
+mod data;
 mod derivatives;
 mod oscillator;
 mod plants;
 mod recovery;
+mod structure;
