@@ -6,7 +6,7 @@ use std::path::Path;
 
 use morphorod::fit::{Estimates, Verdict};
 
-use super::common::{Axes, Series, Style, lines_figure, panels_figure};
+use super::common::{Axes, Series, Style, Table, lines_figure, panels_figure};
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;
@@ -21,7 +21,7 @@ pub struct Paths {
     pub axes: [&'static str; 2],
 }
 
-/// Draws all figures.
+/// Draws all figures, and writes the residuals.
 pub fn draw(out: &Path, paths: &Paths, found: &Estimates) -> Result<(), Box<dyn Error>> {
     let mm = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (MM_PER_M * x, MM_PER_M * y)).collect::<Vec<_>>();
     let mut series = vec![Series::new("data", mm(&paths.data), Style::Points, 5)];
@@ -31,6 +31,11 @@ pub fn draw(out: &Path, paths: &Paths, found: &Estimates) -> Result<(), Box<dyn 
     let [x, y] = paths.axes;
     lines_figure(out.join("fit.svg"), "Data and the fitted shoot", x, y, &series, Axes::Equal)?;
 
+    let mut table = Table::create(out.join("residuals.csv"), &["series", "t_s", "residual_m"])?;
+    for (index, time, value) in &found.residuals {
+        table.row(&[*index as f64, *time, *value])?;
+    }
+    table.finish()?;
     let residual = |(_, time, value): &(usize, f64, f64)| (time / HOUR, MM_PER_M * value);
     let residuals = found.residuals.iter().map(residual).collect();
     let residuals = [Series::new("simulated minus measured", residuals, Style::Points, 5)];

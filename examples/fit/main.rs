@@ -9,9 +9,12 @@
 //! time is free as well (`--free beta,eta,tau_m,tau_r,tau_g`), the program prints that β, η and τg are known only in
 //! combination.
 //!
+//! For the tip of a circumnutating shoot the program also scans for an internal oscillator. With `--alpha 0.05` the
+//! scan finds its period, 24 min, and the fit with an oscillator that starts from this period is preferred.
+//!
 //! # Options to try
 //! - `--case circumnutation`: the tip of a growing shoot from above.
-//! - `--case circumnutation --alpha 0.05`: an internal oscillator, which the scan finds.
+//! - `--case circumnutation --hours 10 --alpha 0.05`: an internal oscillator, which the scan finds.
 //! - `--noise 1`: noise of 1 mm.
 //! - `--table`: standard errors of several experiments. It takes minutes.
 //! - A table of your own, whose units and axes are required as for `tracked_tip`: `--file mine.csv --time t --columns
@@ -132,7 +135,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let loss = if options.flag("robust") { Loss::ROBUST } else { Loss::Squares };
     let fit = Fit { step, loss, starts: options.get("starts"), ..Fit::default() };
     let series = [series];
-    let found = fit.run(&family, &series)?;
+    let mut found = fit.run(&family, &series)?;
     println!("{found}");
     report(&found);
 
@@ -150,6 +153,7 @@ fn run() -> Result<(), Box<dyn Error>> {
             let more = family.parameters[PARAMETERS.len()..].to_vec();
             let with = fit.run(&plant.family(&start[..PARAMETERS.len()], &names, 1.0, more), &series)?;
             println!("{with}\nBIC without an oscillator minus BIC with it: {:.1}", with.compare(&found)?);
+            found = with;
         }
     }
 
@@ -169,7 +173,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         }
     }
     figures::draw(&out, &paths, &found)?;
-    println!("wrote fit.svg, residuals.svg and ellipses.svg to {}", out.display());
+    println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod confidence;
+mod coverage;
 mod data;
 mod derivatives;
 mod oscillator;
