@@ -7,9 +7,6 @@ use morphorod::fit::{Fit, Parameter, Verdict};
 
 use super::plants::{Draw, PARAMETERS, Plant, Seen};
 
-/// Noise of a coordinate, m.
-const NOISE: f64 = 1e-4;
-
 /// Time from one frame to the next, s, and time step, s.
 const INTERVAL: f64 = 300.0;
 const STEP: f64 = 100.0;
@@ -26,8 +23,10 @@ struct Case {
 }
 
 const RIGHTING: Plant =
-    Plant { constant: true, tilt: std::f64::consts::FRAC_PI_2, push: 0.0, radius: 5e-4, avalanche: false };
-const GROWING: Plant = Plant { constant: false, tilt: 0.0, push: 0.0, radius: 5e-4, avalanche: false };
+    Plant { constant: true, tilt: std::f64::consts::FRAC_PI_2, push: 0.0, radius: 5e-4, mature_modulus: None };
+const GROWING: Plant = Plant { constant: false, tilt: 0.0, push: 0.0, radius: 5e-4, mature_modulus: None };
+/// The shoot of video 2, whose mature tissue is known.
+const VIDEO: Plant = Plant { mature_modulus: Some(2e9), ..GROWING };
 const PUSHED: Plant = Plant { push: 3e-6, ..GROWING };
 const SHORT: Plant = Plant { constant: true, push: 1e-6, ..GROWING };
 const RIGHTING_VALUES: &[(&str, f64)] = &[("l_0", 0.05), ("tau_g", 72e3)];
@@ -38,7 +37,7 @@ const NINE: &[&str] = &["beta", "eta", "tau_m", "tau_r", "tau_g", "l_g", "alpha"
 fn cases() -> Vec<Case> {
     let case = |name, plant, values, free, hours, seen| Case { name, plant, values, free, hours, seen, scale: false };
     let righting = |name, free, seen| case(name, RIGHTING, RIGHTING_VALUES, free, 6.0, seen);
-    let growing = |name, seen| case(name, GROWING, &[("alpha", 0.2)], NINE, 10.0, seen);
+    let growing = |name, seen| case(name, VIDEO, &[("alpha", 0.2)], NINE, 10.0, seen);
     let free = case("the same, camera scale free", PUSHED, &[], EIGHT, 20.0, Seen::Above);
     vec![
         righting("righting 6 h, centre lines", SIX, Seen::Lines),
@@ -65,8 +64,8 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Prints the standard errors of all cases.
-pub fn print() -> Result<(), Box<dyn Error>> {
+/// Prints the standard errors of all cases for a noise of each coordinate (m).
+pub fn print(noise: f64) -> Result<(), Box<dyn Error>> {
     println!(
         "Standard errors in per cent (! structurally, ? practically not identifiable); 0.1 mm, frames every 5 min"
     );
@@ -76,7 +75,7 @@ pub fn print() -> Result<(), Box<dyn Error>> {
         };
         let values: Vec<f64> = PARAMETERS.iter().map(value).collect();
         let setting = [case.hours, INTERVAL, STEP];
-        let data = case.plant.measured(&values, setting, case.seen, 0.0, &mut Draw::new(0))?.with_noise(NOISE);
+        let data = case.plant.measured(&values, setting, case.seen, 0.0, &mut Draw::new(0))?.with_noise(noise);
         let (data, more) = if case.scale {
             (data.with_scale("scale"), vec![Parameter::positive("scale", [0.2, 5.0])])
         } else {

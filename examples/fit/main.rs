@@ -78,7 +78,7 @@ fn options() -> Options {
 fn run() -> Result<(), Box<dyn Error>> {
     let options = options();
     if options.flag("table") {
-        return design::print();
+        return design::print(M_PER_MM * options.positive("noise"));
     }
     let own = options.flag("file") || options.flag("centre-lines");
     let righting = !own && options.text("case") == "righting";
@@ -91,7 +91,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         tilt: if righting { 90.0_f64 } else { options.get("tilt") }.to_radians(),
         push: if own || righting { 0.0 } else { 1e-5 },
         radius: M_PER_MM * options.positive("radius"),
-        avalanche: false,
+        mature_modulus: None,
     };
     let length = if righting { 50.0 } else { options.positive("length") };
     let growth_time = if righting { 20.0 } else { options.positive("growth-hours") };

@@ -8,9 +8,7 @@ use morphorod::fit::{Family, Parameter, Series, View};
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::load::{Pulse, Weight};
-use morphorod::tropism::{
-    Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, SettledStatoliths, Statoliths,
-};
+use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, SettledStatoliths};
 use morphorod::{DynLaws, ParameterError, Shoot, Still};
 use nalgebra::Vector3;
 
@@ -24,7 +22,7 @@ pub const PARAMETERS: [(&str, f64, f64); 11] = [
     ("tau_r", 720.0, 5.0),
     ("tau_g", 40.0 * HOUR, 5.0),
     ("l_g", 0.07, 5.0),
-    ("alpha", 0.0, 1.0),
+    ("alpha", 0.0, 10.0),
     ("tau_e", 1440.0, 1.5),
     ("phase", 0.0, 1.0),
     ("E", 1e7, 5.0),
@@ -53,8 +51,8 @@ pub struct Plant {
     pub push: f64,
     /// Radius, m.
     pub radius: f64,
-    /// Whether statoliths need 2 min to move. Otherwise they are settled at all times.
-    pub avalanche: bool,
+    /// Young's modulus of mature tissue, Pa, if it is known. Otherwise it is 200 times that of young tissue.
+    pub mature_modulus: Option<f64>,
 }
 
 impl Plant {
@@ -63,7 +61,7 @@ impl Plant {
         let memory = Memory { time: p[2], delay: p[3] };
         let push = Pulse { peak: self.push * Vector3::new(2.0, 1.0, 0.0), start: 0.0, duration: 720.0 };
         let young = LinearElastic { youngs_modulus: p[9], poissons_ratio: 0.5 };
-        let mature_modulus = if self.constant { p[9] } else { 200.0 * p[9] };
+        let mature_modulus = self.mature_modulus.unwrap_or(200.0 * p[9]);
         let shoot = Shoot::builder(Lignifying { young, mature_modulus, time: 144.0 * HOUR })
             .length(p[10])
             .radius(self.radius)
@@ -71,18 +69,12 @@ impl Plant {
             .scene(Still::tilted(self.tilt));
         let growth = UniformGrowth { zone_length: p[5], time: p[4] };
         let proprioception = Proprioception { sensitivity: p[1] }.remembered(memory);
-        let settled = Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory);
-        let late = Gravitropism { sensitivity: p[0], perception: Statoliths { avalanche_time: 120.0 } };
-        match (self.constant, self.avalanche) {
-            (true, _) => {
-                let growth = Ongoing(UniformGrowth { zone_length: 1.0, ..growth });
-                shoot.growth(growth).tropism((oscillator, settled, proprioception)).into_dyn().build()
-            }
-            (false, false) => shoot.growth(growth).tropism((oscillator, settled, proprioception)).into_dyn().build(),
-            (false, true) => {
-                let law = (oscillator, late.remembered(memory), proprioception);
-                shoot.growth(growth).tropism(law).into_dyn().build()
-            }
+        let gravitropism = Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory);
+        let shoot = shoot.tropism((oscillator, gravitropism, proprioception));
+        if self.constant {
+            shoot.growth(Ongoing(UniformGrowth { zone_length: 1.0, ..growth })).into_dyn().build()
+        } else {
+            shoot.growth(growth).into_dyn().build()
         }
     }
 
@@ -98,7 +90,7 @@ impl Plant {
         let parameter = |((name, _, range), value): (&(&str, f64, f64), &f64)| match *name {
             name if !free.contains(&name) => Parameter::fixed(name, *value),
             "phase" => Parameter::linear(name, [value - PI, value + PI]),
-            "alpha" => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
+            "alpha" if *value == 0.0 => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
             name => Parameter::positive(name, [value / range, value * range])
                 .starting(value * if name.starts_with("tau_e") { 1.0 } else { factor }),
         };
