@@ -6,7 +6,7 @@ use super::problem::DIFFERENCE;
 use super::series::Series;
 use super::{FitError, Loss, Parameter};
 
-/// What the data tell about a parameter.
+/// Identifiability of a parameter from the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Verdict {
@@ -35,7 +35,7 @@ pub struct Estimate {
     pub error: f64,
     /// Whether the error is relative.
     pub relative: bool,
-    /// What the data tell about the parameter.
+    /// Identifiability of the parameter from the data.
     pub verdict: Verdict,
 }
 
@@ -142,7 +142,7 @@ impl Estimates {
         self.deviance + (n - self.degrees_of_freedom) as f64 * (n as f64).ln()
     }
 
-    /// BIC of another family minus that of this one, both fitted to the same data. A positive difference speaks for this
+    /// BIC of another family minus that of this one, both fitted to the same data. A positive difference favours this
     /// family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90, 773, 1995).
     /// Whether a shoot has an internal oscillator is decided by [`Fit::scan_oscillator`](super::Fit::scan_oscillator)
     /// first.

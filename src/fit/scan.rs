@@ -54,7 +54,7 @@ impl Fit {
     /// Without an oscillator, period and phase have no meaning, so that differences of χ² of two fits do not have a
     /// known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has: the residuals are
     /// projected onto the effect of an oscillator of this period that no change of the other parameters explains. A
-    /// small [`false_alarm`](Scan::false_alarm) speaks for an oscillator. Then fit a family with one, from the
+    /// small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then fit a family with one, from the
     /// values of the [`best`](Scan::best) line, and compare [`Estimates::bic`].
     ///
     /// # Errors

@@ -35,7 +35,7 @@ fn angles() -> (Vec<f64>, Vec<f64>) {
 fn sensitivity_and_delay_are_recovered_from_angles_of_the_tip() {
     let (times, angles) = angles();
     // Angles are known up to whole turns.
-    let turned: Vec<f64> = angles.iter().map(|angle| angle - std::f64::consts::TAU).collect();
+    let turned: Vec<f64> = angles.iter().map(|angle| angle - angle.signum() * std::f64::consts::TAU).collect();
     for angles in [&angles, &turned] {
         let series = Series::angles(times.clone(), angles, View::side());
         let found = fit().run(&family(&["beta", "tau_r"], 1.3), &[series]).unwrap();
