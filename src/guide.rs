@@ -26,6 +26,10 @@ pub mod method {}
 #[doc = include_str!("../docs/supports.md")]
 pub mod supports {}
 
+/// Parameters of a shoot from data: identifiability, experimental design, and the test for an oscillator.
+#[doc = include_str!("../docs/fit.md")]
+pub mod fit {}
+
 /// Steady states, characteristic roots and onsets of oscillations, and their limits.
 #[doc = include_str!("../docs/stability.md")]
 #[doc = concat!(

@@ -75,6 +75,7 @@
 //! | [`integrator`] | integration in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | steady states, characteristic roots, onset of oscillations |
 //! | [`cycle`] | periodic orbits and rotating waves, their stability and bifurcations |
+//! | [`fit`] | estimation of parameters from tracked tips and centre lines |
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
 //! | [`guide`] | [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method), other chapters |
 //!
@@ -105,6 +106,7 @@ pub mod constitutive;
 pub mod cycle;
 pub mod equilibrium;
 mod error;
+pub mod fit;
 pub mod growth;
 pub mod guide;
 pub mod integrator;

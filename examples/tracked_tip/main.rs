@@ -27,6 +27,8 @@
 //!   several levels of gravity (`--gravity`) decide where the tip alone does not.
 //! - `--centre-lines lines.csv`, with the same options: rows of one time are points from the base
 //!   to the tip. Their curvature along the arc is written to `curvature.csv`.
+//!
+//! The example `fit` estimates the parameters of a shoot from such a table.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -81,6 +81,14 @@ pub enum IntegrationError {
         /// Value of the condition at that time.
         value: f64,
     },
+    /// A run cannot follow the recorded [`Grid`](super::Grid) of another run.
+    #[error("the run cannot follow the recorded grid from {time:.6e} s on: {problem}")]
+    Grid {
+        /// Start of the step, s.
+        time: f64,
+        /// Reason.
+        problem: &'static str,
+    },
     /// A law, the scene or a condition returned NaN or infinity.
     #[error("the {what} is not finite at {time} s")]
     NotFinite {
@@ -109,9 +117,11 @@ impl IntegrationError {
             Self::NotConverged { .. } | Self::Variables { .. } | Self::GrowsTooFast { .. } | Self::Uneven { .. } => {
                 true
             }
-            Self::Parameter(_) | Self::NotFinite { .. } | Self::NotReached { .. } | Self::ToleranceNotMet { .. } => {
-                false
-            }
+            Self::Parameter(_)
+            | Self::Grid { .. }
+            | Self::NotFinite { .. }
+            | Self::NotReached { .. }
+            | Self::ToleranceNotMet { .. } => false,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! The method of steps for delay differential equations, with corrections for steps longer than the shortest delay.
 
 use super::error::Outcome;
+use super::grid::GridUse;
 use super::stepper::{MAX_CORRECTIONS, RunOptions, Stepper};
 use super::undo::undo_on_error;
-use super::{HistoryFunction, Integrator, Statistics};
+use super::{Grid, HistoryFunction, Integrator, Statistics};
 use crate::equilibrium::{EquilibriumSolver, NewtonSolver};
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -63,6 +64,32 @@ impl<E> MethodOfSteps<E> {
         let workspace = Workspace::default();
         Self { step, tolerance: 1e-8, max_corrections: MAX_CORRECTIONS, retries: 0, solver, workspace }
     }
+
+    /// Records the grid of the following calls, until [`take_grid`](Self::take_grid).
+    ///
+    /// A shoot that may touch obstacles has no such grid, and a call returns an error.
+    pub fn record(&mut self) {
+        self.workspace.stepper.grid = GridUse::Record(Grid::default());
+    }
+
+    /// Follows a recorded grid in the following calls, until [`take_grid`](Self::take_grid).
+    ///
+    /// The calls have to be those of the recorded run, for a shoot that differs from the recorded one by its
+    /// parameters. With equal parameters both runs are equal bit by bit. Breaking points and discontinuities move with
+    /// the parameters, and the steps before them are stretched. A call returns
+    /// [`Grid`](super::IntegrationError::Grid) if the parameters differ so much that a recorded step or division of an
+    /// element is impossible.
+    pub fn follow(&mut self, grid: Grid) {
+        self.workspace.stepper.grid = GridUse::Follow(grid, 0);
+    }
+
+    /// Ends recording or following, and returns the grid; an empty one if neither took place.
+    pub fn take_grid(&mut self) -> Grid {
+        match std::mem::take(&mut self.workspace.stepper.grid) {
+            GridUse::Free => Grid::default(),
+            GridUse::Record(grid) | GridUse::Follow(grid, _) => grid,
+        }
+    }
 }
 
 impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
@@ -83,6 +110,8 @@ impl<E: EquilibriumSolver> Integrator for MethodOfSteps<E> {
             coarsest_step: None,
         };
         let Self { solver, workspace: Workspace { stepper, backup }, .. } = self;
+        let position = stepper.grid.position();
         undo_on_error(shoot, backup, |shoot, _| stepper.advance(shoot, solver, options, |_, _| ()))
+            .inspect_err(|_| self.workspace.stepper.grid.rewind(position))
     }
 }

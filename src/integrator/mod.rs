@@ -5,6 +5,7 @@
 mod adaptive;
 mod error;
 mod events;
+mod grid;
 mod method_of_steps;
 mod simulation;
 mod statistics;
@@ -14,6 +15,7 @@ mod undo;
 pub use crate::state::{ConstantHistory, HistoryFunction};
 pub use adaptive::Adaptive;
 pub use error::IntegrationError;
+pub use grid::Grid;
 pub use method_of_steps::MethodOfSteps;
 pub use simulation::Simulation;
 pub use statistics::Statistics;

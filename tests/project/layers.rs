@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules from the lowest to the highest layer. Modules of one layer do not import each other.
-const LAYERS: [&[&str]; 11] = [
+const LAYERS: [&[&str]; 12] = [
     &["compositions", "error", "numerics", "pointers", "so3"],
     &["reference_element", "scene", "section"],
     &["rod", "support"],
@@ -17,6 +17,7 @@ const LAYERS: [&[&str]; 11] = [
     &["linear"],
     &["integrator", "stability"],
     &["cycle"],
+    &["fit"],
     &["guide"],
 ];
 

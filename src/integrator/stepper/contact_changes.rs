@@ -52,7 +52,7 @@ impl Stepper {
             let width = high - last.time;
             let passes = skips || width <= shortest;
             let time = if passes || !known { high } else { last.time + 0.5 * width };
-            let part = StepEnd { time, discontinuity: false, kink: false, contact_change: false };
+            let part = StepEnd { time, discontinuity: false, kink: false, contact_change: false, target: end.target };
             let part = if time == end.time { end } else { part };
             let changes = self.change_in(shoot, solver, (start, part), options, passes);
             // A divided step counts as one.

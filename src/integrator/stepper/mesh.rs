@@ -3,9 +3,10 @@
 
 use nalgebra::Vector3;
 
-use super::{ROUNDING, Statistics};
+use super::{IntegrationError, Outcome, ROUNDING, Statistics};
 use crate::constitutive::Constitutive;
 use crate::growth::GrowthLaw;
+use crate::integrator::grid::{Change, GridStep};
 use crate::rod::{MaterialPoint, Tissue, UNEVEN};
 use crate::shoot::Mesh;
 use crate::state::State;
@@ -21,12 +22,13 @@ pub(super) fn adapt(
     (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
     mesh: &Mesh,
     [from, to]: [f64; 2],
-    statistics: &mut Statistics,
+    (statistics, mut recorded): (&mut Statistics, Option<&mut GridStep>),
 ) -> usize {
     if !growth.elongates() {
         return 0;
     }
-    merge_mature(state, constitutive, mesh, statistics);
+    let mut note = |change| recorded.iter_mut().for_each(|step| step.changes.push(change));
+    merge_mature(state, constitutive, mesh, statistics, &mut note);
     let mut e = state.rod.first_growing();
     while e < state.rod.elements() {
         let length = state.rod.length_of(e);
@@ -35,6 +37,7 @@ pub(super) fn adapt(
         if long || uneven {
             state.split(e, state.rod.halfway(e));
             statistics.splits += 1;
+            note(Change::Halve(e));
         } else {
             e += 1;
         }
@@ -58,11 +61,52 @@ pub(super) fn adapt(
             if x < 1.0 - ROUNDING {
                 state.split(e, x);
                 statistics.splits += 1;
+                note(Change::Cut(e));
             }
             return e + 1 - first;
         }
     }
     state.rod.elements() - first
+}
+
+/// Makes the changes of elements of a recorded step, and returns the number of growing elements that leave the zone.
+pub(super) fn follow(
+    state: &mut State,
+    (growth, constitutive): (&impl GrowthLaw, &impl Constitutive),
+    [from, to]: [f64; 2],
+    step: &GridStep,
+    statistics: &mut Statistics,
+) -> Outcome<usize> {
+    let refuse = |problem| Err(IntegrationError::Grid { time: from, problem });
+    for &change in &step.changes {
+        let (Change::Merge(e) | Change::Halve(e) | Change::Cut(e)) = change;
+        let merges = matches!(change, Change::Merge(_));
+        if e + usize::from(merges) >= state.rod.elements() {
+            return refuse("an element that it changes does not exist");
+        }
+        match change {
+            Change::Merge(e) => {
+                let compliance = compliance(constitutive, state.time);
+                let Some(needed) = state.merge(e, f64::INFINITY, compliance) else {
+                    return refuse("elements that it merges cannot be merged");
+                };
+                statistics.merges += 1;
+                statistics.merge_loss = statistics.merge_loss.max(needed);
+            }
+            Change::Halve(e) => state.split(e, state.rod.halfway(e)),
+            Change::Cut(e) => {
+                let boundary = growth.flow(growth.zone_length(), to, from).0;
+                let x = state.rod.coordinate_at_distance(e, boundary);
+                if !(x > ROUNDING && x < 1.0 - ROUNDING) {
+                    return refuse("the boundary of the growth zone is in another element");
+                }
+                state.split(e, x);
+            }
+        }
+        statistics.splits += usize::from(!merges);
+    }
+    state.merge_next = step.merge_next;
+    Ok(step.leaving)
 }
 
 /// Returns a function for the bending compliance of a material point at a time (s), up to a factor. Merging
@@ -76,7 +120,13 @@ pub(in crate::integrator) fn compliance(constitutive: &impl Constitutive, time: 
 
 /// Tries to merge the youngest pair of mature elements, and one other pair, the next one in each step. A pair that
 /// could not be merged when it left the zone may be merged after it has stiffened.
-fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh, statistics: &mut Statistics) {
+fn merge_mature(
+    state: &mut State,
+    constitutive: &impl Constitutive,
+    mesh: &Mesh,
+    statistics: &mut Statistics,
+    note: &mut impl FnMut(Change),
+) {
     if mesh.merge_tolerance == 0.0 {
         return;
     }
@@ -88,6 +138,7 @@ fn merge_mature(state: &mut State, constitutive: &impl Constitutive, mesh: &Mesh
         {
             statistics.merges += 1;
             statistics.merge_loss = statistics.merge_loss.max(needed);
+            note(Change::Merge(e));
         }
     };
     let k = state.rod.first_growing();
@@ -129,7 +180,7 @@ mod tests {
             shoot.state.rod.release_nodes();
             let mut statistics = Statistics::default();
             for _ in 0..5 {
-                merge_mature(&mut shoot.state, &law, &shoot.mesh, &mut statistics);
+                merge_mature(&mut shoot.state, &law, &shoot.mesh, &mut statistics, &mut |_| ());
             }
             assert_eq!((statistics.merges, shoot.rod().elements()), (1, 7), "pair {pair}");
         }

@@ -3,6 +3,7 @@
 mod collocation;
 mod contact_changes;
 mod elongation;
+mod follow;
 mod gradient_integral;
 mod memories;
 mod mesh;
@@ -15,6 +16,7 @@ mod step_end;
 use nalgebra::Vector3;
 
 use super::error::Outcome;
+use super::grid::GridUse;
 use super::undo::undo_on_error;
 use super::{
     ConstantHistory, FIRST_STEP, HistoryFunction, IntegrationError, MAX_HALVINGS, ORDER, ROUNDING, Statistics,
@@ -33,8 +35,8 @@ use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
+use step_end::EQUAL_STEPS;
 pub(super) use step_end::StepEnd;
-use step_end::{EQUAL_STEPS, next_step_end};
 
 /// Workspace of a run. It keeps no state between calls.
 #[derive(Debug, Clone, Default)]
@@ -53,6 +55,7 @@ pub(super) struct Stepper {
     /// Shape, time and reactions at the start of an increment; `None` without friction.
     before: Option<(Rod, f64, Vec<Reaction>)>,
     statistics: Statistics,
+    pub grid: GridUse,
     /// Copy of the state before a step that may be repeated.
     backup: Option<State>,
 }
@@ -135,7 +138,7 @@ impl Stepper {
         options: &RunOptions,
         retries_left: &mut usize,
     ) -> Outcome<StepEnd> {
-        let mut end = next_step_end(shoot, &self.laws, options)?;
+        let mut end = self.choose_step_end(shoot, options)?;
         let locates = self.locates_contacts(shoot);
         while locates || *retries_left > 0 {
             let counts = self.statistics;
@@ -153,7 +156,8 @@ impl Stepper {
                     self.statistics = self.statistics.undone_since(counts);
                     self.statistics.retries += 1;
                     let step = 0.5 * (end.time - shoot.state.time);
-                    end = next_step_end(shoot, &self.laws, &RunOptions { step, ..*options })?;
+                    self.grid.rewind(self.grid.position().saturating_sub(1));
+                    end = self.choose_step_end(shoot, &RunOptions { step, ..*options })?;
                 }
                 result => return result,
             }
@@ -170,7 +174,7 @@ impl Stepper {
         options: &RunOptions,
     ) -> Outcome {
         self.begin_increment(shoot);
-        let step = self.begin_step(shoot, &options.mesh, end);
+        let step = self.begin_step(shoot, &options.mesh, end)?;
         self.collocation.begin_step();
         let before = intrinsic_moments(&shoot.state.rod);
         self.integrate_strain(shoot, step)?;
@@ -217,16 +221,25 @@ impl Stepper {
     }
 
     /// Adapts the elements to a step, stores the initial strains and positions, and appends a level to the history.
-    fn begin_step(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, end: StepEnd) -> Step {
+    fn begin_step(&mut self, shoot: &mut Shoot<impl Model>, mesh: &Mesh, end: StepEnd) -> Outcome<Step> {
         let (from, to) = (shoot.state.time, end.time);
         let growth = [if from == shoot.state.smooth_since { after(from) } else { from }, end.before()];
         let laws = (shoot.model.growth(), shoot.model.constitutive());
-        let leaving = mesh::adapt(&mut shoot.state, laws, mesh, growth, &mut self.statistics);
+        let leaving = match self.grid.take_next() {
+            Some(step) => mesh::follow(&mut shoot.state, laws, growth, &step, &mut self.statistics)?,
+            None => {
+                let recorded = self.grid.recorded();
+                mesh::adapt(&mut shoot.state, laws, mesh, growth, (&mut self.statistics, recorded))
+            }
+        };
+        if let Some(step) = self.grid.recorded() {
+            (step.leaving, step.merge_next) = (leaving, shoot.state.merge_next);
+        }
         let rod = &shoot.state.rod;
         self.starts.clear();
         self.starts.extend(rod.points()[rod.zone()].iter().map(|point| (point.intrinsic, point.apex_distance)));
         shoot.state.history.push(to, &mut self.spare);
-        Step { from, to, leaving, growth }
+        Ok(Step { from, to, leaving, growth })
     }
 
     /// Moves the tissue that has left the zone to the mature part, and drops levels of the history that are no

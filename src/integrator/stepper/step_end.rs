@@ -29,6 +29,8 @@ pub(in crate::integrator) struct StepEnd {
     pub kink: bool,
     /// Whether a contact begins or ends there.
     pub contact_change: bool,
+    /// Next time that steps must not pass, s.
+    pub target: f64,
 }
 
 impl StepEnd {
@@ -143,12 +145,18 @@ fn longest_to_compare(
     longest
 }
 
+/// Returns the next discontinuity of a law or the scene after the present `t` (s). One at the present may have been
+/// passed.
+pub(super) fn next_discontinuity_after(shoot: &Shoot<impl Model>, t: f64) -> Result<f64, ParameterError> {
+    next_discontinuity(&shoot.model, if t == shoot.state.smooth_since { after(t) } else { t })
+}
+
 /// Returns the end of the next step.
 pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, options: &RunOptions) -> Outcome<StepEnd> {
     let (t, until, size) = (shoot.state.time, options.until, options.step);
     // Discontinuities that differ by rounding count as one.
     let passed = t == shoot.state.smooth_since;
-    let discontinuity = next_discontinuity(&shoot.model, if passed { after(t) } else { t })?;
+    let discontinuity = next_discontinuity_after(shoot, t)?;
     ParameterError::unless(
         !passed || discontinuity > after(after(t)),
         "discontinuity that a law announces",
@@ -195,5 +203,5 @@ pub(super) fn next_step_end(shoot: &Shoot<impl Model>, laws: &Declaration, optio
     ParameterError::unless(time > t, "time step", step, "longer than the rounding of the time (s)")?;
     let kink = time == next_point;
     let discontinuity = time == discontinuity || kink && is_sharp(shoot, laws, options, time);
-    Ok(StepEnd { time, discontinuity, kink, contact_change: false })
+    Ok(StepEnd { time, discontinuity, kink, contact_change: false, target })
 }

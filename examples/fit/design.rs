@@ -1,0 +1,99 @@
+//! Expected standard errors of several experiments: data without noise are fitted, with the noise that a camera would
+//! have.
+
+use std::error::Error;
+
+use morphorod::fit::{Fit, Parameter, Verdict};
+
+use super::plants::{Draw, PARAMETERS, Plant, Seen};
+
+/// Time from one frame to the next, s, and time step, s.
+const INTERVAL: f64 = 300.0;
+const STEP: f64 = 100.0;
+
+struct Case {
+    name: &'static str,
+    plant: Plant,
+    /// Values that differ from [`PARAMETERS`].
+    values: &'static [(&'static str, f64)],
+    free: &'static [&'static str],
+    hours: f64,
+    seen: Seen,
+    scale: bool,
+}
+
+const RIGHTING: Plant =
+    Plant { constant: true, tilt: std::f64::consts::FRAC_PI_2, push: 0.0, radius: 5e-4, mature_modulus: None };
+const GROWING: Plant = Plant { constant: false, tilt: 0.0, push: 0.0, radius: 5e-4, mature_modulus: None };
+/// The shoot of video 2, whose mature tissue is known.
+const VIDEO: Plant = Plant { mature_modulus: Some(2e9), ..GROWING };
+const PUSHED: Plant = Plant { push: 3e-6, ..GROWING };
+const SHORT: Plant = Plant { constant: true, push: 1e-6, ..GROWING };
+const RIGHTING_VALUES: &[(&str, f64)] = &[("l_0", 0.05), ("tau_g", 72e3)];
+const SIX: &[&str] = &["beta", "eta", "tau_m", "tau_r", "E", "l_0"];
+const EIGHT: &[&str] = &["beta", "eta", "tau_m", "tau_r", "tau_g", "l_g", "E", "l_0"];
+const NINE: &[&str] = &["beta", "eta", "tau_m", "tau_r", "tau_g", "l_g", "alpha", "E", "l_0"];
+
+fn cases() -> Vec<Case> {
+    let case = |name, plant, values, free, hours, seen| Case { name, plant, values, free, hours, seen, scale: false };
+    let righting = |name, free, seen| case(name, RIGHTING, RIGHTING_VALUES, free, 6.0, seen);
+    let growing = |name, seen| case(name, VIDEO, &[("alpha", 0.2)], NINE, 10.0, seen);
+    let free = case("the same, camera scale free", PUSHED, &[], EIGHT, 20.0, Seen::Above);
+    vec![
+        righting("righting 6 h, centre lines", SIX, Seen::Lines),
+        righting("the same, tip", SIX, Seen::Tip),
+        righting(
+            "the same, centre lines, tau_g free",
+            &["beta", "eta", "tau_m", "tau_r", "tau_g", "E", "l_0"],
+            Seen::Lines,
+        ),
+        growing("growing with oscillator 10 h, centre lines", Seen::Lines),
+        growing("the same, tip", Seen::Tip),
+        growing("the same, tip from above", Seen::Above),
+        case("circumnutation 20 h, from above", PUSHED, &[], EIGHT, 20.0, Seen::Above),
+        Case { scale: true, ..free },
+        case("with oscillator 20 h, from above", PUSHED, &[("alpha", 0.2)], NINE, 20.0, Seen::Above),
+        case(
+            "upright 5 cm below onset 10 h, tip",
+            SHORT,
+            RIGHTING_VALUES,
+            &["beta", "eta", "tau_m", "tau_r"],
+            10.0,
+            Seen::Tip,
+        ),
+    ]
+}
+
+/// Prints the standard errors of all cases for a noise of each coordinate (m).
+pub fn print(noise: f64) -> Result<(), Box<dyn Error>> {
+    println!(
+        "Standard errors in per cent (! structurally, ? practically not identifiable); 0.1 mm, frames every 5 min"
+    );
+    for case in cases() {
+        let value = |(name, value, _): &(&str, f64, f64)| {
+            case.values.iter().find(|(other, _)| other == name).map_or(*value, |(_, value)| *value)
+        };
+        let values: Vec<f64> = PARAMETERS.iter().map(value).collect();
+        let setting = [case.hours, INTERVAL, STEP];
+        let data = case.plant.measured(&values, setting, case.seen, 0.0, &mut Draw::new(0))?.with_noise(noise);
+        let (data, more) = if case.scale {
+            (data.with_scale("scale"), vec![Parameter::positive("scale", [0.2, 5.0])])
+        } else {
+            (data, vec![])
+        };
+        let fit = Fit { step: STEP, windows: vec![1.0], ..Fit::default() };
+        let found = fit.run(&case.plant.family(&values, case.free, 1.0, more), &[data])?;
+        print!("{:<44}", case.name);
+        for estimate in found.parameters.iter().filter(|estimate| estimate.verdict != Verdict::Fixed) {
+            let unit = if estimate.relative { 1.0 } else { estimate.value.abs() };
+            let error = 100.0 * estimate.error / unit;
+            match estimate.verdict {
+                Verdict::StructurallyNot => print!("  {} !", estimate.name),
+                Verdict::PracticallyNot => print!("  {} {error:.2}?", estimate.name),
+                _ => print!("  {} {error:.2}", estimate.name),
+            }
+        }
+        println!();
+    }
+    Ok(())
+}

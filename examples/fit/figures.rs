@@ -1,0 +1,73 @@
+//! Figures of a fit: data with the fitted shoot, residuals, and ellipses of confidence.
+
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use morphorod::fit::{Estimates, Verdict};
+
+use super::common::{Axes, Series, Style, Table, lines_figure, panels_figure};
+
+const HOUR: f64 = 3600.0;
+const MM_PER_M: f64 = 1e3;
+
+/// 90 % quantile of χ² with two degrees of freedom.
+const QUANTILE: f64 = 4.605_170;
+
+/// Points of the data and of the fitted shoot in two coordinates (m).
+pub struct Paths {
+    pub data: Vec<[f64; 2]>,
+    pub fit: Vec<Vec<[f64; 2]>>,
+    pub axes: [&'static str; 2],
+}
+
+/// Draws all figures, and writes the residuals.
+pub fn draw(out: &Path, paths: &Paths, found: &Estimates) -> Result<(), Box<dyn Error>> {
+    let mm = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (MM_PER_M * x, MM_PER_M * y)).collect::<Vec<_>>();
+    let mut series = vec![Series::new("data", mm(&paths.data), Style::Points, 5)];
+    for (k, line) in paths.fit.iter().enumerate() {
+        series.push(Series::new(if k == 0 { "fit" } else { "" }, mm(line), Style::Line, 0));
+    }
+    let [x, y] = paths.axes;
+    lines_figure(out.join("fit.svg"), "Data and the fitted shoot", x, y, &series, Axes::Equal)?;
+
+    let mut table = Table::create(out.join("residuals.csv"), &["series", "t_s", "residual_m"])?;
+    for (index, time, value) in &found.residuals {
+        table.row(&[*index as f64, *time, *value])?;
+    }
+    table.finish()?;
+    let residual = |(_, time, value): &(usize, f64, f64)| (time / HOUR, MM_PER_M * value);
+    let residuals = found.residuals.iter().map(residual).collect();
+    let residuals = [Series::new("simulated minus measured", residuals, Style::Points, 5)];
+    let title = format!("Residuals: correlation of successive values {:.2}", found.lag_one);
+    let y = "residual (mm)";
+    lines_figure(out.join("residuals.svg"), &title, "time (h)", y, &residuals, Axes::Linear)?;
+    ellipses(out, found)
+}
+
+/// Draws the regions that contain two parameters with a probability of 90 %, for each pair of neighbours in the list.
+fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
+    let known = |k: &usize| matches!(found.parameters[*k].verdict, Verdict::Identifiable | Verdict::PracticallyNot);
+    let known: Vec<usize> =
+        (0..found.parameters.len()).filter(known).filter(|k| found.parameters[*k].relative).collect();
+    let mut panels = Vec::new();
+    for pair in known.chunks_exact(2).take(3) {
+        let [a, b] = [&found.parameters[pair[0]], &found.parameters[pair[1]]];
+        let correlation = found.correlations[pair[0]][pair[1]];
+        let rest = (1.0 - correlation * correlation).max(0.0).sqrt();
+        let point = |k: u32| {
+            let (sine, cosine) = (TAU * f64::from(k) / 100.0).sin_cos();
+            let scale = 100.0 * QUANTILE.sqrt();
+            (scale * a.error * cosine, scale * b.error * (correlation * cosine + rest * sine))
+        };
+        let label = format!("{} against {}", b.name, a.name);
+        panels.push((label.clone(), [Series::new(label, (0..=100).map(point).collect(), Style::Line, panels.len())]));
+    }
+    if panels.is_empty() {
+        return Ok(());
+    }
+    let panels: Vec<(&str, &[Series])> = panels.iter().map(|(label, series)| (label.as_str(), &series[..])).collect();
+    let title = "Regions that contain two parameters with a probability of 90 %";
+    let (x, y) = ("difference from the estimate (%)", "difference from the estimate (%)");
+    Ok(panels_figure(out.join("ellipses.svg"), title, x, y, &panels, Axes::Linear)?)
+}

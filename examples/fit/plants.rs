@@ -1,0 +1,162 @@
+//! The family of shoots of this example, and synthetic data.
+
+use std::f64::consts::PI;
+
+use morphorod::constitutive::{Lignifying, LinearElastic};
+use morphorod::equilibrium::NewtonSolver;
+use morphorod::fit::{Family, Parameter, Series, View};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::load::{Pulse, Weight};
+use morphorod::tropism::{Gravitropism, Handedness, Memory, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::{DynLaws, ParameterError, Shoot, Still};
+use nalgebra::Vector3;
+
+const HOUR: f64 = 3600.0;
+
+/// Names of the parameters, their values in SI units, and the factor by which they may differ from them.
+pub const PARAMETERS: [(&str, f64, f64); 11] = [
+    ("beta", 0.8, 10.0),
+    ("eta", 20.0, 10.0),
+    ("tau_m", 720.0, 5.0),
+    ("tau_r", 720.0, 5.0),
+    ("tau_g", 40.0 * HOUR, 5.0),
+    ("l_g", 0.07, 5.0),
+    ("alpha", 0.0, 10.0),
+    ("tau_e", 1440.0, 1.5),
+    ("phase", 0.0, 1.0),
+    ("E", 1e7, 5.0),
+    ("l_0", 0.068, 2.0),
+];
+
+/// Parts of the shoot that a camera shows, and from where.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Seen {
+    /// Twenty points of the centre line in space.
+    Lines,
+    /// The tip in space.
+    Tip,
+    /// The tip from above.
+    Above,
+}
+
+/// What is known of the shoot.
+#[derive(Clone, Copy)]
+pub struct Plant {
+    /// Whether the length is constant while differential growth continues.
+    pub constant: bool,
+    /// Angle of the base from the vertical, rad.
+    pub tilt: f64,
+    /// Size of a push at the tip in the first twelve minutes, N: half a sine in time, along (2, 1, 0).
+    pub push: f64,
+    /// Radius, m.
+    pub radius: f64,
+    /// Young's modulus of mature tissue, Pa, if it is known. Otherwise it is 200 times that of young tissue.
+    pub mature_modulus: Option<f64>,
+}
+
+impl Plant {
+    /// The shoot with the values of [`PARAMETERS`].
+    pub fn build(self, p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, ParameterError> {
+        let memory = Memory { time: p[2], delay: p[3] };
+        let push = Pulse { peak: self.push * Vector3::new(2.0, 1.0, 0.0), start: 0.0, duration: 720.0 };
+        let young = LinearElastic { youngs_modulus: p[9], poissons_ratio: 0.5 };
+        let mature_modulus = self.mature_modulus.unwrap_or(200.0 * p[9]);
+        let shoot = Shoot::builder(Lignifying { young, mature_modulus, time: 144.0 * HOUR })
+            .length(p[10])
+            .radius(self.radius)
+            .load((Weight { density: 1000.0 }, push))
+            .scene(Still::tilted(self.tilt));
+        let growth = UniformGrowth { zone_length: p[5], time: p[4] };
+        let proprioception = Proprioception { sensitivity: p[1] }.remembered(memory);
+        let gravitropism = Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory);
+        let shoot = shoot.tropism((oscillator, gravitropism, proprioception));
+        if self.constant {
+            shoot.growth(Ongoing(UniformGrowth { zone_length: 1.0, ..growth })).into_dyn().build()
+        } else {
+            shoot.growth(growth).into_dyn().build()
+        }
+    }
+
+    /// The family of these shoots. The parameters named in `free` start at a factor of their `values`; the others are
+    /// fixed. `more` are parameters of the camera.
+    pub fn family(
+        self,
+        values: &[f64],
+        free: &[&str],
+        factor: f64,
+        more: Vec<Parameter>,
+    ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync> {
+        let parameter = |((name, _, range), value): (&(&str, f64, f64), &f64)| match *name {
+            name if !free.contains(&name) => Parameter::fixed(name, *value),
+            "phase" => Parameter::linear(name, [value - PI, value + PI]),
+            "alpha" if *value == 0.0 => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
+            name => Parameter::positive(name, [value / range, value * range])
+                .starting(value * if name.starts_with("tau_e") { 1.0 } else { factor }),
+        };
+        let parameters = PARAMETERS.iter().zip(values).map(parameter).chain(more).collect();
+        Family { parameters, build: move |p: &[f64]| self.build(p, oscillator(p)) }
+    }
+
+    /// Times (s) every `interval`, and points of the shoot at each, with normal noise (m) of the given draw.
+    pub fn measured(
+        self,
+        p: &[f64],
+        [hours, interval, step]: [f64; 3],
+        seen: Seen,
+        noise: f64,
+        draw: &mut Draw,
+    ) -> Result<Series, Box<dyn std::error::Error>> {
+        let mut shoot = self.build(p, oscillator(p))?;
+        let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-11));
+        let times: Vec<f64> = (1..=(hours * HOUR / interval) as u32).map(|k| interval * f64::from(k)).collect();
+        let mut frames = Vec::new();
+        for time in &times {
+            integrator.advance(&mut shoot, *time)?;
+            let points =
+                if seen == Seen::Lines { shoot.rod().centre_line_at(21).split_off(1) } else { vec![shoot.tip()] };
+            frames.push(points.iter().map(|p| p + Vector3::from_fn(|_, _| noise * draw.normal())).collect::<Vec<_>>());
+        }
+        let tips: Vec<_> = frames.iter().map(|frame| frame[frame.len() - 1]).collect();
+        Ok(match seen {
+            Seen::Lines => Series::centre_lines(times, frames),
+            Seen::Tip => Series::tips(times, &tips),
+            Seen::Above => {
+                let track = tips.iter().map(|p| nalgebra::Vector2::new(p.x, p.y)).collect();
+                Series::track(&morphorod::tracking::Track::new(times, track)?, View::above())
+            }
+        })
+    }
+}
+
+/// The oscillator with the values of [`PARAMETERS`].
+pub fn oscillator(p: &[f64]) -> Oscillator {
+    Oscillator { sensitivity: p[6], period: p[7], phase: p[8], handedness: Handedness::Counterclockwise }
+}
+
+/// Pseudorandom numbers by xorshift (G. Marsaglia, J. Stat. Softw. 8, 14, 2003).
+pub struct Draw(u64);
+
+impl Draw {
+    /// Sequence of the given seed.
+    pub fn new(seed: u64) -> Self {
+        let mut draw = Self(seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+        for _ in 0..20 {
+            draw.uniform();
+        }
+        draw
+    }
+
+    fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Standard normal number by Box and Muller's method.
+    pub fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (2.0 * PI * self.uniform()).cos()
+    }
+}

@@ -1,0 +1,152 @@
+//! The answer of a fit at the point that its search has reached.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::confidence::{Confidence, confidence, singular};
+use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, repeated};
+use super::problem::{DIFFERENCE, Problem, RATIO, extrapolated};
+use super::search::{Loss, Reached};
+use super::series::Series;
+use super::{FitError, Parameter};
+use crate::error::ParameterError;
+use crate::model::{Model, next_discontinuity};
+use crate::scene::{after, before};
+use crate::shoot::Shoot;
+
+/// Component of a weak combination, relative to the largest, above which a parameter is named.
+const NAMED: f64 = 0.1;
+
+/// The answer at a point that a search has reached.
+pub(super) fn estimates(
+    problem: &Problem,
+    data: &[Series],
+    reached: &Reached,
+    objectives: Vec<f64>,
+    (loss, widest): (Loss, f64),
+) -> Result<Estimates, FitError> {
+    // Parameters at a bound have no error, and the others have that for their values there.
+    let (parameters, x) = (problem.parameters, &reached.x);
+    let values = problem.values_at(x);
+    let at_bound = |i: usize| {
+        let [low, high] = parameters[problem.free[i]].limits();
+        x[i] <= low || x[i] >= high
+    };
+    let inner: Vec<usize> = (0..x.len()).filter(|i| !at_bound(*i)).collect();
+    let free: Vec<usize> = inner.iter().map(|i| problem.free[*i]).collect();
+    let problem = Problem { free: free.clone(), values: values.clone(), ..problem.clone() };
+    let x = DVector::from_iterator(inner.len(), inner.iter().map(|i| x[*i]));
+    let reached = Reached { x, at: problem.evaluate(&problem.coordinates(&values))?, ..*reached };
+    let [coarse, fine] = problem.jacobians(&reached.x, &reached.at, [DIFFERENCE, DIFFERENCE / RATIO])?;
+    let jacobian = extrapolated(&coarse, &fine);
+    let found = confidence(&problem, loss, &reached, &jacobian);
+    let fallback = || Confidence {
+        covariance: DMatrix::zeros(free.len(), free.len()),
+        white: DMatrix::zeros(free.len(), free.len()),
+        singular: DVector::zeros(free.len()),
+        directions: DMatrix::identity(free.len(), free.len()),
+        lag_one: 0.0,
+    };
+    let found = found.unwrap_or_else(fallback);
+    let coarse = singular(&problem, &reached.x, &coarse).map_or(vec![], |(s, _)| s.as_slice().to_vec());
+    let (n, k) = (reached.at.residuals.len(), free.len());
+    let logarithms = reached.at.rows.iter().map(|row| problem.noise[row.series].ln()).sum::<f64>();
+    Ok(Estimates {
+        parameters: each(parameters, &values, &free, &found, widest),
+        correlations: correlations(parameters.len(), &free, &found.covariance),
+        weak: weak_directions(&problem, &found, widest),
+        chi_squared: 2.0 * reached.objective,
+        degrees_of_freedom: n.saturating_sub(k),
+        noise: problem.noise.clone(),
+        lag_one: found.lag_one,
+        residuals: residuals(&problem, &reached),
+        repeated_frames: repeated(data),
+        ambiguous_frames: vec![vec![]; data.len()],
+        objectives,
+        deviance: 2.0 * (reached.objective + logarithms),
+        singular_values: [coarse, found.singular.as_slice().to_vec()],
+        family: parameters.to_vec(),
+        data: data.to_vec(),
+        loss,
+        free,
+        covariance: found.covariance,
+        white: found.white,
+    })
+}
+
+/// Estimates of all parameters.
+fn each(parameters: &[Parameter], values: &[f64], free: &[usize], found: &Confidence, widest: f64) -> Vec<Estimate> {
+    let of = |(k, parameter): (usize, &Parameter)| {
+        let (name, value, relative) = (parameter.name.clone(), values[k], parameter.logarithmic);
+        let (error, verdict) = match free.iter().position(|other| *other == k) {
+            None if parameter.is_fixed() => (0.0, Verdict::Fixed),
+            None => (0.0, Verdict::AtBound),
+            Some(i) if found.is_in_structural(i) => (f64::INFINITY, Verdict::StructurallyNot),
+            Some(i) => {
+                let error = found.covariance[(i, i)].max(0.0).sqrt();
+                let certain = error <= widest;
+                let unit = if relative { 1.0 } else { parameter.slope(value) };
+                (error * unit, if certain { Verdict::Identifiable } else { Verdict::PracticallyNot })
+            }
+        };
+        Estimate { name, value, error, relative, verdict }
+    };
+    parameters.iter().enumerate().map(of).collect()
+}
+
+/// Indices of the frames of each series at a discontinuity of the laws of a shoot at its start, up to rounding.
+pub(super) fn ambiguous(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Vec<usize>>, ParameterError> {
+    let last = data.iter().filter_map(|series| series.times.last()).copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut frames = vec![Vec::new(); data.len()];
+    let mut time = next_discontinuity(shoot.model(), before(shoot.time()))?;
+    while time <= last {
+        for (series, frames) in data.iter().zip(&mut frames) {
+            let first = series.times.partition_point(|t| *t < before(time));
+            frames.extend((first..series.times.len()).take_while(|k| series.times[*k] <= after(time)));
+        }
+        time = next_discontinuity(shoot.model(), after(time))?;
+    }
+    Ok(frames)
+}
+
+/// Residuals with their series and time, m.
+fn residuals(problem: &Problem, reached: &Reached) -> Vec<(usize, f64, f64)> {
+    let rows = reached.at.rows.iter().zip(reached.at.residuals.iter());
+    rows.map(|(row, r)| (row.series, row.time, r * problem.noise[row.series])).collect()
+}
+
+fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let mut matrix = vec![vec![0.0; count]; count];
+    for k in 0..count {
+        matrix[k][k] = 1.0;
+    }
+    for (i, k) in free.iter().enumerate() {
+        for (j, l) in free.iter().enumerate().filter(|(j, _)| *j != i) {
+            let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+            matrix[*k][*l] = if size > 0.0 { covariance[(i, j)] / size } else { 0.0 };
+        }
+    }
+    matrix
+}
+
+/// Combinations with a standard error above `widest`, the weakest first.
+fn weak_directions(problem: &Problem, found: &Confidence, widest: f64) -> Vec<WeakDirection> {
+    let mut order: Vec<usize> = (0..found.singular.len()).collect();
+    order.sort_by(|a, b| found.singular[*a].total_cmp(&found.singular[*b]));
+    let direction = |j: usize| {
+        let (column, structural) = (found.directions.column(j), found.is_structural(j));
+        let largest = column.amax();
+        let named = |i: &usize| column[*i].abs() > NAMED * largest;
+        let sign = (0..column.len()).find(named).map_or(1.0, |i| column[i].signum());
+        let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * column[i] / largest);
+        let components = (0..column.len()).filter(named).map(component).collect();
+        let along = column / largest;
+        let error = if structural {
+            f64::INFINITY
+        } else {
+            let inverse = 1.0 / found.singular[j];
+            inverse / along.norm()
+        };
+        WeakDirection { components, error, structural }
+    };
+    order.into_iter().map(direction).take_while(|weak| weak.structural || weak.error > widest).collect()
+}

@@ -1,0 +1,101 @@
+//! Errors of fits.
+
+use crate::error::{ParameterError, debug_by_display};
+use crate::integrator::IntegrationError;
+
+/// Reason why parameters cannot be estimated.
+#[derive(Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FitError {
+    /// A setting is out of range.
+    #[error(transparent)]
+    Setting(#[from] ParameterError),
+    /// A frame of the data is invalid.
+    #[error("frame number {frame} of series {series} {problem}")]
+    Frame {
+        /// Index of the series, from 0.
+        series: usize,
+        /// Index of the frame in it, from 0.
+        frame: usize,
+        /// Description of the defect.
+        problem: &'static str,
+    },
+    /// A series as a whole is invalid.
+    #[error("series {series} {problem}")]
+    Series {
+        /// Index of the series, from 0.
+        series: usize,
+        /// Description of the defect.
+        problem: &'static str,
+    },
+    /// The data have fewer coordinates than the family has free parameters.
+    #[error("{coordinates} coordinates cannot determine {parameters} parameters")]
+    Insufficient {
+        /// Number of coordinates.
+        coordinates: usize,
+        /// Number of free parameters.
+        parameters: usize,
+    },
+    /// Data and shoot differ so much in size that a unit must be wrong.
+    #[error(
+        "series {series} extends to {observed:.3e} m from the base, but the shoot at the initial values to \
+         {modelled:.3e} m: is the unit of the data m?"
+    )]
+    Unit {
+        /// Index of the series, from 0.
+        series: usize,
+        /// Largest distance of a point from the base in the data, m.
+        observed: f64,
+        /// Largest distance of the same points of the shoot, m.
+        modelled: f64,
+    },
+    /// A parameter is invalid.
+    #[error("parameter '{name}' {problem}")]
+    Parameter {
+        /// Name of the parameter.
+        name: String,
+        /// Description of the defect.
+        problem: &'static str,
+    },
+    /// A series names a parameter that the family does not have.
+    #[error("series {series} names a parameter '{name}', which the family does not have")]
+    UnknownName {
+        /// Index of the series, from 0.
+        series: usize,
+        /// The name.
+        name: String,
+    },
+    /// The family returned an error.
+    #[error("the family has no shoot for {}: {problem}", describe(values))]
+    Family {
+        /// Names and values of all parameters.
+        values: Vec<(String, f64)>,
+        /// Message of the family.
+        problem: String,
+    },
+    /// A shoot of the family could not be advanced to the times of the data.
+    #[error("the shoot for {} failed: {error}", describe(values))]
+    Run {
+        /// Names and values of all parameters.
+        values: Vec<(String, f64)>,
+        /// Error of the integrator.
+        error: IntegrationError,
+    },
+    /// Two fits cannot be compared.
+    #[error("the fits have different data, noise or losses, so that they cannot be compared")]
+    OtherData,
+    /// No search from any initial value converged.
+    #[error("no search converged: {iterations} iterations from the best initial values reached {}", describe(values))]
+    NotConverged {
+        /// Number of iterations.
+        iterations: usize,
+        /// Names and values of all parameters where the search ended.
+        values: Vec<(String, f64)>,
+    },
+}
+
+debug_by_display!(FitError);
+
+fn describe(values: &[(String, f64)]) -> String {
+    values.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect::<Vec<_>>().join(", ")
+}

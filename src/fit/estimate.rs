@@ -1,0 +1,222 @@
+//! Answers of fits.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::problem::DIFFERENCE;
+use super::series::Series;
+use super::{FitError, Loss, Parameter};
+
+/// Identifiability of a parameter from the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Verdict {
+    /// The standard error is at most [`Fit::widest`](super::Fit::widest).
+    Identifiable,
+    /// These data leave it too uncertain; more, other or more accurate data may determine it.
+    PracticallyNot,
+    /// A combination of parameters with this one leaves every datum unchanged. No data of this kind determine it.
+    StructurallyNot,
+    /// The estimate is at a bound, and has no error.
+    AtBound,
+    /// The value was given.
+    Fixed,
+}
+
+/// Estimate of one parameter.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Estimate {
+    /// Name of the parameter.
+    pub name: String,
+    /// Estimated value.
+    pub value: f64,
+    /// Standard error: relative (of the logarithm) for a logarithmic parameter, else in its unit. Infinite if the
+    /// parameter is structurally not identifiable, zero if it is fixed or at a bound.
+    pub error: f64,
+    /// Whether the error is relative.
+    pub relative: bool,
+    /// Identifiability of the parameter from the data.
+    pub verdict: Verdict,
+}
+
+impl Estimate {
+    /// Interval that contains the value with a probability of 90 %, if errors are normal on the scale of the search.
+    #[must_use]
+    pub fn interval(&self) -> [f64; 2] {
+        let width = QUANTILE_95 * self.error;
+        if self.relative {
+            [self.value * (-width).exp(), self.value * width.exp()]
+        } else {
+            [self.value - width, self.value + width]
+        }
+    }
+}
+
+/// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
+pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
+
+/// Combination of parameters that the data do not determine.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct WeakDirection {
+    /// Names and components: changes of ln value, or of the value over the distance of its bounds, the largest ±1.
+    pub components: Vec<(String, f64)>,
+    /// Standard error of a change by these components; infinite for a structural one.
+    pub error: f64,
+    /// Whether the combination leaves every datum unchanged.
+    pub structural: bool,
+}
+
+impl std::fmt::Display for WeakDirection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let names: Vec<&str> = self.components.iter().map(|(name, _)| name.as_str()).collect();
+        let Some((last, first)) = names.split_last() else { return Ok(()) };
+        if first.is_empty() {
+            let effect = if self.structural { "has no effect on the data" } else { "hardly changes the data" };
+            return write!(f, "{last} {effect}");
+        }
+        let known = if self.structural { "known only in combination" } else { "hardly known except in combination" };
+        write!(f, "{} and {last} are {known}: changes of", first.join(", "))?;
+        for (name, component) in &self.components {
+            write!(f, " {component:+.2} ln {name}")?;
+        }
+        write!(f, " {}", if self.structural { "leave every datum unchanged" } else { "hardly change the data" })
+    }
+}
+
+/// Answer of a fit.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Estimates {
+    /// All parameters in the order of the family.
+    pub parameters: Vec<Estimate>,
+    /// Correlations of the parameters; zero beside the diagonal for those without an error.
+    pub correlations: Vec<Vec<f64>>,
+    /// Combinations that the data do not determine.
+    pub weak: Vec<WeakDirection>,
+    /// Twice the loss of all residuals and priors at the estimates.
+    pub chi_squared: f64,
+    /// Number of coordinates minus that of estimated parameters.
+    pub degrees_of_freedom: usize,
+    /// Noise of each series: given, or estimated (m, or rad for angles).
+    pub noise: Vec<f64>,
+    /// Correlation of successive residuals of a coordinate. The errors account for it.
+    pub lag_one: f64,
+    /// Residuals (simulated minus measured) in the order of time: series, time (s), value (m, or rad for angles).
+    pub residuals: Vec<(usize, f64, f64)>,
+    /// Indices of the frames of each series that are equal to the frame before them, as duplicated frames of a video
+    /// are. They are used like all others.
+    pub repeated_frames: Vec<Vec<usize>>,
+    /// Indices of the frames of each series at a discontinuity of the laws of the shoot. Such a frame is ambiguous: it
+    /// is compared with the shoot just before the discontinuity.
+    pub ambiguous_frames: Vec<Vec<usize>>,
+    /// Objectives (half of `chi_squared`) that the searches from the initial values reached, least first.
+    pub objectives: Vec<f64>,
+    /// Minus twice the logarithm of the likelihood and the priors, up to a constant of the data.
+    pub deviance: f64,
+    /// Singular values of the Jacobian over the noise with two steps of the differences, the second extrapolated.
+    pub singular_values: [Vec<f64>; 2],
+    pub(super) family: Vec<Parameter>,
+    pub(super) data: Vec<Series>,
+    pub(super) loss: Loss,
+    /// Indices of the parameters with an error, and the covariance of their coordinates.
+    pub(super) free: Vec<usize>,
+    pub(super) covariance: DMatrix<f64>,
+    /// Covariance for squares and white noise of the given size.
+    pub(super) white: DMatrix<f64>,
+}
+
+impl Estimates {
+    /// χ² per degree of freedom: about one if the model and the noise are right. A noise that is estimated makes it
+    /// so.
+    #[must_use]
+    pub fn reduced_chi_squared(&self) -> f64 {
+        self.chi_squared / self.degrees_of_freedom.max(1) as f64
+    }
+
+    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6, 461,
+    /// 1978). [`compare`](Self::compare) compares two families.
+    #[must_use]
+    pub fn bic(&self) -> f64 {
+        let n = self.residuals.len();
+        self.deviance + (n - self.degrees_of_freedom) as f64 * (n as f64).ln()
+    }
+
+    /// BIC of another family minus that of this one, both fitted to the same data. A positive difference favours this
+    /// family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90, 773, 1995).
+    /// Whether a shoot has an internal oscillator is decided by [`Fit::scan_oscillator`](super::Fit::scan_oscillator)
+    /// first.
+    ///
+    /// # Errors
+    /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
+    pub fn compare(&self, other: &Self) -> Result<f64, FitError> {
+        let same = self.data.len() == other.data.len() && self.loss == other.loss;
+        let same = same && self.data.iter().zip(&other.data).all(|(a, b)| a.equals(b));
+        if same { Ok(other.bic() - self.bic()) } else { Err(FitError::OtherData) }
+    }
+
+    /// Value of a function of the parameters, and its standard error by linear propagation. The error is infinite if
+    /// the function changes along a combination that the data do not determine at all.
+    pub fn derived(&self, function: impl Fn(&[f64]) -> f64) -> [f64; 2] {
+        let values = self.values();
+        let gradient = DVector::from_iterator(
+            self.free.len(),
+            self.free.iter().map(|k| {
+                let at = |change: f64| {
+                    let mut values = values.clone();
+                    values[*k] = self.family[*k].value(self.family[*k].coordinate(values[*k]) + change);
+                    function(&values)
+                };
+                (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
+            }),
+        );
+        // A change by rounding and the curvature of the function is none.
+        let least = 1e-6 * gradient.amax();
+        let free = |weak: &&WeakDirection| weak.structural;
+        let changes = self.weak.iter().filter(free).any(|weak| {
+            let component = |k: usize| {
+                let name = &self.family[k].name;
+                weak.components.iter().find(|(other, _)| other == name).map_or(0.0, |(_, component)| *component)
+            };
+            self.free.iter().enumerate().map(|(i, k)| gradient[i] * component(*k)).sum::<f64>().abs() > least
+        });
+        let variance = gradient.dot(&(&self.covariance * &gradient)).max(0.0);
+        [function(&values), if changes { f64::INFINITY } else { variance.sqrt() }]
+    }
+
+    /// Values of all parameters, in the order of the family.
+    #[must_use]
+    pub fn values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|parameter| parameter.value).collect()
+    }
+
+    /// Estimate of the parameter with a name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&Estimate> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+}
+
+impl std::fmt::Display for Estimates {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for Estimate { name, value, error, relative, verdict } in &self.parameters {
+            let error = if *relative { format!("{:.3} %", 100.0 * error) } else { format!("{error:.3e}") };
+            let known = match verdict {
+                Verdict::Fixed => "(given)".to_owned(),
+                Verdict::AtBound => "(at a bound, without an error)".to_owned(),
+                Verdict::StructurallyNot => "structurally not identifiable".to_owned(),
+                Verdict::PracticallyNot => format!("± {error}, practically not identifiable"),
+                Verdict::Identifiable => format!("± {error}"),
+            };
+            writeln!(f, "{name:>12} = {value:.6e} {known}")?;
+        }
+        self.weak.iter().try_for_each(|weak| writeln!(f, "{weak}"))?;
+        let (chi, lag) = (self.reduced_chi_squared(), self.lag_one);
+        write!(f, "χ² per degree of freedom {chi:.3}, correlation of successive residuals {lag:.2}")
+    }
+}
+
+/// Repeated frames of all series.
+pub(super) fn repeated(data: &[Series]) -> Vec<Vec<usize>> {
+    data.iter().map(Series::repeated_frames).collect()
+}

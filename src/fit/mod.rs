@@ -1,0 +1,85 @@
+//! Estimation of the parameters of a shoot from its tracked tip or centre lines.
+//!
+//! A [`Family`] is a function from parameters to a shoot. A [`Series`] is data. [`Fit::run`] searches the parameters
+//! for which the simulated shoot is closest to the data, and returns [`Estimates`] with their confidence: standard
+//! errors, correlations, and for each parameter whether these data, or any data of this kind, determine it.
+//!
+//! ```
+//! use morphorod::fit::{Family, Fit, Parameter, Series};
+//! # use morphorod::constitutive::LinearElastic;
+//! # use morphorod::growth::{Ongoing, UniformGrowth};
+//! # use morphorod::integrator::{Integrator, MethodOfSteps};
+//! # use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
+//! # use morphorod::{Shoot, Still};
+//! // A weightless horizontal shoot of 5 cm that rights itself, with unknown sensitivities and delay.
+//! let build = |p: &[f64]| {
+//!     let memory = Memory { time: 720.0, delay: p[2] };
+//!     Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
+//!         .length(0.05).radius(5e-4).elements(4)
+//!         .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: 72e3 }))
+//!         .tropism((
+//!             Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory),
+//!             Proprioception { sensitivity: p[1] }.remembered(memory),
+//!         ))
+//!         .scene(Still::tilted(1.57))
+//!         .build()
+//! };
+//! # let mut plant = build(&[0.8, 20.0, 720.0])?;
+//! # let mut table = String::new();
+//! # let mut integrator = MethodOfSteps::new(300.0);
+//! # for k in 1..=24 {
+//! #     integrator.advance(&mut plant, 600.0 * f64::from(k))?;
+//! #     let p = plant.tip();
+//! #     table += &format!("{},{},{},{}\n", plant.time(), p.x, p.y, p.z);
+//! # }
+//! // `table` is a file of the times (s) and coordinates (m) of the tip: t,x,y,z.
+//! let number = |text: &str| text.trim().parse::<f64>();
+//! let rows: Vec<Vec<f64>> = table.lines().map(|l| l.split(',').map(number).collect()).collect::<Result<_, _>>()?;
+//! let tips: Vec<_> = rows.iter().map(|row| nalgebra::Vector3::new(row[1], row[2], row[3])).collect();
+//! let data = Series::tips(rows.iter().map(|row| row[0]).collect(), &tips).with_noise(1e-4);
+//! let parameters = vec![
+//!     Parameter::positive("beta", [0.1, 5.0]),
+//!     Parameter::positive("eta", [2.0, 100.0]),
+//!     Parameter::positive("delay", [100.0, 3000.0]),
+//! ];
+//! let found = Fit { step: 300.0, ..Fit::default() }.run(&Family { parameters, build }, &[data])?;
+//! println!("{found}");
+//! assert!((found.get("beta").expect("its name").value / 0.8 - 1.0).abs() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Method
+//!
+//! The residuals are the differences of simulated and measured coordinates over their noise. A point of a centre line
+//! has no known arc length; its residual is its distance from the simulated line across the tangent. A bounded
+//! Levenberg–Marquardt search minimises their loss. Its Jacobian is that of runs on the [grid](crate::integrator::Grid)
+//! of one run: on a fixed grid the simulated path is smooth in all parameters, and differences have relative errors
+//! below 1e-6.
+//!
+//! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for
+//! residuals whose successive values are correlated.
+
+mod answer;
+mod confidence;
+mod error;
+mod estimate;
+mod family;
+mod parallel;
+mod parameter;
+mod problem;
+mod profile;
+mod residuals;
+mod scan;
+mod search;
+mod series;
+mod settings;
+mod starts;
+
+pub use error::FitError;
+pub use estimate::{Estimate, Estimates, Verdict, WeakDirection};
+pub use family::Family;
+pub use parameter::Parameter;
+pub use scan::{Scan, ScanLine};
+pub use search::Loss;
+pub use series::{Series, View};
+pub use settings::Fit;

@@ -1,0 +1,114 @@
+//! Parameters of a family of shoots.
+
+use super::FitError;
+
+/// A parameter of a family of shoots: its name, initial value, bounds and prior.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Parameter {
+    /// Name, used in answers and messages.
+    pub name: String,
+    /// Initial value, in the unit of the parameter.
+    pub start: f64,
+    /// Smallest and largest value.
+    pub bounds: [f64; 2],
+    /// Whether the search uses the logarithm of the parameter.
+    pub logarithmic: bool,
+    /// Centre and standard deviation of a Gaussian prior: of the logarithm (the centre as a value of the
+    /// parameter, the deviation without unit) if the parameter is logarithmic, else of the parameter itself.
+    pub prior: Option<[f64; 2]>,
+}
+
+impl Parameter {
+    /// Positive parameter between two bounds, searched on a logarithmic scale from their geometric mean.
+    #[must_use]
+    pub fn positive(name: &str, bounds: [f64; 2]) -> Self {
+        let start = (bounds[0] * bounds[1]).sqrt();
+        Self { name: name.to_owned(), start, bounds, logarithmic: true, prior: None }
+    }
+
+    /// Parameter of any sign between two bounds, searched on a linear scale from their mean.
+    #[must_use]
+    pub fn linear(name: &str, bounds: [f64; 2]) -> Self {
+        let start = 0.5 * (bounds[0] + bounds[1]);
+        Self { name: name.to_owned(), start, bounds, logarithmic: false, prior: None }
+    }
+
+    /// Parameter with a known value.
+    #[must_use]
+    pub fn fixed(name: &str, value: f64) -> Self {
+        Self { name: name.to_owned(), start: value, bounds: [value; 2], logarithmic: false, prior: None }
+    }
+
+    /// Sets the initial value.
+    #[must_use]
+    pub fn starting(self, start: f64) -> Self {
+        Self { start, ..self }
+    }
+
+    /// Sets a Gaussian prior: see [`prior`](Self::prior).
+    #[must_use]
+    pub fn with_prior(self, centre: f64, deviation: f64) -> Self {
+        Self { prior: Some([centre, deviation]), ..self }
+    }
+
+    /// Whether the value is known.
+    #[must_use]
+    pub fn is_fixed(&self) -> bool {
+        self.bounds[0] == self.bounds[1]
+    }
+
+    /// Coordinate of a value in a search: ln value, or the value over the distance of the bounds.
+    pub(super) fn coordinate(&self, value: f64) -> f64 {
+        if self.logarithmic { value.ln() } else { value / self.unit() }
+    }
+
+    /// Value at a coordinate.
+    pub(super) fn value(&self, coordinate: f64) -> f64 {
+        if self.logarithmic { coordinate.exp() } else { coordinate * self.unit() }
+    }
+
+    /// Derivative of the value with respect to the coordinate, at a value.
+    pub(super) fn slope(&self, value: f64) -> f64 {
+        if self.logarithmic { value } else { self.unit() }
+    }
+
+    /// Bounds as coordinates.
+    pub(super) fn limits(&self) -> [f64; 2] {
+        self.bounds.map(|bound| self.coordinate(bound))
+    }
+
+    /// Difference of a coordinate from the centre of the prior over its standard deviation, and the inverse of the
+    /// latter.
+    pub(super) fn prior_residual(&self, coordinate: f64) -> Option<[f64; 2]> {
+        let [centre, deviation] = self.prior?;
+        let deviation = if self.logarithmic { deviation } else { deviation / self.unit() };
+        Some([(coordinate - self.coordinate(centre)) / deviation, 1.0 / deviation])
+    }
+
+    fn unit(&self) -> f64 {
+        let width = self.bounds[1] - self.bounds[0];
+        if width > 0.0 { width } else { 1.0 }
+    }
+
+    /// Returns an error unless the numbers are valid.
+    pub(super) fn check(&self) -> Result<(), FitError> {
+        let [low, high] = self.bounds;
+        let problem = if !(low.is_finite() && high.is_finite() && self.start.is_finite()) {
+            "has an initial value or a bound that is not finite"
+        } else if low > high {
+            "has a lower bound above its upper bound"
+        } else if self.logarithmic && !(low > 0.0) {
+            "has a bound that is not positive, though its scale is logarithmic"
+        } else if !(self.start >= low && self.start <= high) {
+            "has an initial value outside its bounds"
+        } else if self.prior.is_some_and(|[centre, deviation]| {
+            !(deviation > 0.0 && deviation.is_finite() && self.coordinate(centre).is_finite())
+        }) {
+            "has a prior without a finite centre and a positive standard deviation"
+        } else {
+            return Ok(());
+        };
+        Err(FitError::Parameter { name: self.name.clone(), problem })
+    }
+}

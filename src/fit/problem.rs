@@ -1,0 +1,158 @@
+//! Least-squares problem of a fit: residuals over the noise as functions of the free coordinates, and their Jacobian.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::residuals::{Output, Row, Steps};
+use super::{FitError, Parameter, parallel};
+use crate::integrator::Grid;
+
+/// Difference of a coordinate in a difference quotient: of ln value, or of the value over the distance of its bounds.
+///
+/// On the grid of one run, the path of a growing shoot over ten hours is smooth up to 1e-14 of its size. The quotients
+/// then have relative errors below 1e-6 by curvature and below 1e-8 by rounding. Larger steps often displace the
+/// boundary of the growth zone past a node, which the grid does not permit.
+pub(super) const DIFFERENCE: f64 = 1e-5;
+
+/// The same for one-sided quotients in searches. Their relative error by curvature, below 1e-4, displaces the end of a
+/// search by less than 1e-4 standard errors.
+const ONE_SIDED: f64 = 1e-6;
+
+/// Ratio of the two steps of an extrapolated difference quotient.
+pub(super) const RATIO: f64 = 3.0;
+
+/// Largest number of times a step of a difference quotient is divided by [`RATIO`], if the shoot with changed
+/// parameters cannot follow the grid.
+const DIVISIONS: usize = 6;
+
+/// Function from the values of all parameters and a time (s) to the residuals up to this time.
+pub(super) type Run<'a> = dyn Fn(&[f64], f64, Steps) -> Result<Output, FitError> + Sync + 'a;
+
+/// Residuals of the data up to a time.
+#[derive(Clone)]
+pub(super) struct Problem<'a> {
+    pub parameters: &'a [Parameter],
+    /// Values of all parameters; those of fixed ones are used.
+    pub values: Vec<f64>,
+    /// Indices of the free parameters.
+    pub free: Vec<usize>,
+    pub run: &'a Run<'a>,
+    /// Noise of each series, m.
+    pub noise: Vec<f64>,
+    /// Time up to which the data are used, s.
+    pub until: f64,
+    pub threads: usize,
+}
+
+/// Residuals at a point.
+pub(super) struct Evaluated {
+    /// Simulated minus measured coordinates over the noise.
+    pub residuals: DVector<f64>,
+    pub rows: Vec<Row>,
+    pub grid: Grid,
+}
+
+impl Problem<'_> {
+    /// Free coordinates of values of all parameters.
+    pub fn coordinates(&self, values: &[f64]) -> DVector<f64> {
+        DVector::from_iterator(self.free.len(), self.free.iter().map(|k| self.parameters[*k].coordinate(values[*k])))
+    }
+
+    /// Values of all parameters at free coordinates.
+    pub fn values_at(&self, x: &DVector<f64>) -> Vec<f64> {
+        let mut values = self.values.clone();
+        for (k, x) in self.free.iter().zip(x.iter()) {
+            values[*k] = self.parameters[*k].value(*x);
+        }
+        values
+    }
+
+    /// Residuals at a point, on a new grid.
+    pub fn evaluate(&self, x: &DVector<f64>) -> Result<Evaluated, FitError> {
+        let Output { residuals, rows, grid } = (self.run)(&self.values_at(x), self.until, Steps::Record)?;
+        let residuals = self.over_noise(&residuals, &rows);
+        Ok(Evaluated { residuals, rows, grid })
+    }
+
+    fn over_noise(&self, residuals: &[f64], rows: &[Row]) -> DVector<f64> {
+        let scaled = residuals.iter().zip(rows).map(|(residual, row)| residual / self.noise[row.series]);
+        DVector::from_iterator(residuals.len(), scaled)
+    }
+
+    /// Jacobian of the residuals at a point by differences on the grid of the run there, for each of the `steps` of
+    /// the coordinates. A column is a central difference, or a one-sided one of second order where the family has no
+    /// shoot on the other side.
+    pub fn jacobians<const N: usize>(
+        &self,
+        x: &DVector<f64>,
+        at: &Evaluated,
+        steps: [f64; N],
+    ) -> Result<[DMatrix<f64>; N], FitError> {
+        let n = self.free.len();
+        let columns = parallel::map(n * N, self.threads, |index| self.column(x, at, index % n, steps[index / n]));
+        let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
+        Ok(std::array::from_fn(|i| {
+            if n == 0 {
+                DMatrix::zeros(at.residuals.len(), 0)
+            } else {
+                DMatrix::from_columns(&columns[i * n..(i + 1) * n])
+            }
+        }))
+    }
+
+    /// Jacobian by one-sided differences on the grid of the run at the point, with half the runs.
+    pub fn rough_jacobian(&self, x: &DVector<f64>, at: &Evaluated) -> Result<DMatrix<f64>, FitError> {
+        let n = self.free.len();
+        let column = |k: usize| -> Result<DVector<f64>, FitError> {
+            let quotient = |h: f64| Ok((self.moved(x, at, k, h)? - &at.residuals) / h);
+            match quotient(ONE_SIDED) {
+                Ok(column) => Ok(column),
+                Err(FitError::Run { .. } | FitError::Family { .. }) => match quotient(-ONE_SIDED) {
+                    Ok(column) => Ok(column),
+                    Err(FitError::Run { .. }) => self.column(x, at, k, ONE_SIDED),
+                    error => error,
+                },
+                error => error,
+            }
+        };
+        let columns = parallel::map(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
+        Ok(if n == 0 { DMatrix::zeros(at.residuals.len(), 0) } else { DMatrix::from_columns(&columns) })
+    }
+
+    /// Residuals where coordinate `k` is changed, on the grid of the run at the point.
+    fn moved(&self, x: &DVector<f64>, at: &Evaluated, k: usize, change: f64) -> Result<DVector<f64>, FitError> {
+        let mut x = x.clone();
+        x[k] += change;
+        let output = (self.run)(&self.values_at(&x), self.until, Steps::Follow(&at.grid))?;
+        Ok(self.over_noise(&output.residuals, &output.rows))
+    }
+
+    fn column(&self, x: &DVector<f64>, at: &Evaluated, k: usize, step: f64) -> Result<DVector<f64>, FitError> {
+        let mut step = step;
+        for _ in 0..DIVISIONS {
+            match self.difference(x, at, k, step) {
+                Err(FitError::Run { .. }) => step /= RATIO,
+                result => return result,
+            }
+        }
+        self.difference(x, at, k, step)
+    }
+
+    fn difference(&self, x: &DVector<f64>, at: &Evaluated, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
+        let moved = |change: f64| self.moved(x, at, k, change);
+        let one_sided = |near: &DVector<f64>, h: f64| -> Result<DVector<f64>, FitError> {
+            Ok((near * 4.0 - &at.residuals * 3.0 - moved(2.0 * h)?) / (2.0 * h))
+        };
+        match (moved(h), moved(-h)) {
+            (Ok(above), Ok(below)) => Ok((above - below) / (2.0 * h)),
+            (Ok(above), Err(FitError::Family { .. })) => one_sided(&above, h),
+            (Err(FitError::Family { .. }), Ok(below)) => one_sided(&below, -h),
+            (Err(error), _) | (_, Err(error)) => Err(error),
+        }
+    }
+}
+
+/// Extrapolation of two Jacobians with an error of second order, the second with a step smaller by [`RATIO`].
+pub(super) fn extrapolated(coarse: &DMatrix<f64>, fine: &DMatrix<f64>) -> DMatrix<f64> {
+    let square = RATIO * RATIO;
+    (fine * square - coarse) / (square - 1.0)
+}

@@ -1,0 +1,182 @@
+//! Differences between a simulated shoot and the data.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt::Display;
+
+use nalgebra::Vector3;
+
+use super::series::{Kind, Series};
+use super::{Family, FitError};
+use crate::equilibrium::NewtonSolver;
+use crate::integrator::{Grid, Integrator, MethodOfSteps};
+use crate::model::Model;
+use crate::rod::Rod;
+use crate::shoot::Shoot;
+
+/// Tolerance of the equilibria of a fit, rad. Differences of runs need equilibria that are accurate to rounding.
+const EQUILIBRIUM: f64 = 1e-11;
+
+/// Number of intervals of the centre line in which the nearest point is first sought.
+const INTERVALS: usize = 32;
+
+/// Largest number of iterations for the nearest point, and the accuracy of its arc length, relative to that of the
+/// shoot, at which they end. The distance across the tangent changes with the square of an error of the arc length.
+const NEAREST: (usize, f64) = (20, 1e-8);
+
+/// Steps of a run of a family.
+pub(super) enum Steps<'a> {
+    /// The steps are recorded.
+    Record,
+    /// The steps are those of an earlier run.
+    Follow(&'a Grid),
+}
+
+/// Coordinate of a residual: the chain of equal coordinates in successive frames to which it belongs, and its time (s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Row {
+    pub series: usize,
+    /// Index of the coordinate in a frame.
+    pub coordinate: usize,
+    pub time: f64,
+}
+
+/// Residuals of a run, in the order of time.
+pub(super) struct Output {
+    /// Simulated minus measured coordinates, m, or angles, rad.
+    pub residuals: Vec<f64>,
+    pub rows: Vec<Row>,
+    pub grid: Grid,
+}
+
+/// Runs the shoot of the family for all parameter `values` up to the time `until` (s).
+pub(super) fn simulate<M: Model, E: Display>(
+    family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
+    data: &[Series],
+    step: f64,
+    (values, until): (&[f64], f64),
+    steps: Steps,
+) -> Result<Output, FitError> {
+    let problem = |error: E| FitError::Family { values: family.named(values), problem: error.to_string() };
+    let mut shoot = (family.build)(values).map_err(problem)?;
+    let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(EQUILIBRIUM));
+    match steps {
+        Steps::Record => integrator.record(),
+        Steps::Follow(grid) => integrator.follow(grid.clone()),
+    }
+    let mut next = vec![0; data.len()];
+    let (mut residuals, mut rows) = (Vec::new(), Vec::new());
+    loop {
+        let times = data.iter().zip(&next).filter_map(|(series, next)| series.times.get(*next));
+        let time = times.copied().fold(f64::INFINITY, f64::min);
+        if !(time <= until && time.is_finite()) {
+            break;
+        }
+        integrator.advance(&mut shoot, time).map_err(|error| FitError::Run { values: family.named(values), error })?;
+        for (index, series) in data.iter().enumerate() {
+            if series.times.get(next[index]) == Some(&time) {
+                let camera = Camera::of(series, family, values);
+                let before = residuals.len();
+                camera.compare(shoot.rod(), series.kind, &series.frames[next[index]], &mut residuals);
+                let count = residuals.len() - before;
+                rows.extend((0..count).map(|coordinate| Row { series: index, coordinate, time }));
+                next[index] += 1;
+            }
+        }
+    }
+    Ok(Output { residuals, rows, grid: integrator.take_grid() })
+}
+
+/// View with its scale and offset.
+struct Camera<'a> {
+    rows: &'a [Vector3<f64>],
+    scale: f64,
+    offset: Vector3<f64>,
+}
+
+impl<'a> Camera<'a> {
+    fn of<F>(series: &'a Series, family: &Family<F>, values: &[f64]) -> Self {
+        let value = |name: &String| family.index(name).map_or(0.0, |index| values[index]);
+        let mut offset = Vector3::zeros();
+        for (k, name) in series.offset.iter().flatten().enumerate().take(3) {
+            offset[k] = value(name);
+        }
+        Self { rows: &series.view.0, scale: series.scale.as_ref().map_or(1.0, value), offset }
+    }
+
+    /// The image of a vector.
+    fn direction(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        let mut image = Vector3::zeros();
+        for (k, row) in self.rows.iter().enumerate() {
+            image[k] = self.scale * row.dot(vector);
+        }
+        image
+    }
+
+    /// The image of a position (m).
+    fn point(&self, position: &Vector3<f64>) -> Vector3<f64> {
+        self.direction(position) + self.offset
+    }
+
+    /// Adds the residuals of a frame (m, or rad).
+    fn compare(&self, rod: &Rod, kind: Kind, frame: &[Vector3<f64>], residuals: &mut Vec<f64>) {
+        let d = self.rows.len();
+        let Some((tip, inner)) = frame.split_last() else { return };
+        if kind == Kind::Angle {
+            let tangent = self.direction(&(rod.apex_frame() * Vector3::z()));
+            let difference = tangent.y.atan2(tangent.x) - tip.x;
+            residuals.push((difference + PI).rem_euclid(TAU) - PI);
+            return;
+        }
+        if kind == Kind::CentreLine && !inner.is_empty() {
+            let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
+            let nodes = rod.centre_line();
+            inner.iter().for_each(|point| self.distance((rod, &nodes), &samples, point, residuals));
+        }
+        residuals.extend((self.point(&rod.tip()) - tip).iter().take(d));
+    }
+
+    /// Adds the components of the distance of a measured point from the centre line across its tangent (m): one in a
+    /// plane, two in space. `nodes` are the ends of the elements, and `samples` images of the line at equal arc
+    /// lengths.
+    fn distance(
+        &self,
+        (rod, nodes): (&Rod, &[(f64, Vector3<f64>)]),
+        samples: &[Vector3<f64>],
+        point: &Vector3<f64>,
+        residuals: &mut Vec<f64>,
+    ) {
+        let length = rod.length();
+        let far = |sample: &Vector3<f64>| (sample - point).norm_squared();
+        let nearest = (0..samples.len()).min_by(|a, b| far(&samples[*a]).total_cmp(&far(&samples[*b]))).unwrap_or(0);
+        let mut s = length * nearest as f64 / INTERVALS as f64;
+        let mut last = (Vector3::zeros(), [Vector3::zeros(); 3]);
+        for _ in 0..NEAREST.0 {
+            let Some((element, x)) = rod.locate(s) else { break };
+            let position = nodes[element].1 + rod.chord(element, x);
+            let frame = rod.frame_within(element, x);
+            let directors = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.direction(&(frame * axis)));
+            let residual = self.point(&position) - point;
+            last = (residual, directors);
+            let slope = directors[2].norm_squared();
+            let change = if slope > 0.0 { -residual.dot(&directors[2]) / slope } else { 0.0 };
+            let new = (s + change).clamp(0.0, length);
+            let moved = (new - s).abs();
+            s = new;
+            if moved <= NEAREST.1 * length {
+                break;
+            }
+        }
+        // Components along the images of d1 and d2 across that of the tangent, or across it in the plane of the image.
+        let (residual, [d1, d2, tangent]) = last;
+        let unit = |v: Vector3<f64>| if v.norm() > 0.0 { v.normalize() } else { v };
+        let tangent = unit(tangent);
+        if self.rows.len() == 2 {
+            residuals.push(residual.x * -tangent.y + residual.y * tangent.x);
+            return;
+        }
+        let first = unit(d1 - tangent * d1.dot(&tangent));
+        let rest = d2 - tangent * d2.dot(&tangent);
+        let second = unit(rest - first * rest.dot(&first));
+        residuals.extend([residual.dot(&first), residual.dot(&second)]);
+    }
+}

@@ -1,0 +1,137 @@
+//! Test for an internal oscillator by scores.
+
+use std::f64::consts::FRAC_PI_2;
+use std::fmt::Display;
+
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+
+use super::confidence::{Chains, Noise};
+use super::problem::Problem;
+use super::residuals::{Output, Steps, simulate};
+use super::series::Series;
+use super::{Estimates, Family, Fit, FitError, parallel};
+use crate::error::ParameterError;
+use crate::model::Model;
+use crate::shoot::Shoot;
+use crate::tropism::{Handedness, Oscillator};
+
+/// Number of periods in a scan for each one that the duration of the data resolves.
+const OVERSAMPLING: f64 = 2.0;
+
+/// Sensitivity of the oscillators of a scan. Its effect is linear: the square is far below the noise.
+const SENSITIVITY: f64 = 1e-4;
+
+/// Score of one period and handedness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ScanLine {
+    /// Oscillator that would explain the residuals best, to first order: sensitivity, period, phase and handedness.
+    pub oscillator: Oscillator,
+    /// Score S: the decrease of χ² by this oscillator, to first order. Without an oscillator it has the distribution of
+    /// χ² with two degrees of freedom.
+    pub score: f64,
+}
+
+/// Scores of internal oscillators.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Scan {
+    /// Scores of all periods, in both senses of rotation.
+    pub lines: Vec<ScanLine>,
+    /// The line with the largest score.
+    pub best: ScanLine,
+    /// Number N of lines. The periods of a scan are twice as dense as those that the duration of the data resolves, so
+    /// that fewer lines are independent, and the probability below is an upper bound.
+    pub independent: f64,
+    /// Bound on the probability that the largest score is reached without an oscillator: 1 − (1 − exp(−S/2))^N.
+    pub false_alarm: f64,
+}
+
+impl Fit {
+    /// Scores of internal oscillators with periods between two limits (s), in both senses of rotation, at the estimates
+    /// of a family without one. `oscillating` returns the shoot of the family with a further oscillator.
+    ///
+    /// Without an oscillator, period and phase have no meaning, so that differences of χ² of two fits do not have a
+    /// known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has: the residuals are
+    /// projected onto the effect of an oscillator of this period that no change of the other parameters explains. A
+    /// small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then fit a family with one, from the
+    /// values of the [`best`](Scan::best) line, and compare [`Estimates::bic`].
+    ///
+    /// # Errors
+    /// Limits that are not increasing and positive, and the errors of [`run`](Self::run).
+    pub fn scan_oscillator<M: Model, E: Display>(
+        &self,
+        oscillating: impl Fn(&[f64], Oscillator) -> Result<Shoot<M>, E> + Sync,
+        data: &[Series],
+        estimates: &Estimates,
+        [shortest, longest]: [f64; 2],
+    ) -> Result<Scan, FitError> {
+        ParameterError::positive("shortest period of a scan", shortest)?;
+        // A period below two frames is an alias of a longer one in the opposite sense.
+        let frames = data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min);
+        let requirement = "at least twice the typical time between frames (s)";
+        ParameterError::unless(shortest >= 2.0 * frames, "shortest period of a scan", shortest, requirement)?;
+        let ok = longest > shortest && longest.is_finite();
+        ParameterError::unless(ok, "longest period of a scan", longest, "longer than the shortest (s)")?;
+        let oscillator = |sensitivity, period, phase, handedness| Oscillator { sensitivity, period, phase, handedness };
+        let still = oscillator(0.0, longest, 0.0, Handedness::Counterclockwise);
+        let run_with =
+            |values: &[f64], oscillator: Oscillator, until: f64, steps: Steps<'_>| -> Result<Output, FitError> {
+                let build = |values: &[f64]| oscillating(values, oscillator);
+                let family = Family { parameters: estimates.family.clone(), build };
+                family.check(data)?;
+                simulate(&family, data, self.step, (values, until), steps)
+            };
+        let run = |values: &[f64], until: f64, steps: Steps<'_>| run_with(values, still, until, steps);
+        let (values, free) = (estimates.values(), estimates.free.clone());
+        let problem = self.problem(&estimates.family, data, values.clone(), &run);
+        let problem = Problem { noise: estimates.noise.clone(), free, ..problem };
+        let x = problem.coordinates(&values);
+        let at = problem.evaluate(&x)?;
+        let jacobian = problem.rough_jacobian(&x, &at)?;
+        let slopes = at.residuals.map(|r| self.loss.slope(r));
+        let explained = explained(&jacobian);
+        let identity = DMatrix::identity(explained.ncols(), explained.ncols());
+        let Noise { lag_one, variance, .. } = Noise::of(&slopes, &at.rows, &explained, &identity);
+        let chains = Chains::new(&at.rows);
+
+        let duration = at.rows.last().map_or(0.0, |last| last.time - at.rows[0].time);
+        let resolved = duration * (shortest.recip() - longest.recip());
+        let count = (OVERSAMPLING * resolved).ceil().max(1.0) as usize;
+        let line = |index: usize| -> Result<ScanLine, FitError> {
+            let handedness = [Handedness::Counterclockwise, Handedness::Clockwise][index % 2];
+            let part = (index / 2) as f64 / count as f64;
+            let period = (longest.recip() + part * (shortest.recip() - longest.recip())).recip();
+            let column = |phase: f64| -> Result<DVector<f64>, FitError> {
+                let small = oscillator(SENSITIVITY, period, phase, handedness);
+                let output = run_with(&values, small, f64::INFINITY, Steps::Follow(&at.grid))?;
+                let scaled = output.residuals.iter().zip(&output.rows).map(|(r, row)| r / problem.noise[row.series]);
+                let column = (DVector::from_iterator(output.residuals.len(), scaled) - &at.residuals) / SENSITIVITY;
+                Ok(&column - &explained * explained.tr_mul(&column))
+            };
+            let columns = DMatrix::from_columns(&[column(0.0)?, column(FRAC_PI_2)?]);
+            let score = columns.tr_mul(&slopes);
+            let score = Vector2::new(score[0], score[1]);
+            let square = |matrix: DMatrix<f64>| Matrix2::from_fn(|i, j| matrix[(i, j)]);
+            let noise = square(chains.correlated_square(&at.rows, &columns, lag_one)) * variance;
+            let inverse = |matrix: Matrix2<f64>| matrix.try_inverse().unwrap_or_else(Matrix2::zeros);
+            let amplitudes = inverse(square(columns.tr_mul(&columns))) * -score;
+            let (sensitivity, phase) = (amplitudes.norm(), amplitudes.y.atan2(amplitudes.x));
+            let value = score.dot(&(inverse(noise) * score)).max(0.0);
+            Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score: value })
+        };
+        let lines = parallel::map(2 * (count + 1), self.threads, line).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
+        let independent = lines.len() as f64;
+        let false_alarm = -f64::exp_m1(independent * f64::ln_1p(-(-0.5 * best.score).exp()));
+        Ok(Scan { lines, best, independent, false_alarm })
+    }
+}
+
+/// Orthonormal basis of the columns of a Jacobian.
+fn explained(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+    if jacobian.ncols() == 0 {
+        return jacobian.clone();
+    }
+    jacobian.clone().qr().q()
+}

@@ -1,0 +1,185 @@
+//! Bounded Levenberg–Marquardt search with a robust loss.
+//!
+//! K. Levenberg, Q. Appl. Math. 2, 164 (1944); D. Marquardt, J. SIAM 11, 431 (1963). Coordinates at a bound towards
+//! which the objective decreases are kept there; the others solve the damped normal equations and are clipped.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::FitError;
+use super::problem::{Evaluated, Problem};
+
+/// Loss of a residual over its noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Loss {
+    /// Half the square: maximum likelihood for normal noise.
+    Squares,
+    /// Half the square up to a threshold, and linear beyond (Huber 1964). Outliers have a bounded influence.
+    Huber(f64),
+}
+
+impl Loss {
+    /// Huber's loss with the threshold 1.345, which has 95 % of the efficiency of squares for normal noise.
+    pub const ROBUST: Self = Self::Huber(1.345);
+
+    /// Loss of a residual over its noise.
+    pub(super) fn value(self, r: f64) -> f64 {
+        match self {
+            Self::Huber(c) if r.abs() > c => c * r.abs() - 0.5 * c * c,
+            _ => 0.5 * r * r,
+        }
+    }
+
+    /// Derivative of the loss.
+    pub(super) fn slope(self, r: f64) -> f64 {
+        match self {
+            Self::Huber(c) => r.clamp(-c, c),
+            Self::Squares => r,
+        }
+    }
+
+    /// Mean square of the derivative of the loss, and share of residuals in the quadratic part, for normal noise.
+    pub(super) fn for_normal_noise(self) -> (f64, f64) {
+        // The integrals over the normal distribution by the midpoint rule; the density is below 1e-14 beyond 8.
+        const STEP: f64 = 1e-3;
+        let midpoints = (0..8000).map(|k| STEP * (f64::from(k) + 0.5));
+        midpoints.fold((0.0, 0.0), |(square, share), r| {
+            let weight = STEP * (2.0 / std::f64::consts::PI).sqrt() * (-0.5 * r * r).exp();
+            let inside = if self.is_inside(r) { weight } else { 0.0 };
+            (square + weight * self.slope(r).powi(2), share + inside)
+        })
+    }
+
+    /// Whether a residual is in the quadratic part.
+    pub(super) fn is_inside(self, r: f64) -> bool {
+        !matches!(self, Self::Huber(c) if r.abs() > c)
+    }
+}
+
+/// Largest number of steps that are tried in an iteration with increasing damping.
+const TRIALS: usize = 12;
+
+/// Factors of the damping after a successful and after a failed step, and its limits.
+const DAMPING: (f64, f64, f64, f64) = (0.2, 5.0, 1e-9, 1e12);
+
+/// Largest change of a coordinate in an iteration. A logarithmic parameter changes by at most the factor e.
+const LONGEST: f64 = 1.0;
+
+/// Point that a search has reached.
+pub(super) struct Reached {
+    pub x: DVector<f64>,
+    pub at: Evaluated,
+    /// Loss of all residuals and priors.
+    pub objective: f64,
+    pub iterations: usize,
+    pub converged: bool,
+}
+
+/// Objective: the sum of the losses and of half the squares of the priors.
+pub(super) fn objective(problem: &Problem, loss: Loss, x: &DVector<f64>, residuals: &DVector<f64>) -> f64 {
+    let data: f64 = residuals.iter().map(|r| loss.value(*r)).sum();
+    data + priors(problem, x).map(|(_, [r, _])| 0.5 * r * r).sum::<f64>()
+}
+
+/// Indices of the free coordinates with a prior, with its residual and the derivative of the residual.
+pub(super) fn priors<'a>(problem: &'a Problem, x: &'a DVector<f64>) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
+    let residual = |(i, k): (usize, &usize)| Some((i, problem.parameters[*k].prior_residual(x[i])?));
+    problem.free.iter().enumerate().filter_map(residual)
+}
+
+/// Searches a minimum from a point. It ends when the predicted change of all coordinates is less than `accuracy`
+/// standard errors, or after `most` iterations.
+pub(super) fn search(
+    problem: &Problem,
+    loss: Loss,
+    x: DVector<f64>,
+    (accuracy, most): (f64, usize),
+) -> Result<Reached, FitError> {
+    let n = problem.free.len();
+    let limits: Vec<_> = problem.free.iter().map(|k| problem.parameters[*k].limits()).collect();
+    let at = problem.evaluate(&x)?;
+    let objective_at = objective(problem, loss, &x, &at.residuals);
+    let mut now = Reached { x, at, objective: objective_at, iterations: 0, converged: n == 0 };
+    let mut damping = 1e-3;
+    while !now.converged && now.iterations < most {
+        now.iterations += 1;
+        let jacobian = problem.rough_jacobian(&now.x, &now.at)?;
+        let weights = now.at.residuals.map(|r| if r == 0.0 { 1.0 } else { loss.slope(r) / r });
+        let slopes = now.at.residuals.map(|r| loss.slope(r));
+        let mut gradient = jacobian.tr_mul(&slopes);
+        let mut matrix = weighted_square(&jacobian, &weights);
+        for (i, [r, slope]) in priors(problem, &now.x) {
+            gradient[i] += r * slope;
+            matrix[(i, i)] += slope * slope;
+        }
+        let held = |i: usize| {
+            let [low, high] = limits[i];
+            now.x[i] <= low && gradient[i] > 0.0 || now.x[i] >= high && gradient[i] < 0.0
+        };
+        let moving: Vec<usize> = (0..n).filter(|i| !held(*i)).collect();
+        let mut improved = None;
+        for _ in 0..TRIALS {
+            let Some(step) = damped_step(&matrix, &gradient, &moving, damping) else {
+                damping = (damping * DAMPING.1).max(DAMPING.2);
+                continue;
+            };
+            let longest = step.amax();
+            let step = if longest > LONGEST { step * (LONGEST / longest) } else { step };
+            let mut x = now.x.clone();
+            for (i, k) in moving.iter().enumerate() {
+                x[*k] = (x[*k] + step[i]).clamp(limits[*k][0], limits[*k][1]);
+            }
+            let change = &x - &now.x;
+            // In standard errors: the change of the fit over the noise.
+            let size = change.dot(&(&matrix * &change)).max(0.0).sqrt();
+            if size <= accuracy && damping < 1.0 {
+                now.converged = true;
+                break;
+            }
+            match problem.evaluate(&x) {
+                Ok(at) => {
+                    let value = objective(problem, loss, &x, &at.residuals);
+                    if value < now.objective {
+                        improved = Some((x, at, value));
+                        damping = (damping * DAMPING.0).max(DAMPING.2);
+                        break;
+                    }
+                }
+                // The family or the integrator may fail far from the data. The step is shortened.
+                Err(FitError::Family { .. } | FitError::Run { .. }) => {}
+                Err(error) => return Err(error),
+            }
+            if size <= accuracy {
+                now.converged = true;
+                break;
+            }
+            damping = (damping * DAMPING.1).min(DAMPING.3);
+        }
+        match improved {
+            Some((x, at, value)) => (now.x, now.at, now.objective) = (x, at, value),
+            None => break,
+        }
+    }
+    Ok(now)
+}
+
+/// Jᵀ W J.
+pub(super) fn weighted_square(jacobian: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
+    let mut scaled = jacobian.clone();
+    for (mut row, weight) in scaled.row_iter_mut().zip(weights.iter()) {
+        row *= *weight;
+    }
+    jacobian.tr_mul(&scaled)
+}
+
+/// Solves the damped normal equations for the moving coordinates.
+fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, moving: &[usize], damping: f64) -> Option<DVector<f64>> {
+    let n = moving.len();
+    let largest = moving.iter().map(|i| matrix[(*i, *i)]).fold(0.0, f64::max);
+    let mut damped = DMatrix::from_fn(n, n, |i, j| matrix[(moving[i], moving[j])]);
+    for i in 0..n {
+        // A coordinate without effect has a zero on the diagonal.
+        damped[(i, i)] += damping * damped[(i, i)].max(1e-12 * largest);
+    }
+    let right = DVector::from_fn(n, |i, _| -gradient[moving[i]]);
+    damped.cholesky().map(|factor| factor.solve(&right)).filter(|step| step.iter().all(|x| x.is_finite()))
+}

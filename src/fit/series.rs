@@ -1,0 +1,246 @@
+//! Data of a fit: positions or angles of the tip, or centre lines, at increasing times, in a view.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Vector2, Vector3};
+
+use super::FitError;
+use crate::tracking::Track;
+
+/// Linear view of space: one, two or three coordinates, each the product of a position (m, fixed frame, base at the
+/// origin) with a vector.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View(pub(super) Vec<Vector3<f64>>);
+
+impl View {
+    /// All three coordinates in the fixed frame.
+    #[must_use]
+    pub fn space() -> Self {
+        Self(vec![Vector3::x(), Vector3::y(), Vector3::z()])
+    }
+
+    /// View from above: coordinates along e1 and e2.
+    #[must_use]
+    pub fn above() -> Self {
+        Self(vec![Vector3::x(), Vector3::y()])
+    }
+
+    /// View from the side towards e2: coordinates along e1 and e3.
+    #[must_use]
+    pub fn side() -> Self {
+        Self(vec![Vector3::x(), Vector3::z()])
+    }
+
+    /// View with the given rows of a camera matrix (without unit).
+    ///
+    /// # Errors
+    /// No row, more than three, or rows that are not finite.
+    pub fn matrix(rows: &[Vector3<f64>]) -> Result<Self, FitError> {
+        let ok = (1..=3).contains(&rows.len()) && rows.iter().flatten().all(|x| x.is_finite());
+        let problem = "must have one to three rows of finite numbers";
+        if ok { Ok(Self(rows.to_vec())) } else { Err(FitError::Parameter { name: "view".into(), problem }) }
+    }
+}
+
+/// Parts of the shoot that a series shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// One point in a frame: the tip.
+    Tip,
+    /// Points of the centre line in each frame. The last one is the tip. The others are anywhere on the line.
+    CentreLine,
+    /// The angle of the tangent at the tip in the plane of the view.
+    Angle,
+}
+
+/// Measured positions or angles at increasing times in a view. Frames may be missing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    pub(super) kind: Kind,
+    pub(super) times: Vec<f64>,
+    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a point.
+    pub(super) frames: Vec<Vec<Vector3<f64>>>,
+    pub(super) view: View,
+    /// Standard deviation of a coordinate, m, or of an angle, rad; `None` if it is estimated.
+    pub(super) noise: Option<f64>,
+    pub(super) scale: Option<String>,
+    pub(super) offset: Option<Vec<String>>,
+}
+
+impl Series {
+    fn new(kind: Kind, times: Vec<f64>, frames: Vec<Vec<Vector3<f64>>>, view: View) -> Self {
+        Self { kind, times, frames, view, noise: None, scale: None, offset: None }
+    }
+
+    /// Positions of the tip (m, fixed frame, base at the origin) at times (s).
+    #[must_use]
+    pub fn tips(times: Vec<f64>, positions: &[Vector3<f64>]) -> Self {
+        Self::new(Kind::Tip, times, positions.iter().map(|p| vec![*p]).collect(), View::space())
+    }
+
+    /// Track of the tip in a view with two coordinates (m).
+    #[must_use]
+    pub fn track(track: &Track, view: View) -> Self {
+        let frames = track.positions().iter().map(|p| vec![Vector3::new(p.x, p.y, 0.0)]).collect();
+        Self::new(Kind::Tip, track.times().to_vec(), frames, view)
+    }
+
+    /// Points on centre lines (m, fixed frame, base at the origin) at times (s). The last point of a line is the tip.
+    /// The others are compared with the nearest points of the simulated line: their arc lengths are unknown.
+    #[must_use]
+    pub fn centre_lines(times: Vec<f64>, lines: Vec<Vec<Vector3<f64>>>) -> Self {
+        Self::new(Kind::CentreLine, times, lines, View::space())
+    }
+
+    /// Points on centre lines in a view with two coordinates (m): see [`centre_lines`](Self::centre_lines).
+    #[must_use]
+    pub fn centre_lines_in(times: Vec<f64>, lines: &[Vec<Vector2<f64>>], view: View) -> Self {
+        let frames = lines.iter().map(|line| line.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect()).collect();
+        Self::new(Kind::CentreLine, times, frames, view)
+    }
+
+    /// Angles of the tangent at the tip (rad) at times (s) in a view with two coordinates: from the first coordinate
+    /// towards the second, up to whole turns. In [`View::side`] an upright tip has the angle π/2.
+    #[must_use]
+    pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
+        Self::new(Kind::Angle, times, angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect(), view)
+    }
+
+    /// Sets the standard deviation of each coordinate, m, or of each angle, rad. It is estimated by default.
+    #[must_use]
+    pub fn with_noise(self, noise: f64) -> Self {
+        Self { noise: Some(noise), ..self }
+    }
+
+    /// Names the parameter by which the coordinates of the view are multiplied.
+    #[must_use]
+    pub fn with_scale(self, name: &str) -> Self {
+        Self { scale: Some(name.to_owned()), ..self }
+    }
+
+    /// Names the parameters (m) that are added to the coordinates of the view, one for each.
+    #[must_use]
+    pub fn with_offset(self, names: &[&str]) -> Self {
+        Self { offset: Some(names.iter().map(|name| (*name).to_owned()).collect()), ..self }
+    }
+
+    /// Times of the frames, s.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Points of the frames (m); coordinates that the view lacks are zero. The only point of a frame of angles has the
+    /// angle (rad) as its first coordinate.
+    #[must_use]
+    pub fn frames(&self) -> &[Vec<Vector3<f64>>] {
+        &self.frames
+    }
+
+    /// Frames that are equal to the frame before them, as duplicated frames of a video are: indices from 0.
+    #[must_use]
+    pub fn repeated_frames(&self) -> Vec<usize> {
+        (1..self.frames.len()).filter(|k| self.frames[*k] == self.frames[k - 1]).collect()
+    }
+
+    /// Number of coordinates of a point.
+    pub(super) fn dimension(&self) -> usize {
+        if self.kind == Kind::Angle { 1 } else { self.view.0.len() }
+    }
+
+    /// Whether another series has the same data and the same noise.
+    pub(super) fn equals(&self, other: &Self) -> bool {
+        let same = (self.kind, &self.times, &self.frames) == (other.kind, &other.times, &other.frames);
+        same && self.view == other.view && self.noise == other.noise
+    }
+
+    /// Number of residuals: all coordinates of tips, and those across the centre line of other points.
+    pub(super) fn residuals(&self) -> usize {
+        let d = self.dimension();
+        let of = |frame: &Vec<Vector3<f64>>| match self.kind {
+            Kind::Tip | Kind::Angle => d,
+            Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
+        };
+        self.frames.iter().filter(|frame| !frame.is_empty()).map(of).sum()
+    }
+
+    /// Median time between frames, s; infinite for a single frame.
+    pub(super) fn spacing(&self) -> f64 {
+        let mut gaps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        gaps.sort_by(f64::total_cmp);
+        gaps.get(gaps.len() / 2).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Largest distance of a point from the origin of the view, m.
+    pub(super) fn extent(&self) -> f64 {
+        self.frames.iter().flatten().map(Vector3::norm).fold(0.0, f64::max)
+    }
+
+    /// Returns an error unless the series (of the given index) is valid from a time (s) on.
+    pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
+        let (times, frames) = (&self.times, &self.frames);
+        let of_series = |problem| Err(FitError::Series { series, problem });
+        if times.is_empty() && frames.is_empty() {
+            return of_series("has no frames");
+        }
+        if times.len() != frames.len() {
+            return of_series("has different numbers of times and positions");
+        }
+        if self.noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
+            return of_series("has a noise that is not positive and finite");
+        }
+        if self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()) {
+            return of_series("has not as many offsets as coordinates");
+        }
+        if self.kind == Kind::CentreLine && self.dimension() < 2 {
+            return of_series("has centre lines with one coordinate, which have no distance from a point");
+        }
+        if self.kind == Kind::Angle {
+            if self.view.0.len() != 2 || self.scale.is_some() || self.offset.is_some() {
+                return of_series("has angles, which need a view with two coordinates without scale and offset");
+            }
+            if self.extent() > TAU {
+                return of_series("has an angle beyond 2 pi: is the unit rad?");
+            }
+        }
+        for frame in 0..times.len() {
+            let problem = if !times[frame].is_finite() {
+                "has a time that is not finite"
+            } else if times[frame] < start {
+                "has a time before the start of the shoot"
+            } else if frame > 0 && times[frame] <= times[frame - 1] {
+                "has a time that is not later than the one before it"
+            } else if frames[frame].is_empty() {
+                "has no points"
+            } else if !frames[frame].iter().flatten().all(|x| x.is_finite()) {
+                "has a coordinate that is not finite"
+            } else {
+                continue;
+            };
+            return Err(FitError::Frame { series, frame, problem });
+        }
+        if frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]) {
+            return of_series("is constant: all of its frames are equal");
+        }
+        Ok(())
+    }
+
+    /// Robust estimate of the noise from second differences of the last points of successive frames, m.
+    pub(super) fn rough_noise(&self) -> f64 {
+        let last = |k: usize| self.frames[k][self.frames[k].len() - 1];
+        let d = self.dimension();
+        let mut sizes: Vec<f64> = (2..self.frames.len())
+            .flat_map(|k| {
+                (last(k) - last(k - 1) * 2.0 + last(k - 2)).iter().take(d).map(|x| x.abs()).collect::<Vec<_>>()
+            })
+            .collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        // The variance of a second difference of white noise is six times that of the noise.
+        let rough = MAD * median / 6.0_f64.sqrt();
+        if rough > 0.0 { rough } else { self.extent().max(f64::MIN_POSITIVE) * 1e-6 }
+    }
+}
+
+/// Standard deviation of a normal distribution over its median absolute deviation.
+pub(super) const MAD: f64 = 1.482_602_218_505_602;

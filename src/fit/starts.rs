@@ -1,0 +1,32 @@
+//! Initial values of searches.
+
+use nalgebra::DVector;
+
+use super::problem::Problem;
+
+/// Prime bases of the Halton sequence (J. H. Halton, Numer. Math. 2, 84, 1960), one for each free parameter.
+const PRIMES: [u32; 24] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89];
+
+/// The given initial values, and `count` − 1 others that cover the space between the bounds evenly.
+pub(super) fn starts(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
+    let given = problem.coordinates(&problem.values);
+    let others = (1..count).map(|index| {
+        let coordinate = |(i, k): (usize, &usize)| {
+            let [low, high] = problem.parameters[*k].limits();
+            low + (high - low) * radical_inverse(index as u32, PRIMES[i % PRIMES.len()])
+        };
+        DVector::from_iterator(problem.free.len(), problem.free.iter().enumerate().map(coordinate))
+    });
+    std::iter::once(given.clone()).chain(others).collect()
+}
+
+/// The digits of `index` in a base, mirrored at the point.
+fn radical_inverse(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
+    while index > 0 {
+        value += digit * f64::from(index % base);
+        index /= base;
+        digit /= f64::from(base);
+    }
+    value
+}

@@ -1,0 +1,101 @@
+//! Errors for invalid data, parameters and families.
+
+use super::plants::{Build, NOISE, family, righting, tips};
+use morphorod::fit::{Family, Fit, FitError, Parameter, Series};
+use morphorod::{DynLaws, Shoot};
+use nalgebra::Vector3;
+
+/// The error of a fit of β to tips that were changed.
+fn error(change: impl Fn(&mut Vec<f64>, &mut Vec<Vector3<f64>>)) -> FitError {
+    let (mut times, mut positions) = tips(NOISE, 9);
+    change(&mut times, &mut positions);
+    Fit::default().run(&family(&["beta"], 1.0), &[Series::tips(times, &positions)]).unwrap_err()
+}
+
+#[test]
+fn invalid_frames_are_named() {
+    let frame = |found: FitError| match found {
+        FitError::Frame { series: 0, frame, .. } => frame,
+        other => panic!("{other}"),
+    };
+    assert_eq!(frame(error(|_, positions| positions[5].y = f64::NAN)), 5);
+    assert_eq!(frame(error(|times, _| times[7] = times[6])), 7);
+    assert_eq!(frame(error(|times, _| times[3] = f64::INFINITY)), 3);
+    assert_eq!(frame(error(|times, _| times[0] = -1.0)), 0);
+}
+
+#[test]
+fn tracks_without_content_are_refused() {
+    let of_series = |found: FitError| assert!(matches!(found, FitError::Series { series: 0, .. }), "{found}");
+    of_series(error(|times, positions| (times.clear(), positions.clear()).0));
+    of_series(error(|times, _| times.truncate(3)));
+    of_series(error(|_, positions| positions.fill(Vector3::new(0.01, 0.0, 0.02))));
+}
+
+#[test]
+fn lengths_in_millimetres_are_recognised() {
+    let found = error(|_, positions| positions.iter_mut().for_each(|p| *p *= 1000.0));
+    assert!(matches!(found, FitError::Unit { .. }) && found.to_string().contains("is the unit"), "{found}");
+    let found = error(|_, positions| positions.iter_mut().for_each(|p| *p *= 0.001));
+    assert!(matches!(found, FitError::Unit { .. }), "{found}");
+}
+
+#[test]
+fn fewer_data_than_parameters_are_refused() {
+    let (times, positions) = tips(NOISE, 9);
+    let data = [Series::tips(times[..1].to_vec(), &positions[..1])];
+    let found = Fit::default().run(&family(&["beta", "eta", "tau_m", "tau_r"], 1.0), &data).unwrap_err();
+    assert_eq!(found, FitError::Insufficient { coordinates: 3, parameters: 4 });
+}
+
+#[test]
+fn invalid_parameters_are_named() {
+    let (times, positions) = tips(NOISE, 9);
+    let data = [Series::tips(times, &positions)];
+    let named = |parameter: Parameter| {
+        let mut family = family(&["beta"], 1.0);
+        family.parameters[0] = parameter;
+        match Fit::default().run(&family, &data).unwrap_err() {
+            FitError::Parameter { name, .. } => assert_eq!(name, "b"),
+            other => panic!("{other}"),
+        }
+    };
+    named(Parameter::positive("b", [0.0, 1.0]).starting(0.5));
+    named(Parameter::positive("b", [1.0, 0.5]));
+    named(Parameter::positive("b", [0.1, 1.0]).starting(2.0));
+    named(Parameter::linear("b", [f64::NAN, 1.0]));
+    named(Parameter::positive("b", [0.1, 1.0]).with_prior(0.5, 0.0));
+    let found = Fit::default().run(&family(&["beta"], 1.0), &[data[0].clone().with_scale("zoom")]).unwrap_err();
+    assert_eq!(found, FitError::UnknownName { series: 0, name: "zoom".into() });
+}
+
+/// The family fails above β = 0.9, as the tip of the longest searched step does. The step is shortened.
+#[test]
+fn a_family_that_fails_for_some_values_shortens_the_step() {
+    let build = |p: &[f64]| -> Result<Shoot<DynLaws>, String> {
+        if p[0] > 0.9 { Err("too sensitive".into()) } else { righting(p).map_err(|error| error.to_string()) }
+    };
+    let (times, positions) = tips(NOISE, 9);
+    let data = [Series::tips(times, &positions).with_noise(NOISE)];
+    let parameters = family(&["beta"], 0.4).parameters;
+    let found = Fit { step: 200.0, ..Fit::default() }.run(&Family { parameters: parameters.clone(), build }, &data);
+    let beta = found.unwrap().parameters[0].value;
+    // Four standard errors of 0.2 %.
+    assert!((beta / 0.8 - 1.0).abs() < 0.008, "{beta}");
+
+    let never = |_: &[f64]| Err::<Shoot<DynLaws>, _>("no such plant");
+    let found = Fit::default().run(&Family { parameters, build: never }, &data).unwrap_err();
+    let FitError::Family { values, problem } = found else { panic!("{found}") };
+    assert_eq!((values[0].0.as_str(), problem.as_str()), ("beta", "no such plant"));
+}
+
+#[test]
+fn repeated_frames_are_reported() {
+    let (times, mut positions) = tips(NOISE, 9);
+    positions[10] = positions[9];
+    let series = Series::tips(times, &positions);
+    assert_eq!(series.repeated_frames(), [10]);
+    let family: Family<Build> = family(&["beta"], 1.0);
+    let found = Fit { step: 200.0, ..Fit::default() }.run(&family, &[series]).unwrap();
+    assert_eq!(found.repeated_frames, [[10]]);
+}

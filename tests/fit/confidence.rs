@@ -1,0 +1,91 @@
+//! Errors, verdicts and intervals of estimates.
+
+use super::plants::{NAMES, NOISE, TRUTH, family, measured, tips};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use morphorod::fit::{Estimates, Family, Fit, Series, Verdict};
+
+fn fit() -> Fit {
+    Fit { step: 200.0, windows: vec![1.0], ..Fit::default() }
+}
+
+fn lines(free: &[&str], noise: f64) -> Estimates {
+    let (times, frames) = measured(8, noise, 4);
+    fit().run(&family(free, 1.0), &[Series::centre_lines(times, frames).with_noise(noise)]).unwrap()
+}
+
+/// In the model of constant length, β and η appear only over τg.
+#[test]
+fn sensitivities_and_the_growth_time_together_are_structurally_not_identifiable() {
+    for noise in [NOISE, 0.1 * NOISE] {
+        let found = lines(&["beta", "eta", "tau_m", "tau_r", "tau_g"], noise);
+        for name in ["beta", "eta", "tau_g"] {
+            assert_eq!(found.get(name).unwrap().verdict, Verdict::StructurallyNot, "{name}");
+        }
+        for name in ["tau_m", "tau_r"] {
+            assert_eq!(found.get(name).unwrap().verdict, Verdict::Identifiable, "{name}");
+        }
+        assert_eq!(found.weak.len(), 1);
+        let words = found.weak[0].to_string();
+        assert!(words.starts_with("beta, eta and tau_g are known only in combination"), "{words}");
+        // The combination is exact; differences have an error of 1e-7.
+        for (_, component) in &found.weak[0].components {
+            assert_relative_eq!(*component, 1.0, epsilon = 0.0, max_relative = 1e-4);
+        }
+        // Their quotients are known.
+        let [_, ratio] = found.derived(|p| (p[0] / p[4]).ln());
+        let [_, product] = found.derived(|p| (p[0] * p[4]).ln());
+        assert!(ratio < 0.05 && product.is_infinite(), "{ratio} {product}");
+    }
+}
+
+/// Four frames with a large noise do not determine four parameters, though no combination is without effect.
+#[test]
+fn parameters_that_these_data_hardly_change_are_practically_not_identifiable() {
+    let (times, positions) = tips(20.0 * NOISE, 5);
+    let early = Series::tips(times[..4].to_vec(), &positions[..4]).with_noise(20.0 * NOISE);
+    let found = fit().run(&family(&["beta", "eta", "tau_m", "tau_r"], 1.0), &[early]).unwrap();
+    let eta = found.get("eta").unwrap();
+    assert!(matches!(eta.verdict, Verdict::PracticallyNot | Verdict::AtBound), "{found}");
+    assert!(found.parameters.iter().all(|estimate| estimate.verdict != Verdict::StructurallyNot), "{found}");
+}
+
+/// For a path that is nearly linear within the interval, both intervals agree.
+#[test]
+fn profile_likelihood_gives_the_interval_of_the_covariance_for_accurate_data() {
+    let (times, positions) = tips(NOISE, 6);
+    let (family, data) = (family(&["beta", "eta"], 1.0), [Series::tips(times, &positions).with_noise(NOISE)]);
+    let found = fit().run(&family, &data).unwrap();
+    let interval = found.get("beta").unwrap().interval();
+    let profile = fit().profile(&family, &data, &found, "beta").unwrap();
+    for (linear, profile) in interval.iter().zip(profile) {
+        // The ends are found within 2 % of the half width, which is nonlinear by its relative size, 1 %.
+        let half = 0.5 * (interval[1] - interval[0]);
+        assert_abs_diff_eq!(*linear, profile, epsilon = 0.05 * half);
+    }
+}
+
+#[test]
+fn a_prior_determines_what_the_data_do_not() {
+    let Family { mut parameters, build } = family(&["beta", "eta", "tau_g"], 1.0);
+    let k = NAMES.iter().position(|name| *name == "tau_g").unwrap();
+    parameters[k] = parameters[k].clone().with_prior(TRUTH[k], 0.1);
+    let (times, positions) = tips(NOISE, 7);
+    let found = fit().run(&Family { parameters, build }, &[Series::tips(times, &positions)]).unwrap();
+    // The data determine β/τg to 1e-3, so that β has the error of the prior.
+    for name in ["beta", "tau_g"] {
+        assert_eq!(found.get(name).unwrap().verdict, Verdict::Identifiable);
+        assert_relative_eq!(found.get(name).unwrap().error, 0.1, epsilon = 0.0, max_relative = 0.01);
+    }
+}
+
+#[test]
+fn an_estimate_at_a_bound_is_reported() {
+    let Family { mut parameters, build } = family(&["beta", "eta"], 1.0);
+    (parameters[0].bounds, parameters[0].start) = ([0.1, 0.7], 0.5);
+    let (times, positions) = tips(NOISE, 8);
+    let found = fit().run(&Family { parameters, build }, &[Series::tips(times, &positions).with_noise(NOISE)]).unwrap();
+    assert_eq!(found.get("beta").unwrap().verdict, Verdict::AtBound);
+    assert_relative_eq!(found.get("beta").unwrap().value, 0.7, epsilon = 0.0, max_relative = 1e-12);
+    // A wrong β is a wrong model.
+    assert!(found.reduced_chi_squared() > 2.0, "{found}");
+}

@@ -1,0 +1,11 @@
+//! Estimation of the parameters of a shoot from data.
+
+mod bad_input;
+mod confidence;
+mod coverage;
+mod data;
+mod derivatives;
+mod oscillator;
+mod plants;
+mod recovery;
+mod structure;

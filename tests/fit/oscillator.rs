@@ -1,0 +1,63 @@
+//! Test for an internal oscillator.
+
+use std::f64::consts::TAU;
+
+use super::plants::{NOISE, TRUTH, family, measured_of, oscillating};
+use crate::fixtures::random::number;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use morphorod::fit::{Fit, Scan, Series};
+use morphorod::tropism::{Handedness, Oscillator};
+
+/// Scan for periods from 21 to 60 min of the tip of a shoot with an oscillator of the given sensitivity.
+fn scan(sensitivity: f64, handedness: Handedness, seed: u64) -> Scan {
+    let oscillator = Oscillator { sensitivity, period: 1500.0, phase: 1.0, handedness };
+    let (times, frames) = measured_of(oscillating(&TRUTH, oscillator).unwrap(), 1, NOISE, seed);
+    let tips: Vec<_> = frames.iter().map(|frame| frame[0]).collect();
+    let data = [Series::tips(times, &tips)];
+    let fit = Fit { step: 300.0, windows: vec![1.0], ..Fit::default() };
+    let null = fit.run(&family(&["beta", "eta", "tau_r"], 1.0), &data).unwrap();
+    fit.scan_oscillator(oscillating, &data, &null, [1260.0, 3600.0]).unwrap()
+}
+
+#[test]
+fn period_phase_and_handedness_of_a_weak_oscillator_are_found() {
+    for handedness in [Handedness::Counterclockwise, Handedness::Clockwise] {
+        let found = scan(0.05, handedness, 1);
+        assert!(found.false_alarm < 1e-6, "{}", found.false_alarm);
+        let best = found.best.oscillator;
+        assert_eq!(best.handedness, handedness);
+        // The periods of the scan differ by T²/(2 · 6 h) = 52 s there.
+        assert_abs_diff_eq!(best.period, 1500.0, epsilon = 60.0);
+        // The sensitivity is lower by up to a tenth between two periods of the scan.
+        assert_relative_eq!(best.sensitivity, 0.05, epsilon = 0.0, max_relative = 0.3);
+        // A neighbouring period has the same phase in the middle of the track.
+        let middle = |oscillator: Oscillator| TAU * 10_800.0 / oscillator.period + oscillator.phase;
+        let truth = Oscillator { sensitivity: 0.05, period: 1500.0, phase: 1.0, handedness };
+        assert_abs_diff_eq!((0.5 * (middle(best) - middle(truth))).sin(), 0.0, epsilon = 0.2);
+    }
+}
+
+#[test]
+fn a_shoot_without_an_oscillator_gives_no_alarm() {
+    let draws = number("MORPHOROD_CASES", 4);
+    let mut alarms = 0.0;
+    for seed in 1..=draws {
+        let found = scan(0.0, Handedness::Counterclockwise, seed);
+        alarms += f64::from(u8::from(found.false_alarm < 0.05));
+        // One of a thousand draws falls below.
+        assert!(draws > 10 || found.false_alarm > 0.001, "{} {:?}", found.false_alarm, found.best);
+    }
+    // The asked share, and three standard errors of a share of 100 draws.
+    assert!(alarms <= 1.0 + 0.05 * draws as f64 + 3.0 * (0.05 * draws as f64).sqrt(), "{alarms} of {draws}");
+}
+
+/// Frames every 10 min show periods of 1500 s and 1000 s, in opposite senses, at the same places.
+#[test]
+fn periods_shorter_than_two_frames_are_refused() {
+    let (times, frames) = measured_of(oscillating(&TRUTH, Oscillator::new(0.0, 1500.0)).unwrap(), 1, NOISE, 1);
+    let data = [Series::tips(times, &frames.iter().map(|frame| frame[0]).collect::<Vec<_>>())];
+    let fit = Fit { step: 300.0, windows: vec![1.0], ..Fit::default() };
+    let null = fit.run(&family(&["beta"], 1.0), &data).unwrap();
+    let error = fit.scan_oscillator(oscillating, &data, &null, [1000.0, 3600.0]).unwrap_err();
+    assert!(error.to_string().contains("shortest period of a scan is 1000"), "{error}");
+}

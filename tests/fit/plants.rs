@@ -1,0 +1,90 @@
+//! Families of shoots and synthetic data.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::fixtures::random::Draw;
+use crate::fixtures::shoots::{HOUR, RADIUS, WEIGHT};
+use morphorod::constitutive::LinearElastic;
+use morphorod::fit::{Family, Parameter};
+use morphorod::growth::{Ongoing, UniformGrowth};
+use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Response, SettledStatoliths};
+use morphorod::{DynLaws, ParameterError, Shoot, Still};
+use nalgebra::Vector3;
+
+/// Noise of a coordinate, m.
+pub const NOISE: f64 = 1e-4;
+
+/// Names and true values: β, η, τm, τr (s), τg (s), E (Pa), ℓ0 (m).
+pub const NAMES: [&str; 7] = ["beta", "eta", "tau_m", "tau_r", "tau_g", "E", "l_0"];
+pub const TRUTH: [f64; 7] = [0.8, 20.0, 720.0, 720.0, 72e3, 1e7, 0.05];
+
+pub type Build = fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError>;
+
+/// A horizontal shoot of constant length that rights itself, with the parameters of [`NAMES`].
+pub fn righting(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
+    oscillating(p, Oscillator::new(0.0, HOUR))
+}
+
+/// The same shoot with an internal oscillator.
+pub fn oscillating(p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, ParameterError> {
+    let memory = Memory { time: p[2], delay: p[3] };
+    Shoot::builder(LinearElastic { youngs_modulus: p[5], poissons_ratio: 0.5 })
+        .length(p[6])
+        .radius(RADIUS)
+        .elements(4)
+        .growth(Ongoing(UniformGrowth { zone_length: 0.07, time: p[4] }))
+        .tropism((
+            oscillator,
+            Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory),
+            Proprioception { sensitivity: p[1] }.remembered(memory),
+        ))
+        .load(WEIGHT)
+        .scene(Still::tilted(FRAC_PI_2))
+        .into_dyn()
+        .build()
+}
+
+/// The family of righting shoots with free parameters that start at a factor of their true values.
+pub fn family(free: &[&str], factor: f64) -> Family<Build> {
+    let parameter = |(name, truth): (&&str, &f64)| {
+        if free.contains(name) {
+            Parameter::positive(name, [truth / 5.0, truth * 5.0]).starting(truth * factor)
+        } else {
+            Parameter::fixed(name, *truth)
+        }
+    };
+    Family { parameters: NAMES.iter().zip(&TRUTH).map(parameter).collect(), build: righting }
+}
+
+/// Times (s) every 10 min over six hours, and `count` points of the true shoot at each, from base to tip, with noise
+/// (m).
+pub fn measured(count: usize, noise: f64, seed: u64) -> (Vec<f64>, Vec<Vec<Vector3<f64>>>) {
+    measured_of(righting(&TRUTH).unwrap(), count, noise, seed)
+}
+
+/// The same of a given shoot.
+pub fn measured_of(
+    mut shoot: Shoot<DynLaws>,
+    count: usize,
+    noise: f64,
+    seed: u64,
+) -> (Vec<f64>, Vec<Vec<Vector3<f64>>>) {
+    let mut integrator = MethodOfSteps::new(120.0);
+    let mut draw = Draw::new(seed);
+    let times: Vec<f64> = (1..=36).map(|k| HOUR / 6.0 * f64::from(k)).collect();
+    let mut frame = |time: &f64| {
+        integrator.advance(&mut shoot, *time).unwrap();
+        let points = if count == 1 { vec![shoot.tip()] } else { shoot.rod().centre_line_at(count + 1)[1..].to_vec() };
+        let mut noisy = |p: Vector3<f64>| p + Vector3::from_fn(|_, _| noise * draw.normal().x);
+        points.into_iter().map(&mut noisy).collect()
+    };
+    let frames = times.iter().map(&mut frame).collect();
+    (times, frames)
+}
+
+/// Tips of the true shoot: times (s) and positions (m).
+pub fn tips(noise: f64, seed: u64) -> (Vec<f64>, Vec<Vector3<f64>>) {
+    let (times, frames) = measured(1, noise, seed);
+    (times, frames.into_iter().map(|frame| frame[0]).collect())
+}

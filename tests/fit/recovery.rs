@@ -1,0 +1,76 @@
+//! Recovery of known parameters from synthetic data.
+
+use super::plants::{NAMES, NOISE, TRUTH, family, measured, righting, tips};
+use approx::assert_relative_eq;
+use morphorod::fit::{Family, Fit, Loss, Parameter, Series, Verdict, View};
+use morphorod::tracking::Track;
+use nalgebra::{Vector2, Vector3};
+
+const FREE: [&str; 4] = ["beta", "eta", "tau_m", "tau_r"];
+
+/// Step of the simulations, s. Its error, 3e-7 m, is far below the noise.
+fn fit() -> Fit {
+    Fit { step: 200.0, ..Fit::default() }
+}
+
+#[test]
+fn parameters_of_a_righting_shoot_are_recovered_from_its_tip() {
+    let (times, positions) = tips(NOISE, 1);
+    let found = fit().run(&family(&FREE, 1.6), &[Series::tips(times, &positions)]).unwrap();
+    for name in FREE {
+        let (estimate, truth) = (found.get(name).unwrap(), TRUTH[NAMES.iter().position(|n| *n == name).unwrap()]);
+        assert_eq!(estimate.verdict, Verdict::Identifiable);
+        // Four standard errors: one draw in 4000 fails.
+        assert_relative_eq!(estimate.value, truth, epsilon = 0.0, max_relative = 4.0 * estimate.error);
+    }
+    // The noise is estimated from 108 coordinates; its standard error is 1/√(2·104) = 7 %.
+    assert_relative_eq!(found.noise[0], NOISE, epsilon = 0.0, max_relative = 0.28);
+}
+
+#[test]
+fn exact_data_of_centre_lines_give_exact_parameters() {
+    let (times, lines) = measured(8, 0.0, 1);
+    let found = fit().run(&family(&FREE, 0.7), &[Series::centre_lines(times, lines).with_noise(NOISE)]).unwrap();
+    for name in FREE {
+        let truth = TRUTH[NAMES.iter().position(|n| *n == name).unwrap()];
+        // The search ends within 1e-3 standard errors, which are 1e-2; the steps of fit and data differ by 1e-5.
+        assert_relative_eq!(found.get(name).unwrap().value, truth, epsilon = 0.0, max_relative = 1e-4);
+    }
+}
+
+#[test]
+fn outliers_have_little_influence_with_a_robust_loss() {
+    let (times, mut positions) = tips(NOISE, 2);
+    let ends = |positions: &[Vector3<f64>], loss| {
+        let data = [Series::tips(times.clone(), positions).with_noise(NOISE)];
+        let found = Fit { loss, ..fit() }.run(&family(&["beta", "tau_r"], 1.2), &data).unwrap();
+        (found.get("tau_r").unwrap().value, found.get("tau_r").unwrap().error)
+    };
+    let (clean, error) = ends(&positions, Loss::Squares);
+    positions[3] += Vector3::new(3e-3, 0.0, -3e-3);
+    positions[20] -= Vector3::new(3e-3, 0.0, 3e-3);
+    let (robust, _) = ends(&positions, Loss::ROBUST);
+    let (squares, _) = ends(&positions, Loss::Squares);
+    // Two of 36 frames pull with the force of 1.345 standard deviations at most.
+    assert_relative_eq!(robust, clean, epsilon = 0.0, max_relative = 2.0 * error);
+    assert!((squares - clean).abs() > 3.0 * (robust - clean).abs(), "{squares} {robust} {clean}");
+}
+
+/// A camera from the side with an unknown magnification and origin.
+#[test]
+fn scale_and_offset_of_a_camera_are_estimated_with_the_parameters() {
+    let (times, positions) = tips(NOISE, 3);
+    let image = |p: &Vector3<f64>| Vector2::new(2.5 * p.x + 0.01, 2.5 * p.z - 0.02);
+    let track = Track::new(times, positions.iter().map(image).collect()).unwrap();
+    let series = Series::track(&track, View::side()).with_scale("scale").with_offset(&["x_0", "z_0"]);
+    let mut parameters = family(&["beta", "tau_r"], 1.3).parameters;
+    parameters.push(Parameter::positive("scale", [0.5, 10.0]).starting(2.0));
+    parameters.push(Parameter::linear("x_0", [-0.1, 0.1]));
+    parameters.push(Parameter::linear("z_0", [-0.1, 0.1]));
+    let found = fit().run(&Family { parameters, build: righting }, &[series]).unwrap();
+    for (name, truth) in [("beta", 0.8), ("tau_r", 720.0), ("scale", 2.5)] {
+        let estimate = found.get(name).unwrap();
+        // Four standard errors: one draw in 4000 fails.
+        assert_relative_eq!(estimate.value, truth, epsilon = 0.0, max_relative = 4.0 * estimate.error);
+    }
+}
