@@ -1,6 +1,6 @@
 //! The Newton iteration for a rod with supports.
 
-use super::conditions::Role;
+use super::conditions::{Conditions, Role};
 use super::contact_step::ContactStep;
 use super::data::HeldSearch;
 use super::dense::NEUTRAL;
@@ -97,6 +97,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             let turn = self.system.largest_turn();
             if !turn.is_finite() {
                 return Err(EquilibriumError::NotFinite { what: "Newton step" });
+            }
+            if shift == 0.0 && turn < STAGNANT && self.is_at_rest(violation, &conditions) {
+                // A step would only change the forces by rounding, which contacts that stick add up over increments.
+                self.found.error = turn;
+                return Ok(());
             }
             if shift > 0.0 && turn < 1e-7 && turn > 0.25 * last || shift > 0.0 && turn < 1e-10 {
                 // A saddle of the energy: the softest direction leads away from it.
@@ -205,6 +210,17 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             last = turn;
         }
         Err(self.not_found(last))
+    }
+
+    /// Whether the rod with contacts that stick is balanced up to rounding, with the given violation of the conditions (m).
+    fn is_at_rest(&self, violation: f64, conditions: &Conditions) -> bool {
+        let moved = conditions.residuals.iter().any(|residual| residual.abs() > RESTORED * self.length);
+        let sticks = |site: &Site| site.touch.and_then(|touch| touch.friction).is_some_and(|friction| friction.sticks);
+        self.sites.iter().any(sticks)
+            && !moved
+            && violation <= RESTORED * self.length
+            && self.system.unbalanced <= BALANCED * self.force.largest() * self.length
+            && (!self.stable || self.found.inertia.negative == 0)
     }
 
     /// The error of a search that did not converge, with the size of its last step (rad).
