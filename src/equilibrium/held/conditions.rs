@@ -14,6 +14,8 @@ const STICKINESS: f64 = 1e-9;
 /// Smallest normal force with which the place of a contact moves along the rod, relative to the magnitude of the force
 /// in the rod. Without force the motion would not be determined.
 const LEAST_PUSH: f64 = 1e-9;
+/// Smallest distance of two contacts in a divided difference, in elements.
+const CLOSEST: f64 = 1e-9;
 
 /// Conditions of the reactions at one iteration: rows of T and D, and right-hand sides.
 #[derive(Clone, Default)]
@@ -229,11 +231,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             for k in 1..along.len() {
                 let (s, i) = along[k];
                 let (before, j) = along[k - 1];
-                let slope = 1.0 / (s - before).max(1e-9);
+                let slope = 1.0 / (s - before).max(CLOSEST);
                 let mut difference = vec![(i, slope), (j, -slope)];
                 if k > 1 {
                     let (first, l) = along[k - 2];
-                    let slope = 1.0 / (before - first).max(1e-9);
+                    let slope = 1.0 / (before - first).max(CLOSEST);
                     difference[1].1 -= slope;
                     difference.push((l, slope));
                 }

@@ -12,8 +12,8 @@ use crate::rod::Rod;
 
 /// Number of changes of the contacts in one search.
 const CHANGES: usize = 30;
-/// Largest number of Newton iterations of an increment with contacts, unless a caller asks for more. An iteration with a
-/// hundred contacts takes milliseconds, and a shoot repeats an increment that fails to locate the change of its contacts.
+/// Largest number of Newton iterations of an increment with contacts, unless a caller asks for more. Without this bound
+/// an increment with a hundred contacts, which may still fail, takes minutes.
 const MOST_ITERATIONS: usize = 1200;
 /// Number of changes after which smaller penetrations and slopes at contacts are accepted.
 const PATIENCE: i32 = 8;

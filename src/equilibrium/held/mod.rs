@@ -13,6 +13,7 @@ mod contact_step;
 mod correct;
 mod data;
 mod dense;
+mod descent;
 mod elastic;
 mod energy;
 mod foundation;

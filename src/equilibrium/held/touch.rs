@@ -127,55 +127,36 @@ pub(super) fn penetrations(
 ) -> Vec<Penetration> {
     let all = all_stations(rod, tangents);
     let sampling = Sampling { rod, tangents, obstacles };
+    let margin = SAME * length;
     let mut found: Vec<Penetration> = Vec::new();
     for obstacle in 0..obstacles.contacts.len() {
         let own: Vec<f64> = touches.iter().filter(|(other, _)| *other == obstacle).map(|(_, s)| *s).collect();
-        let margin = 1e-9 * length;
-        let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
-        let (mut before, mut start) = (sampling.at(obstacle, &base), base);
         let mut run: Option<(Penetration, f64)> = None;
-        for station in &all {
-            let (s, at) = (station.arc_length, (station.element, station.x));
-            let here = sampling.at(obstacle, station);
-            let gap = here.gap;
-            let touched = own.iter().any(|t| *t > before.arc_length - margin && *t < s + margin);
-            let inside = if touched {
-                None
-            } else {
-                let start = (start.arc_length, &start.position);
-                let least = sampling.least(obstacle, station.element, start, [before, here]);
-                least.filter(|least| least.gap < before.gap.min(gap) && least.gap < -clear * length)
-            };
+        for interval in sampling.intervals(obstacle, &all) {
+            let Interval { element, before, after, .. } = interval;
+            let (from, s) = (before.arc_length, after.arc_length);
+            let touched = own.iter().any(|t| *t > from - margin && *t < s + margin);
+            let inside = if touched { None } else { sampling.least(obstacle, &interval) };
+            let inside = inside.filter(|least| least.gap < before.gap.min(after.gap) && least.gap < -clear * length);
             let active = own.iter().any(|t| {
                 let distance = (t - s).abs();
-                distance <= margin || distance < BESIDE * length && gap > -DIFFERENT * distance
+                distance <= margin || distance < BESIDE * length && after.gap > -DIFFERENT * distance
             });
-            let outside = gap >= -clear * length || active;
-            if let Some(Sample { x, gap, .. }) = inside {
-                let (place, between) = ((station.element, x), (before.arc_length, s));
-                let start = Penetration { obstacle, stations: Vec::new(), deepest: place, between };
+            let outside = after.gap >= -clear * length || active;
+            let end = (!outside).then_some(after);
+            for Sample { x, gap, .. } in inside.into_iter().chain(end) {
+                let place = (element, x);
+                let start = Penetration { obstacle, stations: Vec::new(), deepest: place, between: (from, s) };
                 let (penetration, least) = run.get_or_insert((start, gap));
                 if gap < *least {
                     (penetration.deepest, *least) = (place, gap);
                 }
             }
-            if outside {
-                if let Some((mut penetration, _)) = run.take() {
-                    penetration.between.1 = s;
-                    found.push(penetration);
-                }
-            } else {
-                let between = (before.arc_length, s);
-                let start = Penetration { obstacle, stations: Vec::new(), deepest: at, between };
-                let (penetration, least) = run.get_or_insert((start, gap));
-                penetration.stations.push(at);
-                if gap < *least {
-                    (penetration.deepest, *least) = (at, gap);
-                }
-            }
-            before = here;
-            if station.x >= 1.0 {
-                (before.x, start) = (0.0, *station);
+            if !outside {
+                run.iter_mut().for_each(|(penetration, _)| penetration.stations.push((element, after.x)));
+            } else if let Some((mut penetration, _)) = run.take() {
+                penetration.between.1 = s;
+                found.push(penetration);
             }
         }
         if let Some((mut penetration, _)) = run.take() {
@@ -196,6 +177,15 @@ struct Sample {
     radius: f64,
 }
 
+/// The part of an element between two successive stations, or between its start and its first station.
+struct Interval {
+    element: usize,
+    /// The start of the element.
+    start: Place,
+    before: Sample,
+    after: Sample,
+}
+
 /// The obstacles and a rod whose centre line has given tangents.
 struct Sampling<'b, 'a> {
     rod: &'b Rod,
@@ -214,21 +204,36 @@ impl Sampling<'_, '_> {
         Sample { x: place.x, arc_length: place.arc_length, gap: gap.value, radius }
     }
 
-    /// The least gap at places between two samples `ends` of an element, which starts at an arc length (m) and a
-    /// position (m). A gap changes by at most the arc length. Parts are left out where it is at least half the smaller
-    /// one at their ends.
-    fn least(&self, obstacle: usize, element: usize, start: (f64, &Vector3<f64>), ends: [Sample; 2]) -> Option<Sample> {
-        let [from, to] = ends;
+    /// The intervals between given stations, of which the first begins at the base.
+    fn intervals(&self, obstacle: usize, stations: &[Place]) -> impl Iterator<Item = Interval> {
+        let mut start = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
+        let mut before = self.at(obstacle, &start);
+        stations.iter().map(move |station| {
+            let after = self.at(obstacle, station);
+            let interval = Interval { element: station.element, start, before, after };
+            before = after;
+            if station.x >= 1.0 {
+                (before.x, start) = (0.0, *station);
+            }
+            interval
+        })
+    }
+
+    /// The least gap at places inside an interval. A gap changes by at most the arc length. Parts are left out where it
+    /// is at least half the smaller one at their ends.
+    fn least(&self, obstacle: usize, interval: &Interval) -> Option<Sample> {
+        let Interval { element, start, before: from, after: to } = interval;
         let spacing = to.arc_length - from.arc_length;
         let finest = (spacing / PARTS).min(RESOLUTION * from.radius.min(to.radius)).max(FINEST * spacing);
-        let (mut parts, mut least) = (vec![ends], None::<Sample>);
+        let (mut parts, mut least) = (vec![[*from, *to]], None::<Sample>);
         while let Some([from, to]) = parts.pop() {
             let size = to.arc_length - from.arc_length;
             if size <= finest || !(from.gap.max(to.gap) < size) {
                 continue;
             }
-            let at = (element, 0.5 * (from.x + to.x));
-            let middle = self.at(obstacle, &place(self.rod, self.tangents, at, start.0, start.1));
+            let at = (*element, 0.5 * (from.x + to.x));
+            let middle = place(self.rod, self.tangents, at, start.arc_length, &start.position);
+            let middle = self.at(obstacle, &middle);
             if least.is_none_or(|least| middle.gap < least.gap) {
                 least = Some(middle);
             }
@@ -238,35 +243,27 @@ impl Sampling<'_, '_> {
     }
 }
 
-/// The nearest places to an obstacle: for each station that at it or between it and the station before.
-fn nearest(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles, obstacle: usize) -> Vec<Sample> {
+/// The place with the least gap to an obstacle in each interval up to a station, which belongs to it.
+fn closest(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles, obstacle: usize) -> Vec<Sample> {
     let sampling = Sampling { rod, tangents, obstacles };
-    let base = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
-    let (mut before, mut start) = (sampling.at(obstacle, &base), base);
-    let all = all_stations(rod, tangents);
-    let each = all.iter().map(|station| {
-        let here = sampling.at(obstacle, station);
-        let least = sampling.least(obstacle, station.element, (start.arc_length, &start.position), [before, here]);
-        before = here;
-        if station.x >= 1.0 {
-            (before.x, start) = (0.0, *station);
-        }
-        least.filter(|least| least.gap < here.gap).unwrap_or(here)
-    });
-    each.collect()
+    let least = |interval: Interval| {
+        let inside = sampling.least(obstacle, &interval).filter(|least| least.gap < interval.after.gap);
+        inside.unwrap_or(interval.after)
+    };
+    sampling.intervals(obstacle, &all_stations(rod, tangents)).map(least).collect()
 }
 
 /// Bounds on the displacement in a step: for each obstacle and each station, and the part of the rod before it, the
 /// largest displacement that does not approach the obstacle by more than half the gap or a part of its radius, m.
 pub(super) fn approaches(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles) -> Vec<Vec<f64>> {
     let bound = |at: &Sample| (0.5 * at.gap).max(LARGEST_APPROACH * (at.radius + at.gap.max(0.0)));
-    let bounds = |obstacle| nearest(rod, tangents, obstacles, obstacle).iter().map(bound).collect();
+    let bounds = |obstacle| closest(rod, tangents, obstacles, obstacle).iter().map(bound).collect();
     (0..obstacles.contacts.len()).map(bounds).collect()
 }
 
 /// Whether the rod penetrates an obstacle by more than half its radius, beyond which it may leave it on the other side.
 pub(super) fn is_deep(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles) -> bool {
-    let deep = |obstacle| nearest(rod, tangents, obstacles, obstacle).iter().any(|at| at.gap < -0.5 * at.radius);
+    let deep = |obstacle| closest(rod, tangents, obstacles, obstacle).iter().any(|at| at.gap < -0.5 * at.radius);
     (0..obstacles.contacts.len()).any(deep)
 }
 
