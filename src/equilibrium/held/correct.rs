@@ -38,7 +38,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Corrects the places of contacts. Returns whether the contacts have changed otherwise.
     pub(super) fn correct(&mut self, rod: &mut Rod, bound: usize, touching: f64) -> Result<bool, EquilibriumError> {
         let mut patches = self.patches(rod, touching);
-        self.layer = self.bending_length(rod, self.forces_along());
+        self.layer = self.bending_length(rod, &self.forces_along());
         if patches.is_empty() {
             return Ok(false);
         }

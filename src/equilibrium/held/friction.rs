@@ -51,14 +51,14 @@ impl Friction {
             Some(direction) => self.direction = direction,
             None => self.sticks = true,
         }
-        self.force = self.direction * (-self.coefficient * push.max(0.0));
+        self.force = self.direction * (-self.coefficient * push);
     }
 
     /// Lets the contact slide in a direction with a normal force `push` (N).
     fn slide(&mut self, direction: Vector3<f64>, push: f64) {
         self.sticks = false;
         self.direction = direction;
-        self.force = direction * (-self.coefficient * push.max(0.0));
+        self.force = direction * (-self.coefficient * push);
     }
 
     /// Lets a contact that sticks with a normal force `push` (N) slip against its force, if this exceeds the friction

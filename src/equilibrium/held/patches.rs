@@ -186,11 +186,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// The length √(B/n) over which the rod bends beside a contact, m, for the largest force n (N) between given
     /// reactions in their order along the rod. It is rounded to a power of two, so that the nodes do not move with each
     /// change of the force.
-    pub(super) fn bending_length(&self, rod: &Rod, reactions: impl Iterator<Item = Vector3<f64>>) -> f64 {
+    pub(super) fn bending_length(&self, rod: &Rod, reactions: &[Vector3<f64>]) -> f64 {
         let time = self.force.environment().time;
         let stiffness = |point| self.material.respond(&Tissue::of(point, time), &Vector3::zeros()).tangent;
         let bending = rod.points().iter().map(stiffness).map(|k| k[(0, 0)].min(k[(1, 1)]));
-        let mut force = self.force.at_base();
+        let mut force = self.force.load_at_base() + reactions.iter().sum::<Vector3<f64>>();
         let mut largest = force.norm();
         for reaction in reactions {
             force -= reaction;
@@ -201,11 +201,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// The forces of all sites in their order along the rod, N.
-    pub(super) fn forces_along(&self) -> impl Iterator<Item = Vector3<f64>> + use<C, L, P> {
+    pub(super) fn forces_along(&self) -> Vec<Vector3<f64>> {
         let force = |site: &Site| (site.element as f64 + site.x, site.force + site.spring_force());
         let mut all: Vec<_> = self.sites.iter().map(force).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.into_iter().map(|(_, force)| force)
+        all.into_iter().map(|(_, force)| force).collect()
     }
 
     /// Changes the kind of patches: a contact at the apex that is not pressed there becomes one at a point before it,

@@ -104,7 +104,8 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             self.force.react(rod, reactions);
             let mut along: Vec<&Reaction> = reactions.iter().collect();
             along.sort_by(|a, b| a.arc_length.total_cmp(&b.arc_length));
-            self.layer = self.bending_length(rod, along.iter().map(|reaction| reaction.force));
+            let forces: Vec<Vector3<f64>> = along.iter().map(|reaction| reaction.force).collect();
+            self.layer = self.bending_length(rod, &forces);
             self.arrange_with(rod, &inside, &old);
             // A rod without the nodes of contacts does not resolve their forces, so that its shape is a poor guess.
             if let Some(shape) = shape {
