@@ -44,7 +44,8 @@ macro_rules! with_points {
 pub struct NewtonSolver {
     /// Largest acceptable error of a frame against the exact stationary point of the discrete energy, rad; positive.
     pub tolerance: f64,
-    /// Largest number of Newton iterations.
+    /// Largest number of Newton iterations. With a support, the increments of the load path and the search for
+    /// contacts have bounds of their own, and [`Equilibrium::iterations`], the sum over them, may be larger.
     pub max_iterations: usize,
     /// Whether only stable equilibria are accepted: the energy is minimised, and the search leaves saddles. Otherwise
     /// the search finds the equilibrium close to the initial guess, stable or not, by Newton's method with a bounded
@@ -148,7 +149,8 @@ impl NewtonSolver {
     ///
     /// Holds move from the present places of the rod to the requested ones in increments of at most 0.05 times the
     /// length and 0.3 rad, each of which ends in equilibrium. This is the load path. A start inside an obstacle is
-    /// pushed out along the normal.
+    /// pushed out along the normal. `rod` keeps its nodes. [`Held::rod`] has additional nodes where contacts begin and
+    /// end, and represents the shape between nodes more accurately.
     ///
     /// # Errors
     /// See [`EquilibriumError`]; the rod does not change then.

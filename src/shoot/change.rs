@@ -15,7 +15,7 @@ impl<M: Model> Shoot<M> {
     /// The new tropism laws continue with the variables and stimuli at the material points, in their order.
     /// Laws with the same numbers of them but another meaning are not detected. Tissue outside a new, shorter
     /// growth zone becomes mature at the present time. If growth ends altogether, the tissue stays in the zone
-    /// and does not age.
+    /// and does not age. Without a support, the shoot has no reactions from now on.
     ///
     /// The change is a discontinuity. The next call of an integrator, for example `advance` to the present
     /// time, computes the shape under the new laws and restarts with short steps.
@@ -80,6 +80,7 @@ impl<M: Model> Shoot<M> {
             confine(&mut state, zone)?;
         }
         keep_jumps(&mut state, &model)?;
+        state.contact.clear_if_absent(model.support());
         check_tissue(&state.rod, &model, state.time)?;
         let mesh = Mesh { longest_element, ..self.mesh };
         Ok(Shoot { model, mesh, resolution: self.resolution, state })

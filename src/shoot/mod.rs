@@ -67,7 +67,8 @@ impl<M: Model> Shoot<M> {
     }
 
     /// The forces and couples on the shoot in the last equilibrium: of the holds of positions in their order, of the
-    /// contacts, and of the holds of frames alone.
+    /// springs with a potential, of the contacts, and of the holds of frames alone. Empty without a support, and
+    /// before the first call of an integrator.
     #[must_use]
     pub fn reactions(&self) -> &[Reaction] {
         &self.state.contact.reactions
@@ -136,6 +137,7 @@ impl<M: Model> Shoot<M> {
         state.check_laws((size.variables, size.stimuli))?;
         state.check_length(MOST_ELEMENTS * self.mesh.longest_element)?;
         self.state.copy_from(state);
+        self.state.contact.clear_if_absent(self.model.support());
         Ok(())
     }
 

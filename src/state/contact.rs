@@ -3,7 +3,7 @@
 use super::StateError;
 use crate::error::ParameterError;
 use crate::rod::Rod;
-use crate::support::{Patch, Reaction};
+use crate::support::{Patch, Reaction, Support};
 
 /// Reactions of a support on a shoot, and its contacts. Empty without a support.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -21,6 +21,13 @@ impl ContactState {
         self.reactions.clone_from(&source.reactions);
         self.patches.clone_from(&source.patches);
         self.shape.clone_from(&source.shape);
+    }
+
+    /// Removes reactions and contacts if there is no support, since the equilibrium of a free rod does not update them.
+    pub fn clear_if_absent(&mut self, support: &impl Support) {
+        if support.is_absent() {
+            *self = Self::default();
+        }
     }
 
     /// Takes the elements of the shape whose tissue has left the growth zone out of its zone, as those of the rod.

@@ -6,4 +6,5 @@ mod change_of_course;
 mod checkpoints;
 mod foreign_states;
 mod order_after_changes;
+mod removed_supports;
 mod state_is_a_value;
