@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::border::upto_parts;
 use super::data::HeldSearch;
 use super::path::{DISTANCE_ERROR, DISTANCE_STEP, project};
 use super::sites::across;
@@ -55,8 +56,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let step = DISTANCE_STEP * self.length;
         for site in self.sites.iter().filter(|site| site.position.iter().all(|x| x.is_finite())) {
             let Some(touch) = &site.touch else { continue };
-            let place = self.place_of(rod, (site.element, site.x)).arc_length;
-            // After a failed search a new contact may not have been evaluated.
+            // After a failed search neither the tangents of the rod nor a new contact may have been evaluated.
+            let place =
+                rod.centre_line()[site.element].0 + upto_parts(rod, site.element, site.x)[..P].iter().sum::<f64>();
             let gap = self.obstacles.gap(touch.obstacle, &site.position);
             let scale = gap.curvature.norm().max(1.0 / self.length);
             for along in across(&gap.normal) {

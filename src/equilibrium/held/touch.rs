@@ -19,6 +19,9 @@ const LARGEST_APPROACH: f64 = 0.25;
 const BESIDE: f64 = 1e-4;
 /// See `BESIDE`. The contact obtains a node of its own later, where there is no difference.
 const DIFFERENT: f64 = 1e-3;
+/// Largest penetration between stations within `BESIDE` of a contact, relative to the length, that is attributed to the
+/// discretisation: the gap beside a longer contact is proportional to the third power of the distance from its end.
+const RESOLVED: f64 = 1e-10;
 /// Smallest number of parts in which an interval between two stations is searched for a place in contact.
 const PARTS: f64 = 8.0;
 /// Distance of the places in this search, relative to the radius of curvature of the obstacle.
@@ -137,7 +140,11 @@ pub(super) fn penetrations(
             let (from, s) = (before.arc_length, after.arc_length);
             let touched = own.iter().any(|t| *t > from - margin && *t < s + margin);
             let inside = if touched { None } else { sampling.least(obstacle, &interval) };
-            let inside = inside.filter(|least| least.gap < before.gap.min(after.gap) && least.gap < -clear * length);
+            let inside = inside.filter(|least| {
+                let beside = own.iter().any(|t| (t - least.arc_length).abs() < BESIDE * length);
+                let clear = if beside { clear.max(RESOLVED) } else { clear };
+                least.gap < before.gap.min(after.gap) && least.gap < -clear * length
+            });
             let active = own.iter().any(|t| {
                 let distance = (t - s).abs();
                 distance <= margin || distance < BESIDE * length && after.gap > -DIFFERENT * distance
