@@ -33,16 +33,16 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Solves for the step with the contacts that it keeps, gains and loses. Returns the fraction of it that is safe.
     pub(super) fn step_with_contacts(&mut self, rod: &mut Rod, shift: f64) -> Result<ContactStep, EquilibriumError> {
         let (mut energy, mut pivots) = self.factorise(rod, shift)?;
-        for change in 0..CONTACT_CHANGES {
+        let (mut earlier, mut cycles) = (Vec::new(), false);
+        for _ in 0..CONTACT_CHANGES {
             let (inertia, conditions, dense) = self.close(rod, pivots)?;
             let changes = self.step(&conditions, &dense);
             let turn = self.system.largest_turn();
             let mut fraction = f64::min(1.0, LARGEST_TURN / turn);
-            if self.softened && turn.is_finite() {
-                let (share, _) = self.safe_share(rod, fraction);
-                fraction *= share;
-            }
             if !self.approaches() || !turn.is_finite() {
+                if !self.obstacles.contacts.is_empty() && turn.is_finite() {
+                    fraction *= self.safe_share(rod, fraction).0;
+                }
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
             // Contacts that would pull are lost.
@@ -77,9 +77,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let (share, penetrations) = self.safe_share(rod, fraction);
             fraction *= share;
-            // Contacts may be lost and found again in turn, since the rod does not follow the linear step exactly. Then
+            // The same contacts may be lost and found in turn, since the rod does not follow the linear step exactly. Then
             // contacts are only lost, and the next step finds those that are missing.
-            if change > CONTACT_CHANGES / 2 || !self.touch(rod, &penetrations, false) {
+            let contacts: Vec<_> = self.sites.iter().map(|site| (site.element, site.x)).collect();
+            cycles |= earlier.contains(&contacts);
+            earlier.push(contacts);
+            if cycles || !self.touch(rod, &penetrations, false) {
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
             self.locate(rod);

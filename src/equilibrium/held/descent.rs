@@ -93,12 +93,17 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
     }
 
-    /// Moves the rod back to the conditions after a step; if this fails, the rod stays where it is.
+    /// Moves the rod back to the conditions after a step. If this fails, or a contact turns to the other side of its
+    /// obstacle, the rod stays where it is.
     fn return_to_conditions(&mut self, rod: &mut Rod, step: &ContactStep) {
         let mut stepped = Configuration::default();
         stepped.keep(rod);
         let forces = self.obstacles.forces.clone();
-        if !self.restore_conditions(rod, &step.conditions, &step.dense) {
+        let normals = |sites: &[Site]| sites.iter().filter_map(|site| Some(site.touch?.gap.normal)).collect::<Vec<_>>();
+        let before = normals(&self.sites);
+        let restored = self.restore_conditions(rod, &step.conditions, &step.dense);
+        let turned = before.iter().zip(normals(&self.sites)).any(|(before, after)| before.dot(&after) < 0.0);
+        if !restored || turned {
             stepped.restore(rod);
             self.obstacles.pull(forces);
         }

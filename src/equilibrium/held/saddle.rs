@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::dense::Dense;
+use super::response::RESTORED;
 use crate::constitutive::Constitutive;
 use crate::load::Load;
 use crate::rod::Rod;
@@ -28,7 +29,9 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let each = conditions.roles.iter().zip(&conditions.residuals).enumerate();
         let rigid = |(i, (role, missing)): (usize, (&Role, &f64))| {
             let rigid = flexible(i) < STRAIGHT * largest && inextensible(i);
-            matches!(role, Role::Fixed(..)) && missing.abs() > 1e-12 * self.length && rigid
+            // A contact may lose its obstacle where a rod bends by a large angle.
+            let held = matches!(role, Role::Fixed(site, _) if self.sites[*site].touch.is_none());
+            held && missing.abs() > RESTORED * self.length && rigid
         };
         each.into_iter().any(rigid)
     }
