@@ -17,6 +17,9 @@ const LARGEST_TURN: f64 = 0.5;
 /// Largest number of changes of the contacts in a step.
 const CONTACT_CHANGES: usize = 60;
 
+/// Distance of two places that are one, in elements.
+const SAME_PLACE: f64 = 1e-6;
+
 /// A step with the contacts that it keeps and gains.
 pub(super) struct ContactStep {
     /// Energy of the rod before the step, J.
@@ -79,9 +82,12 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             fraction *= share;
             // The same contacts may be lost and found in turn, since the rod does not follow the linear step exactly. Then
             // contacts are only lost, and the next step finds those that are missing.
-            let contacts: Vec<_> = self.sites.iter().map(|site| (site.element, site.x)).collect();
-            cycles |= earlier.contains(&contacts);
-            earlier.push(contacts);
+            let places: Vec<f64> = self.sites.iter().map(|site| site.element as f64 + site.x).collect();
+            let same = |other: &Vec<f64>| {
+                other.len() == places.len() && other.iter().zip(&places).all(|(a, b)| (a - b).abs() < SAME_PLACE)
+            };
+            cycles |= earlier.iter().any(same);
+            earlier.push(places);
             if cycles || !self.touch(rod, &penetrations, false) {
                 return Ok(ContactStep { energy, inertia, conditions, dense, changes, fraction });
             }
