@@ -50,7 +50,10 @@ pub(super) fn singular(
     x: &DVector<f64>,
     jacobian: &DMatrix<f64>,
 ) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let n = jacobian.ncols();
+    // Singular values of an empty matrix are not defined.
+    if jacobian.is_empty() {
+        return None;
+    }
     let known: Vec<_> = priors(problem, x).collect();
     let mut rows = jacobian.clone().resize_vertically(jacobian.nrows() + known.len(), 0.0);
     for (row, (i, [_, slope])) in known.iter().enumerate() {
@@ -60,7 +63,7 @@ pub(super) fn singular(
     let triangle = rows.qr().r();
     let svd = triangle.try_svd(false, true, f64::EPSILON, 0)?;
     let directions = svd.v_t?.transpose();
-    Some((svd.singular_values, directions)).filter(|_| n > 0)
+    Some((svd.singular_values, directions))
 }
 
 /// Confidence at a point, with the Jacobian there.

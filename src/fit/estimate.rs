@@ -170,7 +170,7 @@ impl Estimates {
                 (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
             }),
         );
-        // A change by rounding and the curvature of the function is none.
+        // Changes below this size are due to rounding and to the curvature of the function.
         let least = 1e-6 * gradient.amax();
         let free = |weak: &&WeakDirection| weak.structural;
         let changes = self.weak.iter().filter(free).any(|weak| {

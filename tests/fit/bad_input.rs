@@ -1,9 +1,10 @@
 //! Errors for invalid data, parameters and families.
 
 use super::plants::{Build, NOISE, family, righting, tips};
-use morphorod::fit::{Family, Fit, FitError, Parameter, Series};
+use morphorod::fit::{Family, Fit, FitError, Parameter, Series, View};
+use morphorod::tracking::Track;
 use morphorod::{DynLaws, Shoot};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 /// The error of a fit of β to tips that were changed.
 fn error(change: impl Fn(&mut Vec<f64>, &mut Vec<Vector3<f64>>)) -> FitError {
@@ -30,6 +31,23 @@ fn tracks_without_content_are_refused() {
     of_series(error(|times, positions| (times.clear(), positions.clear()).0));
     of_series(error(|times, _| times.truncate(3)));
     of_series(error(|_, positions| positions.fill(Vector3::new(0.01, 0.0, 0.02))));
+}
+
+#[test]
+fn series_whose_view_has_another_number_of_coordinates_are_refused() {
+    let (times, positions) = tips(NOISE, 9);
+    let plane = positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
+    let track = Track::new(times.clone(), plane).unwrap();
+    let heights: Vec<f64> = positions.iter().map(|p| p.z).collect();
+    for series in [
+        Series::track(&track, View::space()),
+        Series::track(&track, View::matrix(&[Vector3::x()]).unwrap()),
+        Series::coordinates(times.clone(), &heights, View::side()),
+        Series::angles(times.clone(), &heights, View::space()),
+    ] {
+        let found = Fit::default().run(&family(&["beta"], 1.0), &[series]).unwrap_err();
+        assert!(found.to_string().contains("not as many coordinates as its view"), "{found}");
+    }
 }
 
 #[test]
