@@ -32,6 +32,11 @@ fn sensitivities_and_the_growth_time_together_are_structurally_not_identifiable(
         for (_, component) in &found.weak[0].components {
             assert_relative_eq!(*component, 1.0, epsilon = 0.0, max_relative = 1e-4);
         }
+        // The grid of the differences moves with the delay. On other grids they depend on their step.
+        let [coarse, extrapolated] = &found.singular_values;
+        for (a, b) in coarse.iter().zip(extrapolated).take(4) {
+            assert_relative_eq!(*a, *b, epsilon = 0.0, max_relative = 1e-6);
+        }
         // Their quotients are known.
         let [_, ratio] = found.derived(|p| (p[0] / p[4]).ln());
         let [_, product] = found.derived(|p| (p[0] * p[4]).ln());
@@ -39,15 +44,15 @@ fn sensitivities_and_the_growth_time_together_are_structurally_not_identifiable(
     }
 }
 
-/// Four frames with a large noise do not determine four parameters, though no combination is without effect.
+/// Exact tips in four frames with an assumed noise of 2 mm: no combination is without effect, but some effects are small.
 #[test]
 fn parameters_that_these_data_hardly_change_are_practically_not_identifiable() {
-    let (times, positions) = tips(20.0 * NOISE, 5);
+    let (times, positions) = tips(0.0, 0);
     let early = Series::tips(times[..4].to_vec(), &positions[..4]).with_noise(20.0 * NOISE);
     let found = fit().run(&family(&["beta", "eta", "tau_m", "tau_r"], 1.0), &[early]).unwrap();
-    let eta = found.get("eta").unwrap();
-    assert!(matches!(eta.verdict, Verdict::PracticallyNot | Verdict::AtBound), "{found}");
+    assert_eq!(found.get("eta").unwrap().verdict, Verdict::PracticallyNot, "{found}");
     assert!(found.parameters.iter().all(|estimate| estimate.verdict != Verdict::StructurallyNot), "{found}");
+    assert!(found.weak.iter().any(|weak| weak.components.iter().any(|(name, _)| name == "eta")), "{found}");
 }
 
 /// For a path that is nearly linear within the interval, both intervals agree.

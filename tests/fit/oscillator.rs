@@ -64,7 +64,8 @@ fn shoots_without_an_oscillator_give_no_more_alarms_than_stated() {
 #[test]
 fn a_strong_oscillator_makes_no_other_parameter_structurally_unidentifiable() {
     let (_, null) = null(0.5, Handedness::Clockwise, 1);
-    assert!(null.lag_one > 0.1, "{null}");
+    // The oscillation is noise to this fit.
+    assert!(null.noise[0] > 3.0 * NOISE, "{}", null.noise[0]);
     assert!(null.parameters.iter().all(|estimate| estimate.verdict != Verdict::StructurallyNot), "{null}");
 }
 
