@@ -32,11 +32,6 @@ fn sensitivities_and_the_growth_time_together_are_structurally_not_identifiable(
         for (_, component) in &found.weak[0].components {
             assert_relative_eq!(*component, 1.0, epsilon = 0.0, max_relative = 1e-4);
         }
-        // The grid of the differences moves with the delay. On other grids they depend on their step.
-        let [coarse, extrapolated] = &found.singular_values;
-        for (a, b) in coarse.iter().zip(extrapolated).take(4) {
-            assert_relative_eq!(*a, *b, epsilon = 0.0, max_relative = 1e-6);
-        }
         // Their quotients are known.
         let [_, ratio] = found.derived(|p| (p[0] / p[4]).ln());
         let [_, product] = found.derived(|p| (p[0] * p[4]).ln());
