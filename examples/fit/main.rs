@@ -33,12 +33,14 @@ use std::error::Error;
 use std::process::ExitCode;
 
 use common::{Opt, Options, track_options};
+use morphorod::Shoot;
 use morphorod::fit::{Estimates, Fit, Loss, Verdict};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::Handedness;
 use plants::{Draw, PARAMETERS, Plant, Seen};
 
 const HOUR: f64 = 3600.0;
+const MINUTE: f64 = 60.0;
 const M_PER_MM: f64 = 1e-3;
 
 /// Probability of a false alarm below which the program reports an oscillator.
@@ -151,7 +153,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         let best = scan.best.oscillator;
         println!("oscillator: score {:.1}, probability without one {:.1e}", scan.best.score, scan.false_alarm);
         if scan.false_alarm < ALARM {
-            let (minutes, sense) = (best.period / 60.0, best.handedness);
+            let (minutes, sense) = (best.period / MINUTE, best.handedness);
             println!("  period {minutes:.1} min, {sense:?}, sensitivity {:.3}", best.sensitivity);
             // The other parameters start as before: without an oscillator they may be far from the truth.
             let mut start = start.clone();
@@ -167,15 +169,20 @@ fn run() -> Result<(), Box<dyn Error>> {
 
     let mut shoot = plant.build(&found.values(), plant.oscillator(&found.values()))?;
     let mut integrator = MethodOfSteps::new(step);
-    let mut paths = if points.lines { vec![] } else { vec![vec![]] };
-    for (index, time) in points.times.iter().enumerate() {
-        integrator.advance(&mut shoot, *time)?;
-        if points.has_line(index) {
+    let last = points.times.last().copied().unwrap_or(0.0);
+    let mut paths = Vec::new();
+    if points.lines {
+        let line = |shoot: &Shoot<_>| {
             let line = shoot.rod().centre_line_at(40);
             paths.push(line.iter().map(|p| points.image(p, &found)).collect());
-        } else if let (false, Some(path)) = (points.lines, paths.last_mut()) {
-            path.push(points.tip(&shoot, &found));
-        }
+        };
+        let shown = points.times.iter().enumerate().filter(|(index, _)| points.has_line(*index));
+        integrator.advance_showing(&mut shoot, last, shown.map(|(_, time)| *time), line)?;
+    } else {
+        let minutes = (0..=(last / MINUTE) as u32).map(|minute| MINUTE * f64::from(minute));
+        let mut path = Vec::new();
+        integrator.advance_showing(&mut shoot, last, minutes, |shoot| path.push(points.tip(shoot, &found)))?;
+        paths.push(path);
     }
     figures::draw(&out, &points, &paths, &found)?;
     println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
