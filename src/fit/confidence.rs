@@ -114,8 +114,8 @@ impl Noise {
     /// Estimate from residuals (or derivatives of their loss) after a fit with the Jacobian J, where `inverse` is
     /// (JᵀJ)⁻¹.
     ///
-    /// A fit absorbs the part tr[(JᵀJ)⁻¹ Jᵀ R J] of n squares, which exceeds the number of parameters if the noise is as
-    /// slow as the columns of J. The same part is missing in the products of successive residuals.
+    /// A fit absorbs the part tr[(JᵀJ)⁻¹ Jᵀ R J] of n squares, which exceeds the number of parameters if the noise is
+    /// as slow as the columns of J. The same part is missing in the products of successive residuals.
     pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let n = residuals.len() as f64;
         let chains = Chains::new(rows);

@@ -134,8 +134,8 @@ impl Estimates {
         self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
 
-    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6, 461,
-    /// 1978). [`compare`](Self::compare) compares two families.
+    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6,
+    /// 461, 1978). [`compare`](Self::compare) compares two families.
     #[must_use]
     pub fn bic(&self) -> f64 {
         let n = self.residuals.len();

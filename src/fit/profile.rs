@@ -21,8 +21,8 @@ impl Fit {
     /// Interval that contains the value of the parameter with a name with a probability of 90 %, by profile likelihood.
     ///
     /// The data, the noise and the loss are those of the estimates, and `build` is the function of their family. At the
-    /// ends of the interval the minimum over all other parameters exceeds that at the estimates by the quantile of χ². It
-    /// is not symmetric, and holds for a path that is not linear in the parameters. An end at a bound of the parameter
+    /// ends of the interval the minimum over all other parameters exceeds that at the estimates by the quantile of χ².
+    /// The interval is not symmetric, and holds for a path that is not linear in the parameters. An end at a bound of the parameter
     /// means that the data exclude no value there.
     ///
     /// # Errors

@@ -48,8 +48,8 @@ pub struct Scan {
 
 impl Fit {
     /// Scores of internal oscillators with periods between two limits (s), in both senses of rotation, at the estimates
-    /// of a family without one. The data and the loss are those of the estimates. `oscillating` returns the shoot of the
-    /// family with a further oscillator.
+    /// of a family without one. The data and the loss are those of the estimates. `oscillating` returns the shoot of
+    /// the family with a further oscillator.
     ///
     /// Without an oscillator, period and phase have no meaning, so that differences of χ² of two fits do not have a
     /// known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has: the residuals are

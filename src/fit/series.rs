@@ -58,7 +58,8 @@ pub(super) enum Kind {
 pub struct Series {
     pub(super) kind: Kind,
     pub(super) times: Vec<f64>,
-    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a point.
+    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a
+    /// point.
     pub(super) frames: Vec<Vec<Vector3<f64>>>,
     /// Number of coordinates of a point.
     given: usize,

@@ -39,7 +39,7 @@ fn sensitivities_and_the_growth_time_together_are_structurally_not_identifiable(
     }
 }
 
-/// Exact tips in four frames with an assumed noise of 2 mm: no combination is without effect, but some effects are small.
+/// Exact tips in four frames with an assumed noise of 2 mm: no combination is without effect, but some have a small one.
 #[test]
 fn parameters_that_these_data_hardly_change_are_practically_not_identifiable() {
     let (times, positions) = tips(0.0, 0);

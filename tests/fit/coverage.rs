@@ -1,5 +1,5 @@
-//! Share of intervals that contain the true value. `MORPHOROD_CASES=200` draws as many data sets for each kind of noise,
-//! and `--nocapture` prints the shares.
+//! Share of intervals that contain the true value. `MORPHOROD_CASES=200` draws as many data sets for each kind of
+//! noise, and `--nocapture` prints the shares.
 
 use super::plants::{NAMES, NOISE, TRUTH, family, tips};
 use crate::fixtures::random::{Draw, number};
