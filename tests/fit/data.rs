@@ -134,11 +134,11 @@ fn frames_at_a_discontinuity_are_reported() {
         shoot.tip()
     };
     let tips: Vec<_> = times.iter().map(tip).collect();
-    let data = Series::tips(times.to_vec(), &tips).with_noise(NOISE);
-    let found = fit().run(&Family { parameters: parameters.clone(), build }, &[data.clone()]).unwrap();
+    let data = [Series::tips(times.to_vec(), &tips).with_noise(NOISE)];
+    let found = fit().run(&Family { parameters: parameters.clone(), build }, &data).unwrap();
     assert_eq!(found.ambiguous_frames, [[5]]);
     // A pulse without force has no end.
     let build = |p: &[f64]| pushed(p, 0.0);
-    let found = fit().run(&Family { parameters, build }, &[data]).unwrap();
+    let found = fit().run(&Family { parameters, build }, &data).unwrap();
     assert!(found.ambiguous_frames[0].is_empty());
 }
