@@ -14,6 +14,7 @@ pub mod options;
 pub mod progress;
 pub mod render;
 pub mod table;
+pub mod track_options;
 pub mod tracks;
 
 pub use figure::{

@@ -13,13 +13,13 @@ use std::path::Path;
 pub struct Layout<'a> {
     /// Name of the column of times or frame numbers.
     pub time: &'a str,
-    /// Names of the columns of two or three coordinates.
+    /// Names of the columns of one to three coordinates.
     pub coordinates: Vec<&'a str>,
     /// Name of the column of the names of tracks, if there are several.
     pub track: Option<&'a str>,
     /// Unit of the time column, s: the time between frames, or 1.
     pub seconds: Option<f64>,
-    /// Unit of the coordinates, m: the size of a pixel, or 1e-3 for millimetres.
+    /// Unit of the coordinates, m: the size of a pixel, or 1e-3 for millimetres; rad for an angle.
     pub metres: Option<f64>,
     /// 1 for a coordinate that increases to the right, upwards or towards the camera, −1 for the
     /// opposite direction, as for y of an image.
@@ -37,8 +37,8 @@ pub struct Track {
     pub name: String,
     /// Times, s, increasing.
     pub times: Vec<f64>,
-    /// Positions, m: to the right, upwards, towards the camera. The third coordinate is 0 if the
-    /// table has two.
+    /// Positions, m: to the right, upwards, towards the camera. Coordinates that the table
+    /// lacks are 0.
     pub positions: Vec<[f64; 3]>,
     /// Lengths of the shoot, m; empty without such a column.
     pub lengths: Vec<f64>,
@@ -215,7 +215,7 @@ pub(super) fn rows(text: &str, layout: &Layout) -> Result<Vec<Row>, TrackError> 
     if let Some(sign) = signs.iter().find(|sign| sign.abs() != 1.0) {
         return Err(TrackError::Invalid("the sign of an axis", *sign));
     }
-    if signs.len() != layout.coordinates.len() || !(2..=3).contains(&signs.len()) {
+    if signs.len() != layout.coordinates.len() || !(1..=3).contains(&signs.len()) {
         return Err(TrackError::Invalid("the number of axes", signs.len() as f64));
     }
     // Some programs write a byte order mark.

@@ -3,54 +3,108 @@
 use std::error::Error;
 
 use morphorod::fit::{Estimates, Parameter, Series, View};
+use morphorod::{DynLaws, Shoot};
 use nalgebra::{Vector2, Vector3};
 
-use super::M_PER_MM;
-use super::common::Options;
-use super::common::centre_lines::read_centre_lines;
-use super::common::tracks::{Layout, read_tracks};
+use super::common::tracks::Layout;
+use super::common::{Options, track_options};
 use super::plants::{Draw, Plant, Seen};
+
+const HOUR: f64 = 3600.0;
+const MM_PER_M: f64 = 1e3;
 
 /// Number of centre lines in the figure.
 const SHOWN: usize = 8;
 
+/// Directions of the coordinates of the data.
+#[derive(Clone, Copy, PartialEq)]
+enum Shown {
+    /// Two of three directions of space, or both directions of a view: their indices in space, and those of their
+    /// offsets.
+    Plane([usize; 2], [usize; 2]),
+    /// One direction, over time.
+    Along(usize),
+    /// The angle of the tip, over time.
+    Angle,
+}
+
 /// Data as the figures show them.
 pub struct Points {
     pub times: Vec<f64>,
-    /// Points in two coordinates, m.
+    /// Points in the units of the axes.
     pub points: Vec<[f64; 2]>,
-    pub lines: bool,
     pub axes: [&'static str; 2],
+    pub lines: bool,
     /// Time from one frame to the next, s.
     pub interval: f64,
-    above: bool,
+    shown: Shown,
 }
 
 impl Points {
-    /// Whether the fitted centre line at the time with an index is drawn.
-    pub fn shown(&self, index: usize) -> bool {
-        self.lines && index.is_multiple_of(self.times.len().div_ceil(SHOWN))
-    }
-
-    /// Coordinates of a position (m, fixed frame) in the view.
-    pub fn seen(&self, p: &Vector3<f64>, found: &Estimates) -> [f64; 2] {
-        let offset = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);
-        [p.x + offset("x_0"), if self.above { p.y } else { p.z } + offset("y_0")]
-    }
-
-    fn new(times: &[f64], frames: &[Vec<[f64; 2]>], lines: bool, above: bool) -> Self {
-        let axes = if above { ["x (mm)", "y (mm)"] } else { ["x (mm)", "z (mm)"] };
+    fn new(series: &Series, shown: Shown, lines: bool) -> Self {
+        let name = |index: usize| ["x (mm)", "y (mm)", "z (mm)"][index];
+        let axes = match shown {
+            Shown::Plane([a, b], _) => [name(a), name(b)],
+            Shown::Along(a) => ["time (h)", name(a)],
+            Shown::Angle => ["time (h)", "angle (degrees)"],
+        };
+        let times = series.times().to_vec();
         let interval =
             if times.len() > 1 { (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64 } else { 0.0 };
-        let mut points = Self { times: times.to_vec(), points: Vec::new(), lines, axes, interval, above };
-        for (index, frame) in frames.iter().enumerate() {
-            if !lines || points.shown(index) {
-                points.points.extend(frame);
+        let mut points = Self { times, points: Vec::new(), axes, lines, interval, shown };
+        for (index, (time, frame)) in series.times().iter().zip(series.frames()).enumerate() {
+            // Series in a view contain its coordinates first.
+            let place = |p: &Vector3<f64>| match shown {
+                Shown::Plane(_, [a, b]) => [MM_PER_M * p[a], MM_PER_M * p[b]],
+                Shown::Along(_) => [time / HOUR, MM_PER_M * p.x],
+                Shown::Angle => [time / HOUR, p.x.to_degrees()],
+            };
+            if !lines || points.has_line(index) {
+                points.points.extend(frame.iter().map(place));
             }
         }
         points
     }
+
+    /// Whether both axes are directions in space.
+    pub fn is_plane(&self) -> bool {
+        matches!(self.shown, Shown::Plane(..))
+    }
+
+    /// Whether the data are angles.
+    pub fn is_angle(&self) -> bool {
+        self.shown == Shown::Angle
+    }
+
+    /// Whether the fitted centre line at the time with an index is drawn.
+    pub fn has_line(&self, index: usize) -> bool {
+        self.lines && index.is_multiple_of(self.times.len().div_ceil(SHOWN))
+    }
+
+    /// Image of a position (m, fixed frame) in a plane of the figure.
+    pub fn image(&self, p: &Vector3<f64>, found: &Estimates) -> [f64; 2] {
+        let offset = |index: usize| found.get(ORIGIN[index]).map_or(0.0, |estimate| estimate.value);
+        match self.shown {
+            Shown::Plane([a, b], [i, j]) => [MM_PER_M * (p[a] + offset(i)), MM_PER_M * (p[b] + offset(j))],
+            Shown::Along(a) => [0.0, MM_PER_M * (p[a] + offset(0))],
+            Shown::Angle => [0.0; 2],
+        }
+    }
+
+    /// Image of the tip of a shoot.
+    pub fn tip(&self, shoot: &Shoot<DynLaws>, found: &Estimates) -> [f64; 2] {
+        let [x, y] = self.image(&shoot.tip(), found);
+        let tangent = shoot.rod().apex_frame() * Vector3::z();
+        match self.shown {
+            Shown::Plane(..) => [x, y],
+            Shown::Along(_) => [shoot.time() / HOUR, y],
+            Shown::Angle => [shoot.time() / HOUR, tangent.z.atan2(tangent.x).to_degrees()],
+        }
+    }
 }
+
+/// Names of the coordinates of the base.
+const ORIGIN: [&str; 3] = ["x_0", "y_0", "z_0"];
 
 type Data = (Series, Points, Vec<Parameter>);
 
@@ -64,60 +118,74 @@ pub fn synthetic(
     draw: &mut Draw,
 ) -> Result<Data, Box<dyn Error>> {
     let series = plant.measured(values, setting, seen, noise, draw)?;
-    let above = seen == Seen::Above;
-    let flat = |p: &Vector3<f64>| [p.x, if above { p.y } else { p.z }];
-    let frames: Vec<Vec<[f64; 2]>> = series.frames().iter().map(|frame| frame.iter().map(flat).collect()).collect();
-    let points = Points::new(series.times(), &frames, seen == Seen::Lines, above);
+    let shown = if seen == Seen::Above { [0, 1] } else { [0, 2] };
+    let points = Points::new(&series, Shown::Plane(shown, shown), seen == Seen::Lines);
     Ok((series, points, Vec::new()))
 }
 
 /// Data of the tables that the options name. Times are counted from the first one.
 pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
-    let coordinates: Vec<&str> = options.text("columns").split(',').map(str::trim).collect();
-    let given = |name: &str| options.flag(name).then(|| options.positive(name));
-    let sign = |text: &str| if text.trim().starts_with('-') { -1.0 } else { 1.0 };
-    let layout = Layout {
-        time: options.text("time"),
-        coordinates: coordinates.clone(),
-        track: None,
-        seconds: given("seconds"),
-        metres: given("mm").map(|mm| M_PER_MM * mm),
-        signs: options.flag("axes").then(|| options.text("axes").split(',').map(sign).collect()),
-        length: None,
-        gravity: None,
-    };
+    let mut layout = track_options::layout(options)?;
+    let (shown, view) = view(options, &layout)?;
+    if shown == Shown::Angle {
+        layout.metres = Some(options.positive("degrees").to_radians());
+    }
     let lines = options.flag("centre-lines");
     let (times, frames): (Vec<f64>, Vec<Vec<[f64; 3]>>) = if lines {
-        let found = read_centre_lines(options.text("centre-lines"), &layout, "")?;
+        let found = track_options::centre_lines(options, &layout)?;
         found.into_iter().map(|line| (line.time, line.points)).unzip()
     } else {
-        let track = read_tracks(options.text("file"), &layout)?.swap_remove(0);
-        (track.times, track.positions.into_iter().map(|p| vec![p]).collect())
+        let tracks = track_options::tracks(options.text("file"), &layout)?;
+        let track = track_options::chosen(&tracks, options.text("track"))?;
+        (track.times.clone(), track.positions.iter().map(|p| vec![*p]).collect())
     };
     let start = times.first().copied().unwrap_or(0.0);
     let times: Vec<f64> = times.iter().map(|time| time - start).collect();
-    let above = match options.text("view") {
-        "above" => true,
-        "side" => false,
-        other => return Err(format!("there is no view '{other}': give above or side").into()),
+    let tips = || frames.iter().flatten();
+    let series = match shown {
+        Shown::Angle => Series::angles(times, &tips().map(|p| p[0]).collect::<Vec<_>>(), view),
+        Shown::Along(_) => Series::coordinates(times, &tips().map(|p| p[0]).collect::<Vec<_>>(), view),
+        Shown::Plane(..) if layout.coordinates.len() == 2 => {
+            let plane = |frame: &Vec<[f64; 3]>| frame.iter().map(|p| Vector2::new(p[0], p[1])).collect();
+            Series::centre_lines_in(times, &frames.iter().map(plane).collect::<Vec<_>>(), view)
+        }
+        Shown::Plane(..) => {
+            let space = |frame: &Vec<[f64; 3]>| frame.iter().map(|p| Vector3::from(*p)).collect();
+            Series::centre_lines(times, frames.iter().map(space).collect())
+        }
     };
-    let plane = coordinates.len() == 2;
-    let flat = |p: &[f64; 3]| [p[0], if plane || above { p[1] } else { p[2] }];
-    let shown: Vec<Vec<[f64; 2]>> = frames.iter().map(|frame| frame.iter().map(flat).collect()).collect();
-    let points = Points::new(&times, &shown, lines, above);
-    let view = if above { View::above() } else { View::side() };
-    let series = if plane {
-        let frames: Vec<Vec<Vector2<f64>>> =
-            shown.iter().map(|frame| frame.iter().map(|p| Vector2::from(*p)).collect()).collect();
-        Series::centre_lines_in(times, &frames, view)
-    } else {
-        let frames = frames.iter().map(|frame| frame.iter().map(|p| Vector3::from(*p)).collect()).collect();
-        Series::centre_lines(times, frames)
-    };
+    let points = Points::new(&series, shown, lines);
     if !options.flag("origin") {
         return Ok((series, points, Vec::new()));
     }
-    let names: &[&str] = if plane { &["x_0", "y_0"] } else { &["x_0", "y_0", "z_0"] };
+    let names = &ORIGIN[..layout.coordinates.len()];
     let parameters = names.iter().map(|name| Parameter::linear(name, [-1.0, 1.0])).collect();
     Ok((series.with_offset(names), points, parameters))
+}
+
+/// What the coordinates of a table are, and the view that they show.
+fn view(options: &Options, layout: &Layout) -> Result<(Shown, View), Box<dyn Error>> {
+    let (name, count) = (options.text("view"), layout.coordinates.len());
+    let along = |index: usize| -> Result<(Shown, View), Box<dyn Error>> {
+        Ok((Shown::Along(index), View::matrix(&[Vector3::ith(index, 1.0)])?))
+    };
+    match (name, count) {
+        ("above" | "side", 3) => {
+            let shown = if name == "above" { [0, 1] } else { [0, 2] };
+            Ok((Shown::Plane(shown, shown), View::space()))
+        }
+        ("above", 2) => Ok((Shown::Plane([0, 1], [0, 1]), View::above())),
+        ("side", 2) => Ok((Shown::Plane([0, 2], [0, 1]), View::side())),
+        ("x", 1) => along(0),
+        ("y", 1) => along(1),
+        ("z", 1) => along(2),
+        ("angle", 1) if !options.flag("degrees") => {
+            Err("--view angle needs the unit of the angles: --degrees 1, or 57.29578 for rad".into())
+        }
+        ("angle", 1) => Ok((Shown::Angle, View::side())),
+        _ => Err(format!(
+            "--view is '{name}' for {count} columns: give above or side for two or three; x, y, z or angle for one"
+        )
+        .into()),
+    }
 }

@@ -4,6 +4,7 @@
 use std::error::Error;
 
 use morphorod::fit::{Fit, Parameter, Verdict};
+use morphorod::tropism::{Handedness, Memory};
 
 use super::plants::{Draw, PARAMETERS, Plant, Seen};
 
@@ -22,13 +23,25 @@ struct Case {
     scale: bool,
 }
 
-const RIGHTING: Plant =
-    Plant { constant: true, tilt: std::f64::consts::FRAC_PI_2, push: 0.0, radius: 5e-4, mature_modulus: None };
-const GROWING: Plant = Plant { constant: false, tilt: 0.0, push: 0.0, radius: 5e-4, mature_modulus: None };
-/// The shoot of video 2, whose mature tissue is known.
-const VIDEO: Plant = Plant { mature_modulus: Some(2e9), ..GROWING };
-const PUSHED: Plant = Plant { push: 3e-6, ..GROWING };
-const SHORT: Plant = Plant { constant: true, push: 1e-6, ..GROWING };
+const RIGHTING: Plant = Plant {
+    constant: true,
+    tilt: std::f64::consts::FRAC_PI_2,
+    push: 0.0,
+    radius: 5e-4,
+    mature_modulus: None,
+    proprioceptive: None,
+    handedness: Handedness::Counterclockwise,
+};
+const GROWING: Plant = Plant { constant: false, tilt: 0.0, ..RIGHTING };
+/// Shoot of video 2, whose mature tissue and proprioceptive memory are known.
+const VIDEO: Plant =
+    Plant { mature_modulus: Some(2e9), proprioceptive: Some(Memory { time: 720.0, delay: 720.0 }), ..GROWING };
+/// Shoot that begins to circumnutate from an angle of 0.4°. The push is so small that it hardly gives a scale.
+const TILTED: Plant = Plant { tilt: 0.0075, push: 2e-8, ..GROWING };
+const PUSHED: Plant = Plant { push: 2e-6, ..GROWING };
+/// Upright shoot below the onset, whose laws have different memory times.
+const SHORT: Plant =
+    Plant { constant: true, push: 1e-6, proprioceptive: Some(Memory { time: 1200.0, delay: 720.0 }), ..GROWING };
 const RIGHTING_VALUES: &[(&str, f64)] = &[("l_0", 0.05), ("tau_g", 72e3)];
 const SIX: &[&str] = &["beta", "eta", "tau_m", "tau_r", "E", "l_0"];
 const EIGHT: &[&str] = &["beta", "eta", "tau_m", "tau_r", "tau_g", "l_g", "E", "l_0"];
@@ -38,7 +51,7 @@ fn cases() -> Vec<Case> {
     let case = |name, plant, values, free, hours, seen| Case { name, plant, values, free, hours, seen, scale: false };
     let righting = |name, free, seen| case(name, RIGHTING, RIGHTING_VALUES, free, 6.0, seen);
     let growing = |name, seen| case(name, VIDEO, &[("alpha", 0.2)], NINE, 10.0, seen);
-    let free = case("the same, camera scale free", PUSHED, &[], EIGHT, 20.0, Seen::Above);
+    let free = case("the same, camera scale free", TILTED, &[], EIGHT, 20.0, Seen::Above);
     vec![
         righting("righting 6 h, centre lines", SIX, Seen::Lines),
         righting("the same, tip", SIX, Seen::Tip),
@@ -50,7 +63,7 @@ fn cases() -> Vec<Case> {
         growing("growing with oscillator 10 h, centre lines", Seen::Lines),
         growing("the same, tip", Seen::Tip),
         growing("the same, tip from above", Seen::Above),
-        case("circumnutation 20 h, from above", PUSHED, &[], EIGHT, 20.0, Seen::Above),
+        case("circumnutation 20 h, from above", TILTED, &[], EIGHT, 20.0, Seen::Above),
         Case { scale: true, ..free },
         case("with oscillator 20 h, from above", PUSHED, &[("alpha", 0.2)], NINE, 20.0, Seen::Above),
         case(
@@ -66,8 +79,9 @@ fn cases() -> Vec<Case> {
 
 /// Prints the standard errors of all cases for a noise of each coordinate (m).
 pub fn print(noise: f64) -> Result<(), Box<dyn Error>> {
+    let mm = 1e3 * noise;
     println!(
-        "Standard errors in per cent (! structurally, ? practically not identifiable); 0.1 mm, frames every 5 min"
+        "Standard errors in per cent (! structurally, ? practically not identifiable); {mm} mm, a frame every 5 min"
     );
     for case in cases() {
         let value = |(name, value, _): &(&str, f64, f64)| {

@@ -7,6 +7,7 @@ use std::path::Path;
 use morphorod::fit::{Estimates, Verdict};
 
 use super::common::{Axes, Series, Style, Table, lines_figure, panels_figure};
+use super::data::Points;
 
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;
@@ -14,33 +15,29 @@ const MM_PER_M: f64 = 1e3;
 /// 90 % quantile of χ² with two degrees of freedom.
 const QUANTILE: f64 = 4.605_170;
 
-/// Points of the data and of the fitted shoot in two coordinates (m).
-pub struct Paths {
-    pub data: Vec<[f64; 2]>,
-    pub fit: Vec<Vec<[f64; 2]>>,
-    pub axes: [&'static str; 2],
-}
-
-/// Draws all figures, and writes the residuals.
-pub fn draw(out: &Path, paths: &Paths, found: &Estimates) -> Result<(), Box<dyn Error>> {
-    let mm = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (MM_PER_M * x, MM_PER_M * y)).collect::<Vec<_>>();
-    let mut series = vec![Series::new("data", mm(&paths.data), Style::Points, 5)];
-    for (k, line) in paths.fit.iter().enumerate() {
-        series.push(Series::new(if k == 0 { "fit" } else { "" }, mm(line), Style::Line, 0));
+/// Draws all figures, and writes the residuals. `paths` are those of the fitted shoot in the units of the axes of the
+/// data.
+pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimates) -> Result<(), Box<dyn Error>> {
+    let pairs = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (*x, *y)).collect::<Vec<_>>();
+    let mut series = vec![Series::new("data", pairs(&data.points), Style::Points, 5)];
+    for (k, path) in paths.iter().enumerate() {
+        series.push(Series::new(if k == 0 { "fit" } else { "" }, pairs(path), Style::Line, 0));
     }
-    let [x, y] = paths.axes;
-    lines_figure(out.join("fit.svg"), "Data and the fitted shoot", x, y, &series, Axes::Equal)?;
+    let ([x, y], axes) = (data.axes, if data.is_plane() { Axes::Equal } else { Axes::Linear });
+    lines_figure(out.join("fit.svg"), "Data and the fitted shoot", x, y, &series, axes)?;
 
-    let mut table = Table::create(out.join("residuals.csv"), &["series", "t_s", "residual_m"])?;
+    let unit = if data.is_angle() { "residual_rad" } else { "residual_m" };
+    let mut table = Table::create(out.join("residuals.csv"), &["series", "t_s", unit])?;
     for (index, time, value) in &found.residuals {
         table.row(&[*index as f64, *time, *value])?;
     }
     table.finish()?;
-    let residual = |(_, time, value): &(usize, f64, f64)| (time / HOUR, MM_PER_M * value);
+    let (factor, y) =
+        if data.is_angle() { (1_f64.to_degrees(), "residual (degrees)") } else { (MM_PER_M, "residual (mm)") };
+    let residual = |(_, time, value): &(usize, f64, f64)| (time / HOUR, factor * value);
     let residuals = found.residuals.iter().map(residual).collect();
     let residuals = [Series::new("simulated minus measured", residuals, Style::Points, 5)];
     let title = format!("Residuals: correlation of successive values {:.2}", found.lag_one);
-    let y = "residual (mm)";
     lines_figure(out.join("residuals.svg"), &title, "time (h)", y, &residuals, Axes::Linear)?;
     ellipses(out, found)
 }

@@ -19,7 +19,8 @@
 //! - `--table`: standard errors of several experiments. It takes minutes.
 //! - A table of your own, whose units and axes are required as for `tracked_tip`: `--file mine.csv --time t --columns
 //!   x,y --seconds 1 --mm 1 --axes +x,+y --view above --length 68 --growth-hours 40 --zone 70 --free
-//!   beta,eta,tau_m,tau_r,l_0`.
+//!   beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`, is among the free parameters of tips from
+//!   above by default.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -31,48 +32,48 @@ mod plants;
 use std::error::Error;
 use std::process::ExitCode;
 
-use common::{Opt, Options};
-use figures::Paths;
-use morphorod::fit::{Estimates, Fit, Loss};
+use common::{Opt, Options, track_options};
+use morphorod::Shoot;
+use morphorod::fit::{Estimates, Fit, Loss, Verdict};
 use morphorod::integrator::{Integrator, MethodOfSteps};
+use morphorod::tropism::Handedness;
 use plants::{Draw, PARAMETERS, Plant, Seen};
 
 const HOUR: f64 = 3600.0;
+const MINUTE: f64 = 60.0;
 const M_PER_MM: f64 = 1e-3;
 
 /// Probability of a false alarm below which the program reports an oscillator.
 const ALARM: f64 = 0.01;
 
 fn options() -> Options {
-    Options::parse(
-        "fit",
-        "estimation of the parameters of a shoot from a tracked tip or centre lines",
-        &[
-            Opt::value("case", "NAME", "righting", "synthetic data: righting or circumnutation"),
-            Opt::value("alpha", "A", "0", "sensitivity of the internal oscillator of synthetic data"),
-            Opt::value("noise", "MM", "0.1", "noise of synthetic data, mm"),
-            Opt::value("hours", "H", "6", "duration of synthetic data, h"),
-            Opt::value("file", "FILE", "", "table of positions of the tip"),
-            Opt::value("centre-lines", "FILE", "", "table of centre lines: rows of one time, from the base to the tip"),
-            Opt::value("time", "NAME", "t", "column of times or frame numbers"),
-            Opt::value("columns", "NAMES", "x,y", "columns of two or three coordinates"),
-            Opt::value("seconds", "S", "", "unit of the time column, s"),
-            Opt::value("mm", "MM", "", "unit of the coordinates, mm"),
-            Opt::value("axes", "SIGNS", "", "sign of each coordinate: +x,-y for images"),
-            Opt::value("view", "NAME", "above", "view of two coordinates: above or side"),
-            Opt::flag("origin", "estimate the position of the base in the view"),
-            Opt::value("length", "MM", "68", "length at the first time, mm"),
-            Opt::value("radius", "MM", "0.5", "radius, mm"),
-            Opt::value("zone", "MM", "70", "length of the growth zone, mm; 0 for a shoot of constant length"),
-            Opt::value("growth-hours", "H", "40", "growth time, h"),
-            Opt::value("tilt", "DEG", "0", "angle of the base from the vertical, degrees"),
-            Opt::value("free", "NAMES", "", "parameters to estimate"),
-            Opt::value("starts", "N", "1", "number of initial values"),
-            Opt::flag("robust", "Huber's loss, for data with outliers"),
-            Opt::value("step", "S", "150", "time step, s"),
-            Opt::flag("table", "only print standard errors of several experiments"),
-        ],
-    )
+    let lines = "table of centre lines: rows of one time, from the base to the tip";
+    let mut all = track_options::declarations("table of positions or angles of the tip", lines, "t");
+    all.extend([
+        Opt::value(
+            "view",
+            "NAME",
+            "above",
+            "above or side for two columns; x, y, z, or angle of the tip from the horizontal, for one",
+        ),
+        Opt::value("degrees", "DEG", "", "unit of angles, degrees: 1, or 57.29578 for rad"),
+        Opt::flag("origin", "estimate the position of the base in the view"),
+        Opt::value("length", "MM", "68", "length at the first time, mm"),
+        Opt::value("radius", "MM", "0.5", "radius, mm"),
+        Opt::value("zone", "MM", "70", "length of the growth zone, mm; 0 for a shoot of constant length"),
+        Opt::value("growth-hours", "H", "40", "growth time, h"),
+        Opt::value("tilt", "DEG", "0", "angle of the base from the vertical, degrees"),
+        Opt::value("free", "NAMES", "", "parameters to estimate"),
+        Opt::value("starts", "N", "1", "number of initial values"),
+        Opt::flag("robust", "Huber's loss, for data with outliers"),
+        Opt::value("step", "S", "150", "time step, s"),
+        Opt::value("case", "NAME", "righting", "synthetic data: righting or circumnutation"),
+        Opt::value("alpha", "A", "0", "sensitivity of the internal oscillator of synthetic data"),
+        Opt::value("noise", "MM", "0.1", "noise of synthetic data, mm"),
+        Opt::value("hours", "H", "6", "duration of synthetic data, h"),
+        Opt::flag("table", "only print standard errors of several experiments"),
+    ]);
+    Options::parse("fit", "estimation of the parameters of a shoot from a tracked tip or centre lines", &all)
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -86,12 +87,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err(format!("there is no case '{}': give righting or circumnutation", options.text("case")).into());
     }
     let zone = options.get_if("zone", "0 or larger", |zone: &f64| *zone >= 0.0);
-    let plant = Plant {
+    let mut plant = Plant {
         constant: righting || own && zone == 0.0,
         tilt: if righting { 90.0_f64 } else { options.get("tilt") }.to_radians(),
         push: if own || righting { 0.0 } else { 1e-5 },
         radius: M_PER_MM * options.positive("radius"),
         mature_modulus: None,
+        proprioceptive: None,
+        handedness: Handedness::Counterclockwise,
     };
     let length = if righting { 50.0 } else { options.positive("length") };
     let growth_time = if righting { 20.0 } else { options.positive("growth-hours") };
@@ -107,6 +110,10 @@ fn run() -> Result<(), Box<dyn Error>> {
         .collect();
     let free: Vec<&str> = match options.text("free") {
         "" if righting => vec!["beta", "eta", "tau_m", "tau_r", "E", "l_0"],
+        // A straight upright shoot does not move without an initial curvature.
+        "" if own && options.text("view") == "above" => {
+            vec!["beta", "eta", "tau_m", "tau_r", "l_0", "bend_x", "bend_y"]
+        }
         "" => vec!["beta", "eta", "tau_m", "tau_r", "l_0"],
         text => text.split(',').map(str::trim).collect(),
     };
@@ -137,48 +144,53 @@ fn run() -> Result<(), Box<dyn Error>> {
     let series = [series];
     let mut found = fit.run(&family, &series)?;
     println!("{found}");
-    report(&found);
+    report(&found, &free);
 
     if !righting && !free.contains(&"alpha") {
         let build = |p: &[f64], oscillator| plant.build(p, oscillator);
         let shortest = 1080.0_f64.max(2.0 * points.interval);
-        let scan = fit.scan_oscillator(build, &series, &found, [shortest, 2.0 * shortest])?;
+        let scan = fit.scan_oscillator(build, &found, [shortest, 2.0 * shortest])?;
         let best = scan.best.oscillator;
         println!("oscillator: score {:.1}, probability without one {:.1e}", scan.best.score, scan.false_alarm);
         if scan.false_alarm < ALARM {
-            println!("  period {:.1} min, sensitivity {:.3}", best.period / 60.0, best.sensitivity);
-            let mut start = found.values();
+            let (minutes, sense) = (best.period / MINUTE, best.handedness);
+            println!("  period {minutes:.1} min, {sense:?}, sensitivity {:.3}", best.sensitivity);
+            // The other parameters start as before: without an oscillator they may be far from the truth.
+            let mut start = start.clone();
             start[6..9].copy_from_slice(&[best.sensitivity, best.period, best.phase]);
             let names: Vec<&str> = free.iter().copied().chain(["alpha", "tau_e", "phase"]).collect();
             let more = family.parameters[PARAMETERS.len()..].to_vec();
-            let with = fit.run(&plant.family(&start[..PARAMETERS.len()], &names, 1.0, more), &series)?;
+            plant.handedness = best.handedness;
+            let with = fit.run(&plant.family(&start, &names, 1.0, more), &series)?;
             println!("{with}\nBIC without an oscillator minus BIC with it: {:.1}", with.compare(&found)?);
             found = with;
         }
     }
 
-    let mut shoot = plant.build(&found.values(), plants::oscillator(&found.values()))?;
+    let mut shoot = plant.build(&found.values(), plant.oscillator(&found.values()))?;
     let mut integrator = MethodOfSteps::new(step);
-    let mut paths = Paths { data: points.points.clone(), fit: Vec::new(), axes: points.axes };
-    for (index, time) in points.times.iter().enumerate() {
-        integrator.advance(&mut shoot, *time)?;
-        if points.shown(index) {
+    let last = points.times.last().copied().unwrap_or(0.0);
+    let mut paths = Vec::new();
+    if points.lines {
+        let line = |shoot: &Shoot<_>| {
             let line = shoot.rod().centre_line_at(40);
-            paths.fit.push(line.iter().map(|p| points.seen(p, &found)).collect());
-        } else if !points.lines {
-            if paths.fit.is_empty() {
-                paths.fit.push(Vec::new());
-            }
-            paths.fit[0].push(points.seen(&shoot.tip(), &found));
-        }
+            paths.push(line.iter().map(|p| points.image(p, &found)).collect());
+        };
+        let shown = points.times.iter().enumerate().filter(|(index, _)| points.has_line(*index));
+        integrator.advance_showing(&mut shoot, last, shown.map(|(_, time)| *time), line)?;
+    } else {
+        let minutes = (0..=(last / MINUTE) as u32).map(|minute| MINUTE * f64::from(minute));
+        let mut path = Vec::new();
+        integrator.advance_showing(&mut shoot, last, minutes, |shoot| path.push(points.tip(shoot, &found)))?;
+        paths.push(path);
     }
-    figures::draw(&out, &paths, &found)?;
+    figures::draw(&out, &points, &paths, &found)?;
     println!("wrote residuals.csv, fit.svg, residuals.svg and ellipses.svg to {}", out.display());
     Ok(())
 }
 
 /// Prints what needs attention.
-fn report(found: &Estimates) {
+fn report(found: &Estimates, free: &[&str]) {
     for (frames, what) in [
         (&found.repeated_frames, "are equal to the frame before them"),
         (&found.ambiguous_frames, "are at a discontinuity of the laws"),
@@ -187,6 +199,10 @@ fn report(found: &Estimates) {
         if !frames.is_empty() {
             println!("frames {frames:?} {what}");
         }
+    }
+    let without_effect = |name: &&str| found.get(name).is_some_and(|one| one.verdict == Verdict::StructurallyNot);
+    if free.iter().all(without_effect) {
+        println!("the fitted shoot does not move: give --tilt, or an initial curvature by --free bend_x,bend_y,…");
     }
     if found.lag_one > 0.3 {
         println!("successive residuals are correlated: the noise or the model is not as assumed; errors are widened");

@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 const HOUR: f64 = 3600.0;
 
 /// Names of the parameters, their values in SI units, and the factor by which they may differ from them.
-pub const PARAMETERS: [(&str, f64, f64); 11] = [
+pub const PARAMETERS: [(&str, f64, f64); 13] = [
     ("beta", 0.8, 10.0),
     ("eta", 20.0, 10.0),
     ("tau_m", 720.0, 5.0),
@@ -27,7 +27,12 @@ pub const PARAMETERS: [(&str, f64, f64); 11] = [
     ("phase", 0.0, 1.0),
     ("E", 1e7, 5.0),
     ("l_0", 0.068, 2.0),
+    ("bend_x", 0.0, 1.0),
+    ("bend_y", 0.0, 1.0),
 ];
+
+/// Largest initial curvature of a fit, 1/m: a radius of 2 cm.
+const MOST_BENT: f64 = 50.0;
 
 /// Parts of the shoot that a camera shows, and from where.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -53,6 +58,10 @@ pub struct Plant {
     pub radius: f64,
     /// Young's modulus of mature tissue, Pa, if it is known. Otherwise it is 200 times that of young tissue.
     pub mature_modulus: Option<f64>,
+    /// Memory and delay of proprioception, if they are known. Otherwise they are those of gravitropism.
+    pub proprioceptive: Option<Memory>,
+    /// Sense of rotation of the internal oscillator.
+    pub handedness: Handedness,
 }
 
 impl Plant {
@@ -68,14 +77,24 @@ impl Plant {
             .load((Weight { density: 1000.0 }, push))
             .scene(Still::tilted(self.tilt));
         let growth = UniformGrowth { zone_length: p[5], time: p[4] };
-        let proprioception = Proprioception { sensitivity: p[1] }.remembered(memory);
+        let proprioception = Proprioception { sensitivity: p[1] }.remembered(self.proprioceptive.unwrap_or(memory));
         let gravitropism = Gravitropism { sensitivity: p[0], perception: SettledStatoliths }.remembered(memory);
         let shoot = shoot.tropism((oscillator, gravitropism, proprioception));
-        if self.constant {
-            shoot.growth(Ongoing(UniformGrowth { zone_length: 1.0, ..growth })).into_dyn().build()
+        let mut shoot = if self.constant {
+            shoot.growth(Ongoing(UniformGrowth { zone_length: 1.0, ..growth })).into_dyn().build()?
         } else {
-            shoot.growth(growth).into_dyn().build()
+            shoot.growth(growth).into_dyn().build()?
+        };
+        let bend = Vector3::new(p[11], p[12], 0.0);
+        if bend != Vector3::zeros() {
+            shoot.set_intrinsic(|_| bend);
         }
+        Ok(shoot)
+    }
+
+    /// The oscillator with the values of [`PARAMETERS`].
+    pub fn oscillator(self, p: &[f64]) -> Oscillator {
+        Oscillator { sensitivity: p[6], period: p[7], phase: p[8], handedness: self.handedness }
     }
 
     /// The family of these shoots. The parameters named in `free` start at a factor of their `values`; the others are
@@ -89,13 +108,14 @@ impl Plant {
     ) -> Family<impl Fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError> + Sync> {
         let parameter = |((name, _, range), value): (&(&str, f64, f64), &f64)| match *name {
             name if !free.contains(&name) => Parameter::fixed(name, *value),
+            "bend_x" | "bend_y" => Parameter::linear(name, [-MOST_BENT, MOST_BENT]),
             "phase" => Parameter::linear(name, [value - PI, value + PI]),
             "alpha" if *value == 0.0 => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
             name => Parameter::positive(name, [value / range, value * range])
                 .starting(value * if name.starts_with("tau_e") { 1.0 } else { factor }),
         };
         let parameters = PARAMETERS.iter().zip(values).map(parameter).chain(more).collect();
-        Family { parameters, build: move |p: &[f64]| self.build(p, oscillator(p)) }
+        Family { parameters, build: move |p: &[f64]| self.build(p, self.oscillator(p)) }
     }
 
     /// Times (s) every `interval`, and points of the shoot at each, with normal noise (m) of the given draw.
@@ -107,7 +127,7 @@ impl Plant {
         noise: f64,
         draw: &mut Draw,
     ) -> Result<Series, Box<dyn std::error::Error>> {
-        let mut shoot = self.build(p, oscillator(p))?;
+        let mut shoot = self.build(p, self.oscillator(p))?;
         let mut integrator = MethodOfSteps::with_solver(step, NewtonSolver::with_tolerance(1e-11));
         let times: Vec<f64> = (1..=(hours * HOUR / interval) as u32).map(|k| interval * f64::from(k)).collect();
         let mut frames = Vec::new();
@@ -127,11 +147,6 @@ impl Plant {
             }
         })
     }
-}
-
-/// The oscillator with the values of [`PARAMETERS`].
-pub fn oscillator(p: &[f64]) -> Oscillator {
-    Oscillator { sensitivity: p[6], period: p[7], phase: p[8], handedness: Handedness::Counterclockwise }
 }
 
 /// Pseudorandom numbers by xorshift (G. Marsaglia, J. Stat. Softw. 8, 14, 2003).

@@ -46,6 +46,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use common::centre_lines::curvature;
+use common::track_options;
 use common::tracks::{Layout, Track};
 use common::{Opt, Options, Table};
 use mechanism::{Context, Level};
@@ -57,45 +58,30 @@ const HOUR: f64 = 3600.0;
 const M_PER_MM: f64 = 1e-3;
 
 fn options() -> Options {
-    Options::parse(
-        "tracked_tip",
-        "mechanism of the movement of a tracked tip",
-        &[
-            Opt::value("file", "FILE", "", "table of positions; by default the table of this example"),
-            Opt::value("time", "NAME", "frame", "column of times or frame numbers"),
-            Opt::value("columns", "NAMES", "x,y", "columns of two or three coordinates"),
-            Opt::value("tracks", "NAME", "", "column of the names of tracks, if there are several"),
-            Opt::value("track", "TRACK", "", "name of the analysed track; by default the first"),
-            Opt::value("seconds", "S", "", "unit of the time column, s: the time between frames, or 1"),
-            Opt::value("mm", "MM", "", "unit of the coordinates, mm: the size of a pixel, or 1"),
-            Opt::value(
-                "axes",
-                "SIGNS",
-                "",
-                "sign and column of each coordinate, + to the right, up, or towards the camera: +x,-y for images",
-            ),
-            Opt::value("seen-along", "X,Y,Z", "0,0,1", "axis towards the observer, for three coordinates"),
-            Opt::value("lengths", "NAME", "", "column of the length of the shoot"),
-            Opt::value("lengths-mm", "MM", "1", "unit of the lengths, mm"),
-            Opt::value(
-                "base",
-                "MM",
-                "",
-                "coordinate of the base along --seen-along, mm: three coordinates then give the height, used as length",
-            ),
-            Opt::value("gravity", "NAME", "", "column of the level of gravity, in multiples of 9.81 m/s²"),
-            Opt::value("delay", "MIN", "", "delay of the gravitropic response, min, if known"),
-            Opt::value("memory", "MIN", "0", "memory time of the gravitropic response, min, beside --delay"),
-            Opt::value("shortest", "MIN", "10", "shortest period of the wavelets, min"),
-            Opt::value("longest", "MIN", "120", "longest period of the wavelets, min"),
-            Opt::value("window", "H", "6", "length of the sliding window, h"),
-            Opt::value("every", "H", "0.5", "time from one window to the next, h"),
-            Opt::value("share", "MIN", "24", "period whose share in the squared amplitudes is computed, min"),
-            Opt::value("centre-lines", "FILE", "", "table of centre lines, whose curvature is written"),
-            Opt::value("width", "MM", "2", "length over which the curvature is smoothed, mm"),
-            Opt::value("make", "FILE", "", "only write the table of this example to a file"),
-        ],
-    )
+    let positions = "table of positions; by default the table of this example";
+    let mut all = track_options::declarations(positions, "table of centre lines, whose curvature is written", "frame");
+    all.extend([
+        Opt::value("seen-along", "X,Y,Z", "0,0,1", "axis towards the observer, for three coordinates"),
+        Opt::value("lengths", "NAME", "", "column of the length of the shoot"),
+        Opt::value("lengths-mm", "MM", "1", "unit of the lengths, mm"),
+        Opt::value(
+            "base",
+            "MM",
+            "",
+            "coordinate of the base along --seen-along, mm: three coordinates then give the height, used as length",
+        ),
+        Opt::value("gravity", "NAME", "", "column of the level of gravity, in multiples of 9.81 m/s²"),
+        Opt::value("delay", "MIN", "", "delay of the gravitropic response, min, if known"),
+        Opt::value("memory", "MIN", "0", "memory time of the gravitropic response, min, beside --delay"),
+        Opt::value("shortest", "MIN", "10", "shortest period of the wavelets, min"),
+        Opt::value("longest", "MIN", "120", "longest period of the wavelets, min"),
+        Opt::value("window", "H", "6", "length of the sliding window, h"),
+        Opt::value("every", "H", "0.5", "time from one window to the next, h"),
+        Opt::value("share", "MIN", "24", "period whose share in the squared amplitudes is computed, min"),
+        Opt::value("width", "MM", "2", "length over which the curvature is smoothed, mm"),
+        Opt::value("make", "FILE", "", "only write the table of this example to a file"),
+    ]);
+    Options::parse("tracked_tip", "mechanism of the movement of a tracked tip", &all)
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
@@ -127,7 +113,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
 
     let (file, tracks) = table::tracks(&options, &layout)?;
-    let track = table::chosen(&tracks, options.text("track"))?;
+    let track = track_options::chosen(&tracks, options.text("track"))?;
     let path = projected(track, &axis)?;
     let name = if track.name.is_empty() { file } else { format!("track '{}'", track.name) };
     println!("{name}: {} positions in {:.2} h", track.times.len(), path.duration() / HOUR);
@@ -202,7 +188,7 @@ fn levels(tracks: &[Track], own: &Track, axis: &Vector3<f64>) -> Result<Vec<Leve
 
 /// Writes the curvature along all centre lines of a file.
 fn curvatures(options: &Options, layout: &Layout, width: f64, out: &Path) -> Result<(), Box<dyn Error>> {
-    let lines = table::centre_lines(options, layout)?;
+    let lines = track_options::centre_lines(options, layout)?;
     let columns = ["t_s", "s_m", "curvature_x_per_m", "curvature_y_per_m", "curvature_z_per_m"];
     let mut table = Table::create(out.join("curvature.csv"), &columns)?;
     for line in &lines {

@@ -140,12 +140,7 @@ fn weak_directions(problem: &Problem, found: &Confidence, widest: f64) -> Vec<We
         let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * column[i] / largest);
         let components = (0..column.len()).filter(named).map(component).collect();
         let along = column / largest;
-        let error = if structural {
-            f64::INFINITY
-        } else {
-            let inverse = 1.0 / found.singular[j];
-            inverse / along.norm()
-        };
+        let error = if structural { f64::INFINITY } else { (found.singular[j] * along.norm()).recip() };
         WeakDirection { components, error, structural }
     };
     order.into_iter().map(direction).take_while(|weak| weak.structural || weak.error > widest).collect()

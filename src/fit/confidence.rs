@@ -50,7 +50,10 @@ pub(super) fn singular(
     x: &DVector<f64>,
     jacobian: &DMatrix<f64>,
 ) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let n = jacobian.ncols();
+    // Singular values of an empty matrix are not defined.
+    if jacobian.is_empty() {
+        return None;
+    }
     let known: Vec<_> = priors(problem, x).collect();
     let mut rows = jacobian.clone().resize_vertically(jacobian.nrows() + known.len(), 0.0);
     for (row, (i, [_, slope])) in known.iter().enumerate() {
@@ -60,7 +63,7 @@ pub(super) fn singular(
     let triangle = rows.qr().r();
     let svd = triangle.try_svd(false, true, f64::EPSILON, 0)?;
     let directions = svd.v_t?.transpose();
-    Some((svd.singular_values, directions)).filter(|_| n > 0)
+    Some((svd.singular_values, directions))
 }
 
 /// Confidence at a point, with the Jacobian there.
@@ -111,8 +114,8 @@ impl Noise {
     /// Estimate from residuals (or derivatives of their loss) after a fit with the Jacobian J, where `inverse` is
     /// (JᵀJ)⁻¹.
     ///
-    /// A fit absorbs the part tr[(JᵀJ)⁻¹ Jᵀ R J] of n squares, which exceeds the number of parameters if the noise is as
-    /// slow as the columns of J. The same part is missing in the products of successive residuals.
+    /// A fit absorbs the part tr[(JᵀJ)⁻¹ Jᵀ R J] of n squares, which exceeds the number of parameters if the noise is
+    /// as slow as the columns of J. The same part is missing in the products of successive residuals.
     pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let n = residuals.len() as f64;
         let chains = Chains::new(rows);

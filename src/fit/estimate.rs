@@ -134,8 +134,8 @@ impl Estimates {
         self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
 
-    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6, 461,
-    /// 1978). [`compare`](Self::compare) compares two families.
+    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6,
+    /// 461, 1978). [`compare`](Self::compare) compares two families.
     #[must_use]
     pub fn bic(&self) -> f64 {
         let n = self.residuals.len();
@@ -170,7 +170,7 @@ impl Estimates {
                 (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
             }),
         );
-        // A change by rounding and the curvature of the function is none.
+        // Changes below this size are due to rounding and to the curvature of the function.
         let least = 1e-6 * gradient.amax();
         let free = |weak: &&WeakDirection| weak.structural;
         let changes = self.weak.iter().filter(free).any(|weak| {

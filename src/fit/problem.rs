@@ -51,6 +51,13 @@ pub(super) struct Evaluated {
     pub grid: Grid,
 }
 
+impl Evaluated {
+    /// Matrix with one row for each residual and the given columns.
+    fn matrix(&self, columns: &[DVector<f64>]) -> DMatrix<f64> {
+        DMatrix::from_iterator(self.residuals.len(), columns.len(), columns.iter().flatten().copied())
+    }
+}
+
 impl Problem<'_> {
     /// Free coordinates of values of all parameters.
     pub fn coordinates(&self, values: &[f64]) -> DVector<f64> {
@@ -73,7 +80,8 @@ impl Problem<'_> {
         Ok(Evaluated { residuals, rows, grid })
     }
 
-    fn over_noise(&self, residuals: &[f64], rows: &[Row]) -> DVector<f64> {
+    /// Residuals (m, or rad) over the noise of their series.
+    pub fn over_noise(&self, residuals: &[f64], rows: &[Row]) -> DVector<f64> {
         let scaled = residuals.iter().zip(rows).map(|(residual, row)| residual / self.noise[row.series]);
         DVector::from_iterator(residuals.len(), scaled)
     }
@@ -90,13 +98,7 @@ impl Problem<'_> {
         let n = self.free.len();
         let columns = parallel::map(n * N, self.threads, |index| self.column(x, at, index % n, steps[index / n]));
         let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
-        Ok(std::array::from_fn(|i| {
-            if n == 0 {
-                DMatrix::zeros(at.residuals.len(), 0)
-            } else {
-                DMatrix::from_columns(&columns[i * n..(i + 1) * n])
-            }
-        }))
+        Ok(std::array::from_fn(|i| at.matrix(&columns[i * n..(i + 1) * n])))
     }
 
     /// Jacobian by one-sided differences on the grid of the run at the point, with half the runs.
@@ -115,7 +117,7 @@ impl Problem<'_> {
             }
         };
         let columns = parallel::map(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
-        Ok(if n == 0 { DMatrix::zeros(at.residuals.len(), 0) } else { DMatrix::from_columns(&columns) })
+        Ok(at.matrix(&columns))
     }
 
     /// Residuals where coordinate `k` is changed, on the grid of the run at the point.

@@ -5,22 +5,24 @@ use std::fmt::Display;
 use super::estimate::QUANTILE_95;
 use super::problem::Problem;
 use super::residuals::{Steps, simulate};
-use super::search::search;
-use super::series::Series;
+use super::search::{End, search};
 use super::{Estimates, Family, Fit, FitError};
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// Accuracy of the searches of a profile, in standard errors, and their largest number of iterations.
-const SEARCH: (f64, usize) = (0.01, 40);
+/// End of the searches of a profile.
+const SEARCH: End = End { accuracy: 0.01, iterations: 40 };
 
-/// Largest number of searches on each side, and relative accuracy of the distance to the end.
-const ENDS: (usize, f64) = (10, 0.02);
+/// Relative accuracy of the distance to an end of the interval, and largest number of searches for it.
+const DISTANCE: f64 = 0.02;
+const SEARCHES: usize = 10;
 
 impl Fit {
-    /// Interval that contains the value of the parameter with a name with a probability of 90 %, by profile likelihood:
-    /// at its ends the minimum over all other parameters exceeds that at the estimates by the quantile of χ². It is
-    /// not symmetric, and holds for a path that is not linear in the parameters. An end at a bound of the parameter
+    /// Interval that contains the value of the parameter with a name with a probability of 90 %, by profile likelihood.
+    ///
+    /// The data, the noise and the loss are those of the estimates, and `build` is the function of their family. At the
+    /// ends of the interval the minimum over all other parameters exceeds that at the estimates by the quantile of χ².
+    /// The interval is not symmetric, and holds for a path that is not linear in the parameters. An end at a bound of the parameter
     /// means that the data exclude no value there.
     ///
     /// # Errors
@@ -28,16 +30,16 @@ impl Fit {
     /// [`run`](Self::run).
     pub fn profile<M: Model, E: Display>(
         &self,
-        family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
-        data: &[Series],
+        build: impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync,
         estimates: &Estimates,
         name: &str,
     ) -> Result<[f64; 2], FitError> {
+        let (family, data) = (&Family { parameters: estimates.family.clone(), build }, &estimates.data[..]);
         self.check(family, data)?;
         let run =
             |values: &[f64], until: f64, steps: Steps<'_>| simulate(family, data, self.step, (values, until), steps);
         let free = &estimates.free;
-        let Some(i) = free.iter().position(|k| family.parameters.get(*k).is_some_and(|p| p.name == name)) else {
+        let Some(i) = free.iter().position(|k| family.parameters[*k].name == name) else {
             let problem = "has no error in the estimates";
             return Err(FitError::Parameter { name: name.to_owned(), problem });
         };
@@ -57,22 +59,22 @@ impl Fit {
             let room = if sign > 0.0 { high - centre } else { centre - low };
             let mut distance = if error > 0.0 { (QUANTILE_95 * error).min(room) } else { room };
             let mut values = estimates.values();
-            for _ in 0..ENDS.0 {
+            for _ in 0..SEARCHES {
                 values[k] = parameter.value(centre + sign * distance);
                 let problem = Problem { values: values.clone(), ..full.clone() };
-                let reached = search(&problem, self.loss, problem.coordinates(&values), SEARCH)?;
+                let reached = search(&problem, estimates.loss, problem.coordinates(&values), SEARCH)?;
                 let rise = (2.0 * (reached.objective - least)).max(0.0).sqrt();
                 values = problem.values_at(&reached.x);
                 let ratio = target / rise;
                 if distance >= room && ratio >= 1.0 {
                     return Ok(parameter.value(centre + sign * room));
                 }
-                if (ratio - 1.0).abs() < ENDS.1 {
+                if (ratio - 1.0).abs() < DISTANCE {
                     return Ok(parameter.value(centre + sign * distance * ratio));
                 }
                 distance = (distance * ratio.clamp(0.3, 3.0)).min(room);
             }
-            Err(FitError::NotConverged { iterations: ENDS.0, values: family.named(&values) })
+            Err(FitError::NotConverged { iterations: SEARCHES, values: family.named(&values) })
         };
         Ok([end(-1.0)?, end(1.0)?])
     }

@@ -19,9 +19,10 @@ const EQUILIBRIUM: f64 = 1e-11;
 /// Number of intervals of the centre line in which the nearest point is first sought.
 const INTERVALS: usize = 32;
 
-/// Largest number of iterations for the nearest point, and the accuracy of its arc length, relative to that of the
-/// shoot, at which they end. The distance across the tangent changes with the square of an error of the arc length.
-const NEAREST: (usize, f64) = (20, 1e-8);
+/// Accuracy of the arc length of the nearest point, relative to the length of the shoot, and the largest number of
+/// iterations. The distance across the tangent changes with the square of an error of the arc length.
+const NEAREST: f64 = 1e-8;
+const ITERATIONS: usize = 20;
 
 /// Steps of a run of a family.
 pub(super) enum Steps<'a> {
@@ -150,7 +151,7 @@ impl<'a> Camera<'a> {
         let nearest = (0..samples.len()).min_by(|a, b| far(&samples[*a]).total_cmp(&far(&samples[*b]))).unwrap_or(0);
         let mut s = length * nearest as f64 / INTERVALS as f64;
         let mut last = (Vector3::zeros(), [Vector3::zeros(); 3]);
-        for _ in 0..NEAREST.0 {
+        for _ in 0..ITERATIONS {
             let Some((element, x)) = rod.locate(s) else { break };
             let position = nodes[element].1 + rod.chord(element, x);
             let frame = rod.frame_within(element, x);
@@ -162,7 +163,7 @@ impl<'a> Camera<'a> {
             let new = (s + change).clamp(0.0, length);
             let moved = (new - s).abs();
             s = new;
-            if moved <= NEAREST.1 * length {
+            if moved <= NEAREST * length {
                 break;
             }
         }

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
 use super::confidence::{Chains, Noise};
 use super::problem::Problem;
-use super::residuals::{Output, Steps, simulate};
+use super::residuals::{Steps, simulate};
 use super::series::Series;
 use super::{Estimates, Family, Fit, FitError, parallel};
 use crate::error::ParameterError;
@@ -40,32 +40,32 @@ pub struct Scan {
     pub lines: Vec<ScanLine>,
     /// The line with the largest score.
     pub best: ScanLine,
-    /// Number N of lines. The periods of a scan are twice as dense as those that the duration of the data resolves, so
-    /// that fewer lines are independent, and the probability below is an upper bound.
-    pub independent: f64,
-    /// Bound on the probability that the largest score is reached without an oscillator: 1 − (1 − exp(−S/2))^N.
+    /// Bound on the probability that the largest score S is reached without an oscillator: 1 − (1 − exp(−S/2))^N for N
+    /// lines. The periods are twice as dense as those that the duration of the data resolves, so that fewer lines are
+    /// independent.
     pub false_alarm: f64,
 }
 
 impl Fit {
     /// Scores of internal oscillators with periods between two limits (s), in both senses of rotation, at the estimates
-    /// of a family without one. `oscillating` returns the shoot of the family with a further oscillator.
+    /// of a family without one. The data and the loss are those of the estimates. `oscillating` returns the shoot of
+    /// the family with a further oscillator.
     ///
     /// Without an oscillator, period and phase have no meaning, so that differences of χ² of two fits do not have a
     /// known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has: the residuals are
     /// projected onto the effect of an oscillator of this period that no change of the other parameters explains. A
     /// small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then fit a family with one, from the
-    /// values of the [`best`](Scan::best) line, and compare [`Estimates::bic`].
+    /// values of the [`best`](Scan::best) line, and [`compare`](Estimates::compare) both.
     ///
     /// # Errors
     /// Limits that are not increasing and positive, and the errors of [`run`](Self::run).
     pub fn scan_oscillator<M: Model, E: Display>(
         &self,
         oscillating: impl Fn(&[f64], Oscillator) -> Result<Shoot<M>, E> + Sync,
-        data: &[Series],
         estimates: &Estimates,
         [shortest, longest]: [f64; 2],
     ) -> Result<Scan, FitError> {
+        let data = &estimates.data[..];
         ParameterError::positive("shortest period of a scan", shortest)?;
         // A period below two frames is an alias of a longer one in the opposite sense.
         let frames = data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min);
@@ -75,21 +75,22 @@ impl Fit {
         ParameterError::unless(ok, "longest period of a scan", longest, "longer than the shortest (s)")?;
         let oscillator = |sensitivity, period, phase, handedness| Oscillator { sensitivity, period, phase, handedness };
         let still = oscillator(0.0, longest, 0.0, Handedness::Counterclockwise);
-        let run_with =
-            |values: &[f64], oscillator: Oscillator, until: f64, steps: Steps<'_>| -> Result<Output, FitError> {
-                let build = |values: &[f64]| oscillating(values, oscillator);
-                let family = Family { parameters: estimates.family.clone(), build };
-                family.check(data)?;
-                simulate(&family, data, self.step, (values, until), steps)
-            };
-        let run = |values: &[f64], until: f64, steps: Steps<'_>| run_with(values, still, until, steps);
+        let oscillating = &oscillating;
+        let family = |oscillator| Family {
+            parameters: estimates.family.clone(),
+            build: move |values: &[f64]| oscillating(values, oscillator),
+        };
+        let null = family(still);
+        self.check(&null, data)?;
+        let run =
+            |values: &[f64], until: f64, steps: Steps<'_>| simulate(&null, data, self.step, (values, until), steps);
         let (values, free) = (estimates.values(), estimates.free.clone());
         let problem = self.problem(&estimates.family, data, values.clone(), &run);
         let problem = Problem { noise: estimates.noise.clone(), free, ..problem };
         let x = problem.coordinates(&values);
         let at = problem.evaluate(&x)?;
         let jacobian = problem.rough_jacobian(&x, &at)?;
-        let slopes = at.residuals.map(|r| self.loss.slope(r));
+        let slopes = at.residuals.map(|r| estimates.loss.slope(r));
         let explained = explained(&jacobian);
         let identity = DMatrix::identity(explained.ncols(), explained.ncols());
         let Noise { lag_one, variance, .. } = Noise::of(&slopes, &at.rows, &explained, &identity);
@@ -104,9 +105,9 @@ impl Fit {
             let period = (longest.recip() + part * (shortest.recip() - longest.recip())).recip();
             let column = |phase: f64| -> Result<DVector<f64>, FitError> {
                 let small = oscillator(SENSITIVITY, period, phase, handedness);
-                let output = run_with(&values, small, f64::INFINITY, Steps::Follow(&at.grid))?;
-                let scaled = output.residuals.iter().zip(&output.rows).map(|(r, row)| r / problem.noise[row.series]);
-                let column = (DVector::from_iterator(output.residuals.len(), scaled) - &at.residuals) / SENSITIVITY;
+                let every = (&values[..], f64::INFINITY);
+                let output = simulate(&family(small), data, self.step, every, Steps::Follow(&at.grid))?;
+                let column = (problem.over_noise(&output.residuals, &output.rows) - &at.residuals) / SENSITIVITY;
                 Ok(&column - &explained * explained.tr_mul(&column))
             };
             let columns = DMatrix::from_columns(&[column(0.0)?, column(FRAC_PI_2)?]);
@@ -122,9 +123,8 @@ impl Fit {
         };
         let lines = parallel::map(2 * (count + 1), self.threads, line).into_iter().collect::<Result<Vec<_>, _>>()?;
         let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
-        let independent = lines.len() as f64;
-        let false_alarm = -f64::exp_m1(independent * f64::ln_1p(-(-0.5 * best.score).exp()));
-        Ok(Scan { lines, best, independent, false_alarm })
+        let false_alarm = -f64::exp_m1(lines.len() as f64 * f64::ln_1p(-(-0.5 * best.score).exp()));
+        Ok(Scan { lines, best, false_alarm })
     }
 }
 

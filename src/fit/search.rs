@@ -55,14 +55,27 @@ impl Loss {
     }
 }
 
+/// Initial damping, its factors after a successful and after a failed step, and its limits.
+const DAMPING: f64 = 1e-3;
+const LESS_DAMPING: f64 = 0.2;
+const MORE_DAMPING: f64 = 5.0;
+const LEAST_DAMPING: f64 = 1e-9;
+const MOST_DAMPING: f64 = 1e12;
+
 /// Largest number of steps that are tried in an iteration with increasing damping.
 const TRIALS: usize = 12;
 
-/// Factors of the damping after a successful and after a failed step, and its limits.
-const DAMPING: (f64, f64, f64, f64) = (0.2, 5.0, 1e-9, 1e12);
-
 /// Largest change of a coordinate in an iteration. A logarithmic parameter changes by at most the factor e.
 const LONGEST: f64 = 1.0;
+
+/// Conditions for the end of a search.
+#[derive(Clone, Copy)]
+pub(super) struct End {
+    /// Largest predicted change of all coordinates, in standard errors, at which the search has converged.
+    pub accuracy: f64,
+    /// Largest number of iterations.
+    pub iterations: usize,
+}
 
 /// Point that a search has reached.
 pub(super) struct Reached {
@@ -86,21 +99,15 @@ pub(super) fn priors<'a>(problem: &'a Problem, x: &'a DVector<f64>) -> impl Iter
     problem.free.iter().enumerate().filter_map(residual)
 }
 
-/// Searches a minimum from a point. It ends when the predicted change of all coordinates is less than `accuracy`
-/// standard errors, or after `most` iterations.
-pub(super) fn search(
-    problem: &Problem,
-    loss: Loss,
-    x: DVector<f64>,
-    (accuracy, most): (f64, usize),
-) -> Result<Reached, FitError> {
+/// Searches a minimum from a point.
+pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -> Result<Reached, FitError> {
     let n = problem.free.len();
     let limits: Vec<_> = problem.free.iter().map(|k| problem.parameters[*k].limits()).collect();
     let at = problem.evaluate(&x)?;
     let objective_at = objective(problem, loss, &x, &at.residuals);
     let mut now = Reached { x, at, objective: objective_at, iterations: 0, converged: n == 0 };
-    let mut damping = 1e-3;
-    while !now.converged && now.iterations < most {
+    let mut damping = DAMPING;
+    while !now.converged && now.iterations < end.iterations {
         now.iterations += 1;
         let jacobian = problem.rough_jacobian(&now.x, &now.at)?;
         let weights = now.at.residuals.map(|r| if r == 0.0 { 1.0 } else { loss.slope(r) / r });
@@ -116,10 +123,14 @@ pub(super) fn search(
             now.x[i] <= low && gradient[i] > 0.0 || now.x[i] >= high && gradient[i] < 0.0
         };
         let moving: Vec<usize> = (0..n).filter(|i| !held(*i)).collect();
+        if moving.iter().all(|i| gradient[*i] == 0.0) {
+            now.converged = true;
+            break;
+        }
         let mut improved = None;
         for _ in 0..TRIALS {
             let Some(step) = damped_step(&matrix, &gradient, &moving, damping) else {
-                damping = (damping * DAMPING.1).max(DAMPING.2);
+                damping = (damping * MORE_DAMPING).min(MOST_DAMPING);
                 continue;
             };
             let longest = step.amax();
@@ -131,7 +142,7 @@ pub(super) fn search(
             let change = &x - &now.x;
             // In standard errors: the change of the fit over the noise.
             let size = change.dot(&(&matrix * &change)).max(0.0).sqrt();
-            if size <= accuracy && damping < 1.0 {
+            if size <= end.accuracy && damping < 1.0 {
                 now.converged = true;
                 break;
             }
@@ -140,7 +151,7 @@ pub(super) fn search(
                     let value = objective(problem, loss, &x, &at.residuals);
                     if value < now.objective {
                         improved = Some((x, at, value));
-                        damping = (damping * DAMPING.0).max(DAMPING.2);
+                        damping = (damping * LESS_DAMPING).max(LEAST_DAMPING);
                         break;
                     }
                 }
@@ -148,11 +159,11 @@ pub(super) fn search(
                 Err(FitError::Family { .. } | FitError::Run { .. }) => {}
                 Err(error) => return Err(error),
             }
-            if size <= accuracy {
+            if size <= end.accuracy {
                 now.converged = true;
                 break;
             }
-            damping = (damping * DAMPING.1).min(DAMPING.3);
+            damping = (damping * MORE_DAMPING).min(MOST_DAMPING);
         }
         match improved {
             Some((x, at, value)) => (now.x, now.at, now.objective) = (x, at, value),

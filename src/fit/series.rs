@@ -58,8 +58,11 @@ pub(super) enum Kind {
 pub struct Series {
     pub(super) kind: Kind,
     pub(super) times: Vec<f64>,
-    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a point.
+    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a
+    /// point.
     pub(super) frames: Vec<Vec<Vector3<f64>>>,
+    /// Number of coordinates of a point.
+    given: usize,
     pub(super) view: View,
     /// Standard deviation of a coordinate, m, or of an angle, rad; `None` if it is estimated.
     pub(super) noise: Option<f64>,
@@ -68,42 +71,49 @@ pub struct Series {
 }
 
 impl Series {
-    fn new(kind: Kind, times: Vec<f64>, frames: Vec<Vec<Vector3<f64>>>, view: View) -> Self {
-        Self { kind, times, frames, view, noise: None, scale: None, offset: None }
+    fn new(kind: Kind, times: Vec<f64>, frames: Vec<Vec<Vector3<f64>>>, (given, view): (usize, View)) -> Self {
+        Self { kind, times, frames, given, view, noise: None, scale: None, offset: None }
     }
 
     /// Positions of the tip (m, fixed frame, base at the origin) at times (s).
     #[must_use]
     pub fn tips(times: Vec<f64>, positions: &[Vector3<f64>]) -> Self {
-        Self::new(Kind::Tip, times, positions.iter().map(|p| vec![*p]).collect(), View::space())
+        Self::new(Kind::Tip, times, positions.iter().map(|p| vec![*p]).collect(), (3, View::space()))
     }
 
     /// Track of the tip in a view with two coordinates (m).
     #[must_use]
     pub fn track(track: &Track, view: View) -> Self {
         let frames = track.positions().iter().map(|p| vec![Vector3::new(p.x, p.y, 0.0)]).collect();
-        Self::new(Kind::Tip, track.times().to_vec(), frames, view)
+        Self::new(Kind::Tip, track.times().to_vec(), frames, (2, view))
+    }
+
+    /// One coordinate (m) of the tip at times (s), such as its height, in a view with one row.
+    #[must_use]
+    pub fn coordinates(times: Vec<f64>, coordinates: &[f64], view: View) -> Self {
+        Self::new(Kind::Tip, times, coordinates.iter().map(|x| vec![Vector3::new(*x, 0.0, 0.0)]).collect(), (1, view))
     }
 
     /// Points on centre lines (m, fixed frame, base at the origin) at times (s). The last point of a line is the tip.
     /// The others are compared with the nearest points of the simulated line: their arc lengths are unknown.
     #[must_use]
     pub fn centre_lines(times: Vec<f64>, lines: Vec<Vec<Vector3<f64>>>) -> Self {
-        Self::new(Kind::CentreLine, times, lines, View::space())
+        Self::new(Kind::CentreLine, times, lines, (3, View::space()))
     }
 
     /// Points on centre lines in a view with two coordinates (m): see [`centre_lines`](Self::centre_lines).
     #[must_use]
     pub fn centre_lines_in(times: Vec<f64>, lines: &[Vec<Vector2<f64>>], view: View) -> Self {
         let frames = lines.iter().map(|line| line.iter().map(|p| Vector3::new(p.x, p.y, 0.0)).collect()).collect();
-        Self::new(Kind::CentreLine, times, frames, view)
+        Self::new(Kind::CentreLine, times, frames, (2, view))
     }
 
     /// Angles of the tangent at the tip (rad) at times (s) in a view with two coordinates: from the first coordinate
     /// towards the second, up to whole turns. In [`View::side`] an upright tip has the angle π/2.
     #[must_use]
     pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
-        Self::new(Kind::Angle, times, angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect(), view)
+        let frames = angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect();
+        Self::new(Kind::Angle, times, frames, (2, view))
     }
 
     /// Sets the standard deviation of each coordinate, m, or of each angle, rad. It is estimated by default.
@@ -186,18 +196,18 @@ impl Series {
         if times.len() != frames.len() {
             return of_series("has different numbers of times and positions");
         }
+        if self.given != self.view.0.len() {
+            return of_series("has not as many coordinates as its view");
+        }
         if self.noise.is_some_and(|noise| !(noise > 0.0 && noise.is_finite())) {
             return of_series("has a noise that is not positive and finite");
         }
         if self.offset.as_ref().is_some_and(|names| names.len() != self.dimension()) {
             return of_series("has not as many offsets as coordinates");
         }
-        if self.kind == Kind::CentreLine && self.dimension() < 2 {
-            return of_series("has centre lines with one coordinate, which have no distance from a point");
-        }
         if self.kind == Kind::Angle {
-            if self.view.0.len() != 2 || self.scale.is_some() || self.offset.is_some() {
-                return of_series("has angles, which need a view with two coordinates without scale and offset");
+            if self.scale.is_some() || self.offset.is_some() {
+                return of_series("has angles, which have no scale and offset");
             }
             if self.extent() > TAU {
                 return of_series("has an angle beyond 2 pi: is the unit rad?");

@@ -6,19 +6,21 @@ use super::Estimates;
 use super::answer::{ambiguous, estimates};
 use super::problem::{Problem, Run};
 use super::residuals::simulate;
-use super::search::{Loss, Reached, search};
+use super::search::{End, Loss, Reached, search};
 use super::series::{Kind, MAD, Series};
 use super::{Family, FitError, Parameter, parallel, starts};
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
 
-/// Accuracy of intermediate and final searches, in standard errors, and their largest numbers of iterations.
-const INTERMEDIATE: (f64, usize) = (0.1, 20);
-const FINAL: (f64, usize) = (1e-3, 60);
+/// Ends of searches in a part of the data, which need not be more accurate than the start of the next one, and in all.
+const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
+const FINAL: End = End { accuracy: 1e-3, iterations: 60 };
 
-/// Largest number of estimates of the noise, and relative change at which they end.
-const NOISE: (usize, f64) = (6, 0.01);
+/// Relative change at which estimates of the noise end, far below the standard error of a noise from a thousand
+/// coordinates, and their largest number.
+const NOISE: f64 = 0.01;
+const NOISES: usize = 6;
 
 /// Ratio of sizes of data and shoot that only a wrong unit explains.
 const WRONG_UNIT: f64 = 100.0;
@@ -159,7 +161,7 @@ impl Fit {
         let last = points.swap_remove(0);
         let mut reached =
             search(problem, self.loss, last, FINAL).or_else(|_| search(problem, self.loss, given, FINAL))?;
-        for _ in 0..NOISE.0 {
+        for _ in 0..NOISES {
             if !self.estimate_noise(problem, data, &reached) {
                 break;
             }
@@ -182,7 +184,7 @@ impl Fit {
                 Loss::Huber(_) => MAD * sizes[sizes.len() / 2] / share.sqrt(),
             };
             // Data without noise have residuals by rounding.
-            if ratio > f64::EPSILON && (ratio - 1.0).abs() > NOISE.1 {
+            if ratio > f64::EPSILON && (ratio - 1.0).abs() > NOISE {
                 problem.noise[index] *= ratio;
                 changed = true;
             }

@@ -56,7 +56,9 @@ impl Load for Pulse {
 
     fn next_discontinuity(&self, t: f64) -> f64 {
         let end = self.start + self.duration;
-        if t < self.start {
+        if self.peak == Vector3::zeros() {
+            f64::INFINITY
+        } else if t < self.start {
             self.start
         } else if t < end {
             end

@@ -1,5 +1,5 @@
-//! Share of intervals that contain the true value. `MORPHOROD_CASES=200` draws as many data sets for each kind of noise,
-//! and `--nocapture` prints the shares.
+//! Share of intervals that contain the true value. `MORPHOROD_CASES=200` draws as many data sets for each kind of
+//! noise, and `--nocapture` prints the shares.
 
 use super::plants::{NAMES, NOISE, TRUTH, family, tips};
 use crate::fixtures::random::{Draw, number};
@@ -13,9 +13,16 @@ const FREE: [&str; 6] = ["beta", "eta", "tau_m", "tau_r", "E", "l_0"];
 const MANY: u64 = 100;
 
 /// Fits draws of the tip of a righting shoot. `noise` returns that of a frame from the last one.
-fn assert_coverage(what: &str, loss: Loss, mut noise: impl FnMut(&mut Draw, &mut Vector3<f64>) -> Vector3<f64>) {
+///
+/// `lag_one` is the correlation of the noise of successive frames.
+fn assert_coverage(
+    what: &str,
+    loss: Loss,
+    lag_one: f64,
+    mut noise: impl FnMut(&mut Draw, &mut Vector3<f64>) -> Vector3<f64>,
+) {
     let (times, exact) = tips(0.0, 0);
-    let (mut inside, mut near, mut total) = (0.0, 0.0, 0.0);
+    let (mut inside, mut near, mut total, mut correlation) = (0.0, 0.0, 0.0, 0.0);
     let draws = number("MORPHOROD_CASES", 3);
     for seed in 0..draws {
         let (mut draw, mut last) = (Draw::new(1000 + seed), Vector3::zeros());
@@ -23,6 +30,7 @@ fn assert_coverage(what: &str, loss: Loss, mut noise: impl FnMut(&mut Draw, &mut
         let data = [Series::tips(times.clone(), &positions)];
         let fit = Fit { step: 200.0, loss, windows: vec![1.0], ..Fit::default() };
         let found = fit.run(&family(&FREE, 1.1), &data).unwrap();
+        correlation += found.lag_one / draws as f64;
         for name in FREE {
             let (estimate, k) = (found.get(name).unwrap(), NAMES.iter().position(|other| *other == name).unwrap());
             let [low, high] = estimate.interval();
@@ -36,6 +44,8 @@ fn assert_coverage(what: &str, loss: Loss, mut noise: impl FnMut(&mut Draw, &mut
             }
         }
     }
+    // Three standard errors of a correlation from three times 36 frames.
+    assert_abs_diff_eq!(correlation, lag_one, epsilon = 0.3);
     println!(
         "{what}: {:.1} % inside, {:.2} % within three standard errors",
         100.0 * inside / total,
@@ -54,12 +64,12 @@ fn white(draw: &mut Draw) -> Vector3<f64> {
 
 #[test]
 fn intervals_contain_the_truth_as_often_as_they_say_for_white_noise() {
-    assert_coverage("white noise", Loss::Squares, |draw, _| white(draw));
+    assert_coverage("white noise", Loss::Squares, 0.0, |draw, _| white(draw));
 }
 
 #[test]
 fn intervals_contain_the_truth_as_often_as_they_say_with_outliers() {
-    assert_coverage("outliers of 3 mm in 3 % of frames", Loss::ROBUST, |draw, _| {
+    assert_coverage("outliers of 3 mm in 3 % of frames", Loss::ROBUST, 0.0, |draw, _| {
         let outlier = if draw.chance(0.03) { 30.0 } else { 0.0 };
         white(draw) + white(draw) * outlier
     });
@@ -67,7 +77,7 @@ fn intervals_contain_the_truth_as_often_as_they_say_with_outliers() {
 
 #[test]
 fn intervals_contain_the_truth_as_often_as_they_say_for_autoregressive_noise() {
-    assert_coverage("autoregressive noise, 0.8", Loss::Squares, |draw, last| {
+    assert_coverage("autoregressive noise, 0.8", Loss::Squares, 0.8, |draw, last| {
         let first = *last == Vector3::zeros();
         *last = if first { white(draw) } else { *last * 0.8 + white(draw) * 0.6 };
         *last

@@ -106,6 +106,18 @@ fn scale_of_a_camera_from_above_with_lengths_is_structurally_not_identifiable() 
     assert_eq!(found.get("eta").unwrap().verdict, Verdict::Identifiable);
 }
 
+/// A known force of a ten thousandth of the weight gives the only scale, far below the noise.
+#[test]
+fn scale_of_a_camera_is_only_practically_not_identifiable_with_a_small_known_force() {
+    let found = fitted(&["beta", "eta", "alpha", "E", "l_0", "scale"], 4e-8);
+    for name in ["scale", "l_0", "E"] {
+        assert_eq!(found.get(name).unwrap().verdict, Verdict::PracticallyNot, "{found}");
+    }
+    let [coarse, extrapolated] = found.singular_values.each_ref().map(|values| values[values.len() - 1]);
+    // Second order in the step, 1e-5, over the smallest relative singular value, above 1e-7.
+    assert_relative_eq!(coarse, extrapolated, epsilon = 0.0, max_relative = 0.01);
+}
+
 /// A combination with a small effect has the same singular value at both steps of the differences.
 #[test]
 fn singular_values_of_combinations_with_an_effect_do_not_depend_on_the_step() {
