@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::contact_step::ContactStep;
 use super::data::HeldSearch;
-use super::search::SLOW;
 use super::sites::Site;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
@@ -14,6 +13,8 @@ use crate::rod::Rod;
 
 /// Rotation in a step below which the energy is not compared, rad: its change is close to rounding.
 pub(super) const SMALL_TURN: f64 = 1e-4;
+/// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
+pub(super) const SLOW: f64 = 0.25;
 /// Rotation in a step below which the steps are expected to converge, rad.
 const CLOSE_TURN: f64 = 0.02;
 /// Rotation in a shortened step below which the line search fails, rad.

@@ -4,7 +4,7 @@ use super::conditions::{Conditions, Role};
 use super::contact_step::ContactStep;
 use super::data::HeldSearch;
 use super::dense::NEUTRAL;
-use super::descent::SMALL_TURN;
+use super::descent::{SLOW, SMALL_TURN};
 use super::response::{ACCEPTED, RESTORED};
 use super::sites::Site;
 use super::touch::is_deep;
@@ -28,8 +28,6 @@ const SADDLES: usize = 4;
 const SLOW_AT_SADDLE: f64 = 1e-7;
 /// Rotation in a step below which a shifted tangent is at a saddle of the energy, rad.
 const AT_SADDLE: f64 = 1e-10;
-/// Ratio of the rotations in two successive steps above which Newton's method does not converge quadratically.
-pub(super) const SLOW: f64 = 0.25;
 /// Bound on the change of an eigenvalue of the scaled matrix of the reactions by a step, relative to the rotation and
 /// to the change of a reaction times its flexibility over the length.
 const OUTDATED: f64 = 10.0;
