@@ -12,9 +12,10 @@ const REACH: usize = 18;
 /// Computes Σ zⱼ e^(ikθⱼ) for all k up to a largest one.
 ///
 /// Samples are distributed to a uniform grid with Gaussian weights, and the transform of the grid is divided by that
-/// of a Gaussian: Greengard and Lee (2004), *Accelerating the Nonuniform Fast Fourier Transform*, SIAM Review 46.
-/// The error is below 1e-11 Σ |zⱼ|: equation (10) there, with a grid of at least 3/2 of the number of frequencies
-/// −k … k.
+/// of a Gaussian: Greengard and Lee (2004), *Accelerating the Nonuniform Fast Fourier Transform*, SIAM Review 46. The
+/// grid has at least 3/2 as many points as there are frequencies −k … k. The error is then below 4 exp(−mπ/2) = 2e-12
+/// times Σ |zⱼ| with m = [`REACH`]: Steidl (1998), *A note on fast Fourier transforms for nonequispaced grids*, Adv.
+/// Comput. Math. 9.
 pub(crate) struct FourierSums {
     /// First point of the grid to which a sample is distributed, for each sample.
     first: Vec<usize>,
@@ -165,7 +166,7 @@ mod tests {
                     let wave = Complex::cis(k as f64 * angle);
                     exact.iter_mut().zip(values(j)).for_each(|(sum, value)| *sum += wave * value);
                 }
-                // The stated error; values are at most one.
+                // The stated error and rounding; values are at most one.
                 for c in 0..2 {
                     assert_abs_diff_eq!(sums[c].re, exact[c].re, epsilon = 1e-11 * f64::from(samples));
                     assert_abs_diff_eq!(sums[c].im, exact[c].im, epsilon = 1e-11 * f64::from(samples));
