@@ -38,12 +38,12 @@ mod curves;
 
 use std::cell::Cell;
 use std::error::Error;
-use std::panic::resume_unwind;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use common::{Axes, Opt, Options, Series, Style, Table, panels_figure};
 use curves::{Cost, Curve, HOUR, Kind, Start, WINDOW, curves_of, greenhill, is_right_of};
+use morphorod::ensemble;
 use morphorod::stability::{Crossing, Refinement, StabilityError, onset};
 use morphorod::tropism::Memory;
 
@@ -132,14 +132,9 @@ fn run() -> Result<(), Box<dyn Error>> {
     let mut table = Table::create(out.join("stability_map.csv"), &columns)?;
     let mut panels: Vec<(&str, Vec<Series>)> = Vec::new();
     // The panels are computed concurrently, so that all cores are used.
-    let found = std::thread::scope(|scope| {
-        let threads = kinds.map(|(_, kind)| {
-            scope.spawn(move || -> Result<(Vec<Curve>, usize), StabilityError> {
-                let (starts, linearisations) = starts(kind, &micro)?;
-                Ok((curves_of(kind, &starts)?, linearisations))
-            })
-        });
-        threads.map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    let found = ensemble::collect(kinds.len(), kinds.len(), |k| -> Result<(Vec<Curve>, usize), StabilityError> {
+        let (starts, linearisations) = starts(kinds[k].1, &micro)?;
+        Ok((curves_of(kinds[k].1, &starts)?, linearisations))
     });
     for (panel, ((name, kind), found)) in kinds.into_iter().zip(found).enumerate() {
         let mut series = Vec::new();

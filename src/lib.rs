@@ -75,6 +75,7 @@
 //! | [`integrator`] | integration in time: [`Integrator`](integrator::Integrator) |
 //! | [`stability`] | steady states, characteristic roots, onset of oscillations |
 //! | [`cycle`] | periodic orbits and rotating waves, their stability and bifurcations |
+//! | [`ensemble`] | many shoots on threads and in job arrays: [`run`](ensemble::run) |
 //! | [`fit`] | estimation of parameters from tracked tips and centre lines |
 //! | [`tracking`] | analysis of measured or simulated tip tracks: periods, ellipses, directions |
 //! | [`guide`] | [recipes](guide::recipes), [own laws](guide::own_laws), the [method](guide::method), other chapters |
@@ -104,6 +105,7 @@ pub mod checkpoint;
 mod compositions;
 pub mod constitutive;
 pub mod cycle;
+pub mod ensemble;
 pub mod equilibrium;
 mod error;
 pub mod fit;

@@ -1,9 +1,7 @@
 //! Curves of the map: roots on the imaginary axis on refined meshes, and the number of unstable roots beside them.
 
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use morphorod::constitutive::LinearElastic;
+use morphorod::ensemble;
 use morphorod::growth::{Ongoing, UniformGrowth};
 use morphorod::load::Weight;
 use morphorod::stability::{BoundarySettings, Crossing, Linearisation, Refinement, StabilityError, crossings};
@@ -99,15 +97,9 @@ impl Kind {
         };
         let down = BoundarySettings { direction: [0.0, -1.0], ..up };
         // Both directions are computed concurrently, so that the last curve occupies two cores.
-        let (down, up) = std::thread::scope(|scope| {
-            let down = scope.spawn(|| follow(&down));
-            let up = follow(&up);
-            (down.join().unwrap_or_else(|panic| resume_unwind(panic)), up)
-        });
-        let ((mut points, before), (up, after)) = (down?, up?);
-        let linearisations = before + after;
-        points.reverse();
-        points.extend(up.into_iter().skip(1));
+        let found = ensemble::collect(2, 2, |k| follow([&down, &up][k])).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let linearisations = found.iter().map(|(_, count)| count).sum();
+        let points: Vec<_> = found[0].0.iter().rev().chain(found[1].0.iter().skip(1)).copied().collect();
         let errors = (0..points.len()).map(|k| self.mesh_error(&points, k)).collect();
         let unstable = self.unstable_along(&points)?;
         Ok(Curve { points, errors, unstable, linearisations })
@@ -203,21 +195,5 @@ impl Cost {
 
 /// Follows the curves through several points, with one thread for each core.
 pub fn curves_of(kind: Kind, starts: &[Start]) -> Result<Vec<Curve>, StabilityError> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        loop {
-            let k = next.fetch_add(1, Ordering::Relaxed);
-            let Some(start) = starts.get(k) else { return done };
-            done.push((k, kind.curve(*start)));
-        }
-    };
-    let mut curves = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-        let done = threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        done.flatten().collect::<Vec<_>>()
-    });
-    curves.sort_by_key(|(k, _)| *k);
-    curves.into_iter().map(|(_, curve)| curve).collect()
+    ensemble::collect(starts.len(), ensemble::cores(), |k| kind.curve(starts[k])).into_iter().collect()
 }

@@ -66,34 +66,6 @@ impl Grid {
     }
 }
 
-/// Part of the rows for one of several processes: row `number` and every `of`-th row after it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Part {
-    /// Number of the part, counted from one.
-    pub number: usize,
-    /// Number of parts.
-    pub of: usize,
-}
-
-impl Part {
-    /// Part that contains all rows.
-    pub const WHOLE: Self = Self { number: 1, of: 1 };
-
-    /// Parses `number/of`. Returns `None` unless 1 ≤ `number` ≤ `of`.
-    #[must_use]
-    pub fn read(text: &str) -> Option<Self> {
-        let (number, of) = text.split_once('/')?;
-        let part = Self { number: number.parse().ok()?, of: of.parse().ok()? };
-        (1..=part.of).contains(&part.number).then_some(part)
-    }
-
-    /// Whether the part contains a row, counted from zero.
-    #[must_use]
-    pub fn has(&self, row: usize) -> bool {
-        row % self.of == self.number - 1
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,23 +76,5 @@ mod tests {
         // last value.
         let span = Span { from: 0.1, to: 0.7, count: 7 };
         assert_eq!((span.at(0), span.at(6), span.values().len()), (0.1, 0.7, 7));
-    }
-
-    #[test]
-    fn every_row_belongs_to_exactly_one_part() {
-        for of in 1..6 {
-            let parts: Vec<Part> = (1..=of).map(|number| Part { number, of }).collect();
-            for row in 0..20 {
-                assert_eq!(parts.iter().filter(|part| part.has(row)).count(), 1, "row {row} of {of} parts");
-            }
-        }
-    }
-
-    #[test]
-    fn invalid_parts_are_refused() {
-        for text in ["0/4", "5/4", "a/b", "1/0", "0/0", "3", "1/2/3", "-1/4", "", "/", "1.5/4"] {
-            assert_eq!(Part::read(text), None, "{text}");
-        }
-        assert_eq!(Part::read("4/4"), Some(Part { number: 4, of: 4 }));
     }
 }

@@ -34,17 +34,16 @@ mod picture;
 mod point;
 mod row;
 mod store;
-mod threads;
 
 use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
-use std::thread::available_parallelism;
 use std::time::Instant;
 
 use common::options::Value;
 use common::{Opt, Options, Progress, finish};
-use grid::{Grid, Part, Span};
+use grid::{Grid, Span};
+use morphorod::ensemble::{self, Shard};
 use point::{Numbers, compute_point, critical_length};
 use store::Store;
 
@@ -54,14 +53,14 @@ const CM: f64 = 0.01;
 /// Error that a thread can return.
 type Failure = Box<dyn Error + Send + Sync>;
 
-/// Part that is given on the command line.
-struct Shard(Part);
+/// Rows that are selected on the command line.
+struct Rows(Shard);
 
-impl Value for Shard {
+impl Value for Rows {
     const MUST_BE: &'static str = "i/n with whole numbers and 1 <= i <= n, like 2/8";
     fn read(text: &str) -> Option<Self> {
         // An absent option selects all rows.
-        if text.is_empty() { Some(Self(Part::WHOLE)) } else { Part::read(text).map(Self) }
+        if text.is_empty() { Some(Self(Shard::WHOLE)) } else { text.parse().ok().map(Self) }
     }
 }
 
@@ -118,10 +117,10 @@ fn run() -> Result<(), Box<dyn Error>> {
     );
     let grid = grid(&options);
     let cores = match options.text("threads") {
-        "" => available_parallelism().map_or(1, usize::from),
+        "" => ensemble::cores(),
         _ => options.get_if("threads", "larger than 0", |n: &usize| *n > 0),
     };
-    let Shard(part) = options.get("shard");
+    let Rows(part) = options.get("shard");
     let (merge, whole) = (options.flag("merge"), options.text("shard").is_empty());
     if merge && !whole {
         return Err("--merge and --shard exclude each other".into());
@@ -130,8 +129,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let store = Store::open(&out, grid)?;
     let rows = store.read()?;
     if !merge {
-        let missing: Vec<usize> = (0..rows.len()).filter(|row| part.has(*row) && rows[*row].is_none()).collect();
-        let wanted = (0..rows.len()).filter(|row| part.has(*row)).count();
+        let missing: Vec<usize> = (0..rows.len()).filter(|row| part.contains(*row) && rows[*row].is_none()).collect();
+        let wanted = (0..rows.len()).filter(|row| part.contains(*row)).count();
         println!("{} of {wanted} rows are there already", wanted - missing.len());
         compute(&grid, &store, &missing, cores).map_err(|error| -> Box<dyn Error> { error })?;
     }
@@ -145,20 +144,18 @@ fn compute(grid: &Grid, store: &Store, rows: &[usize], cores: usize) -> Result<(
     let across = grid.lengths.count;
     let points = rows.len() * across;
     let progress = Progress::new("shoots");
-    let mut done = 0;
-    let mut open: Vec<Vec<Option<Numbers>>> = vec![vec![None; across]; rows.len()];
-    threads::share(
+    let mut row: Vec<Numbers> = Vec::with_capacity(across);
+    ensemble::run(
+        0..points,
         cores,
-        points,
         |k| compute_point(grid, grid.lengths.at(k % across), grid.etas.at(rows[k / across])),
-        |k, numbers| {
-            let row = &mut open[k / across];
-            row[k % across] = Some(numbers);
-            if let Some(all) = row.iter().copied().collect::<Option<Vec<Numbers>>>() {
-                store.write(rows[k / across], &all)?;
+        |k, numbers| -> Result<(), Failure> {
+            row.push(numbers?);
+            if row.len() == across {
+                store.write(rows[k / across], &row)?;
+                row.clear();
             }
-            done += 1;
-            progress.set(f64::from(done) / points as f64);
+            progress.set((k + 1) as f64 / points as f64);
             Ok(())
         },
     )?;
@@ -177,13 +174,7 @@ fn publish(grid: &Grid, store: &Store, cores: usize, out: &Path) -> Result<(), B
     }
     let rows: Vec<Vec<Numbers>> = found.into_iter().flatten().collect();
     picture::write_table(&out.join("sweep.csv"), &rows)?;
-    let mut onsets = vec![None; rows.len()];
-    let work = |row| Ok::<_, Failure>(critical_length(grid, grid.etas.at(row)));
-    let take = |row: usize, length| {
-        onsets[row] = length;
-        Ok(())
-    };
-    threads::share(cores, rows.len(), work, take).map_err(|error| -> Box<dyn Error> { error })?;
+    let onsets = ensemble::collect(rows.len(), cores, |row| critical_length(grid, grid.etas.at(row)));
     picture::draw(&out.join("sweep.svg"), grid, &rows, &onsets)?;
     println!("wrote sweep.csv and sweep.svg to {}", out.display());
     Ok(())

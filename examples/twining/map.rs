@@ -2,9 +2,8 @@
 
 use std::error::Error;
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
+use morphorod::ensemble;
 use morphorod::integrator::IntegrationError;
 
 use crate::common::{Axes, Progress, Series, Style, Table, panels_figure};
@@ -47,24 +46,17 @@ pub fn map(base: &Setup, size: usize, out: &Path) -> Result<(), Box<dyn Error>> 
         }
     }
     let progress = Progress::new("map");
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let found = Mutex::new(vec![(0, String::new()); cells.len()]);
-    let work = || {
-        while let Some((k, cell)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|k| Some((k, cells.get(k)?))) {
-            let result = match class(cell) {
-                Ok((class, error)) => (class, error.map_or(String::new(), |error| error.to_string())),
-                Err(error) => (4, error.to_string()),
-            };
-            if let Ok(mut found) = found.lock() {
-                found[k] = result;
-            }
-            progress.set((1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / cells.len() as f64);
-        }
+    let mut found = Vec::with_capacity(cells.len());
+    let member = |k: usize| match class(&cells[k]) {
+        Ok((class, error)) => (class, error.map_or(String::new(), |error| error.to_string())),
+        Err(error) => (4, error.to_string()),
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+    ensemble::run(0..cells.len(), ensemble::cores(), member, |k, result| {
+        found.push(result);
+        progress.set((k + 1) as f64 / cells.len() as f64);
+        Ok::<(), Box<dyn Error>>(())
+    })?;
     progress.finish();
-    let found = found.into_inner()?;
     let mut table = Table::create(out.join("map.csv"), &["friction", "pole_m", "distance_m", "class"])?;
     let mut panels = [Vec::new(), Vec::new()];
     for (panel, series) in panels.iter_mut().enumerate() {

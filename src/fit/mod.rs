@@ -64,7 +64,6 @@ mod confidence;
 mod error;
 mod estimate;
 mod family;
-mod parallel;
 mod parameter;
 mod problem;
 mod profile;

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::residuals::{Output, Row, Steps};
-use super::{FitError, Parameter, parallel};
+use super::{FitError, Parameter};
+use crate::ensemble;
 use crate::integrator::Grid;
 
 /// Difference of a coordinate in a difference quotient: of ln value, or of the value over the distance of its bounds.
@@ -96,7 +97,7 @@ impl Problem<'_> {
         steps: [f64; N],
     ) -> Result<[DMatrix<f64>; N], FitError> {
         let n = self.free.len();
-        let columns = parallel::map(n * N, self.threads, |index| self.column(x, at, index % n, steps[index / n]));
+        let columns = ensemble::collect(n * N, self.threads, |index| self.column(x, at, index % n, steps[index / n]));
         let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
         Ok(std::array::from_fn(|i| at.matrix(&columns[i * n..(i + 1) * n])))
     }
@@ -116,7 +117,7 @@ impl Problem<'_> {
                 error => error,
             }
         };
-        let columns = parallel::map(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let columns = ensemble::collect(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
         Ok(at.matrix(&columns))
     }
 

@@ -9,7 +9,8 @@ use super::confidence::{Chains, Noise};
 use super::problem::Problem;
 use super::residuals::{Steps, simulate};
 use super::series::Series;
-use super::{Estimates, Family, Fit, FitError, parallel};
+use super::{Estimates, Family, Fit, FitError};
+use crate::ensemble;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -121,7 +122,8 @@ impl Fit {
             let value = score.dot(&(inverse(noise) * score)).max(0.0);
             Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score: value })
         };
-        let lines = parallel::map(2 * (count + 1), self.threads, line).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let lines =
+            ensemble::collect(2 * (count + 1), self.threads, line).into_iter().collect::<Result<Vec<_>, _>>()?;
         let best = lines.iter().fold(lines[0], |best, line| if line.score > best.score { *line } else { best });
         let false_alarm = -f64::exp_m1(lines.len() as f64 * f64::ln_1p(-(-0.5 * best.score).exp()));
         Ok(Scan { lines, best, false_alarm })

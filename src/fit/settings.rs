@@ -8,7 +8,8 @@ use super::problem::{Problem, Run};
 use super::residuals::simulate;
 use super::search::{End, Loss, Reached, search};
 use super::series::{Kind, MAD, Series};
-use super::{Family, FitError, Parameter, parallel, starts};
+use super::{Family, FitError, Parameter, starts};
+use crate::ensemble;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
@@ -51,8 +52,14 @@ pub struct Fit {
 
 impl Default for Fit {
     fn default() -> Self {
-        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Self { step: 120.0, loss: Loss::Squares, starts: 1, windows: vec![0.25, 0.5, 1.0], widest: 0.5, threads }
+        Self {
+            step: 120.0,
+            loss: Loss::Squares,
+            starts: 1,
+            windows: vec![0.25, 0.5, 1.0],
+            widest: 0.5,
+            threads: ensemble::cores(),
+        }
     }
 }
 
@@ -143,7 +150,7 @@ impl Fit {
             }
             let threads = (self.threads / points.len()).max(1);
             let part = Problem { until, threads, ..problem.clone() };
-            let found = parallel::map(points.len(), self.threads, |i| {
+            let found = ensemble::collect(points.len(), self.threads, |i| {
                 // The end of an earlier part may have no shoot that lasts longer.
                 search(&part, self.loss, points[i].clone(), INTERMEDIATE)
                     .or_else(|_| search(&part, self.loss, given.clone(), INTERMEDIATE))

@@ -1,6 +1,9 @@
-//! Numerical methods that do not depend on rods: quadrature, interpolation, scalar equations and Krylov subspaces.
+//! Numerical methods that do not depend on rods: quadrature, interpolation, scalar equations, Krylov subspaces, sines
+//! and Fourier sums.
 
+pub(crate) mod fourier;
 pub(crate) mod interpolation;
 pub(crate) mod krylov;
 pub(crate) mod quadrature;
 pub(crate) mod scalar;
+pub(crate) mod sines;

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector2;
 
 use super::statistics::{SIGNIFICANT, resolved_interval};
+use crate::numerics::sines::sines;
 
 /// Largest correlation of successive values. Red noise with this correlation is a random walk on all tracks shorter
 /// than a million intervals.
@@ -97,12 +98,13 @@ pub(super) fn level(
     let beside =
         (0..NEIGHBOURS + NEIGHBOURS / 3).flat_map(|j| [-1.0, 1.0].map(|sign| omega + sign * PI * (APART + j as f64)));
     let (mut logarithms, mut count) = (0.0, 0.0);
+    let (mut sine, mut cosine) = (vec![0.0; times.len()], vec![0.0; times.len()]);
     for other in beside.filter(free).take(NEIGHBOURS) {
+        sines(other, times, &mut sine, &mut cosine);
         let mut sums = [Vector2::zeros(); 2];
-        for (t, rest) in times.iter().zip(residual) {
-            let (sine, cosine) = (other * t).sin_cos();
-            sums[0] += rest * cosine;
-            sums[1] += rest * sine;
+        for ((rest, sine), cosine) in residual.iter().zip(&sine).zip(&cosine) {
+            sums[0] += rest * *cosine;
+            sums[1] += rest * *sine;
         }
         // The squares of the cosine and of the sine add up to one in each coordinate.
         let power = (sums[0].norm_squared() + sums[1].norm_squared()) / (2.0 * times.len() as f64);

@@ -1,21 +1,15 @@
-//! Nonlinear least squares for a polynomial drift and waves with unknown frequencies.
+//! Model of a tip track: a polynomial drift and waves.
 
 use std::f64::consts::PI;
 
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::Vector2;
 
 use super::background::{Background, level};
 use super::ellipse::Ellipse;
 use super::statistics::resolved_interval;
 use crate::numerics::quadrature::legendre_sequence;
+use crate::numerics::sines::sines;
 
-/// Largest number of Gauss–Newton iterations. They converge quadratically where noise is small.
-const ITERATIONS: usize = 30;
-/// Change of a frequency at convergence, in turns over the whole track.
-pub(super) const CONVERGED: f64 = 1e-12;
-/// Largest change of a frequency in an iteration, in turns over the whole track. Larger ones reach another peak of
-/// the spectrum.
-const LONGEST_MOVE: f64 = 0.2;
 /// Power of a residual along the next polynomial, over its mean in noise, above which the drift needs that
 /// polynomial. Noise exceeds it with probability e⁻⁵ = 0.7 % if its variance is known.
 const DRIFTING: f64 = 5.0;
@@ -128,112 +122,18 @@ impl Harmonics {
         self.waves.iter().map(|wave| wave.omega).collect()
     }
 
-    pub fn at(&self, t: f64) -> Vector2<f64> {
-        let drift: Vector2<f64> = legendre_sequence(t).zip(&self.drift).map(|(p, c)| c * p).sum();
-        drift + self.waves.iter().map(|wave| wave.at(t)).sum::<Vector2<f64>>()
-    }
-
     /// Residuals of samples.
     pub fn residuals(&self, samples: &Samples) -> Vec<Vector2<f64>> {
-        samples.times.iter().zip(&samples.positions).map(|(t, p)| p - self.at(*t)).collect()
-    }
-
-    /// Fits all coefficients and the frequencies of the first `free` waves by the Gauss–Newton method, coefficients
-    /// first. Returns whether the iteration converged.
-    pub fn fit(&mut self, samples: &Samples, free: usize) -> bool {
-        let linear = self.drift.len() + 2 * self.waves.len();
-        if 2 * samples.times.len() <= 2 * linear + free {
-            return false;
-        }
-        for iteration in 0..ITERATIONS {
-            let moves = if iteration == 0 { 0 } else { free };
-            let Some((change, inverse)) = self.correction(samples, moves) else { return false };
-            let mut largest = 0.0_f64;
-            for (k, wave) in self.waves.iter_mut().enumerate() {
-                let at = self.drift.len() + 2 * k;
-                for c in 0..2 {
-                    wave.cosine[c] += change[c * linear + at];
-                    wave.sine[c] += change[c * linear + at + 1];
-                }
-                if k < moves {
-                    // Scaled times span two units: one turn over the track is an angular frequency of π.
-                    let turns = change[2 * linear + k] / PI;
-                    wave.omega += turns.clamp(-LONGEST_MOVE, LONGEST_MOVE) * PI;
-                    largest = largest.max(turns.abs());
-                }
-            }
-            for (j, drift) in self.drift.iter_mut().enumerate() {
-                *drift += Vector2::new(change[j], change[linear + j]);
-            }
-            if !largest.is_finite() {
-                return false;
-            }
-            if iteration > 0 && largest < CONVERGED || iteration + 1 == ITERATIONS && largest < LONGEST_MOVE {
-                return self.finish(samples, &inverse, moves);
+        let drift = |t: f64| -> Vector2<f64> { legendre_sequence(t).zip(&self.drift).map(|(p, c)| c * p).sum() };
+        let mut rest: Vec<_> = samples.times.iter().zip(&samples.positions).map(|(t, p)| p - drift(*t)).collect();
+        let (mut sine, mut cosine) = (vec![0.0; rest.len()], vec![0.0; rest.len()]);
+        for wave in &self.waves {
+            sines(wave.omega, &samples.times, &mut sine, &mut cosine);
+            for ((rest, sine), cosine) in rest.iter_mut().zip(&sine).zip(&cosine) {
+                *rest -= wave.cosine * *cosine + wave.sine * *sine;
             }
         }
-        false
-    }
-
-    /// The change of all coefficients and of the first `moves` frequencies, and the inverse of the normal matrix.
-    fn correction(&self, samples: &Samples, moves: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
-        let linear = self.drift.len() + 2 * self.waves.len();
-        let size = 2 * linear + moves;
-        let (mut normal, mut right) = (DMatrix::<f64>::zeros(size, size), DVector::<f64>::zeros(size));
-        let mut row: Vec<(usize, f64)> = Vec::with_capacity(linear + moves);
-        for (t, position) in samples.times.iter().zip(&samples.positions) {
-            let rest = position - self.at(*t);
-            let mut basis: Vec<f64> = legendre_sequence(*t).take(self.drift.len()).collect();
-            basis.extend(self.waves.iter().flat_map(|wave| {
-                let (sine, cosine) = (wave.omega * t).sin_cos();
-                [cosine, sine]
-            }));
-            for c in 0..2 {
-                row.clear();
-                row.extend(basis.iter().enumerate().map(|(j, value)| (c * linear + j, *value)));
-                row.extend(self.waves[..moves].iter().enumerate().map(|(k, wave)| {
-                    let (sine, cosine) = (wave.omega * t).sin_cos();
-                    (2 * linear + k, t * (wave.sine[c] * cosine - wave.cosine[c] * sine))
-                }));
-                for &(i, x) in &row {
-                    right[i] += x * rest[c];
-                    for &(j, y) in &row {
-                        normal[(i, j)] += x * y;
-                    }
-                }
-            }
-        }
-        // Frequencies and coefficients differ in units and size.
-        let scale =
-            DVector::from_fn(size, |i, _| if normal[(i, i)] > 0.0 { normal[(i, i)].sqrt().recip() } else { 1.0 });
-        let scaled = DMatrix::from_fn(size, size, |i, j| normal[(i, j)] * scale[i] * scale[j]);
-        let inverse = scaled.cholesky()?.inverse();
-        let inverse = DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-        let change = &inverse * right;
-        Some((change, inverse))
-    }
-
-    /// Computes standard errors from the inverse of the normal matrix and the spectrum of the residual. Returns
-    /// whether they are finite.
-    fn finish(&mut self, samples: &Samples, inverse: &DMatrix<f64>, free: usize) -> bool {
-        let linear = self.drift.len() + 2 * self.waves.len();
-        let rest = self.residuals(samples);
-        let sum = rest.iter().map(Vector2::norm_squared).sum::<f64>();
-        self.variance = sum / (2 * rest.len() - 2 * linear - free) as f64;
-        let background = Background::of(&samples.times, &rest);
-        let (omegas, lowest) = (self.omegas(), self.lowest());
-        for (k, wave) in self.waves.iter_mut().enumerate() {
-            let at = self.drift.len() + 2 * k;
-            // The noise near the frequency of a wave determines its errors.
-            let near = level(&samples.times, &rest, &background, wave.omega, &omegas, lowest);
-            let variance = near.unwrap_or(self.variance * background.at(wave.omega));
-            wave.variance = variance;
-            let error = |i: usize| (variance * inverse[(i, i)]).sqrt();
-            wave.omega_error = if k < free { error(2 * linear + k) } else { 0.0 };
-            wave.cosine_error = Vector2::new(error(at), error(linear + at));
-            wave.sine_error = Vector2::new(error(at + 1), error(linear + at + 1));
-        }
-        self.variance.is_finite()
+        rest
     }
 
     /// Increases the standard errors to those in white noise with the variance of the whole residual. Other
@@ -270,7 +170,7 @@ impl Harmonics {
     }
 
     /// The lowest frequency above the drift: a polynomial of degree d follows up to d/2 turns.
-    fn lowest(&self) -> f64 {
+    pub fn lowest(&self) -> f64 {
         0.5 * PI * self.drift.len() as f64
     }
 }

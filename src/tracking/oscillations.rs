@@ -3,7 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::ellipse::Ellipse;
-use super::harmonics::{CONVERGED, Harmonics, Samples, Wave};
+use super::harmonics::{Harmonics, Samples, Wave};
+use super::least_squares::CONVERGED;
 use super::outliers::good;
 use super::search::{Search, find_waves};
 use super::statistics::SIGNIFICANT;

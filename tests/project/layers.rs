@@ -16,7 +16,7 @@ const LAYERS: [&[&str]; 12] = [
     &["checkpoint", "shoot"],
     &["linear"],
     &["integrator", "stability"],
-    &["cycle"],
+    &["cycle", "ensemble"],
     &["fit"],
     &["guide"],
 ];

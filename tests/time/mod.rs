@@ -8,6 +8,7 @@ mod contact;
 mod contact_changes;
 mod discontinuities;
 mod dynamic_symmetries;
+mod ensembles;
 mod extreme;
 mod extreme_scales;
 mod failures;
