@@ -58,6 +58,9 @@ pub(crate) struct ReferenceElement {
     pub slope: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
+    /// Stations, at which a distributed contact acts, with the weights of `within`. There is one fewer than
+    /// rotations, so that bending energy determines the shape.
+    pub stations: Vec<(f64, [f64; MAX_POINTS])>,
 }
 
 impl ReferenceElement {
@@ -76,6 +79,7 @@ impl ReferenceElement {
             shape: [[0.0; MAX_POINTS]; MAX_POINTS],
             slope: [[0.0; MAX_POINTS]; MAX_POINTS],
             upto: [[0.0; MAX_POINTS]; MAX_POINTS],
+            stations: Vec::new(),
             points,
             weights,
         };
@@ -88,6 +92,8 @@ impl ReferenceElement {
             reference.slope[g][..p].copy_from_slice(&slopes[1..=p]);
             reference.upto[g] = reference.integral_upto(x);
         }
+        let stations = if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() };
+        reference.stations = stations.into_iter().map(|x| (x, reference.within(x))).collect();
         reference
     }
 
@@ -105,6 +111,16 @@ impl ReferenceElement {
         let mut out = [0.0; MAX_POINTS];
         out[..self.p].copy_from_slice(&values[1..=self.p]);
         out
+    }
+
+    /// The weights of `integral_upto` for `x` up to 1, where they are exactly those of the Gauss points.
+    pub fn within(&self, x: f64) -> [f64; MAX_POINTS] {
+        if x < 1.0 {
+            return self.integral_upto(x);
+        }
+        let mut weights = [0.0; MAX_POINTS];
+        weights[..self.p].copy_from_slice(&self.weights);
+        weights
     }
 
     /// Weights that integrate a polynomial through the Gauss points from 0 to `x`.

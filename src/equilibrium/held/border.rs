@@ -259,12 +259,14 @@ fn stacked<const P: usize>(
 
 /// The weights (m) that integrate a polynomial through the material points from the start of an element to `x`.
 pub(super) fn upto_parts(rod: &Rod, e: usize, x: f64) -> [f64; MAX_POINTS] {
-    let mut parts = if x < 1.0 { rod.reference().integral_upto(x) } else { [0.0; MAX_POINTS] };
-    for (g, point) in rod.element_points(e).iter().enumerate() {
-        if x >= 1.0 {
-            parts[g] = rod.reference().weights[g];
-        }
-        parts[g] *= point.jacobian;
+    scaled_parts(rod, e, &rod.reference().within(x))
+}
+
+/// The weights (m) of an element, given those for an element of length one.
+pub(super) fn scaled_parts(rod: &Rod, e: usize, weights: &[f64; MAX_POINTS]) -> [f64; MAX_POINTS] {
+    let mut parts = *weights;
+    for (part, point) in parts.iter_mut().zip(rod.element_points(e)) {
+        *part *= point.jacobian;
     }
     parts
 }

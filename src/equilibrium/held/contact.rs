@@ -4,7 +4,7 @@ use super::arrange::place_along;
 use super::correct::FOLLOWING;
 use super::data::HeldSearch;
 use super::sites::Site;
-use super::touch::{CLEAR, Penetration, Place, SAME, penetrations};
+use super::touch::{CLEAR, Penetration, Place, SAME, Sampling, penetrations};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
 use crate::load::Load;
@@ -47,8 +47,13 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     }
 
     /// The places at which the rod penetrates obstacles.
-    pub(super) fn penetrations(&self, rod: &Rod) -> Vec<Penetration> {
-        penetrations(rod, &self.tangents, &self.obstacles, &self.touches(rod), (self.length, CLEAR * self.leniency))
+    pub(super) fn penetrations(&self, sampling: &Sampling, rod: &Rod) -> Vec<Penetration> {
+        penetrations(sampling, &self.touches(rod), (self.length, CLEAR * self.leniency))
+    }
+
+    /// The obstacles and the stations of a rod at the last evaluated tangents.
+    pub(super) fn sampling<'b>(&'b self, rod: &'b Rod) -> Sampling<'b, 'b> {
+        Sampling::new(rod, &self.tangents, &self.obstacles)
     }
 
     /// Adds contacts where the rod penetrates obstacles: at the deepest place, and at all stations beside a contact.
@@ -171,7 +176,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.leniency = 10.0_f64.powi(change as i32 - PATIENCE).clamp(1.0, LARGEST_LENIENCY);
             self.find(rod, bound)?;
             if !self.obstacles.contacts.is_empty() {
-                let penetrations = self.penetrations(rod);
+                let penetrations = self.penetrations(&self.sampling(rod), rod);
                 if self.touch(rod, &penetrations, true) {
                     continue;
                 }
@@ -200,7 +205,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         }
         let guess = self.snapshot(rod);
         let found = self.correct(rod, bound.min(FOLLOWING), touching).is_ok_and(|changed| !changed);
-        if found && self.penetrations(rod).is_empty() {
+        if found && self.penetrations(&self.sampling(rod), rod).is_empty() {
             return true;
         }
         self.restore(rod, guess);

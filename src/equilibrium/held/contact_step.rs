@@ -5,7 +5,7 @@ use nalgebra::DVector;
 use super::conditions::{Conditions, Role};
 use super::data::HeldSearch;
 use super::dense::Dense;
-use super::touch::{Penetration, all_stations, approaches, largest_share};
+use super::touch::{Penetration, approaches, largest_share};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::system::Configuration;
 use crate::equilibrium::{EquilibriumError, Inertia};
@@ -103,19 +103,21 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         let mut from = Configuration::default();
         from.keep(rod);
         let forces = self.obstacles.forces.clone();
-        let before = all_stations(rod, &self.tangents);
-        let bounds = approaches(rod, &self.tangents, &self.obstacles);
+        let before = self.sampling(rod);
+        let (bounds, before) = (approaches(&before), before.stations);
         self.system.start.keep(rod);
         self.advance(rod, fraction);
         self.locate(rod);
-        let share = largest_share(&bounds, &before, &all_stations(rod, &self.tangents));
+        let mut after = self.sampling(rod);
+        let share = largest_share(&bounds, &before, &after.stations);
         if share < 1.0 {
             from.restore(rod);
             self.obstacles.pull(forces.clone());
             self.advance(rod, fraction * share);
             self.locate(rod);
+            after = self.sampling(rod);
         }
-        let penetrations = self.penetrations(rod);
+        let penetrations = self.penetrations(&after, rod);
         from.restore(rod);
         self.obstacles.pull(forces);
         self.locate(rod);

@@ -61,7 +61,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.obstacles.pull(self.obstacles.sums(forces(&self.sites)));
         }
         self.locate(rod);
-        let deep = is_deep(rod, &self.tangents, &self.obstacles);
+        let deep = is_deep(&self.sampling(rod));
         for _ in 0..bound.min(self.last.saturating_sub(self.found.iterations)) {
             self.found.iterations += 1;
             self.place_contacts(rod);
@@ -94,7 +94,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let fraction = self.descend(rod, &step, &merit, (shift > 0.0, course.last))?;
             self.add_reactions(&step.conditions, &step.changes, fraction);
-            if !deep && is_deep(rod, &self.tangents, &self.obstacles) {
+            if !deep && is_deep(&self.sampling(rod)) {
                 return Err(self.contacts_not_found(0.0));
             }
             if self.regulate_friction(rod, turn) {

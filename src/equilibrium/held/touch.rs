@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::border::upto_parts;
+use super::border::{scaled_parts, upto_parts};
 use super::sites::Gap;
-use crate::numerics::quadrature::lobatto;
+use crate::reference_element::MAX_POINTS;
 use crate::rod::Rod;
 use crate::support::{Contact, Obstacle};
 
@@ -62,20 +62,14 @@ pub(super) struct Place {
     pub position: Vector3<f64>,
 }
 
-/// The coordinates of the stations of an element with p points, except its start: they carry the reactions of a
-/// distributed contact. There is one fewer than rotations, so that bending energy determines the shape.
-pub(super) fn stations(p: usize) -> Vec<f64> {
-    if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() }
-}
-
 /// The stations of a rod with their positions for given tangents of the centre line.
 pub(super) fn all_stations(rod: &Rod, tangents: &[Vector3<f64>]) -> Vec<Place> {
-    let coordinates = stations(rod.order().points());
-    let mut all = Vec::with_capacity(rod.elements() * coordinates.len());
+    let stations = &rod.reference().stations;
+    let mut all = Vec::with_capacity(rod.elements() * stations.len());
     let (mut start, mut from) = (0.0, Vector3::zeros());
     for e in 0..rod.elements() {
-        for &x in &coordinates {
-            all.push(place(rod, tangents, (e, x), start, &from));
+        for (x, weights) in stations {
+            all.push(weighted_place(rod, tangents, ((e, *x), scaled_parts(rod, e, weights)), start, &from));
         }
         let Some(last) = all.last() else { continue };
         (start, from) = (last.arc_length, last.position);
@@ -100,8 +94,18 @@ pub(super) fn place(
     start: f64,
     from: &Vector3<f64>,
 ) -> Place {
+    weighted_place(rod, tangents, ((element, x), upto_parts(rod, element, x)), start, from)
+}
+
+/// As `place`, with the weights (m) of the integral from the start of the element.
+fn weighted_place(
+    rod: &Rod,
+    tangents: &[Vector3<f64>],
+    ((element, x), parts): ((usize, f64), [f64; MAX_POINTS]),
+    start: f64,
+    from: &Vector3<f64>,
+) -> Place {
     let p = rod.order().points();
-    let parts = upto_parts(rod, element, x);
     let arc_length = start + parts[..p].iter().sum::<f64>();
     let tangents = &tangents[element * p..(element + 1) * p];
     let position = tangents.iter().zip(parts).fold(*from, |sum, (tangent, part)| sum + tangent * part);
@@ -122,20 +126,16 @@ pub(super) struct Penetration {
 /// arc lengths (m) of contacts; places next to them are left out between stations. Penetrations up to `clear`,
 /// relative to the length, are attributed to rounding.
 pub(super) fn penetrations(
-    rod: &Rod,
-    tangents: &[Vector3<f64>],
-    obstacles: &Obstacles,
+    sampling: &Sampling,
     touches: &[(usize, f64)],
     (length, clear): (f64, f64),
 ) -> Vec<Penetration> {
-    let all = all_stations(rod, tangents);
-    let sampling = Sampling { rod, tangents, obstacles };
     let margin = SAME * length;
     let mut found: Vec<Penetration> = Vec::new();
-    for obstacle in 0..obstacles.contacts.len() {
+    for obstacle in 0..sampling.obstacles.contacts.len() {
         let own: Vec<f64> = touches.iter().filter(|(other, _)| *other == obstacle).map(|(_, s)| *s).collect();
         let mut run: Option<(Penetration, f64)> = None;
-        for interval in sampling.intervals(obstacle, &all) {
+        for interval in sampling.intervals(obstacle) {
             let Interval { element, before, after, .. } = interval;
             let (from, s) = (before.arc_length, after.arc_length);
             let touched = own.iter().any(|t| *t > from - margin && *t < s + margin);
@@ -193,14 +193,19 @@ struct Interval {
     after: Sample,
 }
 
-/// The obstacles and a rod whose centre line has given tangents.
-struct Sampling<'b, 'a> {
+/// The obstacles and a rod whose centre line has given tangents, with its stations.
+pub(super) struct Sampling<'b, 'a> {
     rod: &'b Rod,
     tangents: &'b [Vector3<f64>],
     obstacles: &'b Obstacles<'a>,
+    pub stations: Vec<Place>,
 }
 
-impl Sampling<'_, '_> {
+impl<'b, 'a> Sampling<'b, 'a> {
+    pub fn new(rod: &'b Rod, tangents: &'b [Vector3<f64>], obstacles: &'b Obstacles<'a>) -> Self {
+        Self { rod, tangents, obstacles, stations: all_stations(rod, tangents) }
+    }
+
     /// The gap at a place to an obstacle.
     fn at(&self, obstacle: usize, place: &Place) -> Sample {
         let gap = self.obstacles.gap(obstacle, &place.position);
@@ -211,11 +216,11 @@ impl Sampling<'_, '_> {
         Sample { x: place.x, arc_length: place.arc_length, gap: gap.value, radius }
     }
 
-    /// The intervals between given stations, of which the first begins at the base.
-    fn intervals(&self, obstacle: usize, stations: &[Place]) -> impl Iterator<Item = Interval> {
+    /// The intervals between the stations, of which the first begins at the base.
+    fn intervals(&self, obstacle: usize) -> impl Iterator<Item = Interval> {
         let mut start = Place { element: 0, x: 0.0, arc_length: 0.0, position: Vector3::zeros() };
         let mut before = self.at(obstacle, &start);
-        stations.iter().map(move |station| {
+        self.stations.iter().map(move |station| {
             let after = self.at(obstacle, station);
             let interval = Interval { element: station.element, start, before, after };
             before = after;
@@ -251,27 +256,25 @@ impl Sampling<'_, '_> {
 }
 
 /// The place with the least gap to an obstacle in each interval up to a station, which belongs to it.
-fn closest(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles, obstacle: usize) -> Vec<Sample> {
-    let sampling = Sampling { rod, tangents, obstacles };
-    let least = |interval: Interval| {
+fn closest(sampling: &Sampling, obstacle: usize) -> impl Iterator<Item = Sample> {
+    sampling.intervals(obstacle).map(move |interval| {
         let inside = sampling.least(obstacle, &interval).filter(|least| least.gap < interval.after.gap);
         inside.unwrap_or(interval.after)
-    };
-    sampling.intervals(obstacle, &all_stations(rod, tangents)).map(least).collect()
+    })
 }
 
 /// Bounds on the displacement in a step: for each obstacle and each station, and the part of the rod before it, the
 /// largest displacement that does not approach the obstacle by more than half the gap or a part of its radius, m.
-pub(super) fn approaches(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles) -> Vec<Vec<f64>> {
-    let bound = |at: &Sample| (0.5 * at.gap).max(LARGEST_APPROACH * (at.radius + at.gap.max(0.0)));
-    let bounds = |obstacle| closest(rod, tangents, obstacles, obstacle).iter().map(bound).collect();
-    (0..obstacles.contacts.len()).map(bounds).collect()
+pub(super) fn approaches(sampling: &Sampling) -> Vec<Vec<f64>> {
+    let bound = |at: Sample| (0.5 * at.gap).max(LARGEST_APPROACH * (at.radius + at.gap.max(0.0)));
+    let bounds = |obstacle| closest(sampling, obstacle).map(bound).collect();
+    (0..sampling.obstacles.contacts.len()).map(bounds).collect()
 }
 
 /// Whether the rod penetrates an obstacle by more than half its radius, beyond which it may leave it on the other side.
-pub(super) fn is_deep(rod: &Rod, tangents: &[Vector3<f64>], obstacles: &Obstacles) -> bool {
-    let deep = |obstacle| closest(rod, tangents, obstacles, obstacle).iter().any(|at| at.gap < -0.5 * at.radius);
-    (0..obstacles.contacts.len()).any(deep)
+pub(super) fn is_deep(sampling: &Sampling) -> bool {
+    let deep = |obstacle| closest(sampling, obstacle).any(|at| at.gap < -0.5 * at.radius);
+    (0..sampling.obstacles.contacts.len()).any(deep)
 }
 
 /// The largest share of a displacement of the stations that is within the bounds of `approaches`.
