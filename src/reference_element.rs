@@ -58,6 +58,9 @@ pub(crate) struct ReferenceElement {
     pub slope: [[f64; MAX_POINTS]; MAX_POINTS],
     /// `upto[g][j]`: ∫ from 0 to Gauss point g of the polynomial through the Gauss points that is one at point j.
     pub upto: [[f64; MAX_POINTS]; MAX_POINTS],
+    /// `integrals[j][k]`: coefficient of xᵏ⁺¹ in the integral from 0 to x of the polynomial through the Gauss points that is
+    /// one at point j.
+    integrals: [[f64; MAX_POINTS]; MAX_POINTS],
     /// Stations, at which a distributed contact acts, with the weights of `within`. There is one fewer than
     /// rotations, so that bending energy determines the shape.
     pub stations: Vec<(f64, [f64; MAX_POINTS])>,
@@ -79,6 +82,7 @@ impl ReferenceElement {
             shape: [[0.0; MAX_POINTS]; MAX_POINTS],
             slope: [[0.0; MAX_POINTS]; MAX_POINTS],
             upto: [[0.0; MAX_POINTS]; MAX_POINTS],
+            integrals: [[0.0; MAX_POINTS]; MAX_POINTS],
             stations: Vec::new(),
             points,
             weights,
@@ -91,6 +95,19 @@ impl ReferenceElement {
             reference.shape[g][..p].copy_from_slice(&values[1..=p]);
             reference.slope[g][..p].copy_from_slice(&slopes[1..=p]);
             reference.upto[g] = reference.integral_upto(x);
+        }
+        for j in 0..p {
+            // The product of the linear factors (x − xᵢ)/(xⱼ − xᵢ).
+            let mut product = [0.0; MAX_POINTS];
+            product[0] = 1.0;
+            for i in (0..p).filter(|i| *i != j) {
+                let width = reference.points[j] - reference.points[i];
+                for k in (0..p).rev() {
+                    let lower = if k > 0 { product[k - 1] } else { 0.0 };
+                    product[k] = (lower - reference.points[i] * product[k]) / width;
+                }
+            }
+            reference.integrals[j] = std::array::from_fn(|k| product[k] / (k + 1) as f64);
         }
         let stations = if p < 2 { vec![1.0] } else { lobatto(p - 1)[1..].to_vec() };
         reference.stations = stations.into_iter().map(|x| (x, reference.within(x))).collect();
@@ -113,13 +130,16 @@ impl ReferenceElement {
         out
     }
 
-    /// The weights of `integral_upto` for `x` up to 1, where they are exactly those of the Gauss points.
+    /// The weights of `integral_upto` for `x` up to 1, by powers of x. At 1 they are exactly those of the Gauss points.
     pub fn within(&self, x: f64) -> [f64; MAX_POINTS] {
-        if x < 1.0 {
-            return self.integral_upto(x);
-        }
         let mut weights = [0.0; MAX_POINTS];
-        weights[..self.p].copy_from_slice(&self.weights);
+        if x < 1.0 {
+            for (weight, powers) in weights.iter_mut().zip(&self.integrals) {
+                *weight = x * powers.iter().rfold(0.0, |sum, factor| sum * x + factor);
+            }
+        } else {
+            weights[..self.p].copy_from_slice(&self.weights);
+        }
         weights
     }
 
@@ -134,5 +154,25 @@ impl ReferenceElement {
             }
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_abs_diff_eq;
+
+    #[test]
+    fn integrals_by_powers_are_those_by_quadrature() {
+        for order in Order::ALL {
+            let reference = ReferenceElement::of(order);
+            for x in [0.0, 0.1, 0.37, 0.5, 0.99] {
+                // The coefficients are of the order of ten, and the error is rounding.
+                for (power, quadrature) in reference.within(x).iter().zip(reference.integral_upto(x)) {
+                    assert_abs_diff_eq!(*power, quadrature, epsilon = 1e-14);
+                }
+            }
+            assert_eq!(reference.within(1.0)[..reference.p], reference.weights[..]);
+        }
     }
 }

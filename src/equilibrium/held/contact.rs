@@ -4,7 +4,7 @@ use super::arrange::place_along;
 use super::correct::FOLLOWING;
 use super::data::HeldSearch;
 use super::sites::Site;
-use super::touch::{CLEAR, Penetration, Place, SAME, Sampling, penetrations};
+use super::touch::{CLEAR, Penetration, Place, SAME, Sampling, is_deep, penetrations};
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
 use crate::load::Load;
@@ -49,6 +49,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// The places at which the rod penetrates obstacles.
     pub(super) fn penetrations(&self, sampling: &Sampling, rod: &Rod) -> Vec<Penetration> {
         penetrations(sampling, &self.touches(rod), (self.length, CLEAR * self.leniency))
+    }
+
+    /// Whether the rod penetrates an obstacle so far that it may leave it on the other side.
+    pub(super) fn is_deep(&self, rod: &Rod) -> bool {
+        !self.obstacles.contacts.is_empty() && is_deep(&self.sampling(rod))
     }
 
     /// The obstacles and the stations of a rod at the last evaluated tangents.

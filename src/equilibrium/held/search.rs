@@ -7,7 +7,6 @@ use super::dense::NEUTRAL;
 use super::descent::{SLOW, SMALL_TURN};
 use super::response::{ACCEPTED, RESTORED};
 use super::sites::Site;
-use super::touch::is_deep;
 use super::yielding::forces;
 use crate::constitutive::Constitutive;
 use crate::equilibrium::EquilibriumError;
@@ -60,11 +59,11 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.locate(rod);
             self.obstacles.pull(self.obstacles.sums(forces(&self.sites)));
         }
-        self.locate(rod);
-        let deep = is_deep(&self.sampling(rod));
+        let mut deep = None;
         for _ in 0..bound.min(self.last.saturating_sub(self.found.iterations)) {
             self.found.iterations += 1;
             self.place_contacts(rod);
+            let deep = *deep.get_or_insert_with(|| self.is_deep(rod));
             let (step, shift) = self.shifted_step(rod, &mut course)?;
             if !course.bowed && self.is_straight(&step.conditions) {
                 course.bowed = true;
@@ -94,7 +93,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             }
             let fraction = self.descend(rod, &step, &merit, (shift > 0.0, course.last))?;
             self.add_reactions(&step.conditions, &step.changes, fraction);
-            if !deep && is_deep(&self.sampling(rod)) {
+            if !deep && self.is_deep(rod) {
                 return Err(self.contacts_not_found(0.0));
             }
             if self.regulate_friction(rod, turn) {
