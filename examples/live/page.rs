@@ -77,7 +77,9 @@ fn run() -> Result<(), Box<dyn Error>> {
 fn compiled() -> Result<PathBuf, Box<dyn Error>> {
     let home = Path::new(env!("CARGO_MANIFEST_DIR"));
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let arguments = ["build", "--release", "--example", "live", "--target", TARGET];
+    // The page does not need the names of the functions.
+    let arguments =
+        ["build", "--release", "--config", "profile.release.strip=true", "--example", "live", "--target", TARGET];
     let status = Command::new(cargo).args(arguments).current_dir(home).status()?;
     if !status.success() {
         let what =
