@@ -2,11 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::confidence::{Confidence, confidence, singular};
-use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, repeated};
+use super::confidence::{Confidence, uncertain};
+use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, deviation, repeated};
 use super::problem::{DIFFERENCE, Problem, RATIO, extrapolated};
-use super::search::{Loss, Reached};
+use super::search::{Loss, Reached, priors};
 use super::series::Series;
+use super::singular::{Singular, rounding};
 use super::{FitError, Parameter};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
@@ -35,25 +36,28 @@ pub(super) fn estimates(
     let free: Vec<usize> = inner.iter().map(|i| problem.free[*i]).collect();
     let problem = Problem { free: free.clone(), values: values.clone(), ..problem.clone() };
     let x = DVector::from_iterator(inner.len(), inner.iter().map(|i| x[*i]));
-    let reached = Reached { x, at: problem.evaluate(&problem.coordinates(&values))?, ..*reached };
+    let reached = Reached { x, at: problem.evaluate(&problem.coordinates(&values))?, failure: None, ..*reached };
     let [coarse, fine] = problem.jacobians(&reached.x, &reached.at, [DIFFERENCE, DIFFERENCE / RATIO])?;
     let jacobian = extrapolated(&coarse, &fine);
-    let found = confidence(&problem, loss, &reached, &jacobian);
-    let fallback = || Confidence {
-        covariance: DMatrix::zeros(free.len(), free.len()),
-        white: DMatrix::zeros(free.len(), free.len()),
-        singular: DVector::zeros(free.len()),
-        directions: DMatrix::identity(free.len(), free.len()),
-        lag_one: 0.0,
-    };
-    let found = found.unwrap_or_else(fallback);
-    let coarse = singular(&problem, &reached.x, &coarse).map_or(vec![], |(s, _)| s.as_slice().to_vec());
+    let slopes: Vec<_> = priors(&problem, &reached.x).map(|(i, [_, slope])| (i, slope)).collect();
+    let rounding = rounding(&coarse, &fine);
+    let [coarse, singular] = [&coarse, &jacobian].map(|matrix| Singular::of(matrix, &rounding, &slopes));
+    let found = singular
+        .as_ref()
+        .map_or_else(Confidence::empty, |singular| Confidence::of(&problem, loss, &reached, (&jacobian, singular)));
+    // Fewer frames than parameters may leave combinations without effect that further frames would determine.
+    let mut times: Vec<f64> = reached.at.rows.iter().map(|row| row.time).collect();
+    times.dedup();
+    let many = times.len() > free.len();
+    let without_effect = singular.as_ref().map_or(vec![], Singular::without_effect);
+    let values_of =
+        |singular: &Option<Singular>| singular.as_ref().map_or(vec![], |one| one.values.as_slice().to_vec());
     let (n, k) = (reached.at.residuals.len(), free.len());
     let logarithms = reached.at.rows.iter().map(|row| problem.noise[row.series].ln()).sum::<f64>();
     Ok(Estimates {
-        parameters: each(parameters, &values, &free, &found, widest),
+        parameters: each(parameters, &values, &free, (&found, &without_effect), (widest, many)),
         correlations: correlations(parameters.len(), &free, &found.covariance),
-        weak: weak_directions(&problem, &found, widest),
+        weak: weak_directions(&problem, (&found, &without_effect), (widest, many)),
         chi_squared: 2.0 * reached.objective,
         degrees_of_freedom: n.saturating_sub(k),
         noise: problem.noise.clone(),
@@ -63,29 +67,39 @@ pub(super) fn estimates(
         ambiguous_frames: vec![vec![]; data.len()],
         objectives,
         deviance: 2.0 * (reached.objective + logarithms),
-        singular_values: [coarse, found.singular.as_slice().to_vec()],
+        singular_values: [&coarse, &singular].map(values_of),
         family: parameters.to_vec(),
         data: data.to_vec(),
         loss,
         free,
         covariance: found.covariance,
         white: found.white,
+        redundancy: found.correlation.redundancy(),
+        without_effect,
     })
 }
 
 /// Estimates of all parameters.
-fn each(parameters: &[Parameter], values: &[f64], free: &[usize], found: &Confidence, widest: f64) -> Vec<Estimate> {
+fn each(
+    parameters: &[Parameter],
+    values: &[f64],
+    free: &[usize],
+    (found, without_effect): (&Confidence, &[DVector<f64>]),
+    (widest, many): (f64, bool),
+) -> Vec<Estimate> {
     let of = |(k, parameter): (usize, &Parameter)| {
         let (name, value, relative) = (parameter.name.clone(), values[k], parameter.logarithmic);
         let (error, verdict) = match free.iter().position(|other| *other == k) {
             None if parameter.is_fixed() => (0.0, Verdict::Fixed),
             None => (0.0, Verdict::AtBound),
-            Some(i) if found.is_in_structural(i) => (f64::INFINITY, Verdict::StructurallyNot),
+            Some(i) if without_effect.iter().any(|change| change[i] != 0.0) => {
+                (f64::INFINITY, if many { Verdict::StructurallyNot } else { Verdict::PracticallyNot })
+            }
             Some(i) => {
-                let error = found.covariance[(i, i)].max(0.0).sqrt();
-                let certain = error <= widest;
+                let error = deviation(found.covariance[(i, i)]);
                 let unit = if relative { 1.0 } else { parameter.slope(value) };
-                (error * unit, if certain { Verdict::Identifiable } else { Verdict::PracticallyNot })
+                let verdict = if error <= widest { Verdict::Identifiable } else { Verdict::PracticallyNot };
+                (error * unit, verdict)
             }
         };
         Estimate { name, value, error, relative, verdict }
@@ -129,19 +143,18 @@ fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<
 }
 
 /// Combinations with a standard error above `widest`, the weakest first.
-fn weak_directions(problem: &Problem, found: &Confidence, widest: f64) -> Vec<WeakDirection> {
-    let mut order: Vec<usize> = (0..found.singular.len()).collect();
-    order.sort_by(|a, b| found.singular[*a].total_cmp(&found.singular[*b]));
-    let direction = |j: usize| {
-        let (column, structural) = (found.directions.column(j), found.is_structural(j));
-        let largest = column.amax();
-        let named = |i: &usize| column[*i].abs() > NAMED * largest;
-        let sign = (0..column.len()).find(named).map_or(1.0, |i| column[i].signum());
-        let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * column[i] / largest);
-        let components = (0..column.len()).filter(named).map(component).collect();
-        let along = column / largest;
-        let error = if structural { f64::INFINITY } else { (found.singular[j] * along.norm()).recip() };
-        WeakDirection { components, error, structural }
+fn weak_directions(
+    problem: &Problem,
+    (found, without_effect): (&Confidence, &[DVector<f64>]),
+    (widest, many): (f64, bool),
+) -> Vec<WeakDirection> {
+    let none = without_effect.iter().map(|changes| (changes.clone(), f64::INFINITY));
+    let direction = |(changes, error): (DVector<f64>, f64)| {
+        let named = |i: &usize| changes[*i].abs() > NAMED;
+        let sign = (0..changes.len()).find(named).map_or(1.0, |i| changes[i].signum());
+        let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * changes[i]);
+        let components = (0..changes.len()).filter(named).map(component).collect();
+        WeakDirection { components, error, structural: many && error.is_infinite() }
     };
-    order.into_iter().map(direction).take_while(|weak| weak.structural || weak.error > widest).collect()
+    none.chain(uncertain(&found.covariance, widest)).map(direction).collect()
 }

@@ -28,12 +28,12 @@ pub enum FitError {
         /// Description of the defect.
         problem: &'static str,
     },
-    /// The data have fewer coordinates than the family has free parameters.
-    #[error("{coordinates} coordinates cannot determine {parameters} parameters")]
+    /// The data have fewer coordinates than there are unknowns.
+    #[error("{coordinates} coordinates cannot determine {parameters} unknowns")]
     Insufficient {
         /// Number of coordinates.
         coordinates: usize,
-        /// Number of free parameters.
+        /// Number of free parameters, and one more if a noise is to be estimated.
         parameters: usize,
     },
     /// Data and shoot differ so much in size that a unit must be wrong.

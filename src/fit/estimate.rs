@@ -52,6 +52,10 @@ impl Estimate {
     }
 }
 
+/// Change of a function along a combination without effect, relative to the sum of its parts, below which the parts
+/// cancel. The components of such a combination have errors up to 1e-10 over the next singular value.
+const CANCELLED: f64 = 1e-4;
+
 /// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
 pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
 
@@ -110,7 +114,9 @@ pub struct Estimates {
     /// Indices of the frames of each series at a discontinuity of the laws of the shoot. Such a frame is ambiguous: it
     /// is compared with the shoot just before the discontinuity.
     pub ambiguous_frames: Vec<Vec<usize>>,
-    /// Objectives (half of `chi_squared`) that the searches from the initial values reached, least first.
+    /// Objectives that the searches from all remaining initial values reached in the last of
+    /// [`Fit::windows`](super::Fit::windows), least first. If a noise is estimated they are those of a rough estimate, while
+    /// `chi_squared` is that of the last.
     pub objectives: Vec<f64>,
     /// Minus twice the logarithm of the likelihood and the priors, up to a constant of the data.
     pub deviance: f64,
@@ -124,6 +130,10 @@ pub struct Estimates {
     pub(super) covariance: DMatrix<f64>,
     /// Covariance for squares and white noise of the given size.
     pub(super) white: DMatrix<f64>,
+    /// Number of successive residuals that count as one.
+    pub(super) redundancy: f64,
+    /// Combinations of these parameters without effect on the data: changes of their coordinates.
+    pub(super) without_effect: Vec<DVector<f64>>,
 }
 
 impl Estimates {
@@ -134,25 +144,28 @@ impl Estimates {
         self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
 
-    /// Bayesian information criterion −2 ln L + k ln n of k parameters and n coordinates (G. Schwarz, Ann. Stat. 6,
-    /// 461, 1978). [`compare`](Self::compare) compares two families.
-    #[must_use]
-    pub fn bic(&self) -> f64 {
-        let n = self.residuals.len();
-        self.deviance + (n - self.degrees_of_freedom) as f64 * (n as f64).ln()
-    }
-
-    /// BIC of another family minus that of this one, both fitted to the same data. A positive difference favours this
-    /// family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90, 773, 1995).
-    /// Whether a shoot has an internal oscillator is decided by [`Fit::scan_oscillator`](super::Fit::scan_oscillator)
-    /// first.
+    /// Bayesian information criterion −2 ln L + k ln n of another family minus that of this one (G. Schwarz, Ann. Stat.
+    /// 6, 461, 1978), with k parameters and n coordinates, both fitted to the same data. A positive difference favours
+    /// this family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90, 773,
+    /// 1995). Whether a shoot has an internal oscillator is decided by
+    /// [`Fit::scan_oscillator`](super::Fit::scan_oscillator) first.
+    ///
+    /// Residuals that are correlated contain less information: n and the difference of −2 ln L are divided by the
+    /// number of successive residuals of the better fit that count as one.
     ///
     /// # Errors
     /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
     pub fn compare(&self, other: &Self) -> Result<f64, FitError> {
         let same = self.data.len() == other.data.len() && self.loss == other.loss;
         let same = same && self.data.iter().zip(&other.data).all(|(a, b)| a.equals(b));
-        if same { Ok(other.bic() - self.bic()) } else { Err(FitError::OtherData) }
+        if !same {
+            return Err(FitError::OtherData);
+        }
+        let better = if self.deviance <= other.deviance { self } else { other };
+        let n = self.residuals.len() as f64 / better.redundancy;
+        let parameters = |found: &Self| (found.residuals.len() - found.degrees_of_freedom) as f64;
+        Ok((other.deviance - self.deviance) / better.redundancy
+            + (parameters(other) - parameters(self)) * n.max(1.0).ln())
     }
 
     /// Value of a function of the parameters, and its standard error by linear propagation. The error is infinite if
@@ -170,18 +183,12 @@ impl Estimates {
                 (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
             }),
         );
-        // Changes below this size are due to rounding and to the curvature of the function.
-        let least = 1e-6 * gradient.amax();
-        let free = |weak: &&WeakDirection| weak.structural;
-        let changes = self.weak.iter().filter(free).any(|weak| {
-            let component = |k: usize| {
-                let name = &self.family[k].name;
-                weak.components.iter().find(|(other, _)| other == name).map_or(0.0, |(_, component)| *component)
-            };
-            self.free.iter().enumerate().map(|(i, k)| gradient[i] * component(*k)).sum::<f64>().abs() > least
+        let changes = self.without_effect.iter().any(|change| {
+            let parts = gradient.component_mul(change);
+            parts.sum().abs() > CANCELLED * parts.abs().sum()
         });
-        let variance = gradient.dot(&(&self.covariance * &gradient)).max(0.0);
-        [function(&values), if changes { f64::INFINITY } else { variance.sqrt() }]
+        let variance = gradient.dot(&(&self.covariance * &gradient));
+        [function(&values), if changes { f64::INFINITY } else { deviation(variance) }]
     }
 
     /// Values of all parameters, in the order of the family.
@@ -214,6 +221,11 @@ impl std::fmt::Display for Estimates {
         let (chi, lag) = (self.reduced_chi_squared(), self.lag_one);
         write!(f, "χ² per degree of freedom {chi:.3}, correlation of successive residuals {lag:.2}")
     }
+}
+
+/// Standard deviation; infinite if the variance is too large for a number.
+pub(super) fn deviation(variance: f64) -> f64 {
+    if variance.is_finite() { variance.max(0.0).sqrt() } else { f64::INFINITY }
 }
 
 /// Repeated frames of all series.

@@ -64,6 +64,7 @@ mod confidence;
 mod error;
 mod estimate;
 mod family;
+mod noise;
 mod parameter;
 mod problem;
 mod profile;
@@ -72,6 +73,7 @@ mod scan;
 mod search;
 mod series;
 mod settings;
+mod singular;
 mod starts;
 
 pub use error::FitError;

@@ -2,6 +2,9 @@
 
 use super::FitError;
 
+/// Smallest difference of bounds relative to their size, ten times the steps of difference quotients.
+const CLOSEST: f64 = 1e-4;
+
 /// A parameter of a family of shoots: its name, initial value, bounds and prior.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -98,6 +101,8 @@ impl Parameter {
             "has an initial value or a bound that is not finite"
         } else if low > high {
             "has a lower bound above its upper bound"
+        } else if !self.is_fixed() && !(high - low > CLOSEST * low.abs().max(high.abs())) {
+            "has bounds that hardly differ: fix it"
         } else if self.logarithmic && !(low > 0.0) {
             "has a bound that is not positive, though its scale is logarithmic"
         } else if !(self.start >= low && self.start <= high) {

@@ -107,14 +107,14 @@ impl Problem<'_> {
         let n = self.free.len();
         let column = |k: usize| -> Result<DVector<f64>, FitError> {
             let quotient = |h: f64| Ok((self.moved(x, at, k, h)? - &at.residuals) / h);
-            match quotient(ONE_SIDED) {
-                Ok(column) => Ok(column),
-                Err(FitError::Run { .. } | FitError::Family { .. }) => match quotient(-ONE_SIDED) {
-                    Ok(column) => Ok(column),
+            let h = if self.is_inside(k, x[k] + ONE_SIDED) { ONE_SIDED } else { -ONE_SIDED };
+            let other = || if self.is_inside(k, x[k] - h) { quotient(-h) } else { quotient(h) };
+            match quotient(h) {
+                Err(FitError::Run { .. } | FitError::Family { .. }) => match other() {
                     Err(FitError::Run { .. }) => self.column(x, at, k, ONE_SIDED),
-                    error => error,
+                    result => result,
                 },
-                error => error,
+                result => result,
             }
         };
         let columns = ensemble::collect(n, self.threads, column).into_iter().collect::<Result<Vec<_>, _>>()?;
@@ -129,6 +129,12 @@ impl Problem<'_> {
         Ok(self.over_noise(&output.residuals, &output.rows))
     }
 
+    /// Whether free coordinate `k` is within its bounds at a value.
+    fn is_inside(&self, k: usize, value: f64) -> bool {
+        let [low, high] = self.parameters[self.free[k]].limits();
+        (low..=high).contains(&value)
+    }
+
     fn column(&self, x: &DVector<f64>, at: &Evaluated, k: usize, step: f64) -> Result<DVector<f64>, FitError> {
         let mut step = step;
         for _ in 0..DIVISIONS {
@@ -141,15 +147,19 @@ impl Problem<'_> {
     }
 
     fn difference(&self, x: &DVector<f64>, at: &Evaluated, k: usize, h: f64) -> Result<DVector<f64>, FitError> {
-        let moved = |change: f64| self.moved(x, at, k, change);
+        // The family need not have a shoot beyond a bound.
+        let moved = |change: f64| self.is_inside(k, x[k] + change).then(|| self.moved(x, at, k, change));
         let one_sided = |near: &DVector<f64>, h: f64| -> Result<DVector<f64>, FitError> {
-            Ok((near * 4.0 - &at.residuals * 3.0 - moved(2.0 * h)?) / (2.0 * h))
+            let far = self.moved(x, at, k, 2.0 * h)?;
+            Ok((near * 4.0 - &at.residuals * 3.0 - far) / (2.0 * h))
         };
         match (moved(h), moved(-h)) {
-            (Ok(above), Ok(below)) => Ok((above - below) / (2.0 * h)),
-            (Ok(above), Err(FitError::Family { .. })) => one_sided(&above, h),
-            (Err(FitError::Family { .. }), Ok(below)) => one_sided(&below, -h),
-            (Err(error), _) | (_, Err(error)) => Err(error),
+            (Some(Ok(above)), Some(Ok(below))) => Ok((above - below) / (2.0 * h)),
+            (Some(Ok(above)), None | Some(Err(FitError::Family { .. }))) => one_sided(&above, h),
+            (None | Some(Err(FitError::Family { .. })), Some(Ok(below))) => one_sided(&below, -h),
+            (Some(Err(error)), _) | (_, Some(Err(error))) => Err(error),
+            // The bounds are further apart than the steps.
+            (None, None) => Ok(DVector::zeros(at.residuals.len())),
         }
     }
 }

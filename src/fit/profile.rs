@@ -26,7 +26,7 @@ impl Fit {
     /// means that the data exclude no value there.
     ///
     /// # Errors
-    /// [`Parameter`](FitError::Parameter) for a name without an error in the estimates, and the errors of
+    /// [`Parameter`](FitError::Parameter) for a name without a finite error in the estimates, and the errors of
     /// [`run`](Self::run).
     pub fn profile<M: Model, E: Display>(
         &self,
@@ -44,6 +44,10 @@ impl Fit {
             return Err(FitError::Parameter { name: name.to_owned(), problem });
         };
         let (k, covariance) = (free[i], &estimates.covariance);
+        if estimates.parameters[k].error.is_infinite() {
+            let problem = "belongs to a combination without effect on the data, so that its interval has no end";
+            return Err(FitError::Parameter { name: name.to_owned(), problem });
+        }
         let others: Vec<usize> = free.iter().copied().filter(|other| *other != k).collect();
         let parameter = &family.parameters[k];
         let full = self.problem(&family.parameters, data, estimates.values(), &run);

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::confidence::{Chains, Noise};
+use super::noise::{Chains, Noise};
 use super::problem::Problem;
 use super::residuals::{Steps, simulate};
 use super::series::Series;
@@ -94,7 +94,7 @@ impl Fit {
         let slopes = at.residuals.map(|r| estimates.loss.slope(r));
         let explained = explained(&jacobian);
         let identity = DMatrix::identity(explained.ncols(), explained.ncols());
-        let Noise { lag_one, variance, .. } = Noise::of(&slopes, &at.rows, &explained, &identity);
+        let Noise { correlation, variance, .. } = Noise::of(&slopes, &at.rows, &explained, &identity);
         let chains = Chains::new(&at.rows);
 
         let duration = at.rows.last().map_or(0.0, |last| last.time - at.rows[0].time);
@@ -115,7 +115,7 @@ impl Fit {
             let score = columns.tr_mul(&slopes);
             let score = Vector2::new(score[0], score[1]);
             let square = |matrix: DMatrix<f64>| Matrix2::from_fn(|i, j| matrix[(i, j)]);
-            let noise = square(chains.correlated_square(&at.rows, &columns, lag_one)) * variance;
+            let noise = square(chains.correlated_square(&at.rows, &columns, correlation)) * variance;
             let inverse = |matrix: Matrix2<f64>| matrix.try_inverse().unwrap_or_else(Matrix2::zeros);
             let amplitudes = inverse(square(columns.tr_mul(&columns))) * -score;
             let (sensitivity, phase) = (amplitudes.norm(), amplitudes.y.atan2(amplitudes.x));

@@ -85,6 +85,8 @@ pub(super) struct Reached {
     pub objective: f64,
     pub iterations: usize,
     pub converged: bool,
+    /// Error of the family or of a run that prevents any further step.
+    pub failure: Option<FitError>,
 }
 
 /// Objective: the sum of the losses and of half the squares of the priors.
@@ -105,7 +107,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
     let limits: Vec<_> = problem.free.iter().map(|k| problem.parameters[*k].limits()).collect();
     let at = problem.evaluate(&x)?;
     let objective_at = objective(problem, loss, &x, &at.residuals);
-    let mut now = Reached { x, at, objective: objective_at, iterations: 0, converged: n == 0 };
+    let mut now = Reached { x, at, objective: objective_at, iterations: 0, converged: n == 0, failure: None };
     let mut damping = DAMPING;
     while !now.converged && now.iterations < end.iterations {
         now.iterations += 1;
@@ -127,7 +129,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
             now.converged = true;
             break;
         }
-        let mut improved = None;
+        let (mut improved, mut failure) = (None, None);
         for _ in 0..TRIALS {
             let Some(step) = damped_step(&matrix, &gradient, &moving, damping) else {
                 damping = (damping * MORE_DAMPING).min(MOST_DAMPING);
@@ -146,6 +148,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
                 now.converged = true;
                 break;
             }
+            failure = None;
             match problem.evaluate(&x) {
                 Ok(at) => {
                     let value = objective(problem, loss, &x, &at.residuals);
@@ -156,18 +159,21 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
                     }
                 }
                 // The family or the integrator may fail far from the data. The step is shortened.
-                Err(FitError::Family { .. } | FitError::Run { .. }) => {}
+                Err(error @ (FitError::Family { .. } | FitError::Run { .. })) => failure = Some(error),
                 Err(error) => return Err(error),
             }
             if size <= end.accuracy {
-                now.converged = true;
+                now.converged = failure.is_none();
                 break;
             }
             damping = (damping * MORE_DAMPING).min(MOST_DAMPING);
         }
         match improved {
             Some((x, at, value)) => (now.x, now.at, now.objective) = (x, at, value),
-            None => break,
+            None => {
+                now.failure = failure;
+                break;
+            }
         }
     }
     Ok(now)

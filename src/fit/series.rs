@@ -31,13 +31,13 @@ impl View {
         Self(vec![Vector3::x(), Vector3::z()])
     }
 
-    /// View with the given rows of a camera matrix (without unit).
+    /// View with the given rows of a camera matrix (without unit), one for each coordinate of the image.
     ///
     /// # Errors
-    /// No row, more than three, or rows that are not finite.
+    /// No row, more than two, or rows that are not finite.
     pub fn matrix(rows: &[Vector3<f64>]) -> Result<Self, FitError> {
-        let ok = (1..=3).contains(&rows.len()) && rows.iter().flatten().all(|x| x.is_finite());
-        let problem = "must have one to three rows of finite numbers";
+        let ok = (1..=2).contains(&rows.len()) && rows.iter().flatten().all(|x| x.is_finite());
+        let problem = "must have one or two rows of finite numbers";
         if ok { Ok(Self(rows.to_vec())) } else { Err(FitError::Parameter { name: "view".into(), problem }) }
     }
 }
@@ -109,7 +109,7 @@ impl Series {
     }
 
     /// Angles of the tangent at the tip (rad) at times (s) in a view with two coordinates: from the first coordinate
-    /// towards the second, up to whole turns. In [`View::side`] an upright tip has the angle π/2.
+    /// towards the second, up to whole turns, and at most two turns. In [`View::side`] an upright tip has the angle π/2.
     #[must_use]
     pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
         let frames = angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect();
@@ -209,8 +209,8 @@ impl Series {
             if self.scale.is_some() || self.offset.is_some() {
                 return of_series("has angles, which have no scale and offset");
             }
-            if self.extent() > TAU {
-                return of_series("has an angle beyond 2 pi: is the unit rad?");
+            if self.extent() > LARGEST_ANGLE {
+                return of_series("has an angle beyond two turns: is the unit rad?");
             }
         }
         for frame in 0..times.len() {
@@ -222,8 +222,8 @@ impl Series {
                 "has a time that is not later than the one before it"
             } else if frames[frame].is_empty() {
                 "has no points"
-            } else if !frames[frame].iter().flatten().all(|x| x.is_finite()) {
-                "has a coordinate that is not finite"
+            } else if !frames[frame].iter().flatten().all(|x| x.abs() <= LARGEST) {
+                "has a coordinate that is not finite or beyond 1e9"
             } else {
                 continue;
             };
@@ -231,6 +231,13 @@ impl Series {
         }
         if frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]) {
             return of_series("is constant: all of its frames are equal");
+        }
+        let extent = if self.kind == Kind::Angle { 1.0 } else { self.extent() };
+        if self.noise.is_some_and(|noise| noise < LEAST_NOISE * extent) {
+            return of_series("has a noise below the rounding of its coordinates");
+        }
+        if self.noise.is_some_and(|noise| noise > MOST_NOISE * extent) {
+            return of_series("has a noise far above all of its coordinates: is its unit that of the coordinates?");
         }
         Ok(())
     }
@@ -251,6 +258,15 @@ impl Series {
         if rough > 0.0 { rough } else { self.extent().max(f64::MIN_POSITIVE) * 1e-6 }
     }
 }
+
+/// Largest coordinate, m or pixels, and angle, rad.
+const LARGEST: f64 = 1e9;
+const LARGEST_ANGLE: f64 = 2.0 * TAU;
+
+/// Smallest and largest noise relative to the largest coordinate. Simulations are accurate to 1e-12 at best, and data
+/// with a noise above their size contain nothing.
+const LEAST_NOISE: f64 = 1e-12;
+const MOST_NOISE: f64 = 1e3;
 
 /// Standard deviation of a normal distribution over its median absolute deviation.
 pub(super) const MAD: f64 = 1.482_602_218_505_602;

@@ -23,6 +23,18 @@ const FINAL: End = End { accuracy: 1e-3, iterations: 60 };
 const NOISE: f64 = 0.01;
 const NOISES: usize = 6;
 
+/// Smallest threshold of Huber's loss: almost all residuals are in its linear part.
+const LEAST_THRESHOLD: f64 = 0.01;
+
+/// Largest number of initial values, whose searches take hours.
+const MOST_STARTS: usize = 1_000_000;
+
+/// Largest number of time steps of a simulation, which take seconds.
+const MOST_STEPS: f64 = 1e5;
+
+/// Part of the duration of a series in which the tip is near its initial position.
+const EARLY: f64 = 0.1;
+
 /// Ratio of sizes of data and shoot that only a wrong unit explains.
 const WRONG_UNIT: f64 = 100.0;
 
@@ -81,6 +93,9 @@ impl Fit {
         let values: Vec<f64> = family.parameters.iter().map(|parameter| parameter.start).collect();
         let mut problem = self.problem(&family.parameters, data, values, &run);
         let (reached, objectives) = self.search(&mut problem, data)?;
+        if let Some(failure) = reached.failure {
+            return Err(failure);
+        }
         if !reached.converged {
             let values = family.named(&problem.values_at(&reached.x));
             return Err(FitError::NotConverged { iterations: reached.iterations, values });
@@ -111,8 +126,11 @@ impl Fit {
         ParameterError::positive("time step of a fit", self.step)?;
         ParameterError::positive("largest standard error of an identifiable parameter", self.widest)?;
         if let Loss::Huber(threshold) = self.loss {
-            ParameterError::positive("threshold of Huber's loss", threshold)?;
+            let ok = threshold >= LEAST_THRESHOLD && threshold.is_finite();
+            ParameterError::unless(ok, "threshold of Huber's loss", threshold, "0.01 or larger, and finite")?;
         }
+        let (starts, requirement) = (self.starts, "from 1 to 1,000,000");
+        ParameterError::unless((1..=MOST_STARTS).contains(&starts), "number of starts", starts as f64, requirement)?;
         let ok = self.windows.iter().all(|part| *part > 0.0 && *part <= 1.0);
         ParameterError::unless(ok, "part of the data", f64::NAN, "positive and at most 1")?;
         family.check(data)?;
@@ -122,16 +140,35 @@ impl Fit {
         let (mut coordinates, length) = (0, shoot.rod().length());
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
+            let duration = series.times[series.times.len() - 1] - shoot.time();
+            let requirement = "long enough that the data end within 100,000 steps: are their times in s?";
+            ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
             coordinates += series.residuals();
+            let own = |name: &&String| family.index(name).is_some_and(|k| !family.parameters[k].is_fixed());
+            let own = series.scale.iter().chain(series.offset.iter().flatten()).filter(own).count();
+            if series.noise.is_none() && series.residuals() <= own {
+                let problem = "has no more coordinates than parameters of its own, which leaves its noise unknown";
+                return Err(FitError::Series { series: index, problem });
+            }
             let norm = series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
             let (observed, modelled) = (series.extent(), length * norm);
-            let whole = series.dimension() == 3;
-            let wrong = observed > WRONG_UNIT * modelled || whole && observed * WRONG_UNIT < modelled;
+            // The tip may approach the line of sight to the base later, as a rising shoot does that is seen from above.
+            let early = series.times[0] - shoot.time() <= EARLY * duration;
+            let image = || series.view.0.iter().map(|row| row.dot(&shoot.tip()).powi(2)).sum::<f64>().sqrt();
+            let seen = if series.dimension() == 3 {
+                length
+            } else if early {
+                image()
+            } else {
+                0.0
+            };
+            let wrong = observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < seen;
             if wrong && series.kind != Kind::Angle && series.scale.is_none() && series.offset.is_none() {
                 return Err(FitError::Unit { series: index, observed, modelled });
             }
         }
-        let parameters = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
+        let free = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
+        let parameters = free + usize::from(data.iter().any(|series| series.noise.is_none()));
         if coordinates < parameters { Err(FitError::Insufficient { coordinates, parameters }) } else { Ok(()) }
     }
 
@@ -139,15 +176,16 @@ impl Fit {
     fn search(&self, problem: &mut Problem, data: &[Series]) -> Result<(Reached, Vec<f64>), FitError> {
         let times = || data.iter().flat_map(|series| series.times.iter().copied());
         let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
-        let mut points = starts::starts(problem, self.starts.max(1));
+        let mut points = starts::starts(problem, self.starts);
         let given = points[0].clone();
         let mut objectives = Vec::new();
-        for part in &self.windows {
-            let until = if *part == 1.0 { f64::INFINITY } else { first + part * (last - first) };
-            let frames = data.iter().flat_map(|series| &series.times).filter(|time| **time <= until).count();
-            if frames <= problem.free.len() {
-                continue;
-            }
+        let until = |part: &f64| if *part == 1.0 { f64::INFINITY } else { first + part * (last - first) };
+        let enough = |until: &f64| times().filter(|time| time <= until).count() > problem.free.len();
+        let mut parts: Vec<f64> = self.windows.iter().map(until).filter(enough).collect();
+        if parts.is_empty() && self.starts > 1 {
+            parts.push(f64::INFINITY);
+        }
+        for until in parts {
             let threads = (self.threads / points.len()).max(1);
             let part = Problem { until, threads, ..problem.clone() };
             let found = ensemble::collect(points.len(), self.threads, |i| {

@@ -65,7 +65,7 @@ fn fewer_data_than_parameters_are_refused() {
     let (times, positions) = tips(NOISE, 9);
     let data = [Series::tips(times[..1].to_vec(), &positions[..1])];
     let found = Fit::default().run(&family(&["beta", "eta", "tau_m", "tau_r"], 1.0), &data).unwrap_err();
-    assert_eq!(found, FitError::Insufficient { coordinates: 3, parameters: 4 });
+    assert_eq!(found, FitError::Insufficient { coordinates: 3, parameters: 5 });
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod confidence;
 mod coverage;
 mod data;
 mod derivatives;
+mod extreme;
 mod oscillator;
 mod plants;
 mod recovery;
