@@ -180,7 +180,7 @@ fn correlated_noise_is_no_evidence_for_further_parameters() {
         let [larger, smaller] = [&larger, &smaller].map(|family| fit().run(family, &data).unwrap());
         strong += u64::from(larger.compare(&smaller).unwrap() > 10.0);
     }
-    // None of 100; without an account of the correlation 4 of 5 are.
+    // One of 200 is; without an account of the correlation 4 of 5 are.
     println!("strong evidence for offsets that are not there: {strong} of {draws}");
     assert!(strong <= 1 + draws / 10, "{strong} of {draws}");
 }

@@ -4,15 +4,13 @@ use nalgebra::Vector3;
 
 use super::before::OldTouch;
 use super::data::HeldSearch;
+use super::patches::AT_NODE;
 use super::sites::{Friction, Site};
 use super::touch::{Place, SAME, all_stations, place};
 use crate::constitutive::Constitutive;
 use crate::load::Load;
 use crate::rod::Rod;
 use crate::support::Patch;
-
-/// Distance of a contact from a node, relative to the element, below which the element is not divided.
-const AT_NODE: f64 = 1e-4;
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
     /// Gives the rod nodes at the ends of patches, and contacts at all stations in them, with the present forces.

@@ -12,8 +12,8 @@ use crate::rod::Rod;
 
 /// Number of changes of the contacts in one search.
 const CHANGES: usize = 30;
-/// Largest number of Newton iterations of an increment with contacts, unless a caller asks for more. Without this bound
-/// an increment with a hundred contacts, which may still fail, takes minutes.
+/// Largest number of Newton iterations of an increment with contacts, unless a caller asks for more. Without a bound an
+/// increment with a hundred contacts may take minutes and fail.
 const MOST_ITERATIONS: usize = 1200;
 /// Number of changes after which smaller penetrations and slopes at contacts are accepted.
 const PATIENCE: i32 = 8;
@@ -146,7 +146,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
         if self.obstacles.contacts.is_empty() {
             return self.find_contacts(rod, bound);
         }
-        self.last = self.found.iterations + MOST_ITERATIONS.max(bound);
+        self.iteration_limit = self.found.iterations + MOST_ITERATIONS.max(bound);
         let guess = self.snapshot(rod);
         let fails =
             |result: &Result<(), EquilibriumError>| result.as_ref().is_err_and(EquilibriumError::is_recoverable);

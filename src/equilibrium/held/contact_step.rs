@@ -33,7 +33,7 @@ pub(super) struct ContactStep {
 }
 
 impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
-    /// Solves for the step with the contacts that it keeps, gains and loses. Returns the fraction of it that is safe.
+    /// Solves for the step with the contacts that it keeps, gains and loses, and for the fraction of it that is safe.
     pub(super) fn step_with_contacts(&mut self, rod: &mut Rod, shift: f64) -> Result<ContactStep, EquilibriumError> {
         let (mut energy, mut pivots) = self.factorise(rod, shift)?;
         let (mut earlier, mut cycles) = (Vec::new(), false);

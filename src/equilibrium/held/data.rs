@@ -59,7 +59,7 @@ pub(in crate::equilibrium) struct HeldSearch<'a, C, L, const P: usize> {
     pub(super) leniency: f64,
     pub(super) found: Equilibrium,
     /// Number of iterations of the whole search at which the present increment fails.
-    pub(super) last: usize,
+    pub(super) iteration_limit: usize,
     /// Number of increments in which the holds have moved.
     pub(super) increments: usize,
     /// Number of estimates of the contacts with elastic foundations in the place of the obstacles.

@@ -11,7 +11,7 @@ use crate::rod::Rod;
 use crate::support::Patch;
 
 /// Distance of a contact from a node, relative to the element, below which the element is not divided.
-const AT_NODE: f64 = 1e-4;
+pub(super) const AT_NODE: f64 = 1e-4;
 /// Largest distance of a contact at a point from its node, relative to the length. The error of the shape is
 /// proportional to its square.
 const PLACED_NODE: f64 = 1e-6;

@@ -69,7 +69,7 @@ impl<'a, C: Constitutive, L: Load, const P: usize> HeldSearch<'a, C, L, P> {
             energy_scale: 0.0,
             leniency: 1.0,
             found: Equilibrium::default(),
-            last: usize::MAX,
+            iteration_limit: usize::MAX,
             increments: 0,
             foundations: 0,
         })

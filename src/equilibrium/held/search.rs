@@ -60,7 +60,7 @@ impl<C: Constitutive, L: Load, const P: usize> HeldSearch<'_, C, L, P> {
             self.obstacles.pull(self.obstacles.sums(forces(&self.sites)));
         }
         let mut deep = None;
-        for _ in 0..bound.min(self.last.saturating_sub(self.found.iterations)) {
+        for _ in 0..bound.min(self.iteration_limit.saturating_sub(self.found.iterations)) {
             self.found.iterations += 1;
             self.place_contacts(rod);
             let deep = *deep.get_or_insert_with(|| self.is_deep(rod));
