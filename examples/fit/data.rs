@@ -1,4 +1,4 @@
-//! Data of the example: synthetic, or read from a table.
+//! Data of the example, synthetic or read from a table.
 
 use std::error::Error;
 
@@ -13,29 +13,31 @@ use super::plants::{Draw, Plant, Seen};
 const HOUR: f64 = 3600.0;
 const MM_PER_M: f64 = 1e3;
 
-/// Number of centre lines in the figure.
+/// Largest number of centre lines in the figure.
 const SHOWN: usize = 8;
 
 /// Directions of the coordinates of the data.
 #[derive(Clone, Copy, PartialEq)]
 enum Shown {
-    /// Two of three directions of space, or both directions of a view: their indices in space, and those of their
-    /// offsets.
+    /// Two directions: their indices in space, and the indices of these coordinates in the data.
     Plane([usize; 2], [usize; 2]),
-    /// One direction, over time.
+    /// One direction over time: its index in space.
     Along(usize),
-    /// The angle of the tip, over time.
+    /// Angle of the tip over time.
     Angle,
 }
 
-/// Data as the figures show them.
+/// Data in the form in which the figures show them.
 pub struct Points {
+    /// Times of the frames, s.
     pub times: Vec<f64>,
     /// Points in the units of the axes.
     pub points: Vec<[f64; 2]>,
+    /// Labels of the axes.
     pub axes: [&'static str; 2],
+    /// Whether the data are centre lines.
     pub lines: bool,
-    /// Time from one frame to the next, s.
+    /// Mean time from one frame to the next, s; zero for a single frame.
     pub interval: f64,
     shown: Shown,
 }
@@ -53,14 +55,14 @@ impl Points {
             if times.len() > 1 { (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64 } else { 0.0 };
         let mut points = Self { times, points: Vec::new(), axes, lines, interval, shown };
         for (index, (time, frame)) in series.times().iter().zip(series.frames()).enumerate() {
-            // Series in a view contain its coordinates first.
-            let place = |p: &Vector3<f64>| match shown {
+            // The data of a view with fewer than three coordinates are the first coordinates of a point.
+            let point = |p: &Vector3<f64>| match shown {
                 Shown::Plane(_, [a, b]) => [MM_PER_M * p[a], MM_PER_M * p[b]],
                 Shown::Along(_) => [time / HOUR, MM_PER_M * p.x],
                 Shown::Angle => [time / HOUR, p.x.to_degrees()],
             };
             if !lines || points.has_line(index) {
-                points.points.extend(frame.iter().map(place));
+                points.points.extend(frame.iter().map(point));
             }
         }
         points
@@ -81,7 +83,7 @@ impl Points {
         self.lines && index.is_multiple_of(self.times.len().div_ceil(SHOWN))
     }
 
-    /// Image of a position (m, fixed frame) in a plane of the figure.
+    /// Image of a position (m, fixed frame) in the units of the axes. For one direction, the first component is zero.
     pub fn image(&self, p: &Vector3<f64>, found: &Estimates) -> [f64; 2] {
         let offset = |index: usize| found.get(ORIGIN[index]).map_or(0.0, |estimate| estimate.value);
         match self.shown {
@@ -91,7 +93,7 @@ impl Points {
         }
     }
 
-    /// Image of the tip of a shoot.
+    /// Point of the figure for the tip of a shoot, in the units of the axes.
     pub fn tip(&self, shoot: &Shoot<DynLaws>, found: &Estimates) -> [f64; 2] {
         let [x, y] = self.image(&shoot.tip(), found);
         let tangent = shoot.rod().apex_frame() * Vector3::z();
@@ -103,12 +105,14 @@ impl Points {
     }
 }
 
-/// Names of the coordinates of the base.
+/// Names of the coordinates of the base in the view.
 const ORIGIN: [&str; 3] = ["x_0", "y_0", "z_0"];
 
+/// Data, their points in the figures, and the parameters of the camera.
 type Data = (Series, Points, Vec<Parameter>);
 
-/// Data of a shoot with the given parameter values.
+/// Synthetic data of a shoot with the given parameter values. `setting` contains the duration (h), the time between
+/// frames (s) and the time step (s); `noise` is in metres.
 pub fn synthetic(
     plant: Plant,
     values: &[f64],
@@ -123,7 +127,7 @@ pub fn synthetic(
     Ok((series, points, Vec::new()))
 }
 
-/// Data of the tables that the options name. Times are counted from the first one.
+/// Data of the tables that the options name. The first time becomes zero.
 pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
     let mut layout = track_options::layout(options)?;
     let (shown, view) = view(options, &layout)?;
@@ -141,10 +145,10 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
     };
     let start = times.first().copied().unwrap_or(0.0);
     let times: Vec<f64> = times.iter().map(|time| time - start).collect();
-    let tips = || frames.iter().flatten();
+    let first_coordinates = || frames.iter().flatten().map(|p| p[0]).collect::<Vec<_>>();
     let series = match shown {
-        Shown::Angle => Series::angles(times, &tips().map(|p| p[0]).collect::<Vec<_>>(), view),
-        Shown::Along(_) => Series::coordinates(times, &tips().map(|p| p[0]).collect::<Vec<_>>(), view),
+        Shown::Angle => Series::angles(times, &first_coordinates(), view),
+        Shown::Along(_) => Series::coordinates(times, &first_coordinates(), view),
         Shown::Plane(..) if layout.coordinates.len() == 2 => {
             let plane = |frame: &Vec<[f64; 3]>| frame.iter().map(|p| Vector2::new(p[0], p[1])).collect();
             Series::centre_lines_in(times, &frames.iter().map(plane).collect::<Vec<_>>(), view)
@@ -163,7 +167,7 @@ pub fn read(options: &Options) -> Result<Data, Box<dyn Error>> {
     Ok((series.with_offset(names), points, parameters))
 }
 
-/// What the coordinates of a table are, and the view that they show.
+/// Directions of the coordinates of a table, and their view.
 fn view(options: &Options, layout: &Layout) -> Result<(Shown, View), Box<dyn Error>> {
     let (name, count) = (options.text("view"), layout.coordinates.len());
     let along = |index: usize| -> Result<(Shown, View), Box<dyn Error>> {

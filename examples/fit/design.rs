@@ -1,5 +1,4 @@
-//! Expected standard errors of several experiments: data without noise are fitted, with the noise that a camera would
-//! have.
+//! Expected standard errors of several experiments. The program fits exact data, and assumes the noise of a camera.
 
 use std::error::Error;
 
@@ -8,21 +7,29 @@ use morphorod::tropism::{Handedness, Memory};
 
 use super::plants::{Draw, PARAMETERS, Plant, Seen};
 
-/// Time from one frame to the next, s, and time step, s.
+/// Time from one frame to the next, s.
 const INTERVAL: f64 = 300.0;
+
+/// Time step, s.
 const STEP: f64 = 100.0;
 
+/// An experiment.
 struct Case {
     name: &'static str,
     plant: Plant,
     /// Values that differ from [`PARAMETERS`].
     values: &'static [(&'static str, f64)],
+    /// Names of the free parameters.
     free: &'static [&'static str],
+    /// Duration, h.
     hours: f64,
+    /// Part of the shoot that the camera shows.
     seen: Seen,
+    /// Whether the scale of the camera is free.
     scale: bool,
 }
 
+/// Horizontal shoot of constant length.
 const RIGHTING: Plant = Plant {
     constant: true,
     tilt: std::f64::consts::FRAC_PI_2,
@@ -32,21 +39,37 @@ const RIGHTING: Plant = Plant {
     proprioceptive: None,
     handedness: Handedness::Counterclockwise,
 };
+
+/// Upright growing shoot.
 const GROWING: Plant = Plant { constant: false, tilt: 0.0, ..RIGHTING };
+
 /// Shoot of video 2, whose mature tissue and proprioceptive memory are known.
 const VIDEO: Plant =
     Plant { mature_modulus: Some(2e9), proprioceptive: Some(Memory { time: 720.0, delay: 720.0 }), ..GROWING };
-/// Shoot that begins to circumnutate from an angle of 0.4°. The push is so small that it hardly gives a scale.
+
+/// Shoot that begins to circumnutate from an angle of 0.4°. The push is so small that it hardly determines lengths.
 const TILTED: Plant = Plant { tilt: 0.0075, push: 2e-8, ..GROWING };
+
+/// Upright growing shoot with an initial push.
 const PUSHED: Plant = Plant { push: 2e-6, ..GROWING };
-/// Upright shoot below the onset, whose laws have different memory times.
+
+/// Upright shoot below the onset of circumnutation, whose laws have different memory times.
 const SHORT: Plant =
     Plant { constant: true, push: 1e-6, proprioceptive: Some(Memory { time: 1200.0, delay: 720.0 }), ..GROWING };
+
+/// Values of the shoots of constant length.
 const RIGHTING_VALUES: &[(&str, f64)] = &[("l_0", 0.05), ("tau_g", 72e3)];
+
+/// Free parameters of the righting shoot.
 const SIX: &[&str] = &["beta", "eta", "tau_m", "tau_r", "E", "l_0"];
+
+/// Free parameters of a growing shoot.
 const EIGHT: &[&str] = &["beta", "eta", "tau_m", "tau_r", "tau_g", "l_g", "E", "l_0"];
+
+/// Free parameters of a growing shoot with an internal oscillator.
 const NINE: &[&str] = &["beta", "eta", "tau_m", "tau_r", "tau_g", "l_g", "alpha", "E", "l_0"];
 
+/// Experiments in the order of the table.
 fn cases() -> Vec<Case> {
     let case = |name, plant, values, free, hours, seen| Case { name, plant, values, free, hours, seen, scale: false };
     let righting = |name, free, seen| case(name, RIGHTING, RIGHTING_VALUES, free, 6.0, seen);

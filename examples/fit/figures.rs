@@ -1,4 +1,4 @@
-//! Figures of a fit: data with the fitted shoot, residuals, and ellipses of confidence.
+//! Figures of a fit: data with the fitted shoot, residuals, and confidence ellipses.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -15,8 +15,7 @@ const MM_PER_M: f64 = 1e3;
 /// 90 % quantile of χ² with two degrees of freedom.
 const QUANTILE: f64 = 4.605_170;
 
-/// Draws all figures, and writes the residuals. `paths` are those of the fitted shoot in the units of the axes of the
-/// data.
+/// Draws all figures, and writes the residuals. `paths` are paths of the fitted shoot in the units of the axes.
 pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimates) -> Result<(), Box<dyn Error>> {
     let pairs = |points: &[[f64; 2]]| points.iter().map(|[x, y]| (*x, *y)).collect::<Vec<_>>();
     let mut series = vec![Series::new("data", pairs(&data.points), Style::Points, 5)];
@@ -42,11 +41,12 @@ pub fn draw(out: &Path, data: &Points, paths: &[Vec<[f64; 2]>], found: &Estimate
     ellipses(out, found)
 }
 
-/// Draws the regions that contain two parameters with a probability of 90 %, for each pair of neighbours in the list.
+/// Draws the regions that contain two parameters with a probability of 90 %, for at most three pairs of successive
+/// logarithmic parameters.
 fn ellipses(out: &Path, found: &Estimates) -> Result<(), Box<dyn Error>> {
-    let known = |k: &usize| matches!(found.parameters[*k].verdict, Verdict::Identifiable | Verdict::PracticallyNot);
+    let has_error = |k: &usize| matches!(found.parameters[*k].verdict, Verdict::Identifiable | Verdict::PracticallyNot);
     let known: Vec<usize> =
-        (0..found.parameters.len()).filter(known).filter(|k| found.parameters[*k].relative).collect();
+        (0..found.parameters.len()).filter(has_error).filter(|k| found.parameters[*k].relative).collect();
     let mut panels = Vec::new();
     for pair in known.chunks_exact(2).take(3) {
         let [a, b] = [&found.parameters[pair[0]], &found.parameters[pair[1]]];

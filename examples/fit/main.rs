@@ -1,22 +1,22 @@
 //! Estimation of the parameters of a shoot from a tracked tip or from centre lines.
 //!
-//! The program fits a family of shoots to data, and prints every estimate with its standard error and a verdict:
-//! whether these data, or any data of this kind, determine the parameter. Without options it simulates a horizontal
-//! shoot that rises, adds noise to its centre lines, and estimates its parameters.
+//! The program fits a family of shoots to data. It prints every estimate with its standard error and a verdict: whether
+//! these data, or any data of this kind, determine the parameter. Without options it simulates a horizontal shoot that
+//! rises, adds noise to its centre lines, and estimates its parameters.
 //!
 //! # Results
-//! All six parameters are identifiable. The sensitivities are known to 0.1 %, the delays to 0.5 %. If the growth
-//! time is free as well (`--free beta,eta,tau_m,tau_r,tau_g`), the program prints that β, η and τg are known only in
-//! combination.
+//! All six parameters are identifiable. The sensitivities are known to 0.05 %, the memory and reaction times to 0.4 %.
+//! If the growth time is free as well (`--free beta,eta,tau_m,tau_r,tau_g`), the program prints that β, η and τg are
+//! known only in combination.
 //!
 //! For the tip of a circumnutating shoot the program also scans for an internal oscillator. With `--alpha 0.05` the
-//! scan finds its period, 24 min, and the fit with an oscillator that starts from this period is preferred.
+//! scan finds its period, 24 min, and the comparison prefers the fit with an oscillator.
 //!
 //! # Options to try
 //! - `--case circumnutation`: the tip of a growing shoot from above.
 //! - `--case circumnutation --hours 10 --alpha 0.05`: an internal oscillator, which the scan finds.
 //! - `--noise 1`: noise of 1 mm.
-//! - `--table`: standard errors of several experiments. It takes minutes.
+//! - `--table`: standard errors of several experiments. The computation takes minutes.
 //! - A table of your own, whose units and axes are required as for `tracked_tip`: `--file mine.csv --time t --columns
 //!   x,y --seconds 1 --mm 1 --axes +x,+y --view above --length 68 --growth-hours 40 --zone 70 --free
 //!   beta,eta,tau_m,tau_r,l_0`. The initial curvature, `bend_x` and `bend_y`, is among the free parameters of tips from
@@ -37,7 +37,7 @@ use morphorod::Shoot;
 use morphorod::fit::{Estimates, Fit, Loss, Verdict};
 use morphorod::integrator::{Integrator, MethodOfSteps};
 use morphorod::tropism::Handedness;
-use plants::{Draw, PARAMETERS, Plant, Seen};
+use plants::{Draw, OSCILLATOR, PARAMETERS, Plant, Seen};
 
 const HOUR: f64 = 3600.0;
 const MINUTE: f64 = 60.0;
@@ -110,7 +110,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         .collect();
     let free: Vec<&str> = match options.text("free") {
         "" if righting => vec!["beta", "eta", "tau_m", "tau_r", "E", "l_0"],
-        // A straight upright shoot does not move without an initial curvature.
+        // An exactly straight and upright shoot stays straight, and its parameters have no effect.
         "" if own && options.text("view") == "above" => {
             vec!["beta", "eta", "tau_m", "tau_r", "l_0", "bend_x", "bend_y"]
         }
@@ -132,11 +132,12 @@ fn run() -> Result<(), Box<dyn Error>> {
     };
     let out = options.out_dir();
 
-    // Synthetic data: the search does not start at the truth, and has no oscillator.
+    // For synthetic data, the initial values differ from the true ones. The first family has no oscillator unless its
+    // sensitivity is free.
     let factor = if own { 1.0 } else { 1.3 };
     let mut start = values.clone();
     if !free.contains(&"alpha") {
-        start[6] = 0.0;
+        start[OSCILLATOR.start] = 0.0;
     }
     let family = plant.family(&start, &free, factor, cameras);
     let loss = if options.flag("robust") { Loss::ROBUST } else { Loss::Squares };
@@ -155,9 +156,9 @@ fn run() -> Result<(), Box<dyn Error>> {
         if scan.false_alarm < ALARM {
             let (minutes, sense) = (best.period / MINUTE, best.handedness);
             println!("  period {minutes:.1} min, {sense:?}, sensitivity {:.3}", best.sensitivity);
-            // The other parameters start as before: without an oscillator they may be far from the truth.
+            // The other initial values are those of the first fit, whose estimates may be far from the truth.
             let mut start = start.clone();
-            start[6..9].copy_from_slice(&[best.sensitivity, best.period, best.phase]);
+            start[OSCILLATOR].copy_from_slice(&[best.sensitivity, best.period, best.phase]);
             let names: Vec<&str> = free.iter().copied().chain(["alpha", "tau_e", "phase"]).collect();
             let more = family.parameters[PARAMETERS.len()..].to_vec();
             plant.handedness = best.handedness;
@@ -189,7 +190,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Prints what needs attention.
+/// Prints warnings about the data and the fit.
 fn report(found: &Estimates, free: &[&str]) {
     for (frames, what) in [
         (&found.repeated_frames, "are equal to the frame before them"),
@@ -200,12 +201,14 @@ fn report(found: &Estimates, free: &[&str]) {
             println!("frames {frames:?} {what}");
         }
     }
-    let without_effect = |name: &&str| found.get(name).is_some_and(|one| one.verdict == Verdict::StructurallyNot);
-    if free.iter().all(without_effect) {
+    let has_no_effect = |name: &&str| found.get(name).is_some_and(|one| one.verdict == Verdict::StructurallyNot);
+    if free.iter().all(has_no_effect) {
         println!("the fitted shoot does not move: give --tilt, or an initial curvature by --free bend_x,bend_y,…");
     }
     if found.lag_one > 0.3 {
-        println!("successive residuals are correlated: the noise or the model is not as assumed; errors are widened");
+        println!(
+            "successive residuals are correlated (the noise is not white, or the model is wrong): errors are larger"
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! The family of shoots of this example, and synthetic data.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use morphorod::constitutive::{Lignifying, LinearElastic};
 use morphorod::equilibrium::NewtonSolver;
@@ -14,7 +15,7 @@ use nalgebra::Vector3;
 
 const HOUR: f64 = 3600.0;
 
-/// Names of the parameters, their values in SI units, and the factor by which they may differ from them.
+/// Names of the parameters, their values in SI units, and the ratio of their bounds to these values.
 pub const PARAMETERS: [(&str, f64, f64); 13] = [
     ("beta", 0.8, 10.0),
     ("eta", 20.0, 10.0),
@@ -31,10 +32,13 @@ pub const PARAMETERS: [(&str, f64, f64); 13] = [
     ("bend_y", 0.0, 1.0),
 ];
 
-/// Largest initial curvature of a fit, 1/m: a radius of 2 cm.
+/// Indices in [`PARAMETERS`] of the sensitivity, period and phase of the oscillator.
+pub const OSCILLATOR: Range<usize> = 6..9;
+
+/// Largest initial curvature of a fit, 1/m, which is that of a circle with a radius of 2 cm.
 const MOST_BENT: f64 = 50.0;
 
-/// Parts of the shoot that a camera shows, and from where.
+/// Part of the shoot that a camera shows, and the view.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
     /// Twenty points of the centre line in space.
@@ -45,27 +49,28 @@ pub enum Seen {
     Above,
 }
 
-/// What is known of the shoot.
+/// Properties of the shoot that are not parameters of the fit.
 #[derive(Clone, Copy)]
 pub struct Plant {
     /// Whether the length is constant while differential growth continues.
     pub constant: bool,
     /// Angle of the base from the vertical, rad.
     pub tilt: f64,
-    /// Size of a push at the tip in the first twelve minutes, N: half a sine in time, along (2, 1, 0).
+    /// Size of a push at the tip in the first twelve minutes, N. The force is this size times (2, 1, 0) times half a
+    /// sine in time.
     pub push: f64,
     /// Radius, m.
     pub radius: f64,
-    /// Young's modulus of mature tissue, Pa, if it is known. Otherwise it is 200 times that of young tissue.
+    /// Young's modulus of mature tissue, Pa. For `None` it is 200 times that of young tissue.
     pub mature_modulus: Option<f64>,
-    /// Memory and delay of proprioception, if they are known. Otherwise they are those of gravitropism.
+    /// Memory and delay of proprioception. For `None` they are those of gravitropism.
     pub proprioceptive: Option<Memory>,
     /// Sense of rotation of the internal oscillator.
     pub handedness: Handedness,
 }
 
 impl Plant {
-    /// The shoot with the values of [`PARAMETERS`].
+    /// Shoot with the given values of [`PARAMETERS`] and an oscillator.
     pub fn build(self, p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, ParameterError> {
         let memory = Memory { time: p[2], delay: p[3] };
         let push = Pulse { peak: self.push * Vector3::new(2.0, 1.0, 0.0), start: 0.0, duration: 720.0 };
@@ -92,13 +97,14 @@ impl Plant {
         Ok(shoot)
     }
 
-    /// The oscillator with the values of [`PARAMETERS`].
+    /// Oscillator with the given values of [`PARAMETERS`].
     pub fn oscillator(self, p: &[f64]) -> Oscillator {
         Oscillator { sensitivity: p[6], period: p[7], phase: p[8], handedness: self.handedness }
     }
 
-    /// The family of these shoots. The parameters named in `free` start at a factor of their `values`; the others are
-    /// fixed. `more` are parameters of the camera.
+    /// Family of these shoots. The initial values of the parameters in `free` are their `values` times `factor`,
+    /// except for period, phase and initial curvature. The other parameters are fixed. `more` contains parameters of
+    /// the camera.
     pub fn family(
         self,
         values: &[f64],
@@ -112,13 +118,14 @@ impl Plant {
             "phase" => Parameter::linear(name, [value - PI, value + PI]),
             "alpha" if *value == 0.0 => Parameter::linear(name, [0.0, 1.0]).starting(factor * value),
             name => Parameter::positive(name, [value / range, value * range])
-                .starting(value * if name.starts_with("tau_e") { 1.0 } else { factor }),
+                .starting(value * if name == "tau_e" { 1.0 } else { factor }),
         };
         let parameters = PARAMETERS.iter().zip(values).map(parameter).chain(more).collect();
         Family { parameters, build: move |p: &[f64]| self.build(p, self.oscillator(p)) }
     }
 
-    /// Times (s) every `interval`, and points of the shoot at each, with normal noise (m) of the given draw.
+    /// Data of the shoot with the given values: the measured points with normal noise (m). The array contains the
+    /// duration (h), the time between frames (s) and the time step (s).
     pub fn measured(
         self,
         p: &[f64],
@@ -153,7 +160,7 @@ impl Plant {
 pub struct Draw(u64);
 
 impl Draw {
-    /// Sequence of the given seed.
+    /// Sequence with the given seed.
     pub fn new(seed: u64) -> Self {
         let mut draw = Self(seed.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
         for _ in 0..20 {
@@ -162,6 +169,7 @@ impl Draw {
         draw
     }
 
+    /// Uniform number from 0 to 1.
     fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;

@@ -1,9 +1,9 @@
-//! The answer of a fit at the point that its search has reached.
+//! Assembly of the result of a fit at the point that its search has reached.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::confidence::{Confidence, uncertain};
-use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, deviation, repeated};
+use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, deviation};
 use super::problem::{DIFFERENCE, Problem, RATIO, extrapolated};
 use super::search::{Loss, Reached, priors};
 use super::series::Series;
@@ -14,10 +14,10 @@ use crate::model::{Model, next_discontinuity};
 use crate::scene::{after, before};
 use crate::shoot::Shoot;
 
-/// Component of a weak combination, relative to the largest, above which a parameter is named.
+/// Component of a weak combination, relative to the largest, above which the combination names the parameter.
 const NAMED: f64 = 0.1;
 
-/// The answer at a point that a search has reached.
+/// Estimates at the point that a search has reached, without the ambiguous frames.
 pub(super) fn estimates(
     problem: &Problem,
     data: &[Series],
@@ -25,7 +25,7 @@ pub(super) fn estimates(
     objectives: Vec<f64>,
     (loss, widest): (Loss, f64),
 ) -> Result<Estimates, FitError> {
-    // Parameters at a bound have no error, and the others have that for their values there.
+    // Parameters at a bound are fixed there, and have no standard error.
     let (parameters, x) = (problem.parameters, &reached.x);
     let values = problem.values_at(x);
     let at_bound = |i: usize| {
@@ -45,25 +45,25 @@ pub(super) fn estimates(
     let found = singular
         .as_ref()
         .map_or_else(Confidence::empty, |singular| Confidence::of(&problem, loss, &reached, (&jacobian, singular)));
-    // Fewer frames than parameters may leave combinations without effect that further frames would determine.
+    // With no more frames than parameters, further frames may determine a combination without effect.
     let mut times: Vec<f64> = reached.at.rows.iter().map(|row| row.time).collect();
     times.dedup();
-    let many = times.len() > free.len();
+    let enough_frames = times.len() > free.len();
     let without_effect = singular.as_ref().map_or(vec![], Singular::without_effect);
     let values_of =
         |singular: &Option<Singular>| singular.as_ref().map_or(vec![], |one| one.values.as_slice().to_vec());
     let (n, k) = (reached.at.residuals.len(), free.len());
     let logarithms = reached.at.rows.iter().map(|row| problem.noise[row.series].ln()).sum::<f64>();
     Ok(Estimates {
-        parameters: each(parameters, &values, &free, (&found, &without_effect), (widest, many)),
+        parameters: parameter_estimates(parameters, &values, &free, (&found, &without_effect), (widest, enough_frames)),
         correlations: correlations(parameters.len(), &free, &found.covariance),
-        weak: weak_directions(&problem, (&found, &without_effect), (widest, many)),
+        weak: weak_directions(&problem, (&found, &without_effect), (widest, enough_frames)),
         chi_squared: 2.0 * reached.objective,
         degrees_of_freedom: n.saturating_sub(k),
         noise: problem.noise.clone(),
         lag_one: found.lag_one,
         residuals: residuals(&problem, &reached),
-        repeated_frames: repeated(data),
+        repeated_frames: data.iter().map(Series::repeated_frames).collect(),
         ambiguous_frames: vec![vec![]; data.len()],
         objectives,
         deviance: 2.0 * (reached.objective + logarithms),
@@ -80,20 +80,20 @@ pub(super) fn estimates(
 }
 
 /// Estimates of all parameters.
-fn each(
+fn parameter_estimates(
     parameters: &[Parameter],
     values: &[f64],
     free: &[usize],
     (found, without_effect): (&Confidence, &[DVector<f64>]),
-    (widest, many): (f64, bool),
+    (widest, enough_frames): (f64, bool),
 ) -> Vec<Estimate> {
-    let of = |(k, parameter): (usize, &Parameter)| {
+    let estimate = |(k, parameter): (usize, &Parameter)| {
         let (name, value, relative) = (parameter.name.clone(), values[k], parameter.logarithmic);
         let (error, verdict) = match free.iter().position(|other| *other == k) {
             None if parameter.is_fixed() => (0.0, Verdict::Fixed),
             None => (0.0, Verdict::AtBound),
             Some(i) if without_effect.iter().any(|change| change[i] != 0.0) => {
-                (f64::INFINITY, if many { Verdict::StructurallyNot } else { Verdict::PracticallyNot })
+                (f64::INFINITY, if enough_frames { Verdict::StructurallyNot } else { Verdict::PracticallyNot })
             }
             Some(i) => {
                 let error = deviation(found.covariance[(i, i)]);
@@ -104,11 +104,12 @@ fn each(
         };
         Estimate { name, value, error, relative, verdict }
     };
-    parameters.iter().enumerate().map(of).collect()
+    parameters.iter().enumerate().map(estimate).collect()
 }
 
-/// Indices of the frames of each series at a discontinuity of the laws of a shoot at its start, up to rounding.
-pub(super) fn ambiguous(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Vec<usize>>, ParameterError> {
+/// Indices of the frames of each series whose times are, up to rounding, those of a discontinuity of the laws. The
+/// shoot is at its start.
+pub(super) fn ambiguous_frames(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Vec<Vec<usize>>, ParameterError> {
     let last = data.iter().filter_map(|series| series.times.last()).copied().fold(f64::NEG_INFINITY, f64::max);
     let mut frames = vec![Vec::new(); data.len()];
     let mut time = next_discontinuity(shoot.model(), before(shoot.time()))?;
@@ -122,12 +123,13 @@ pub(super) fn ambiguous(shoot: &Shoot<impl Model>, data: &[Series]) -> Result<Ve
     Ok(frames)
 }
 
-/// Residuals with their series and time, m.
+/// Residuals with the index of their series and their time (s), in the unit of the data, or rad.
 fn residuals(problem: &Problem, reached: &Reached) -> Vec<(usize, f64, f64)> {
     let rows = reached.at.rows.iter().zip(reached.at.residuals.iter());
     rows.map(|(row, r)| (row.series, row.time, r * problem.noise[row.series])).collect()
 }
 
+/// Correlations of all parameters. Parameters without a covariance have the correlation one with themselves.
 fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
     let mut matrix = vec![vec![0.0; count]; count];
     for k in 0..count {
@@ -142,19 +144,19 @@ fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<
     matrix
 }
 
-/// Combinations with a standard error above `widest`, the weakest first.
+/// Combinations without effect, and then those with a standard error above `widest`, the largest error first.
 fn weak_directions(
     problem: &Problem,
     (found, without_effect): (&Confidence, &[DVector<f64>]),
-    (widest, many): (f64, bool),
+    (widest, enough_frames): (f64, bool),
 ) -> Vec<WeakDirection> {
-    let none = without_effect.iter().map(|changes| (changes.clone(), f64::INFINITY));
+    let undetermined = without_effect.iter().map(|changes| (changes.clone(), f64::INFINITY));
     let direction = |(changes, error): (DVector<f64>, f64)| {
         let named = |i: &usize| changes[*i].abs() > NAMED;
         let sign = (0..changes.len()).find(named).map_or(1.0, |i| changes[i].signum());
         let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * changes[i]);
         let components = (0..changes.len()).filter(named).map(component).collect();
-        WeakDirection { components, error, structural: many && error.is_infinite() }
+        WeakDirection { components, error, structural: enough_frames && error.is_infinite() }
     };
-    none.chain(uncertain(&found.covariance, widest)).map(direction).collect()
+    undetermined.chain(uncertain(&found.covariance, widest)).map(direction).collect()
 }

@@ -7,21 +7,23 @@ use super::problem::Problem;
 use super::search::{Loss, Reached, priors};
 use super::singular::Singular;
 
-/// Largest number of iterations for an eigenvalue, which usually takes two or three.
+/// Largest number of iterations for an eigenvalue. Usually two or three suffice.
 const ITERATIONS: usize = 100;
 
-/// Linearised confidence at a point.
+/// Covariance of the linearised problem at a point, with the noise that it assumes.
 pub(super) struct Confidence {
-    /// Covariance of the coordinates without the combinations that have no effect.
+    /// Covariance of the free coordinates, without the combinations that have no effect.
     pub covariance: DMatrix<f64>,
-    /// The same for squares and white noise of the given size.
+    /// The same for the loss of squares and white noise of the size in the problem.
     pub white: DMatrix<f64>,
+    /// Correlation of the noise in successive frames.
     pub lag_one: f64,
+    /// Model of the correlations at all lags.
     pub correlation: Correlation,
 }
 
 impl Confidence {
-    /// Confidence of no coordinate.
+    /// Confidence without free coordinates.
     pub fn empty() -> Self {
         let covariance = DMatrix::zeros(0, 0);
         Self { white: covariance.clone(), covariance, lag_one: 0.0, correlation: Correlation::WHITE }
@@ -29,10 +31,12 @@ impl Confidence {
 
     /// Confidence at a point, with the Jacobian there and its decomposition.
     ///
-    /// The covariance is A B A with A = (m JᵀJ)⁻¹, B = s² Jᵀ R J (Huber 1981, section 7.6): m is the share of residuals
-    /// inside the threshold, s² the mean square of the derivative of the loss, and R the correlation of successive
-    /// residuals. For white noise and squares this is s² (JᵀJ)⁻¹. Residuals that are smaller than the noise do not narrow
-    /// the intervals: m is at most the share for normal noise, and white noise is added up to its mean square.
+    /// The covariance is A B A with A = (m JᵀJ)⁻¹ and B = s² Jᵀ R J (P. J. Huber, Robust Statistics, 1981, section
+    /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss,
+    /// and R the correlation of successive residuals. For white noise and squares the covariance is s² (JᵀJ)⁻¹.
+    /// Residuals that are smaller than the noise do not narrow the intervals: m is at most its value for normal noise,
+    /// and white noise is added until the mean square has at least its value for normal noise. Priors are residuals
+    /// with their own standard deviation.
     pub fn of(
         problem: &Problem,
         loss: Loss,
@@ -45,7 +49,6 @@ impl Confidence {
         let inside = residuals.iter().filter(|r| loss.is_inside(**r)).count().max(1) as f64 / residuals.len() as f64;
         let inside = inside.min(normal_share);
         let inverse = singular.inverse();
-        // Priors have the covariance that they state.
         let Noise { lag_one, correlation, variance, square } = Noise::of(&slopes, rows, jacobian, &inverse);
         let white = jacobian.tr_mul(jacobian) * (normal_variance - variance).max(0.0);
         let mut middle = (square * variance + white) / (inside * inside);
@@ -57,20 +60,20 @@ impl Confidence {
     }
 }
 
-/// Combinations of coordinates with a standard error above `widest`, the weakest first: their changes, the largest ±1,
-/// and the standard error.
+/// Combinations of coordinates with a standard error above `widest`, the largest error first. Each has its components,
+/// the largest ±1, and its standard error.
 pub(super) fn uncertain(covariance: &DMatrix<f64>, widest: f64) -> Vec<(DVector<f64>, f64)> {
-    // The decomposition of an empty matrix is not defined.
+    // nalgebra does not decompose an empty matrix.
     if covariance.is_empty() {
         return vec![];
     }
     let iterations = ITERATIONS * covariance.nrows();
     let Some(eigen) = SymmetricEigen::try_new(covariance.clone(), f64::EPSILON, iterations) else { return vec![] };
-    let of = |j: usize| {
+    let combination = |j: usize| {
         let direction = eigen.eigenvectors.column(j);
         (direction.unscale(direction.amax()), eigen.eigenvalues[j].max(0.0).sqrt() * direction.amax())
     };
-    let mut all: Vec<_> = (0..eigen.eigenvalues.len()).map(of).filter(|(_, error)| *error > widest).collect();
+    let mut all: Vec<_> = (0..eigen.eigenvalues.len()).map(combination).filter(|(_, error)| *error > widest).collect();
     all.sort_by(|(_, a), (_, b)| b.total_cmp(a));
     all
 }

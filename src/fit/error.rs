@@ -7,7 +7,7 @@ use crate::integrator::IntegrationError;
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// A setting is out of range.
+    /// A setting of the fit, or a law of the shoot, is out of range.
     #[error(transparent)]
     Setting(#[from] ParameterError),
     /// A frame of the data is invalid.
@@ -28,12 +28,12 @@ pub enum FitError {
         /// Description of the defect.
         problem: &'static str,
     },
-    /// The data have fewer coordinates than there are unknowns.
+    /// The data have fewer residuals than there are unknowns.
     #[error("{coordinates} coordinates cannot determine {parameters} unknowns")]
     Insufficient {
-        /// Number of coordinates.
+        /// Number of residuals: measured coordinates, without those along centre lines.
         coordinates: usize,
-        /// Number of free parameters, and one more if a noise is to be estimated.
+        /// Number of free parameters, and one more if the noise of any series is estimated.
         parameters: usize,
     },
     /// Data and shoot differ so much in size that a unit must be wrong.
@@ -46,7 +46,7 @@ pub enum FitError {
         series: usize,
         /// Largest distance of a point from the base in the data, m.
         observed: f64,
-        /// Largest distance of the same points of the shoot, m.
+        /// Length of the shoot at the initial values, times the largest norm of a row of the view, m.
         modelled: f64,
     },
     /// A parameter is invalid.
@@ -62,7 +62,7 @@ pub enum FitError {
     UnknownName {
         /// Index of the series, from 0.
         series: usize,
-        /// The name.
+        /// Name that the family does not have.
         name: String,
     },
     /// The family returned an error.
@@ -84,10 +84,10 @@ pub enum FitError {
     /// Two fits cannot be compared.
     #[error("the fits have different data, noise or losses, so that they cannot be compared")]
     OtherData,
-    /// No search from any initial value converged.
-    #[error("no search converged: {iterations} iterations from the best initial values reached {}", describe(values))]
+    /// A search did not converge.
+    #[error("the search did not converge in {iterations} iterations, which reached {}", describe(values))]
     NotConverged {
-        /// Number of iterations.
+        /// Number of iterations of the search; for a profile, number of searches for an end of the interval.
         iterations: usize,
         /// Names and values of all parameters where the search ended.
         values: Vec<(String, f64)>,

@@ -1,4 +1,4 @@
-//! Answers of fits.
+//! Estimates of parameters, with their uncertainty.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -6,19 +6,29 @@ use super::problem::DIFFERENCE;
 use super::series::Series;
 use super::{FitError, Loss, Parameter};
 
+/// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
+pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
+
+/// Relative size below which the change of a function along a combination without effect is zero. The size is relative
+/// to the sum of the absolute contributions of the parameters. The components of such a combination have errors up to
+/// 1e-10 over the next singular value.
+const CANCELLED: f64 = 1e-4;
+
 /// Identifiability of a parameter from the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Verdict {
     /// The standard error is at most [`Fit::widest`](super::Fit::widest).
     Identifiable,
-    /// These data leave it too uncertain; more, other or more accurate data may determine it.
+    /// The standard error exceeds [`Fit::widest`](super::Fit::widest). More, other or more accurate data may determine
+    /// the parameter.
     PracticallyNot,
-    /// A combination of parameters with this one leaves every datum unchanged. No data of this kind determine it.
+    /// A combination of changes of this parameter, and possibly others, leaves every datum unchanged. No data of this
+    /// kind determine the parameter.
     StructurallyNot,
-    /// The estimate is at a bound, and has no error.
+    /// The estimate is at a bound, and has no standard error.
     AtBound,
-    /// The value was given.
+    /// The value of the parameter is given.
     Fixed,
 }
 
@@ -28,10 +38,11 @@ pub enum Verdict {
 pub struct Estimate {
     /// Name of the parameter.
     pub name: String,
-    /// Estimated value.
+    /// Estimated value, in the unit of the parameter.
     pub value: f64,
-    /// Standard error: relative (of the logarithm) for a logarithmic parameter, else in its unit. Infinite if the
-    /// parameter is structurally not identifiable, zero if it is fixed or at a bound.
+    /// Standard error: relative (of the logarithm) for a logarithmic parameter, otherwise in the unit of the
+    /// parameter. It is infinite if the parameter belongs to a combination without effect on the data, and zero if the
+    /// parameter is fixed or at a bound.
     pub error: f64,
     /// Whether the error is relative.
     pub relative: bool,
@@ -40,7 +51,8 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Interval that contains the value with a probability of 90 %, if errors are normal on the scale of the search.
+    /// Interval that contains the true value with a probability of 90 %, in the unit of the parameter, if errors are
+    /// normal on the scale of the search.
     #[must_use]
     pub fn interval(&self) -> [f64; 2] {
         let width = QUANTILE_95 * self.error;
@@ -52,22 +64,16 @@ impl Estimate {
     }
 }
 
-/// Change of a function along a combination without effect, relative to the sum of its parts, below which the parts
-/// cancel. The components of such a combination have errors up to 1e-10 over the next singular value.
-const CANCELLED: f64 = 1e-4;
-
-/// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
-pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
-
-/// Combination of parameters that the data do not determine.
+/// Combination of changes of parameters that the data do not determine.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct WeakDirection {
-    /// Names and components: changes of ln value, or of the value over the distance of its bounds, the largest ±1.
+    /// Names of parameters and their components: changes of ln value for logarithmic parameters, otherwise of the value
+    /// over the distance of its bounds. The largest is ±1.
     pub components: Vec<(String, f64)>,
-    /// Standard error of a change by these components; infinite for a structural one.
+    /// Standard error of the amplitude of this combination; infinite for a combination without effect on the data.
     pub error: f64,
-    /// Whether the combination leaves every datum unchanged.
+    /// Whether no data of this kind determine the combination.
     pub structural: bool,
 }
 
@@ -88,70 +94,75 @@ impl std::fmt::Display for WeakDirection {
     }
 }
 
-/// Answer of a fit.
+/// Result of a fit: estimates of all parameters with their uncertainty, noise and residuals.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Estimates {
     /// All parameters in the order of the family.
     pub parameters: Vec<Estimate>,
-    /// Correlations of the parameters; zero beside the diagonal for those without an error.
+    /// Correlations of the estimates, in the order of the parameters. Those of parameters without a standard error are
+    /// zero outside the diagonal.
     pub correlations: Vec<Vec<f64>>,
     /// Combinations that the data do not determine.
     pub weak: Vec<WeakDirection>,
     /// Twice the loss of all residuals and priors at the estimates.
     pub chi_squared: f64,
-    /// Number of coordinates minus that of estimated parameters.
+    /// Number of residuals minus number of free parameters that are not at a bound.
     pub degrees_of_freedom: usize,
-    /// Noise of each series: given, or estimated (m, or rad for angles).
+    /// Noise of each series, given or estimated, in the unit of its data, or rad for angles.
     pub noise: Vec<f64>,
-    /// Correlation of successive residuals of a coordinate. The errors account for it.
+    /// Estimated correlation of the noise in successive frames of a coordinate. The standard errors account for it.
     pub lag_one: f64,
-    /// Residuals (simulated minus measured) in the order of time: series, time (s), value (m, or rad for angles).
+    /// Residuals (simulated minus measured) in the order of time: index of the series, time (s), and value in the unit
+    /// of the data, or rad for angles.
     pub residuals: Vec<(usize, f64, f64)>,
-    /// Indices of the frames of each series that are equal to the frame before them, as duplicated frames of a video
-    /// are. They are used like all others.
+    /// Indices of the frames of each series that are equal to the frame before them, such as duplicated frames of a
+    /// video. They are used like all others.
     pub repeated_frames: Vec<Vec<usize>>,
     /// Indices of the frames of each series at a discontinuity of the laws of the shoot. Such a frame is ambiguous: it
     /// is compared with the shoot just before the discontinuity.
     pub ambiguous_frames: Vec<Vec<usize>>,
-    /// Objectives that the searches from all remaining initial values reached in the last of
-    /// [`Fit::windows`](super::Fit::windows), least first. If a noise is estimated they are those of a rough estimate, while
-    /// `chi_squared` is that of the last.
+    /// Objectives that the remaining searches reached in the last of [`Fit::windows`](super::Fit::windows), the
+    /// smallest first. An objective is the loss of all residuals and priors, half of `chi_squared`. If a noise is
+    /// estimated, the objectives belong to its first rough estimate, and `chi_squared` to the last one.
     pub objectives: Vec<f64>,
-    /// Minus twice the logarithm of the likelihood and the priors, up to a constant of the data.
+    /// Minus twice the logarithm of the likelihood and the priors, up to a constant that depends on the data only.
     pub deviance: f64,
-    /// Singular values of the Jacobian over the noise with two steps of the differences, the second extrapolated.
+    /// Singular values, the largest first, of the Jacobian of the residuals over the noise, whose columns are divided
+    /// by their norms. The first list is that of a Jacobian by differences with one step, the second that of a
+    /// Jacobian extrapolated from two steps.
     pub singular_values: [Vec<f64>; 2],
     pub(super) family: Vec<Parameter>,
     pub(super) data: Vec<Series>,
     pub(super) loss: Loss,
-    /// Indices of the parameters with an error, and the covariance of their coordinates.
+    /// Indices of the parameters with a standard error.
     pub(super) free: Vec<usize>,
+    /// Covariance of the coordinates of these parameters.
     pub(super) covariance: DMatrix<f64>,
-    /// Covariance for squares and white noise of the given size.
+    /// The same covariance for the loss of squares and white noise of the size in `noise`.
     pub(super) white: DMatrix<f64>,
-    /// Number of successive residuals that count as one.
+    /// Number of successive residuals that contain the information of one.
     pub(super) redundancy: f64,
-    /// Combinations of these parameters without effect on the data: changes of their coordinates.
+    /// Combinations without effect on the data: changes of the coordinates of these parameters.
     pub(super) without_effect: Vec<DVector<f64>>,
 }
 
 impl Estimates {
-    /// χ² per degree of freedom: about one if the model and the noise are right. A noise that is estimated makes it
-    /// so.
+    /// χ² per degree of freedom. It is about one if the model and the given noise are correct. If the noise is
+    /// estimated, it is about one for any model.
     #[must_use]
     pub fn reduced_chi_squared(&self) -> f64 {
         self.chi_squared / self.degrees_of_freedom.max(1) as f64
     }
 
-    /// Bayesian information criterion −2 ln L + k ln n of another family minus that of this one (G. Schwarz, Ann. Stat.
-    /// 6, 461, 1978), with k parameters and n coordinates, both fitted to the same data. A positive difference favours
-    /// this family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc. 90, 773,
-    /// 1995). Whether a shoot has an internal oscillator is decided by
+    /// Bayesian information criterion −2 ln L + k ln n of another family minus that of this one (G. Schwarz, Ann.
+    /// Stat. 6, 461, 1978), with k parameters and n coordinates, both fitted to the same data. A positive difference
+    /// favours this family; above 10 the evidence is very strong (R. E. Kass and A. E. Raftery, J. Am. Stat. Assoc.
+    /// 90, 773, 1995). For a family with an internal oscillator, use
     /// [`Fit::scan_oscillator`](super::Fit::scan_oscillator) first.
     ///
-    /// Residuals that are correlated contain less information: n and the difference of −2 ln L are divided by the
-    /// number of successive residuals of the better fit that count as one.
+    /// Correlated residuals contain less information. Therefore n and the difference of −2 ln L are divided by the
+    /// number of successive residuals of the better fit that contain the information of one.
     ///
     /// # Errors
     /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
@@ -168,8 +179,9 @@ impl Estimates {
             + (parameters(other) - parameters(self)) * n.max(1.0).ln())
     }
 
-    /// Value of a function of the parameters, and its standard error by linear propagation. The error is infinite if
-    /// the function changes along a combination that the data do not determine at all.
+    /// Value of a function of the parameter values (in the order of the family), and its standard error by linear
+    /// propagation, both in the unit of the function. The error is infinite if the function changes along a combination
+    /// without effect on the data.
     pub fn derived(&self, function: impl Fn(&[f64]) -> f64) -> [f64; 2] {
         let values = self.values();
         let gradient = DVector::from_iterator(
@@ -183,21 +195,21 @@ impl Estimates {
                 (at(DIFFERENCE) - at(-DIFFERENCE)) / (2.0 * DIFFERENCE)
             }),
         );
-        let changes = self.without_effect.iter().any(|change| {
+        let is_undetermined = self.without_effect.iter().any(|change| {
             let parts = gradient.component_mul(change);
             parts.sum().abs() > CANCELLED * parts.abs().sum()
         });
         let variance = gradient.dot(&(&self.covariance * &gradient));
-        [function(&values), if changes { f64::INFINITY } else { deviation(variance) }]
+        [function(&values), if is_undetermined { f64::INFINITY } else { deviation(variance) }]
     }
 
-    /// Values of all parameters, in the order of the family.
+    /// Values of all parameters, in their units and in the order of the family.
     #[must_use]
     pub fn values(&self) -> Vec<f64> {
         self.parameters.iter().map(|parameter| parameter.value).collect()
     }
 
-    /// Estimate of the parameter with a name.
+    /// Estimate of the parameter with the given name; `None` if there is no such parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Estimate> {
         self.parameters.iter().find(|parameter| parameter.name == name)
@@ -223,12 +235,7 @@ impl std::fmt::Display for Estimates {
     }
 }
 
-/// Standard deviation; infinite if the variance is too large for a number.
+/// Standard deviation. It is infinite if the variance overflows.
 pub(super) fn deviation(variance: f64) -> f64 {
     if variance.is_finite() { variance.max(0.0).sqrt() } else { f64::INFINITY }
-}
-
-/// Repeated frames of all series.
-pub(super) fn repeated(data: &[Series]) -> Vec<Vec<usize>> {
-    data.iter().map(Series::repeated_frames).collect()
 }

@@ -10,7 +10,7 @@ use super::{FitError, Parameter};
 /// such as the scale of a camera, are in the same list.
 #[derive(Debug, Clone)]
 pub struct Family<F> {
-    /// Parameters in the order in which the function receives their values.
+    /// Parameters, in the order in which `build` receives their values.
     pub parameters: Vec<Parameter>,
     /// Function from the values of the parameters to a shoot, or an error with a message.
     pub build: F,
@@ -22,12 +22,12 @@ impl<F> Family<F> {
         self.parameters.iter().position(|parameter| parameter.name == name)
     }
 
-    /// Names and values.
+    /// Names of all parameters with the given values.
     pub(super) fn named(&self, values: &[f64]) -> Vec<(String, f64)> {
         self.parameters.iter().zip(values).map(|(parameter, value)| (parameter.name.clone(), *value)).collect()
     }
 
-    /// Returns an error unless the parameters are valid, and those that the data name exist.
+    /// Returns an error unless the parameters are valid, and the family has all parameters that the data name.
     pub(super) fn check(&self, data: &[Series]) -> Result<(), FitError> {
         for (index, parameter) in self.parameters.iter().enumerate() {
             parameter.check()?;

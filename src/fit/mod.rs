@@ -1,8 +1,8 @@
 //! Estimation of the parameters of a shoot from its tracked tip or centre lines.
 //!
-//! A [`Family`] is a function from parameters to a shoot. A [`Series`] is data. [`Fit::run`] searches the parameters
-//! for which the simulated shoot is closest to the data, and returns [`Estimates`] with their confidence: standard
-//! errors, correlations, and for each parameter whether these data, or any data of this kind, determine it.
+//! A [`Family`] is a function from parameters to a shoot. A [`Series`] contains data. [`Fit::run`] searches for the
+//! parameters for which the simulated shoot is closest to the data. It returns [`Estimates`] with standard errors,
+//! correlations, and a [`Verdict`] on each parameter: whether these data, or any data of this kind, determine it.
 //!
 //! ```
 //! use morphorod::fit::{Family, Fit, Parameter, Series};
@@ -11,7 +11,7 @@
 //! # use morphorod::integrator::{Integrator, MethodOfSteps};
 //! # use morphorod::tropism::{Gravitropism, Memory, Proprioception, Response, SettledStatoliths};
 //! # use morphorod::{Shoot, Still};
-//! // A weightless horizontal shoot of 5 cm that rights itself, with unknown sensitivities and delay.
+//! // A weightless horizontal shoot of 5 cm that rises, with unknown sensitivities and delay.
 //! let build = |p: &[f64]| {
 //!     let memory = Memory { time: 720.0, delay: p[2] };
 //!     Shoot::builder(LinearElastic { youngs_modulus: 1e7, poissons_ratio: 0.5 })
@@ -52,12 +52,13 @@
 //!
 //! The residuals are the differences of simulated and measured coordinates over their noise. A point of a centre line
 //! has no known arc length; its residual is its distance from the simulated line across the tangent. A bounded
-//! Levenberg–Marquardt search minimises their loss. Its Jacobian is that of runs on the [grid](crate::integrator::Grid)
-//! of one run: on a fixed grid the simulated path is smooth in all parameters, and differences have relative errors
-//! below 1e-6.
+//! Levenberg–Marquardt search minimises their loss. Jacobians are difference quotients of runs that follow the
+//! [grid](crate::integrator::Grid) of one run. On a fixed grid the simulated path is smooth in all parameters. Relative
+//! errors are below 1e-4 for the one-sided quotients of the search, and below 1e-6 for the central ones of the
+//! standard errors.
 //!
-//! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for
-//! residuals whose successive values are correlated.
+//! Standard errors are those of the linearised problem. They account for outliers, with a robust [`Loss`], and for the
+//! correlation of successive residuals.
 
 mod answer;
 mod confidence;

@@ -5,26 +5,33 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 
 use super::residuals::Row;
+use crate::tracking::median;
 
-/// Largest part of the squares that a fit can absorb in the estimate of the noise, largest correlation of successive
-/// values, and number of iterations for both. Negative correlations do not narrow intervals.
+/// Largest part of the squares of the residuals that a fit absorbs, in the estimate of the noise.
 const MOST_ABSORBED: f64 = 0.75;
+
+/// Largest correlation of successive values. The smallest one is zero: negative correlations do not narrow intervals.
 const LARGEST_CORRELATION: f64 = 0.99;
+
+/// Number of iterations for the absorbed part and the correlations, which depend on each other.
 const ITERATIONS: usize = 8;
 
-/// Correlation of values k frames apart: `share` · `decay`^k, and 1 for k = 0. White noise has the share zero, a
-/// first-order autoregressive process the share one; between them is the sum of both.
+/// Correlation of values k frames apart: 1 for k = 0, otherwise `share` · `decay`^k. White noise has the share zero. A
+/// first-order autoregressive process has the share one. The sum of both has a share between zero and one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Correlation {
+    /// Part of the variance that belongs to the autoregressive process.
     pub share: f64,
+    /// Correlation of successive values of the autoregressive process.
     pub decay: f64,
 }
 
 impl Correlation {
+    /// White noise.
     pub const WHITE: Self = Self { share: 0.0, decay: 0.0 };
 
-    /// Process with the given correlations of values one frame and two frames apart, which are known up to
-    /// `uncertainty`.
+    /// Process with the given correlations of values one frame and two frames apart. Correlations below `uncertainty`
+    /// count as zero.
     fn of([one, two]: [f64; 2], uncertainty: f64) -> Self {
         if one < uncertainty {
             return Self::WHITE;
@@ -34,29 +41,31 @@ impl Correlation {
         Self { share: one / decay, decay }
     }
 
-    /// Variance of the mean of many values over that of white noise: the number of values that count as one.
+    /// Variance of the mean of many values over that of white noise of the same variance. This number of successive
+    /// values contains the information of one.
     pub fn redundancy(self) -> f64 {
         1.0 - self.share + self.share * (1.0 + self.decay) / (1.0 - self.decay)
     }
 }
 
-/// Noise after a fit.
+/// Noise, estimated from the residuals of a fit.
 pub(super) struct Noise {
     /// Correlation of successive values of a coordinate.
     pub lag_one: f64,
+    /// Model of the correlations at all lags.
     pub correlation: Correlation,
-    /// Mean square.
+    /// Mean square of the noise.
     pub variance: f64,
     /// Jᵀ R J, with the correlations R of the noise.
     pub square: DMatrix<f64>,
 }
 
 impl Noise {
-    /// Estimate from residuals (or derivatives of their loss) after a fit with the Jacobian J, where `inverse` is
-    /// (JᵀJ)⁻¹.
+    /// Estimates the noise from the residuals of a fit, or from the derivatives of their loss, with the Jacobian J.
+    /// `inverse` is (JᵀJ)⁻¹.
     ///
-    /// A fit absorbs the part tr[(JᵀJ)⁻¹ Jᵀ R J] of n squares, which exceeds the number of parameters if the noise is
-    /// as slow as the columns of J. The same part is missing in the products of successive residuals.
+    /// A fit absorbs tr[(JᵀJ)⁻¹ Jᵀ R J] of the n squares. This number exceeds that of the parameters if the noise is as
+    /// slow as the columns of J. The products of successive residuals are reduced by the same part.
     pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
         let n = residuals.len() as f64;
         // Twice the standard error of a correlation of white noise.
@@ -77,15 +86,16 @@ impl Noise {
     }
 }
 
-/// Coordinates that are measured in successive frames.
+/// Chains of residuals: those of one coordinate of one series in successive frames.
 pub(super) struct Chains {
-    /// Index of the previous row of each row in its chain.
+    /// Index of the row before each row in its chain; `None` for the first.
     previous: Vec<Option<usize>>,
-    /// Typical time between rows of each chain, s, by row.
+    /// Median time between successive rows of the chains of the series to which each row belongs, s.
     spacing: Vec<f64>,
 }
 
 impl Chains {
+    /// Chains of rows in the order of time.
     pub fn new(rows: &[Row]) -> Self {
         let mut last = BTreeMap::new();
         let previous: Vec<Option<usize>> =
@@ -96,12 +106,9 @@ impl Chains {
                 gaps.entry(rows[i].series).or_default().push(rows[i].time - rows[*before].time);
             }
         }
-        let typical = |mut gaps: Vec<f64>| {
-            gaps.sort_by(f64::total_cmp);
-            gaps[gaps.len() / 2]
-        };
-        let typical: BTreeMap<usize, f64> = gaps.into_iter().map(|(s, g)| (s, typical(g))).collect();
-        let spacing = rows.iter().map(|row| typical.get(&row.series).copied().unwrap_or(1.0)).collect();
+        let medians: BTreeMap<usize, f64> = gaps.into_iter().map(|(series, gaps)| (series, median(gaps))).collect();
+        // A series without successive rows does not use its spacing.
+        let spacing = rows.iter().map(|row| medians.get(&row.series).copied().unwrap_or(1.0)).collect();
         Self { previous, spacing }
     }
 
@@ -117,7 +124,8 @@ impl Chains {
         if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
     }
 
-    /// Jᵀ R J, where the correlation of two rows of a chain decays with the time between them over its typical spacing.
+    /// Jᵀ R J, where the correlation R of two rows of a chain decays with the time between them over the median
+    /// spacing.
     pub fn correlated_square(&self, rows: &[Row], jacobian: &DMatrix<f64>, noise: Correlation) -> DMatrix<f64> {
         if noise == Correlation::WHITE {
             return jacobian.tr_mul(jacobian);
@@ -144,12 +152,12 @@ mod tests {
     fn correlations_of_two_lags_give_share_and_decay() {
         for (share, decay) in [(1.0, 0.8), (0.5, 0.95), (0.3, 0.9)] {
             let found = Correlation::of([share * decay, share * decay * decay], 0.1);
-            // Rounding.
+            // The error is rounding.
             assert_relative_eq!(found.share, share, epsilon = 0.0, max_relative = 1e-14);
             assert_relative_eq!(found.decay, decay, epsilon = 0.0, max_relative = 1e-14);
         }
         assert_eq!(Correlation::of([0.09, 0.09], 0.1), Correlation::WHITE);
-        // The second correlation does not differ from zero.
+        // The second correlation counts as zero.
         assert_eq!(Correlation::of([0.2, 0.09], 0.1), Correlation { share: 1.0, decay: 0.2 });
     }
 
@@ -168,9 +176,9 @@ mod tests {
                 expected += jacobian[i] * correlation * jacobian[k];
             }
         }
-        // Rounding.
+        // The error is rounding.
         assert_relative_eq!(found[0], expected, epsilon = 0.0, max_relative = 1e-14);
-        // The sum over all lags, 1 + 2 · 0.6 · (0.5 + 0.25 + …).
+        // Sum over all lags, 1 + 2 · 0.6 · (0.5 + 0.25 + …).
         assert_relative_eq!(noise.redundancy(), 2.2, epsilon = 0.0, max_relative = 1e-14);
     }
 }

@@ -2,23 +2,24 @@
 
 use super::FitError;
 
-/// Smallest difference of bounds relative to their size, ten times the steps of difference quotients.
+/// Smallest distance of the bounds relative to the larger one, ten times the step of a difference quotient.
 const CLOSEST: f64 = 1e-4;
 
 /// A parameter of a family of shoots: its name, initial value, bounds and prior.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Parameter {
-    /// Name, used in answers and messages.
+    /// Name, used in estimates and messages, and by series that refer to the parameter.
     pub name: String,
     /// Initial value, in the unit of the parameter.
     pub start: f64,
-    /// Smallest and largest value.
+    /// Smallest and largest value, in the unit of the parameter. The parameter is fixed if they are equal.
     pub bounds: [f64; 2],
     /// Whether the search uses the logarithm of the parameter.
     pub logarithmic: bool,
-    /// Centre and standard deviation of a Gaussian prior: of the logarithm (the centre as a value of the
-    /// parameter, the deviation without unit) if the parameter is logarithmic, else of the parameter itself.
+    /// Centre and standard deviation of a Gaussian prior; `None` if there is none. The centre is a value of the
+    /// parameter. The deviation is that of the logarithm (without unit) if the parameter is logarithmic, otherwise that
+    /// of the parameter, in its unit.
     pub prior: Option<[f64; 2]>,
 }
 
@@ -81,20 +82,22 @@ impl Parameter {
         self.bounds.map(|bound| self.coordinate(bound))
     }
 
-    /// Difference of a coordinate from the centre of the prior over its standard deviation, and the inverse of the
-    /// latter.
+    /// Residual of the prior at a coordinate, and its derivative: the difference from the centre over the standard
+    /// deviation, and the inverse of the latter. `None` without a prior.
     pub(super) fn prior_residual(&self, coordinate: f64) -> Option<[f64; 2]> {
         let [centre, deviation] = self.prior?;
         let deviation = if self.logarithmic { deviation } else { deviation / self.unit() };
         Some([(coordinate - self.coordinate(centre)) / deviation, 1.0 / deviation])
     }
 
+    /// Value of a unit of the coordinate of a linear parameter: the distance of the bounds, or one for a fixed
+    /// parameter.
     fn unit(&self) -> f64 {
         let width = self.bounds[1] - self.bounds[0];
         if width > 0.0 { width } else { 1.0 }
     }
 
-    /// Returns an error unless the numbers are valid.
+    /// Returns an error unless the initial value, the bounds and the prior are valid.
     pub(super) fn check(&self) -> Result<(), FitError> {
         let [low, high] = self.bounds;
         let problem = if !(low.is_finite() && high.is_finite() && self.start.is_finite()) {
@@ -102,7 +105,7 @@ impl Parameter {
         } else if low > high {
             "has a lower bound above its upper bound"
         } else if !self.is_fixed() && !(high - low > CLOSEST * low.abs().max(high.abs())) {
-            "has bounds that hardly differ: fix it"
+            "has bounds that are almost equal: fix it"
         } else if self.logarithmic && !(low > 0.0) {
             "has a bound that is not positive, though its scale is logarithmic"
         } else if !(self.start >= low && self.start <= high) {

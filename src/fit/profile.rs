@@ -13,20 +13,26 @@ use crate::shoot::Shoot;
 /// End of the searches of a profile.
 const SEARCH: End = End { accuracy: 0.01, iterations: 40 };
 
-/// Relative accuracy of the distance to an end of the interval, and largest number of searches for it.
+/// Relative accuracy of the distance to an end of the interval.
 const DISTANCE: f64 = 0.02;
+
+/// Largest number of searches for an end of the interval.
 const SEARCHES: usize = 10;
 
 impl Fit {
-    /// Interval that contains the value of the parameter with a name with a probability of 90 %, by profile likelihood.
+    /// Interval that contains the true value of a parameter with a probability of 90 %, by profile likelihood, in the
+    /// unit of the parameter.
     ///
-    /// The data, the noise and the loss are those of the estimates, and `build` is the function of their family. At the
-    /// ends of the interval the minimum over all other parameters exceeds that at the estimates by the quantile of χ².
-    /// The interval is not symmetric, and holds for a path that is not linear in the parameters. An end at a bound of the parameter
-    /// means that the data exclude no value there.
+    /// The data, the noise and the loss are those of the estimates, and `build` is the function of their family. At an
+    /// end of the interval, the minimum of χ² over all other parameters exceeds its value at the estimates by 2.71.
+    /// This is the 90 % quantile of χ² with one degree of freedom. The number is multiplied by the factor by which
+    /// correlated noise and outliers increase the variance. The interval need not be symmetric, and is valid for a
+    /// path that is not linear in the parameters. The accuracy of its ends is 2 % of their distances from the
+    /// estimate. An end at a bound of the parameter means that the data do not exclude the values next to the bound.
     ///
     /// # Errors
-    /// [`Parameter`](FitError::Parameter) for a name without a finite error in the estimates, and the errors of
+    /// [`Parameter`](FitError::Parameter) for a name without a finite standard error in the estimates;
+    /// [`NotConverged`](FitError::NotConverged) if ten searches do not find an end; and the errors of
     /// [`run`](Self::run).
     pub fn profile<M: Model, E: Display>(
         &self,
@@ -54,7 +60,7 @@ impl Fit {
         let full = Problem { noise: estimates.noise.clone(), free: others, ..full };
         let least = 0.5 * estimates.chi_squared;
         let centre = parameter.coordinate(estimates.parameters[k].value);
-        // Correlated noise and outliers widen the interval as they widen the standard error.
+        // Correlated noise and outliers widen the interval by the same factor as the standard error.
         let wider = if estimates.white[(i, i)] > 0.0 { covariance[(i, i)] / estimates.white[(i, i)] } else { 1.0 };
         let target = QUANTILE_95 * wider.max(f64::MIN_POSITIVE).sqrt();
         let [low, high] = parameter.limits();

@@ -13,43 +13,51 @@ use crate::model::Model;
 use crate::rod::Rod;
 use crate::shoot::Shoot;
 
-/// Tolerance of the equilibria of a fit, rad. Differences of runs need equilibria that are accurate to rounding.
+/// Tolerance of the equilibria of a fit, rad. Difference quotients of runs require equilibria that are accurate to
+/// rounding.
 const EQUILIBRIUM: f64 = 1e-11;
 
-/// Number of intervals of the centre line in which the nearest point is first sought.
+/// Number of intervals between the points of the centre line with which the search for the nearest point begins.
 const INTERVALS: usize = 32;
 
-/// Accuracy of the arc length of the nearest point, relative to the length of the shoot, and the largest number of
-/// iterations. The distance across the tangent changes with the square of an error of the arc length.
+/// Accuracy of the arc length of the nearest point, relative to the length of the shoot. The distance across the
+/// tangent changes with the square of an error of the arc length.
 const NEAREST: f64 = 1e-8;
+
+/// Largest number of iterations for the arc length of the nearest point.
 const ITERATIONS: usize = 20;
 
-/// Steps of a run of a family.
+/// Time steps and elements of a run.
 pub(super) enum Steps<'a> {
-    /// The steps are recorded.
+    /// The integrator chooses and records them.
     Record,
-    /// The steps are those of an earlier run.
+    /// They are those of an earlier run.
     Follow(&'a Grid),
 }
 
-/// Coordinate of a residual: the chain of equal coordinates in successive frames to which it belongs, and its time (s).
+/// Origin of a residual: the series, the coordinate and the time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row {
+    /// Index of the series.
     pub series: usize,
-    /// Index of the coordinate in a frame.
+    /// Index of the residual in its frame.
     pub coordinate: usize,
+    /// Time of the frame, s.
     pub time: f64,
 }
 
 /// Residuals of a run, in the order of time.
 pub(super) struct Output {
-    /// Simulated minus measured coordinates, m, or angles, rad.
+    /// Simulated minus measured coordinates, in the unit of the data, or angles, rad.
     pub residuals: Vec<f64>,
+    /// Origin of each residual.
     pub rows: Vec<Row>,
+    /// Grid of the run.
     pub grid: Grid,
 }
 
-/// Runs the shoot of the family for all parameter `values` up to the time `until` (s).
+/// Simulates the shoot of the family with the given values of all parameters, up to the last frame at or before the
+/// time `until` (s).
 pub(super) fn simulate<M: Model, E: Display>(
     family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
     data: &[Series],
@@ -87,7 +95,7 @@ pub(super) fn simulate<M: Model, E: Display>(
     Ok(Output { residuals, rows, grid: integrator.take_grid() })
 }
 
-/// View with its scale and offset.
+/// View with the values of its scale and offset.
 struct Camera<'a> {
     rows: &'a [Vector3<f64>],
     scale: f64,
@@ -95,6 +103,7 @@ struct Camera<'a> {
 }
 
 impl<'a> Camera<'a> {
+    /// Camera of a series for the values of all parameters.
     fn of<F>(series: &'a Series, family: &Family<F>, values: &[f64]) -> Self {
         let value = |name: &String| family.index(name).map_or(0.0, |index| values[index]);
         let mut offset = Vector3::zeros();
@@ -104,7 +113,7 @@ impl<'a> Camera<'a> {
         Self { rows: &series.view.0, scale: series.scale.as_ref().map_or(1.0, value), offset }
     }
 
-    /// The image of a vector.
+    /// Image of a vector, without the offset.
     fn direction(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         let mut image = Vector3::zeros();
         for (k, row) in self.rows.iter().enumerate() {
@@ -113,12 +122,12 @@ impl<'a> Camera<'a> {
         image
     }
 
-    /// The image of a position (m).
+    /// Image of a position (m).
     fn point(&self, position: &Vector3<f64>) -> Vector3<f64> {
         self.direction(position) + self.offset
     }
 
-    /// Adds the residuals of a frame (m, or rad).
+    /// Appends the residuals of a frame, in the unit of the data, or rad. Those of the tip are the last.
     fn compare(&self, rod: &Rod, kind: Kind, frame: &[Vector3<f64>], residuals: &mut Vec<f64>) {
         let d = self.rows.len();
         let Some((tip, inner)) = frame.split_last() else { return };
@@ -131,15 +140,15 @@ impl<'a> Camera<'a> {
         if kind == Kind::CentreLine && !inner.is_empty() {
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();
-            inner.iter().for_each(|point| self.distance((rod, &nodes), &samples, point, residuals));
+            inner.iter().for_each(|point| self.compare_inner((rod, &nodes), &samples, point, residuals));
         }
         residuals.extend((self.point(&rod.tip()) - tip).iter().take(d));
     }
 
-    /// Adds the components of the distance of a measured point from the centre line across its tangent (m): one in a
-    /// plane, two in space. `nodes` are the ends of the elements, and `samples` images of the line at equal arc
-    /// lengths.
-    fn distance(
+    /// Appends the components, across the tangent, of the distance of the nearest point of the centre line from a
+    /// measured point: one in a plane, two in space. `nodes` are the ends of the elements with their arc lengths (m).
+    /// `samples` are images of the line at equal arc lengths.
+    fn compare_inner(
         &self,
         (rod, nodes): (&Rod, &[(f64, Vector3<f64>)]),
         samples: &[Vector3<f64>],
@@ -147,8 +156,8 @@ impl<'a> Camera<'a> {
         residuals: &mut Vec<f64>,
     ) {
         let length = rod.length();
-        let far = |sample: &Vector3<f64>| (sample - point).norm_squared();
-        let nearest = (0..samples.len()).min_by(|a, b| far(&samples[*a]).total_cmp(&far(&samples[*b]))).unwrap_or(0);
+        let square = |k: &usize| (samples[*k] - point).norm_squared();
+        let nearest = (0..samples.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or(0);
         let mut s = length * nearest as f64 / INTERVALS as f64;
         let mut last = (Vector3::zeros(), [Vector3::zeros(); 3]);
         for _ in 0..ITERATIONS {
@@ -167,7 +176,8 @@ impl<'a> Camera<'a> {
                 break;
             }
         }
-        // Components along the images of d1 and d2 across that of the tangent, or across it in the plane of the image.
+        // In a plane, the direction across the tangent is unique. In space, the images of d1 and d2 are orthogonalised
+        // against that of the tangent.
         let (residual, [d1, d2, tangent]) = last;
         let unit = |v: Vector3<f64>| if v.norm() > 0.0 { v.normalize() } else { v };
         let tangent = unit(tangent);

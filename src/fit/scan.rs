@@ -1,4 +1,4 @@
-//! Test for an internal oscillator by scores.
+//! Score test for an internal oscillator.
 
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Display;
@@ -16,20 +16,20 @@ use crate::model::Model;
 use crate::shoot::Shoot;
 use crate::tropism::{Handedness, Oscillator};
 
-/// Number of periods in a scan for each one that the duration of the data resolves.
+/// Number of periods in a scan over the number of periods that the duration of the data resolves.
 const OVERSAMPLING: f64 = 2.0;
 
-/// Sensitivity of the oscillators of a scan. Its effect is linear: the square is far below the noise.
+/// Sensitivity of the trial oscillators of a scan. Effects of second order are far below the noise.
 const SENSITIVITY: f64 = 1e-4;
 
 /// Score of one period and handedness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ScanLine {
-    /// Oscillator that would explain the residuals best, to first order: sensitivity, period, phase and handedness.
+    /// Oscillator of this period and handedness that explains the residuals best, to first order in the sensitivity.
     pub oscillator: Oscillator,
-    /// Score S: the decrease of χ² by this oscillator, to first order. Without an oscillator it has the distribution of
-    /// χ² with two degrees of freedom.
+    /// Score S: decrease of χ² by this oscillator, to first order, with the correlations of the noise. For data
+    /// without an oscillator it has the distribution of χ² with two degrees of freedom.
     pub score: f64,
 }
 
@@ -39,27 +39,29 @@ pub struct ScanLine {
 pub struct Scan {
     /// Scores of all periods, in both senses of rotation.
     pub lines: Vec<ScanLine>,
-    /// The line with the largest score.
+    /// Line with the largest score.
     pub best: ScanLine,
-    /// Bound on the probability that the largest score S is reached without an oscillator: 1 − (1 − exp(−S/2))^N for N
-    /// lines. The periods are twice as dense as those that the duration of the data resolves, so that fewer lines are
-    /// independent.
+    /// Upper bound on the probability that data without an oscillator reach the largest score S: 1 − (1 − exp(−S/2))^N
+    /// for N lines. The periods are twice as dense as those that the duration of the data resolves. Therefore fewer
+    /// than N lines are independent.
     pub false_alarm: f64,
 }
 
 impl Fit {
     /// Scores of internal oscillators with periods between two limits (s), in both senses of rotation, at the estimates
-    /// of a family without one. The data and the loss are those of the estimates. `oscillating` returns the shoot of
-    /// the family with a further oscillator.
+    /// of a family without an oscillator. The data, the noise and the loss are those of the estimates. `oscillating`
+    /// returns the shoot of the family, for the values of its parameters, with an additional oscillator.
     ///
-    /// Without an oscillator, period and phase have no meaning, so that differences of χ² of two fits do not have a
-    /// known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has: the residuals are
-    /// projected onto the effect of an oscillator of this period that no change of the other parameters explains. A
-    /// small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then fit a family with one, from the
-    /// values of the [`best`](Scan::best) line, and [`compare`](Estimates::compare) both.
+    /// Without an oscillator, period and phase have no meaning. The difference of χ² of two fits therefore does not
+    /// have a known distribution (R. B. Davies, Biometrika 64, 247, 1977). The score at a given period has one. It is
+    /// computed from the projection of the residuals onto the part of the effect of an oscillator that no change of
+    /// the other parameters explains. A small [`false_alarm`](Scan::false_alarm) is evidence of an oscillator. Then
+    /// fit a family with an oscillator, from the values of the [`best`](Scan::best) line, and
+    /// [`compare`](Estimates::compare) both.
     ///
     /// # Errors
-    /// Limits that are not increasing and positive, and the errors of [`run`](Self::run).
+    /// Limits that are not positive, finite and increasing; a shortest period below twice the median time between
+    /// frames; and the errors of [`run`](Self::run).
     pub fn scan_oscillator<M: Model, E: Display>(
         &self,
         oscillating: impl Fn(&[f64], Oscillator) -> Result<Shoot<M>, E> + Sync,
@@ -68,20 +70,20 @@ impl Fit {
     ) -> Result<Scan, FitError> {
         let data = &estimates.data[..];
         ParameterError::positive("shortest period of a scan", shortest)?;
-        // A period below two frames is an alias of a longer one in the opposite sense.
+        // A period shorter than two frames is an alias of a longer period in the opposite sense.
         let frames = data.iter().map(Series::spacing).fold(f64::INFINITY, f64::min);
-        let requirement = "at least twice the typical time between frames (s)";
+        let requirement = "at least twice the median time between frames (s)";
         ParameterError::unless(shortest >= 2.0 * frames, "shortest period of a scan", shortest, requirement)?;
         let ok = longest > shortest && longest.is_finite();
         ParameterError::unless(ok, "longest period of a scan", longest, "longer than the shortest (s)")?;
         let oscillator = |sensitivity, period, phase, handedness| Oscillator { sensitivity, period, phase, handedness };
-        let still = oscillator(0.0, longest, 0.0, Handedness::Counterclockwise);
+        let silent = oscillator(0.0, longest, 0.0, Handedness::Counterclockwise);
         let oscillating = &oscillating;
         let family = |oscillator| Family {
             parameters: estimates.family.clone(),
             build: move |values: &[f64]| oscillating(values, oscillator),
         };
-        let null = family(still);
+        let null = family(silent);
         self.check(&null, data)?;
         let run =
             |values: &[f64], until: f64, steps: Steps<'_>| simulate(&null, data, self.step, (values, until), steps);
@@ -90,9 +92,9 @@ impl Fit {
         let problem = Problem { noise: estimates.noise.clone(), free, ..problem };
         let x = problem.coordinates(&values);
         let at = problem.evaluate(&x)?;
-        let jacobian = problem.rough_jacobian(&x, &at)?;
+        let jacobian = problem.one_sided_jacobian(&x, &at)?;
         let slopes = at.residuals.map(|r| estimates.loss.slope(r));
-        let explained = explained(&jacobian);
+        let explained = orthonormal_basis(&jacobian);
         let identity = DMatrix::identity(explained.ncols(), explained.ncols());
         let Noise { correlation, variance, .. } = Noise::of(&slopes, &at.rows, &explained, &identity);
         let chains = Chains::new(&at.rows);
@@ -105,9 +107,9 @@ impl Fit {
             let part = (index / 2) as f64 / count as f64;
             let period = (longest.recip() + part * (shortest.recip() - longest.recip())).recip();
             let column = |phase: f64| -> Result<DVector<f64>, FitError> {
-                let small = oscillator(SENSITIVITY, period, phase, handedness);
-                let every = (&values[..], f64::INFINITY);
-                let output = simulate(&family(small), data, self.step, every, Steps::Follow(&at.grid))?;
+                let trial = oscillator(SENSITIVITY, period, phase, handedness);
+                let all_data = (&values[..], f64::INFINITY);
+                let output = simulate(&family(trial), data, self.step, all_data, Steps::Follow(&at.grid))?;
                 let column = (problem.over_noise(&output.residuals, &output.rows) - &at.residuals) / SENSITIVITY;
                 Ok(&column - &explained * explained.tr_mul(&column))
             };
@@ -130,8 +132,8 @@ impl Fit {
     }
 }
 
-/// Orthonormal basis of the columns of a Jacobian.
-fn explained(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+/// Orthonormal basis of the space of the columns of a Jacobian.
+fn orthonormal_basis(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     if jacobian.ncols() == 0 {
         return jacobian.clone();
     }

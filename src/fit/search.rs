@@ -1,27 +1,29 @@
-//! Bounded Levenberg–Marquardt search with a robust loss.
+//! Bounded Levenberg–Marquardt search with a robust loss (K. Levenberg, Q. Appl. Math. 2, 164, 1944; D. Marquardt, J.
+//! SIAM 11, 431, 1963).
 //!
-//! K. Levenberg, Q. Appl. Math. 2, 164 (1944); D. Marquardt, J. SIAM 11, 431 (1963). Coordinates at a bound towards
-//! which the objective decreases are kept there; the others solve the damped normal equations and are clipped.
+//! Coordinates at a bound towards which the objective decreases are kept there. The changes of the others solve the
+//! damped normal equations, and are clipped to the bounds.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::FitError;
 use super::problem::{Evaluated, Problem};
 
-/// Loss of a residual over its noise.
+/// Loss of a residual. The residual is divided by the standard deviation of its noise, and has no unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Loss {
     /// Half the square: maximum likelihood for normal noise.
     Squares,
-    /// Half the square up to a threshold, and linear beyond (Huber 1964). Outliers have a bounded influence.
+    /// Half the square up to a threshold (in standard deviations of the noise), and linear beyond (P. J. Huber, Ann.
+    /// Math. Stat. 35, 73, 1964). Outliers have a bounded influence. The threshold is at least 0.01.
     Huber(f64),
 }
 
 impl Loss {
-    /// Huber's loss with the threshold 1.345, which has 95 % of the efficiency of squares for normal noise.
+    /// Huber's loss with the threshold 1.345. For normal noise it has 95 % of the efficiency of squares.
     pub const ROBUST: Self = Self::Huber(1.345);
 
-    /// Loss of a residual over its noise.
+    /// Loss of a residual.
     pub(super) fn value(self, r: f64) -> f64 {
         match self {
             Self::Huber(c) if r.abs() > c => c * r.abs() - 0.5 * c * c,
@@ -39,7 +41,7 @@ impl Loss {
 
     /// Mean square of the derivative of the loss, and share of residuals in the quadratic part, for normal noise.
     pub(super) fn for_normal_noise(self) -> (f64, f64) {
-        // The integrals over the normal distribution by the midpoint rule; the density is below 1e-14 beyond 8.
+        // Integrals over the normal distribution by the midpoint rule. The density is below 1e-14 beyond 8.
         const STEP: f64 = 1e-3;
         let midpoints = (0..8000).map(|k| STEP * (f64::from(k) + 0.5));
         midpoints.fold((0.0, 0.0), |(square, share), r| {
@@ -55,14 +57,22 @@ impl Loss {
     }
 }
 
-/// Initial damping, its factors after a successful and after a failed step, and its limits.
+/// Initial damping.
 const DAMPING: f64 = 1e-3;
+
+/// Factor of the damping after a successful step.
 const LESS_DAMPING: f64 = 0.2;
+
+/// Factor of the damping after a failed step.
 const MORE_DAMPING: f64 = 5.0;
+
+/// Smallest damping.
 const LEAST_DAMPING: f64 = 1e-9;
+
+/// Largest damping.
 const MOST_DAMPING: f64 = 1e12;
 
-/// Largest number of steps that are tried in an iteration with increasing damping.
+/// Largest number of steps in an iteration, with increasing damping.
 const TRIALS: usize = 12;
 
 /// Largest change of a coordinate in an iteration. A logarithmic parameter changes by at most the factor e.
@@ -71,7 +81,7 @@ const LONGEST: f64 = 1.0;
 /// Conditions for the end of a search.
 #[derive(Clone, Copy)]
 pub(super) struct End {
-    /// Largest predicted change of all coordinates, in standard errors, at which the search has converged.
+    /// Predicted length of a step, in standard errors, below which the search has converged.
     pub accuracy: f64,
     /// Largest number of iterations.
     pub iterations: usize,
@@ -79,10 +89,13 @@ pub(super) struct End {
 
 /// Point that a search has reached.
 pub(super) struct Reached {
+    /// Free coordinates.
     pub x: DVector<f64>,
+    /// Residuals at this point.
     pub at: Evaluated,
     /// Loss of all residuals and priors.
     pub objective: f64,
+    /// Number of iterations, each with one Jacobian.
     pub iterations: usize,
     pub converged: bool,
     /// Error of the family or of a run that prevents any further step.
@@ -95,13 +108,13 @@ pub(super) fn objective(problem: &Problem, loss: Loss, x: &DVector<f64>, residua
     data + priors(problem, x).map(|(_, [r, _])| 0.5 * r * r).sum::<f64>()
 }
 
-/// Indices of the free coordinates with a prior, with its residual and the derivative of the residual.
+/// Indices of the free coordinates with a prior, each with the residual of the prior and its derivative.
 pub(super) fn priors<'a>(problem: &'a Problem, x: &'a DVector<f64>) -> impl Iterator<Item = (usize, [f64; 2])> + 'a {
     let residual = |(i, k): (usize, &usize)| Some((i, problem.parameters[*k].prior_residual(x[i])?));
     problem.free.iter().enumerate().filter_map(residual)
 }
 
-/// Searches a minimum from a point.
+/// Searches for a minimum of the objective from the point `x`.
 pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -> Result<Reached, FitError> {
     let n = problem.free.len();
     let limits: Vec<_> = problem.free.iter().map(|k| problem.parameters[*k].limits()).collect();
@@ -111,7 +124,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
     let mut damping = DAMPING;
     while !now.converged && now.iterations < end.iterations {
         now.iterations += 1;
-        let jacobian = problem.rough_jacobian(&now.x, &now.at)?;
+        let jacobian = problem.one_sided_jacobian(&now.x, &now.at)?;
         let weights = now.at.residuals.map(|r| if r == 0.0 { 1.0 } else { loss.slope(r) / r });
         let slopes = now.at.residuals.map(|r| loss.slope(r));
         let mut gradient = jacobian.tr_mul(&slopes);
@@ -142,7 +155,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
                 x[*k] = (x[*k] + step[i]).clamp(limits[*k][0], limits[*k][1]);
             }
             let change = &x - &now.x;
-            // In standard errors: the change of the fit over the noise.
+            // Length of the step in standard errors: predicted change of the residuals over the noise.
             let size = change.dot(&(&matrix * &change)).max(0.0).sqrt();
             if size <= end.accuracy && damping < 1.0 {
                 now.converged = true;
@@ -158,7 +171,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
                         break;
                     }
                 }
-                // The family or the integrator may fail far from the data. The step is shortened.
+                // The family or the integrator may fail far from the solution. More damping shortens the step.
                 Err(error @ (FitError::Family { .. } | FitError::Run { .. })) => failure = Some(error),
                 Err(error) => return Err(error),
             }
@@ -179,7 +192,7 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
     Ok(now)
 }
 
-/// Jᵀ W J.
+/// Jᵀ W J, with the diagonal matrix W of the weights.
 pub(super) fn weighted_square(jacobian: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
     let mut scaled = jacobian.clone();
     for (mut row, weight) in scaled.row_iter_mut().zip(weights.iter()) {
@@ -188,13 +201,14 @@ pub(super) fn weighted_square(jacobian: &DMatrix<f64>, weights: &DVector<f64>) -
     jacobian.tr_mul(&scaled)
 }
 
-/// Solves the damped normal equations for the moving coordinates.
+/// Solution of the damped normal equations for the moving coordinates. `None` if the matrix is not positive definite,
+/// or the solution not finite.
 fn damped_step(matrix: &DMatrix<f64>, gradient: &DVector<f64>, moving: &[usize], damping: f64) -> Option<DVector<f64>> {
     let n = moving.len();
     let largest = moving.iter().map(|i| matrix[(*i, *i)]).fold(0.0, f64::max);
     let mut damped = DMatrix::from_fn(n, n, |i, j| matrix[(moving[i], moving[j])]);
     for i in 0..n {
-        // A coordinate without effect has a zero on the diagonal.
+        // The diagonal element of a coordinate without effect is zero, and gets a small damping.
         damped[(i, i)] += damping * damped[(i, i)].max(1e-12 * largest);
     }
     let right = DVector::from_fn(n, |i, _| -gradient[moving[i]]);

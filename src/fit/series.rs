@@ -5,7 +5,25 @@ use std::f64::consts::TAU;
 use nalgebra::{Vector2, Vector3};
 
 use super::FitError;
-use crate::tracking::Track;
+use crate::tracking::{Track, median, median_gap};
+
+/// Largest absolute value of a coordinate, in the unit of the data.
+const LARGEST: f64 = 1e9;
+
+/// Largest absolute value of an angle, rad.
+const LARGEST_ANGLE: f64 = 2.0 * TAU;
+
+/// Smallest noise relative to the largest coordinate. Simulations are accurate to 1e-12 at best.
+const LEAST_NOISE: f64 = 1e-12;
+
+/// Largest noise relative to the largest coordinate, above which the data contain no information.
+const MOST_NOISE: f64 = 1e3;
+
+/// Rough noise of an exact track, relative to its largest coordinate.
+const EXACT: f64 = 1e-6;
+
+/// Standard deviation of a normal distribution over its median absolute deviation.
+pub(super) const MAD: f64 = 1.482_602_218_505_602;
 
 /// Linear view of space: one, two or three coordinates, each the product of a position (m, fixed frame, base at the
 /// origin) with a vector.
@@ -13,19 +31,19 @@ use crate::tracking::Track;
 pub struct View(pub(super) Vec<Vector3<f64>>);
 
 impl View {
-    /// All three coordinates in the fixed frame.
+    /// View with all three coordinates in the fixed frame, along e1, e2 and e3.
     #[must_use]
     pub fn space() -> Self {
         Self(vec![Vector3::x(), Vector3::y(), Vector3::z()])
     }
 
-    /// View from above: coordinates along e1 and e2.
+    /// View from above, with coordinates along e1 and e2.
     #[must_use]
     pub fn above() -> Self {
         Self(vec![Vector3::x(), Vector3::y()])
     }
 
-    /// View from the side towards e2: coordinates along e1 and e3.
+    /// View from the side in the direction of e2, with coordinates along e1 and e3.
     #[must_use]
     pub fn side() -> Self {
         Self(vec![Vector3::x(), Vector3::z()])
@@ -34,7 +52,7 @@ impl View {
     /// View with the given rows of a camera matrix (without unit), one for each coordinate of the image.
     ///
     /// # Errors
-    /// No row, more than two, or rows that are not finite.
+    /// [`Parameter`](FitError::Parameter) for no row, for more than two, and for rows that are not finite.
     pub fn matrix(rows: &[Vector3<f64>]) -> Result<Self, FitError> {
         let ok = (1..=2).contains(&rows.len()) && rows.iter().flatten().all(|x| x.is_finite());
         let problem = "must have one or two rows of finite numbers";
@@ -42,12 +60,12 @@ impl View {
     }
 }
 
-/// Parts of the shoot that a series shows.
+/// Measured part of the shoot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// One point in a frame: the tip.
     Tip,
-    /// Points of the centre line in each frame. The last one is the tip. The others are anywhere on the line.
+    /// Points of the centre line in each frame. The last one is the tip. The arc lengths of the others are unknown.
     CentreLine,
     /// The angle of the tangent at the tip in the plane of the view.
     Angle,
@@ -58,15 +76,17 @@ pub(super) enum Kind {
 pub struct Series {
     pub(super) kind: Kind,
     pub(super) times: Vec<f64>,
-    /// Points of each frame. Coordinates that the view lacks are zero. An angle (rad) is the first coordinate of a
-    /// point.
+    /// Points of each frame. Coordinates that the view does not have are zero. An angle (rad) is the first coordinate
+    /// of a point.
     pub(super) frames: Vec<Vec<Vector3<f64>>>,
-    /// Number of coordinates of a point.
+    /// Number of coordinates that the view must have for these data.
     given: usize,
     pub(super) view: View,
-    /// Standard deviation of a coordinate, m, or of an angle, rad; `None` if it is estimated.
+    /// Standard deviation of a coordinate, in the unit of the data, or of an angle, rad; `None` if it is estimated.
     pub(super) noise: Option<f64>,
+    /// Name of the parameter by which the coordinates of the view are multiplied.
     pub(super) scale: Option<String>,
+    /// Names of the parameters that are added to the coordinates of the view.
     pub(super) offset: Option<Vec<String>>,
 }
 
@@ -75,13 +95,13 @@ impl Series {
         Self { kind, times, frames, given, view, noise: None, scale: None, offset: None }
     }
 
-    /// Positions of the tip (m, fixed frame, base at the origin) at times (s).
+    /// Positions of the tip (m, fixed frame, base at the origin) at increasing times (s).
     #[must_use]
     pub fn tips(times: Vec<f64>, positions: &[Vector3<f64>]) -> Self {
         Self::new(Kind::Tip, times, positions.iter().map(|p| vec![*p]).collect(), (3, View::space()))
     }
 
-    /// Track of the tip in a view with two coordinates (m).
+    /// Track of the tip (s, m) in a view with two coordinates.
     #[must_use]
     pub fn track(track: &Track, view: View) -> Self {
         let frames = track.positions().iter().map(|p| vec![Vector3::new(p.x, p.y, 0.0)]).collect();
@@ -95,7 +115,7 @@ impl Series {
     }
 
     /// Points on centre lines (m, fixed frame, base at the origin) at times (s). The last point of a line is the tip.
-    /// The others are compared with the nearest points of the simulated line: their arc lengths are unknown.
+    /// The arc lengths of the others are unknown, and they are compared with the nearest points of the simulated line.
     #[must_use]
     pub fn centre_lines(times: Vec<f64>, lines: Vec<Vec<Vector3<f64>>>) -> Self {
         Self::new(Kind::CentreLine, times, lines, (3, View::space()))
@@ -108,27 +128,31 @@ impl Series {
         Self::new(Kind::CentreLine, times, frames, (2, view))
     }
 
-    /// Angles of the tangent at the tip (rad) at times (s) in a view with two coordinates: from the first coordinate
-    /// towards the second, up to whole turns, and at most two turns. In [`View::side`] an upright tip has the angle π/2.
+    /// Angles of the tangent at the tip (rad) at times (s), in a view with two coordinates. They are measured from the
+    /// first coordinate towards the second, up to whole turns, and are at most two turns. In [`View::side`] an upright
+    /// tip has the angle π/2.
     #[must_use]
     pub fn angles(times: Vec<f64>, angles: &[f64], view: View) -> Self {
         let frames = angles.iter().map(|angle| vec![Vector3::new(*angle, 0.0, 0.0)]).collect();
         Self::new(Kind::Angle, times, frames, (2, view))
     }
 
-    /// Sets the standard deviation of each coordinate, m, or of each angle, rad. It is estimated by default.
+    /// Sets the standard deviation of each coordinate, in the unit of the data, or of each angle, rad. By default it is
+    /// estimated.
     #[must_use]
     pub fn with_noise(self, noise: f64) -> Self {
         Self { noise: Some(noise), ..self }
     }
 
-    /// Names the parameter by which the coordinates of the view are multiplied.
+    /// Names the parameter by which the coordinates of the view (m) are multiplied. It has the unit of the data per
+    /// metre, and the data may then have any unit.
     #[must_use]
     pub fn with_scale(self, name: &str) -> Self {
         Self { scale: Some(name.to_owned()), ..self }
     }
 
-    /// Names the parameters (m) that are added to the coordinates of the view, one for each.
+    /// Names the parameters that are added to the coordinates of the view, one for each, after their multiplication by
+    /// the scale. They have the unit of the data and are the coordinates of the base.
     #[must_use]
     pub fn with_offset(self, names: &[&str]) -> Self {
         Self { offset: Some(names.iter().map(|name| (*name).to_owned()).collect()), ..self }
@@ -140,20 +164,20 @@ impl Series {
         &self.times
     }
 
-    /// Points of the frames (m); coordinates that the view lacks are zero. The only point of a frame of angles has the
-    /// angle (rad) as its first coordinate.
+    /// Points of the frames, in the unit of the data. Coordinates that the view does not have are zero. The only point
+    /// of a frame of angles has the angle (rad) as its first coordinate.
     #[must_use]
     pub fn frames(&self) -> &[Vec<Vector3<f64>>] {
         &self.frames
     }
 
-    /// Frames that are equal to the frame before them, as duplicated frames of a video are: indices from 0.
+    /// Indices, from 0, of the frames that are equal to the frame before them, such as duplicated frames of a video.
     #[must_use]
     pub fn repeated_frames(&self) -> Vec<usize> {
         (1..self.frames.len()).filter(|k| self.frames[*k] == self.frames[k - 1]).collect()
     }
 
-    /// Number of coordinates of a point.
+    /// Number of coordinates of a point that are compared: those of the view, or one for an angle.
     pub(super) fn dimension(&self) -> usize {
         if self.kind == Kind::Angle { 1 } else { self.view.0.len() }
     }
@@ -164,29 +188,29 @@ impl Series {
         same && self.view == other.view && self.noise == other.noise
     }
 
-    /// Number of residuals: all coordinates of tips, and those across the centre line of other points.
+    /// Number of residuals: all coordinates of a tip, and one fewer for a point of a centre line, whose residual is
+    /// across the tangent.
     pub(super) fn residuals(&self) -> usize {
         let d = self.dimension();
-        let of = |frame: &Vec<Vector3<f64>>| match self.kind {
+        let of_frame = |frame: &Vec<Vector3<f64>>| match self.kind {
             Kind::Tip | Kind::Angle => d,
             Kind::CentreLine => d + (d - 1) * (frame.len() - 1),
         };
-        self.frames.iter().filter(|frame| !frame.is_empty()).map(of).sum()
+        self.frames.iter().filter(|frame| !frame.is_empty()).map(of_frame).sum()
     }
 
     /// Median time between frames, s; infinite for a single frame.
     pub(super) fn spacing(&self) -> f64 {
-        let mut gaps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        gaps.sort_by(f64::total_cmp);
-        gaps.get(gaps.len() / 2).copied().unwrap_or(f64::INFINITY)
+        if self.times.len() < 2 { f64::INFINITY } else { median_gap(&self.times) }
     }
 
-    /// Largest distance of a point from the origin of the view, m.
+    /// Largest distance of a point from the origin of the view, in the unit of the data, or largest angle, rad.
     pub(super) fn extent(&self) -> f64 {
         self.frames.iter().flatten().map(Vector3::norm).fold(0.0, f64::max)
     }
 
-    /// Returns an error unless the series (of the given index) is valid from a time (s) on.
+    /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
+    /// the index of the series in messages.
     pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
         let (times, frames) = (&self.times, &self.frames);
         let of_series = |problem| Err(FitError::Series { series, problem });
@@ -242,31 +266,16 @@ impl Series {
         Ok(())
     }
 
-    /// Robust estimate of the noise from second differences of the last points of successive frames, m.
+    /// Robust estimate of the noise from second differences of the last points of successive frames, in the unit of the
+    /// data, or rad. It is positive.
     pub(super) fn rough_noise(&self) -> f64 {
         let last = |k: usize| self.frames[k][self.frames[k].len() - 1];
         let d = self.dimension();
-        let mut sizes: Vec<f64> = (2..self.frames.len())
-            .flat_map(|k| {
-                (last(k) - last(k - 1) * 2.0 + last(k - 2)).iter().take(d).map(|x| x.abs()).collect::<Vec<_>>()
-            })
-            .collect();
-        sizes.sort_by(f64::total_cmp);
-        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        let sizes = (2..self.frames.len()).flat_map(|k| {
+            (last(k) - last(k - 1) * 2.0 + last(k - 2)).iter().take(d).map(|x| x.abs()).collect::<Vec<_>>()
+        });
         // The variance of a second difference of white noise is six times that of the noise.
-        let rough = MAD * median / 6.0_f64.sqrt();
-        if rough > 0.0 { rough } else { self.extent().max(f64::MIN_POSITIVE) * 1e-6 }
+        let rough = MAD * median(sizes.collect()) / 6.0_f64.sqrt();
+        if rough > 0.0 { rough } else { self.extent().max(f64::MIN_POSITIVE) * EXACT }
     }
 }
-
-/// Largest coordinate, m or pixels, and angle, rad.
-const LARGEST: f64 = 1e9;
-const LARGEST_ANGLE: f64 = 2.0 * TAU;
-
-/// Smallest and largest noise relative to the largest coordinate. Simulations are accurate to 1e-12 at best, and data
-/// with a noise above their size contain nothing.
-const LEAST_NOISE: f64 = 1e-12;
-const MOST_NOISE: f64 = 1e3;
-
-/// Standard deviation of a normal distribution over its median absolute deviation.
-pub(super) const MAD: f64 = 1.482_602_218_505_602;

@@ -3,39 +3,45 @@
 use std::fmt::Display;
 
 use super::Estimates;
-use super::answer::{ambiguous, estimates};
+use super::answer::{ambiguous_frames, estimates};
 use super::problem::{Problem, Run};
-use super::residuals::simulate;
+use super::residuals::{Steps, simulate};
 use super::search::{End, Loss, Reached, search};
 use super::series::{Kind, MAD, Series};
-use super::{Family, FitError, Parameter, starts};
+use super::starts::initial_guesses;
+use super::{Family, FitError, Parameter};
 use crate::ensemble;
 use crate::error::ParameterError;
 use crate::model::Model;
 use crate::shoot::Shoot;
+use crate::tracking::median;
 
-/// Ends of searches in a part of the data, which need not be more accurate than the start of the next one, and in all.
+/// End of a search in a part of the data, whose result is the initial guess of the next search.
 const INTERMEDIATE: End = End { accuracy: 0.1, iterations: 20 };
+
+/// End of the last search, in all data.
 const FINAL: End = End { accuracy: 1e-3, iterations: 60 };
 
-/// Relative change at which estimates of the noise end, far below the standard error of a noise from a thousand
-/// coordinates, and their largest number.
-const NOISE: f64 = 0.01;
-const NOISES: usize = 6;
+/// Relative change below which the estimate of a noise has converged. The standard error of a noise from a thousand
+/// coordinates is 2 %.
+const NOISE_ACCURACY: f64 = 0.01;
 
-/// Smallest threshold of Huber's loss: almost all residuals are in its linear part.
+/// Largest number of estimates of the noise.
+const NOISE_ESTIMATES: usize = 6;
+
+/// Smallest threshold of Huber's loss, for which almost all residuals are in its linear part.
 const LEAST_THRESHOLD: f64 = 0.01;
 
-/// Largest number of initial values, whose searches take hours.
+/// Largest number of initial values. Their searches take hours.
 const MOST_STARTS: usize = 1_000_000;
 
-/// Largest number of time steps of a simulation, which take seconds.
+/// Largest number of time steps of a simulation, which takes seconds.
 const MOST_STEPS: f64 = 1e5;
 
 /// Part of the duration of a series in which the tip is near its initial position.
 const EARLY: f64 = 0.1;
 
-/// Ratio of sizes of data and shoot that only a wrong unit explains.
+/// Ratio of the sizes of data and shoot, or of shoot and data, that only a wrong unit explains.
 const WRONG_UNIT: f64 = 100.0;
 
 /// Settings of a fit.
@@ -46,17 +52,19 @@ const WRONG_UNIT: f64 = 100.0;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Longest time step of the simulations, s; 120 by default. Steps end at the times of the data.
+    /// Longest time step of the simulations, s; 120 s by default. Steps end at the times of the data.
     pub step: f64,
     /// Loss of residuals; [`Loss::Squares`] by default.
     pub loss: Loss,
-    /// Number of initial values: that of the family, and others between the bounds; 1 by default.
+    /// Number of initial guesses, from 1 to 1,000,000: the initial values of the family, and others between the
+    /// bounds; 1 by default.
     pub starts: usize,
-    /// Parts of the data, by duration, to which the searches are fitted one after the other; a quarter, half and all by
-    /// default. After each part the worse half of the searches ends.
+    /// Parts of the duration of the data, each positive and at most 1, that are fitted one after the other; a quarter,
+    /// half and all by default. A part with too few frames is skipped. After each part, only the better half of the
+    /// searches is continued.
     pub windows: Vec<f64>,
-    /// Largest standard error of an identifiable parameter: relative for logarithmic ones, else over the distance of
-    /// its bounds; 0.5 by default.
+    /// Largest standard error of an identifiable parameter; 0.5 by default. It is relative for a logarithmic parameter,
+    /// otherwise it is divided by the distance of the bounds.
     pub widest: f64,
     /// Number of threads; that of the machine by default.
     pub threads: usize,
@@ -79,17 +87,16 @@ impl Fit {
     /// Estimates the parameters of a family of shoots from data of one shoot.
     ///
     /// # Errors
-    /// Settings, parameters or data that are invalid; a family without a shoot at the initial values; and
-    /// [`NotConverged`](FitError::NotConverged).
+    /// Settings, parameters or data that are invalid; the error of the family or of a simulation at the initial values,
+    /// or where such errors prevent any further step; [`NotConverged`](FitError::NotConverged) otherwise.
     pub fn run<M: Model, E: Display>(
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E> + Sync>,
         data: &[Series],
     ) -> Result<Estimates, FitError> {
         self.check(family, data)?;
-        let run = |values: &[f64], until: f64, steps: super::residuals::Steps<'_>| {
-            simulate(family, data, self.step, (values, until), steps)
-        };
+        let run =
+            |values: &[f64], until: f64, steps: Steps<'_>| simulate(family, data, self.step, (values, until), steps);
         let values: Vec<f64> = family.parameters.iter().map(|parameter| parameter.start).collect();
         let mut problem = self.problem(&family.parameters, data, values, &run);
         let (reached, objectives) = self.search(&mut problem, data)?;
@@ -103,9 +110,11 @@ impl Fit {
         let found = estimates(&problem, data, &reached, objectives, (self.loss, self.widest))?;
         let problem = |error: E| FitError::Family { values: family.named(&found.values()), problem: error.to_string() };
         let shoot = (family.build)(&found.values()).map_err(problem)?;
-        Ok(Estimates { ambiguous_frames: ambiguous(&shoot, data)?, ..found })
+        Ok(Estimates { ambiguous_frames: ambiguous_frames(&shoot, data)?, ..found })
     }
 
+    /// Least-squares problem of all data for the given values of all parameters, with the rough noise of each series
+    /// whose noise is not given.
     pub(super) fn problem<'a>(
         &self,
         parameters: &'a [Parameter],
@@ -118,6 +127,8 @@ impl Fit {
         Problem { parameters, values, free, run, noise, until: f64::INFINITY, threads: self.threads }
     }
 
+    /// Returns an error unless the settings, the family, the data and the shoot at the initial values are valid, and
+    /// the data can determine the parameters.
     pub(super) fn check<M: Model, E: Display>(
         &self,
         family: &Family<impl Fn(&[f64]) -> Result<Shoot<M>, E>>,
@@ -131,52 +142,39 @@ impl Fit {
         }
         let (starts, requirement) = (self.starts, "from 1 to 1,000,000");
         ParameterError::unless((1..=MOST_STARTS).contains(&starts), "number of starts", starts as f64, requirement)?;
-        let ok = self.windows.iter().all(|part| *part > 0.0 && *part <= 1.0);
-        ParameterError::unless(ok, "part of the data", f64::NAN, "positive and at most 1")?;
+        for part in &self.windows {
+            ParameterError::unless(*part > 0.0 && *part <= 1.0, "part of the data", *part, "positive and at most 1")?;
+        }
         family.check(data)?;
         let values: Vec<f64> = family.parameters.iter().map(|parameter| parameter.start).collect();
         let problem = |error: E| FitError::Family { values: family.named(&values), problem: error.to_string() };
         let shoot = (family.build)(&values).map_err(problem)?;
-        let (mut coordinates, length) = (0, shoot.rod().length());
+        let mut coordinates = 0;
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
             let duration = series.times[series.times.len() - 1] - shoot.time();
             let requirement = "long enough that the data end within 100,000 steps: are their times in s?";
             ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
             coordinates += series.residuals();
-            let own = |name: &&String| family.index(name).is_some_and(|k| !family.parameters[k].is_fixed());
-            let own = series.scale.iter().chain(series.offset.iter().flatten()).filter(own).count();
+            let is_free = |name: &&String| family.index(name).is_some_and(|k| !family.parameters[k].is_fixed());
+            let own = series.scale.iter().chain(series.offset.iter().flatten()).filter(is_free).count();
             if series.noise.is_none() && series.residuals() <= own {
                 let problem = "has no more coordinates than parameters of its own, which leaves its noise unknown";
                 return Err(FitError::Series { series: index, problem });
             }
-            let norm = series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
-            let (observed, modelled) = (series.extent(), length * norm);
-            // The tip may approach the line of sight to the base later, as a rising shoot does that is seen from above.
-            let early = series.times[0] - shoot.time() <= EARLY * duration;
-            let image = || series.view.0.iter().map(|row| row.dot(&shoot.tip()).powi(2)).sum::<f64>().sqrt();
-            let seen = if series.dimension() == 3 {
-                length
-            } else if early {
-                image()
-            } else {
-                0.0
-            };
-            let wrong = observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < seen;
-            if wrong && series.kind != Kind::Angle && series.scale.is_none() && series.offset.is_none() {
-                return Err(FitError::Unit { series: index, observed, modelled });
-            }
+            check_unit(index, series, &shoot)?;
         }
         let free = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
         let parameters = free + usize::from(data.iter().any(|series| series.noise.is_none()));
         if coordinates < parameters { Err(FitError::Insufficient { coordinates, parameters }) } else { Ok(()) }
     }
 
-    /// Searches the estimates. Returns the point that was reached and the objectives of all searches of the last part.
+    /// Searches for the estimates. Returns the point that the last search reached, and the objectives of all searches
+    /// in the last part of the data, the smallest first.
     fn search(&self, problem: &mut Problem, data: &[Series]) -> Result<(Reached, Vec<f64>), FitError> {
         let times = || data.iter().flat_map(|series| series.times.iter().copied());
         let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
-        let mut points = starts::starts(problem, self.starts);
+        let mut points = initial_guesses(problem, self.starts);
         let given = points[0].clone();
         let mut objectives = Vec::new();
         let until = |part: &f64| if *part == 1.0 { f64::INFINITY } else { first + part * (last - first) };
@@ -189,7 +187,7 @@ impl Fit {
             let threads = (self.threads / points.len()).max(1);
             let part = Problem { until, threads, ..problem.clone() };
             let found = ensemble::collect(points.len(), self.threads, |i| {
-                // The end of an earlier part may have no shoot that lasts longer.
+                // The shoot at the end of an earlier search may fail at a later time.
                 search(&part, self.loss, points[i].clone(), INTERMEDIATE)
                     .or_else(|_| search(&part, self.loss, given.clone(), INTERMEDIATE))
             });
@@ -206,7 +204,7 @@ impl Fit {
         let last = points.swap_remove(0);
         let mut reached =
             search(problem, self.loss, last, FINAL).or_else(|_| search(problem, self.loss, given, FINAL))?;
-        for _ in 0..NOISES {
+        for _ in 0..NOISE_ESTIMATES {
             if !self.estimate_noise(problem, data, &reached) {
                 break;
             }
@@ -215,25 +213,47 @@ impl Fit {
         Ok((reached, objectives))
     }
 
-    /// Estimates the noise of the series for which it is not given. Returns whether it has changed.
+    /// Estimates the noise of each series for which it is not given. Returns whether a noise has changed.
     fn estimate_noise(&self, problem: &mut Problem, data: &[Series], reached: &Reached) -> bool {
         let mut changed = false;
         let n = reached.at.residuals.len();
         for index in data.iter().enumerate().filter(|(_, series)| series.noise.is_none()).map(|(index, _)| index) {
-            let of_series = reached.at.rows.iter().zip(reached.at.residuals.iter());
-            let mut sizes: Vec<f64> = of_series.filter(|(row, _)| row.series == index).map(|(_, r)| r.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
+            let all = reached.at.rows.iter().zip(reached.at.residuals.iter());
+            let sizes: Vec<f64> = all.filter(|(row, _)| row.series == index).map(|(_, r)| r.abs()).collect();
+            // Part of the squares that the fit does not absorb.
             let share = 1.0 - problem.free.len() as f64 / n as f64;
             let ratio = match self.loss {
                 Loss::Squares => (sizes.iter().map(|r| r * r).sum::<f64>() / (sizes.len() as f64 * share)).sqrt(),
-                Loss::Huber(_) => MAD * sizes[sizes.len() / 2] / share.sqrt(),
+                Loss::Huber(_) => MAD * median(sizes) / share.sqrt(),
             };
-            // Data without noise have residuals by rounding.
-            if ratio > f64::EPSILON && (ratio - 1.0).abs() > NOISE {
+            // Exact data have residuals of the size of rounding errors. Their noise is not reduced further.
+            if ratio > f64::EPSILON && (ratio - 1.0).abs() > NOISE_ACCURACY {
                 problem.noise[index] *= ratio;
                 changed = true;
             }
         }
         changed
     }
+}
+
+/// Returns an error if the sizes of a series and of the shoot at its start differ so much that only a wrong unit
+/// explains it. Angles have no size, and a scale or an offset may explain any size.
+fn check_unit(index: usize, series: &Series, shoot: &Shoot<impl Model>) -> Result<(), FitError> {
+    if series.kind == Kind::Angle || series.scale.is_some() || series.offset.is_some() {
+        return Ok(());
+    }
+    let length = shoot.rod().length();
+    let norm = series.view.0.iter().map(|row| row.norm()).fold(0.0, f64::max);
+    let (observed, modelled) = (series.extent(), length * norm);
+    let duration = series.times[series.times.len() - 1] - shoot.time();
+    let expected = if series.dimension() == 3 {
+        length
+    } else if series.times[0] - shoot.time() <= EARLY * duration {
+        series.view.0.iter().map(|row| row.dot(&shoot.tip()).powi(2)).sum::<f64>().sqrt()
+    } else {
+        // The tip may be close to the line of sight to the base, such as that of a risen shoot from above.
+        0.0
+    };
+    let wrong = observed > WRONG_UNIT * modelled || observed * WRONG_UNIT < expected;
+    if wrong { Err(FitError::Unit { series: index, observed, modelled }) } else { Ok(()) }
 }

@@ -2,33 +2,37 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Ratio of a singular value to the largest one below which the combination has no effect on the data. Extrapolated
-/// differences on a frozen grid give 1e-10 for combinations without effect, and have an error of this size for others.
+/// Ratio of a singular value to the largest one below which its combination has no effect on the data. With
+/// extrapolated differences on a fixed grid, the ratios of combinations without effect are 1e-10, and those of others
+/// have an error of this size.
 const NO_EFFECT: f64 = 1e-8;
 
-/// Relative change of a column with the step of its differences above which the column is rounding. Otherwise the change
-/// is of the order of the square of the step.
+/// Relative change of a column with the step of its differences above which the column consists of rounding errors. The
+/// change of other columns is of the order of the square of the step.
 const ROUNDING: f64 = 0.3;
 
-/// Component of a combination above which a coordinate belongs to it, relative to the largest one.
+/// Component of a combination, relative to the largest one, above which a coordinate belongs to the combination.
 const BELONGS: f64 = 1e-3;
 
-/// Singular value decomposition of a Jacobian and of the slopes of priors, whose columns are divided by their norms.
+/// Singular value decomposition of the matrix of a Jacobian and of the slopes of priors, whose columns are divided by
+/// their norms.
 ///
-/// Without the division, wide bounds of a linear parameter or a narrow prior of another one would hide the effects of
-/// all others.
+/// The division makes the decomposition independent of the scales of the coordinates. Otherwise, wide bounds of a
+/// linear parameter or a narrow prior would hide the effects of the other parameters.
 #[derive(Clone)]
 pub(super) struct Singular {
     /// Singular values, the largest first.
     pub values: DVector<f64>,
-    /// Norm of each column.
+    /// Norm of each column before the division.
     norms: DVector<f64>,
-    /// Combinations of the divided columns.
-    scaled: DMatrix<f64>,
+    /// Right singular vectors: combinations of the divided columns.
+    vectors: DMatrix<f64>,
 }
 
 impl Singular {
-    /// Decomposition of a Jacobian, without its columns that are rounding, and of the slopes of priors of coordinates.
+    /// Decomposes a Jacobian and the slopes of `priors`, each with the index of its coordinate. Columns of the
+    /// Jacobian that are `rounding` count as zero. Returns `None` without coordinates, and if the decomposition does
+    /// not converge.
     pub fn of(jacobian: &DMatrix<f64>, rounding: &[bool], priors: &[(usize, f64)]) -> Option<Self> {
         let n = jacobian.ncols();
         if n == 0 {
@@ -46,11 +50,12 @@ impl Singular {
         for i in 0..n {
             rows.column_mut(i).unscale_mut(norms[i]);
         }
-        // The triangular factor has the same singular values, and is small. Fewer rows than columns are filled up.
+        // The triangular factor is small and has the same singular values. It is square if there are as many rows as
+        // columns.
         let rows = if rows.nrows() < n { rows.resize_vertically(n, 0.0) } else { rows };
         let svd = rows.qr().r().try_svd(false, true, f64::EPSILON, 0)?;
-        let scaled = svd.v_t?.transpose();
-        Some(Self { values: svd.singular_values, norms, scaled })
+        let vectors = svd.v_t?.transpose();
+        Some(Self { values: svd.singular_values, norms, vectors })
     }
 
     /// Whether combination `j` has no effect on the data.
@@ -58,33 +63,33 @@ impl Singular {
         self.values[j] <= NO_EFFECT * self.values.max()
     }
 
-    /// Combinations without effect: changes of the coordinates, the largest ±1. A coordinate belongs to a combination by
-    /// its change or by the effect of its change; the others are zero.
+    /// Combinations without effect: changes of the coordinates, the largest ±1. A coordinate belongs to a combination
+    /// if its change, or the effect of its change, is not small. The components of the others are zero.
     pub fn without_effect(&self) -> Vec<DVector<f64>> {
-        let of = |j| {
-            let effects = self.scaled.column(j);
+        let combination = |j| {
+            let effects = self.vectors.column(j);
             let changes = effects.component_div(&self.norms);
             let belongs = |part: &DVector<f64>, i: usize| part[i].abs() > BELONGS * part.amax();
             let effects = effects.into_owned();
-            let of = |i, _| if belongs(&effects, i) || belongs(&changes, i) { changes[i] } else { 0.0 };
-            DVector::from_fn(changes.len(), of).unscale(changes.amax())
+            let component = |i, _| if belongs(&effects, i) || belongs(&changes, i) { changes[i] } else { 0.0 };
+            DVector::from_fn(changes.len(), component).unscale(changes.amax())
         };
-        (0..self.values.len()).rev().filter(|j| self.has_no_effect(*j)).map(of).collect()
+        (0..self.values.len()).rev().filter(|j| self.has_no_effect(*j)).map(combination).collect()
     }
 
     /// (JᵀJ)⁻¹ of the Jacobian J and the slopes of the priors, without the combinations that have no effect.
     pub fn inverse(&self) -> DMatrix<f64> {
-        let of = |j: usize| if self.has_no_effect(j) { 0.0 } else { self.values[j].powi(-2) };
-        let inverse = DVector::from_fn(self.values.len(), |j, _| of(j));
-        let scaled = &self.scaled * DMatrix::from_diagonal(&inverse) * self.scaled.transpose();
+        let square = |j: usize| if self.has_no_effect(j) { 0.0 } else { self.values[j].powi(-2) };
+        let squares = DVector::from_fn(self.values.len(), |j, _| square(j));
+        let scaled = &self.vectors * DMatrix::from_diagonal(&squares) * self.vectors.transpose();
         DMatrix::from_fn(self.norms.len(), self.norms.len(), |i, k| scaled[(i, k)] / (self.norms[i] * self.norms[k]))
     }
 }
 
-/// Whether each column is rounding, from differences with two steps.
+/// Whether each column of a Jacobian consists of rounding errors. `coarse` and `fine` are differences with two steps.
 pub(super) fn rounding(coarse: &DMatrix<f64>, fine: &DMatrix<f64>) -> Vec<bool> {
-    let is = |i: usize| !((coarse.column(i) - fine.column(i)).norm() < ROUNDING * fine.column(i).norm());
-    (0..fine.ncols()).map(is).collect()
+    let is_rounding = |i: usize| !((coarse.column(i) - fine.column(i)).norm() < ROUNDING * fine.column(i).norm());
+    (0..fine.ncols()).map(is_rounding).collect()
 }
 
 #[cfg(test)]
@@ -98,6 +103,7 @@ mod tests {
         DMatrix::from_fn(4, 3, |i, k| rows[i][k] * scales[k])
     }
 
+    /// Whether each coordinate belongs to a combination without effect.
     fn belonging(found: &Singular) -> [bool; 3] {
         [0, 1, 2].map(|i| found.without_effect().iter().any(|change| change[i] != 0.0))
     }
@@ -108,7 +114,7 @@ mod tests {
             let found = Singular::of(&jacobian(scales), &[false; 3], &[]).unwrap();
             let combinations = found.without_effect();
             assert_eq!(combinations.len(), 1);
-            // Rounding of four rows.
+            // The error is rounding of four rows.
             let quotient = combinations[0][0] / combinations[0][1];
             assert_relative_eq!(quotient, scales[1] / scales[0], epsilon = 0.0, max_relative = 1e-12);
             assert_eq!(belonging(&found), [true, true, false]);
@@ -116,13 +122,14 @@ mod tests {
     }
 
     #[test]
-    fn a_narrow_prior_determines_a_coordinate_and_hides_no_other() {
+    fn a_narrow_prior_determines_its_coordinate_only() {
         let matrix = jacobian([1.0; 3]);
         let found = Singular::of(&matrix, &[false; 3], &[(2, 1e12)]).unwrap();
         assert_eq!(belonging(&found), [true, true, false]);
         let found = Singular::of(&matrix, &[false; 3], &[(0, 1e12)]).unwrap();
         assert!(found.without_effect().is_empty());
-        // The variance of the prior, and that of the second column given the first and the third, 1/|column|².
+        // Variance of the prior. Then variance of the second coordinate with the first one known: the inverse square of
+        // the part of its column that is orthogonal to the third column.
         let inverse = found.inverse();
         assert_relative_eq!(inverse[(0, 0)], 1e-24, epsilon = 0.0, max_relative = 1e-12);
         let (second, third) = (matrix.column(1), matrix.column(2));

@@ -1,14 +1,16 @@
-//! Initial values of searches.
+//! Initial guesses of searches.
 
 use nalgebra::DVector;
 
 use super::problem::Problem;
 
-/// Prime bases of the Halton sequence (J. H. Halton, Numer. Math. 2, 84, 1960), one for each free parameter.
+/// Prime bases of the Halton sequence (J. H. Halton, Numer. Math. 2, 84, 1960) for successive free parameters. Further
+/// parameters use them again.
 const PRIMES: [u32; 24] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71, 73, 79, 83, 89];
 
-/// The given initial values, and `count` − 1 others that cover the space between the bounds evenly.
-pub(super) fn starts(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
+/// Free coordinates of the given initial values, and of `count` − 1 others that cover the space between the bounds
+/// evenly.
+pub(super) fn initial_guesses(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
     let given = problem.coordinates(&problem.values);
     let others = (1..count).map(|index| {
         let coordinate = |(i, k): (usize, &usize)| {
@@ -20,7 +22,7 @@ pub(super) fn starts(problem: &Problem, count: usize) -> Vec<DVector<f64>> {
     std::iter::once(given.clone()).chain(others).collect()
 }
 
-/// The digits of `index` in a base, mirrored at the point.
+/// Radical inverse of `index`: its digits in a base, mirrored at the radix point.
 fn radical_inverse(mut index: u32, base: u32) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0 / f64::from(base));
     while index > 0 {

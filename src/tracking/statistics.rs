@@ -13,13 +13,13 @@ pub(super) const GAMMA_MEDIAN: f64 = 1.678_346_990_016_660_7;
 pub(super) const LEAST: usize = 8;
 
 /// The median of values; for an even number the larger of the two in the middle, and zero for none.
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }
 
 /// The median sampling interval.
-pub(super) fn median_gap(times: &[f64]) -> f64 {
+pub(crate) fn median_gap(times: &[f64]) -> f64 {
     median(times.windows(2).map(|w| w[1] - w[0]).collect())
 }
 

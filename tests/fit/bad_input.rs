@@ -8,7 +8,7 @@ use morphorod::tracking::Track;
 use morphorod::{DynLaws, Shoot};
 use nalgebra::{Vector2, Vector3};
 
-/// The error of a fit of β to tips that were changed.
+/// Error of a fit of β to the tips after the given change.
 fn error(change: impl Fn(&mut Vec<f64>, &mut Vec<Vector3<f64>>)) -> FitError {
     let (mut times, mut positions) = tips(NOISE, 9);
     change(&mut times, &mut positions);
@@ -28,7 +28,7 @@ fn invalid_frames_are_named() {
 }
 
 #[test]
-fn tracks_without_content_are_refused() {
+fn empty_and_constant_tracks_are_refused() {
     let of_series = |found: FitError| assert!(matches!(found, FitError::Series { series: 0, .. }), "{found}");
     of_series(error(|times, positions| (times.clear(), positions.clear()).0));
     of_series(error(|times, _| times.truncate(3)));
@@ -36,7 +36,7 @@ fn tracks_without_content_are_refused() {
 }
 
 #[test]
-fn series_whose_view_has_another_number_of_coordinates_are_refused() {
+fn views_with_a_wrong_number_of_coordinates_are_refused() {
     let (times, positions) = tips(NOISE, 9);
     let plane = positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
     let track = Track::new(times.clone(), plane).unwrap();
@@ -89,9 +89,9 @@ fn invalid_parameters_are_named() {
     assert_eq!(found, FitError::UnknownName { series: 0, name: "zoom".into() });
 }
 
-/// The search tries values above β = 0.82, for which the family fails, on its way from 0.2 to 0.8.
+/// The family fails for β above 0.82. The search from 0.2 to 0.8 tries such values.
 #[test]
-fn a_family_that_fails_for_some_values_shortens_the_step() {
+fn the_search_shortens_steps_to_values_for_which_the_family_fails() {
     let failures = AtomicUsize::new(0);
     let build = |p: &[f64]| -> Result<Shoot<DynLaws>, String> {
         if p[0] <= 0.82 {
@@ -106,7 +106,7 @@ fn a_family_that_fails_for_some_values_shortens_the_step() {
     let found = Fit { step: 200.0, ..Fit::default() }.run(&Family { parameters: parameters.clone(), build }, &data);
     let beta = found.unwrap().parameters[0].value;
     assert!(failures.load(Ordering::Relaxed) > 0);
-    // Four standard errors of 0.2 %.
+    // The tolerance is four standard errors of 0.2 %.
     assert!((beta / 0.8 - 1.0).abs() < 0.008, "{beta}");
 
     let never = |_: &[f64]| Err::<Shoot<DynLaws>, _>("no such plant");

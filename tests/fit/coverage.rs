@@ -1,5 +1,5 @@
-//! Share of intervals that contain the true value. `MORPHOROD_CASES=200` draws as many data sets for each kind of
-//! noise, and `--nocapture` prints the shares.
+//! Share of intervals that contain the true value. With `MORPHOROD_CASES=200`, each kind of noise has 200 draws.
+//! `--nocapture` prints the shares.
 
 use super::plants::{NAMES, NOISE, TRUTH, family, tips};
 use crate::fixtures::random::{Draw, number};
@@ -9,12 +9,13 @@ use nalgebra::Vector3;
 
 const FREE: [&str; 6] = ["beta", "eta", "tau_m", "tau_r", "E", "l_0"];
 
-/// Number of draws from which on the shares are compared.
+/// Smallest number of draws for which the test compares the shares.
 const MANY: u64 = 100;
 
-/// Fits draws of the tip of a righting shoot. `noise` returns that of a frame from the last one.
+/// Fits draws of the tip of a righting shoot, and compares the share of intervals of 90 % that contain the true value.
 ///
-/// `lag_one` is the correlation of the noise of successive frames, and `within` the asked accuracy of the share.
+/// `noise` returns the noise of a frame and may change a state, which is zero before the first frame. `lag_one` is the
+/// correlation of the noise in successive frames, and `within` the tolerance of the share.
 fn assert_coverage(
     what: &str,
     loss: Loss,
@@ -38,13 +39,13 @@ fn assert_coverage(
             let deviation = (estimate.value / TRUTH[k]).ln() / estimate.error;
             near += f64::from(u8::from(deviation.abs() <= 3.0));
             total += 1.0;
-            // One of 1e4 normal draws is farther, and those of correlated noise or outliers have longer tails.
+            // The probability of a larger normal deviation is 6e-7. Correlated noise and outliers have longer tails.
             if draws < MANY {
                 assert_abs_diff_eq!(deviation, 0.0, epsilon = 5.0);
             }
         }
     }
-    // Three standard errors of a correlation from three times 36 frames.
+    // The tolerance is three standard errors of a correlation from three draws of 36 frames.
     assert_abs_diff_eq!(correlation, lag_one, epsilon = 0.3);
     println!(
         "{what}: {:.1} % inside, {:.2} % within three standard errors",
@@ -63,12 +64,12 @@ fn white(draw: &mut Draw) -> Vector3<f64> {
 }
 
 #[test]
-fn intervals_contain_the_truth_as_often_as_they_say_for_white_noise() {
+fn intervals_contain_the_truth_at_the_stated_rate_for_white_noise() {
     assert_coverage("white noise", Loss::Squares, (0.0, 0.05), |draw, _| white(draw));
 }
 
 #[test]
-fn intervals_contain_the_truth_as_often_as_they_say_with_outliers() {
+fn intervals_contain_the_truth_at_the_stated_rate_with_outliers() {
     assert_coverage("outliers of 3 mm in 3 % of frames", Loss::ROBUST, (0.0, 0.05), |draw, _| {
         let outlier = if draw.chance(0.03) { 30.0 } else { 0.0 };
         white(draw) + white(draw) * outlier
@@ -76,7 +77,7 @@ fn intervals_contain_the_truth_as_often_as_they_say_with_outliers() {
 }
 
 #[test]
-fn intervals_contain_the_truth_as_often_as_they_say_for_autoregressive_noise() {
+fn intervals_contain_the_truth_at_the_stated_rate_for_autoregressive_noise() {
     assert_coverage("autoregressive noise, 0.8", Loss::Squares, (0.8, 0.05), |draw, last| {
         let first = *last == Vector3::zeros();
         *last = if first { white(draw) } else { *last * 0.8 + white(draw) * 0.6 };
@@ -84,12 +85,13 @@ fn intervals_contain_the_truth_as_often_as_they_say_for_autoregressive_noise() {
     });
 }
 
-/// A slow drift of the camera under the noise of single frames: no autoregressive process of first order.
+/// The noise is the sum of a slow drift of the camera and of white noise. It is not an autoregressive process of first
+/// order.
 #[test]
-fn intervals_contain_the_truth_as_often_as_they_say_for_a_drift_below_white_noise() {
+fn intervals_contain_the_truth_at_the_stated_rate_for_the_sum_of_drift_and_white_noise() {
     let part = 0.5_f64.sqrt();
-    // The drift has half of the variance, and successive values have a correlation of 0.95. The correlation time, 20
-    // frames, is more than half of the record, so that its estimate is uncertain.
+    // The drift has half of the variance, and successive values have a correlation of 0.95. The correlation time of 20
+    // frames is more than half of the record. Its estimate is therefore uncertain.
     assert_coverage("white noise and a drift", Loss::Squares, (0.475, 0.1), |draw, last| {
         let first = *last == Vector3::zeros();
         *last = if first { white(draw) } else { *last * 0.95 + white(draw) * (1.0 - 0.95_f64.powi(2)).sqrt() };

@@ -34,7 +34,7 @@ fn angles() -> (Vec<f64>, Vec<f64>) {
 #[test]
 fn sensitivity_and_delay_are_recovered_from_angles_of_the_tip() {
     let (times, angles) = angles();
-    // Angles are known up to whole turns.
+    // Angles are compared up to whole turns.
     let turned: Vec<f64> = angles.iter().map(|angle| angle - angle.signum() * std::f64::consts::TAU).collect();
     for angles in [&angles, &turned] {
         let series = Series::angles(times.clone(), angles, View::side());
@@ -65,7 +65,7 @@ fn sensitivity_and_delay_are_recovered_from_the_height_of_the_tip() {
     }
 }
 
-/// The shoot is bent at the first frame. Its initial curvature is a parameter of the family.
+/// Righting shoot with an initial curvature (1/m), which is the last parameter.
 fn bent(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
     let mut shoot = righting(p)?;
     let curvature = p[NAMES.len()];
@@ -90,7 +90,7 @@ fn an_unknown_initial_curvature_is_estimated_as_a_parameter() {
     assert_abs_diff_eq!((bend.value - 12.0) / bend.error, 0.0, epsilon = 4.0);
     assert!(found.reduced_chi_squared() < 1.5, "{found}");
 
-    // A straight start is a wrong model, and the comparison says so.
+    // A straight initial shape is a wrong model.
     let straight = with(Parameter::fixed("bend", 0.0));
     assert!(straight.reduced_chi_squared() > 5.0, "{straight}");
     assert!(found.compare(&straight).unwrap() > 100.0);
@@ -98,7 +98,7 @@ fn an_unknown_initial_curvature_is_estimated_as_a_parameter() {
 }
 
 #[test]
-fn the_smaller_of_two_families_that_fit_equally_well_is_preferred() {
+fn comparison_prefers_the_smaller_of_two_families_with_equal_residuals() {
     let (times, positions) = tips(NOISE, 4);
     let data = [Series::tips(times, &positions).with_noise(NOISE)];
     let small = fit().run(&family(&["beta"], 1.0), &data).unwrap();
@@ -110,7 +110,7 @@ fn the_smaller_of_two_families_that_fit_equally_well_is_preferred() {
     assert_eq!(small.compare(&other).unwrap_err(), FitError::OtherData);
 }
 
-/// A frame at the end of a pulse shows the shoot before or after the force has ended.
+/// A frame at the end of a pulse shows the shoot either before or after the end of the force.
 #[test]
 fn frames_at_a_discontinuity_are_reported() {
     let pushed = |p: &[f64], peak: f64| -> Result<Shoot<DynLaws>, ParameterError> {
@@ -137,7 +137,7 @@ fn frames_at_a_discontinuity_are_reported() {
     let data = [Series::tips(times.to_vec(), &tips).with_noise(NOISE)];
     let found = fit().run(&Family { parameters: parameters.clone(), build }, &data).unwrap();
     assert_eq!(found.ambiguous_frames, [[5]]);
-    // A pulse without force has no end.
+    // A pulse without force has no discontinuity.
     let build = |p: &[f64]| pushed(p, 0.0);
     let found = fit().run(&Family { parameters, build }, &data).unwrap();
     assert!(found.ambiguous_frames[0].is_empty());

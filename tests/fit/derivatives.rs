@@ -44,10 +44,12 @@ fn run(p: &[f64], integrator: &mut MethodOfSteps) -> Result<(DVector<f64>, Shoot
     Ok((DVector::from_vec(tips), shoot))
 }
 
+/// Integrator whose equilibria are accurate to rounding.
 fn integrator() -> MethodOfSteps {
     MethodOfSteps::with_solver(150.0, NewtonSolver::with_tolerance(1e-11))
 }
 
+/// Shoot at the end of a recorded run, and its grid.
 fn recorded() -> (Shoot<DynLaws>, Grid) {
     let mut recording = integrator();
     recording.record();
@@ -80,16 +82,16 @@ fn differences_on_a_grid_are_derivatives_with_respect_to_every_parameter() {
             };
             (at(h) - at(-h)) / (2.0 * h)
         };
-        // The step that fits use, and Richardson's extrapolation of two larger ones, whose error is of fourth order:
-        // (ω T h)⁴ = 1e-12 for the phase of the oscillator after four hours.
+        // The first step is that of fits. The reference is Richardson's extrapolation of two larger ones. Its error is
+        // of fourth order, (ω T h)⁴ = 1e-12 for the phase of the oscillator after four hours.
         let [used, coarse, fine] = [1e-5, 5e-5, 2.5e-5].map(difference);
         let extrapolated = (fine * 4.0 - coarse) / 3.0;
-        // The asked accuracy; the error is 1e-7 for the phase and less for all others.
+        // The tolerance is the required accuracy. The error is 1e-7 for the phase and smaller for all others.
         assert_abs_diff_eq!((used - &extrapolated).norm() / extrapolated.norm(), 0.0, epsilon = 1e-6);
     }
 }
 
-/// Without a recorded grid the number of steps before the first response depends on the reaction time.
+/// In a free run the number of steps before the first response depends on the reaction time.
 #[test]
 fn the_reaction_time_moves_the_steps_of_a_followed_grid_smoothly() {
     let (_, grid) = recorded();
@@ -101,13 +103,14 @@ fn the_reaction_time_moves_the_steps_of_a_followed_grid_smoothly() {
         run(&p, &mut following).unwrap().0
     };
     let slopes = [0.02, 0.01].map(|change| (at(change) - at(-change)) / (2.0 * change));
-    // Second order: (0.02 s/τr)² = 8e-10, times the curvature of the path over four hours, below 1e3.
+    // The difference is of second order, (0.02 s/τr)² = 8e-10, times the curvature of the path over four hours, below
+    // 1e3.
     assert_relative_eq!(slopes[0].norm(), slopes[1].norm(), epsilon = 0.0, max_relative = 1e-6);
     assert_abs_diff_eq!((&slopes[0] - &slopes[1]).norm() / slopes[1].norm(), 0.0, epsilon = 1e-6);
 }
 
 #[test]
-fn a_grid_that_does_not_fit_is_an_error_that_leaves_the_shoot_unchanged() {
+fn errors_of_a_grid_that_does_not_fit_leave_the_shoot_unchanged() {
     let (_, grid) = recorded();
     let mut p = PARAMETERS;
     p[4] *= 0.5;

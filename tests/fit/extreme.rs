@@ -1,4 +1,4 @@
-//! Settings, bounds, priors and data at the limits of what can be fitted.
+//! Extreme settings, bounds, priors and data.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,11 +15,13 @@ fn fit() -> Fit {
     Fit { step: 200.0, windows: vec![1.0], ..Fit::default() }
 }
 
+/// Exact tips of the true shoot.
 fn exact() -> Series {
     let (times, positions) = tips(0.0, 0);
     Series::tips(times, &positions)
 }
 
+/// Message of the error of a fit of β.
 fn refused(fit: &Fit, data: Series) -> String {
     fit.run(&family(&["beta"], 1.0), &[data]).unwrap_err().to_string()
 }
@@ -56,7 +58,7 @@ fn data_of_impossible_size_are_refused() {
     assert!(matches!(found, FitError::Frame { series: 0, frame: 3, .. }), "{found}");
 }
 
-/// Three coordinates of one frame determine two parameters or a parameter and the noise, not two and the noise.
+/// One frame has three coordinates. They cannot determine three parameters and the noise.
 #[test]
 fn a_noise_that_cannot_be_estimated_is_refused() {
     let (times, positions) = tips(NOISE, 9);
@@ -73,9 +75,9 @@ fn a_noise_that_cannot_be_estimated_is_refused() {
     assert!(matches!(found, FitError::Series { series: 1, .. }) && found.to_string().contains("noise"), "{found}");
 }
 
-/// The tip moves in a plane, so that a frame determines two parameters. More frames determine all.
+/// The tip moves in a plane. One frame therefore determines at most two parameters, and all frames determine all three.
 #[test]
-fn parameters_that_too_few_frames_leave_free_are_not_called_structural() {
+fn parameters_are_not_structurally_unidentifiable_because_of_too_few_frames() {
     let (times, positions) = tips(0.0, 9);
     let data = |count: usize| [Series::tips(times[..count].to_vec(), &positions[..count]).with_noise(0.01 * NOISE)];
     let found = fit().run(&family(&["beta", "eta", "l_0"], 1.0), &data(1)).unwrap();
@@ -89,13 +91,14 @@ fn parameters_that_too_few_frames_leave_free_are_not_called_structural() {
     );
 }
 
+/// The family with a prior of a parameter, centred at its true value.
 fn with_prior(mut family: Family<super::plants::Build>, name: &str, deviation: f64) -> Family<super::plants::Build> {
     let k = NAMES.iter().position(|other| *other == name).unwrap();
     family.parameters[k] = family.parameters[k].clone().with_prior(TRUTH[k], deviation);
     family
 }
 
-/// Priors that are nearly exact, and bounds that are far away, change neither verdicts nor errors of other parameters.
+/// Very narrow priors and very wide bounds change neither verdicts nor standard errors of other parameters.
 #[test]
 fn verdicts_do_not_depend_on_the_scales_of_other_parameters() {
     let data = [exact().with_noise(NOISE)];
@@ -112,7 +115,7 @@ fn verdicts_do_not_depend_on_the_scales_of_other_parameters() {
     for found in [&narrow, &wide] {
         assert!(found.weak.is_empty(), "{found}");
         for (error, expected) in errors(found).iter().zip(errors(&known)) {
-            // Rounding of differences.
+            // The error is the rounding of difference quotients.
             assert_relative_eq!(*error, expected, epsilon = 0.0, max_relative = 1e-5);
         }
     }
@@ -126,9 +129,9 @@ fn verdicts_do_not_depend_on_the_scales_of_other_parameters() {
     assert!(matches!(&error, FitError::Parameter { name, .. } if name == "beta"), "{error}");
 }
 
-/// β = 0.8 is beyond the values for which there is a shoot.
+/// The family has no shoot at the true value, β = 0.8.
 #[test]
-fn a_search_that_the_domain_of_the_family_stops_returns_its_error() {
+fn a_search_that_ends_at_the_edge_of_the_domain_returns_the_error_of_the_family() {
     let build = |p: &[f64]| -> Result<Shoot<DynLaws>, String> {
         if p[0] > 0.75 { Err("too sensitive".into()) } else { righting(p).map_err(|error| error.to_string()) }
     };
@@ -136,7 +139,7 @@ fn a_search_that_the_domain_of_the_family_stops_returns_its_error() {
     let found = fit().run(&Family { parameters, build }, &[exact().with_noise(NOISE)]).unwrap_err();
     let FitError::Family { values, problem } = found else { panic!("{found}") };
     assert_eq!(problem, "too sensitive");
-    // The values are next to the edge.
+    // The values are close to the edge of the domain.
     assert_relative_eq!(values[0].1, 0.75, epsilon = 0.0, max_relative = 1e-3);
 }
 
@@ -156,9 +159,9 @@ fn a_family_is_not_evaluated_beyond_the_bounds_of_its_parameters() {
     assert_eq!(outside.into_inner(), 0);
 }
 
-/// Offsets that are not there explain a part of a slow noise.
+/// Offsets of the camera, whose true values are zero, explain a part of a slow noise.
 #[test]
-fn correlated_noise_is_no_evidence_for_further_parameters() {
+fn correlated_noise_is_not_evidence_for_additional_parameters() {
     const CORRELATION: f64 = 0.9;
     let (times, positions) = tips(0.0, 0);
     let names = ["x_0", "y_0", "z_0"];
@@ -185,9 +188,9 @@ fn correlated_noise_is_no_evidence_for_further_parameters() {
     assert!(strong <= 1 + draws / 10, "{strong} of {draws}");
 }
 
-/// An oscillator of sensitivity zero has a period without effect, next to parameters of any scale.
+/// The period of an oscillator with the sensitivity zero has no effect on the data.
 #[test]
-fn a_period_without_oscillator_is_structurally_not_identifiable() {
+fn the_period_of_an_absent_oscillator_is_structurally_not_identifiable() {
     let Family { mut parameters, .. } = family(&["beta"], 1.0);
     parameters.push(Parameter::positive("period", [1000.0, 3000.0]).starting(1500.0));
     let build = |p: &[f64]| oscillating(p, Oscillator::new(0.0, p[NAMES.len()]));

@@ -1,4 +1,4 @@
-//! Test for an internal oscillator.
+//! Tests of the score test for an internal oscillator.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use approx::{assert_abs_diff_eq, assert_relative_eq};
 use morphorod::fit::{Estimates, Fit, Scan, Series, Verdict};
 use morphorod::tropism::{Handedness, Oscillator};
 
-/// Fit without an oscillator to the tip of a shoot with one of the given sensitivity.
+/// Fit without an oscillator to the tip of a shoot that has an oscillator of the given sensitivity.
 fn null(sensitivity: f64, handedness: Handedness, seed: u64) -> (Fit, Estimates) {
     let oscillator = Oscillator { sensitivity, period: 1500.0, phase: 1.0, handedness };
     let (times, frames) = measured_of(oscillating(&TRUTH, oscillator).unwrap(), 1, NOISE, seed);
@@ -32,11 +32,11 @@ fn period_phase_and_handedness_of_a_weak_oscillator_are_found() {
         assert!(found.false_alarm < 1e-6, "{}", found.false_alarm);
         let best = found.best.oscillator;
         assert_eq!(best.handedness, handedness);
-        // The periods of the scan differ by T²/(2 · 6 h) = 52 s there.
+        // Near this period T the periods of the scan differ by T²/(2 · 6 h) = 52 s.
         assert_abs_diff_eq!(best.period, 1500.0, epsilon = 60.0);
         // The sensitivity is lower by up to a tenth between two periods of the scan.
         assert_relative_eq!(best.sensitivity, 0.05, epsilon = 0.0, max_relative = 0.3);
-        // A neighbouring period has the same phase in the middle of the track.
+        // Oscillators of neighbouring periods are compared by their phases in the middle of the track.
         let middle = |oscillator: Oscillator| TAU * 10_800.0 / oscillator.period + oscillator.phase;
         let truth = Oscillator { sensitivity: 0.05, period: 1500.0, phase: 1.0, handedness };
         assert_abs_diff_eq!((0.5 * (middle(best) - middle(truth))).sin(), 0.0, epsilon = 0.2);
@@ -50,26 +50,26 @@ fn shoots_without_an_oscillator_give_no_more_alarms_than_stated() {
     for seed in 1..=draws {
         let found = scan(0.0, Handedness::Counterclockwise, seed);
         alarms += f64::from(u8::from(found.false_alarm < 0.05));
-        // Scores of χ² with two degrees of freedom: one of 2000 sets of four draws is as far below its mean, 2 for each
-        // line, and the lines of a scan are correlated.
+        // A score has the distribution of χ² with two degrees of freedom, whose mean is 2. The lines of a scan are
+        // correlated: their mean differs by more than the tolerance in one of 2000 sets of four draws.
         let mean = found.lines.iter().map(|line| line.score).sum::<f64>() / found.lines.len() as f64;
         assert_abs_diff_eq!(mean, 2.0, epsilon = 1.5);
     }
-    // The stated share, and three standard errors of the share of the draws; one of four draws is within the latter.
+    // The bound is the stated share and three standard errors of the share of the draws. It permits one of four draws.
     let stated = 0.05 * draws as f64;
     assert!(alarms <= stated + 3.0 * stated.sqrt(), "{alarms} of {draws}");
 }
 
-/// The fit without an oscillator has a wrong model. Its parameters are uncertain, but each has an effect.
+/// The model of the fit without an oscillator is wrong. Its parameters are uncertain, but each has an effect.
 #[test]
 fn a_strong_oscillator_makes_no_other_parameter_structurally_unidentifiable() {
     let (_, null) = null(0.5, Handedness::Clockwise, 1);
-    // The oscillation is noise to this fit.
+    // The estimated noise includes the oscillation.
     assert!(null.noise[0] > 3.0 * NOISE, "{}", null.noise[0]);
     assert!(null.parameters.iter().all(|estimate| estimate.verdict != Verdict::StructurallyNot), "{null}");
 }
 
-/// Frames every 10 min show periods of 1500 s and 1000 s, in opposite senses, at the same places.
+/// In frames every 10 min, periods of 1500 s and of 1000 s in the opposite sense cannot be distinguished.
 #[test]
 fn periods_shorter_than_two_frames_are_refused() {
     let (times, frames) = measured_of(oscillating(&TRUTH, Oscillator::new(0.0, 1500.0)).unwrap(), 1, NOISE, 1);

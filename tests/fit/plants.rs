@@ -15,13 +15,16 @@ use nalgebra::Vector3;
 /// Noise of a coordinate, m.
 pub const NOISE: f64 = 1e-4;
 
-/// Names and true values: β, η, τm, τr (s), τg (s), E (Pa), ℓ0 (m).
+/// Names of the parameters: β, η, τm (s), τr (s), τg (s), E (Pa), ℓ0 (m).
 pub const NAMES: [&str; 7] = ["beta", "eta", "tau_m", "tau_r", "tau_g", "E", "l_0"];
+
+/// True values of the parameters.
 pub const TRUTH: [f64; 7] = [0.8, 20.0, 720.0, 720.0, 72e3, 1e7, 0.05];
 
+/// Function from the values of the parameters to a shoot.
 pub type Build = fn(&[f64]) -> Result<Shoot<DynLaws>, ParameterError>;
 
-/// A horizontal shoot of constant length that rights itself, with the parameters of [`NAMES`].
+/// A horizontal shoot of constant length that rises, with the parameters of [`NAMES`].
 pub fn righting(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
     oscillating(p, Oscillator::new(0.0, HOUR))
 }
@@ -45,7 +48,7 @@ pub fn oscillating(p: &[f64], oscillator: Oscillator) -> Result<Shoot<DynLaws>, 
         .build()
 }
 
-/// The family of righting shoots with free parameters that start at a factor of their true values.
+/// Family of righting shoots. The initial values of the free parameters are their true values times `factor`.
 pub fn family(free: &[&str], factor: f64) -> Family<Build> {
     let parameter = |(name, truth): (&&str, &f64)| {
         if free.contains(name) {
@@ -57,13 +60,13 @@ pub fn family(free: &[&str], factor: f64) -> Family<Build> {
     Family { parameters: NAMES.iter().zip(&TRUTH).map(parameter).collect(), build: righting }
 }
 
-/// Times (s) every 10 min over six hours, and `count` points of the true shoot at each, from base to tip, with noise
-/// (m).
+/// Times (s) every 10 min over six hours, and `count` points (m) of the true shoot at each time, from base to tip, with
+/// noise (m).
 pub fn measured(count: usize, noise: f64, seed: u64) -> (Vec<f64>, Vec<Vec<Vector3<f64>>>) {
     measured_of(righting(&TRUTH).unwrap(), count, noise, seed)
 }
 
-/// The same of a given shoot.
+/// The same data of a given shoot.
 pub fn measured_of(
     mut shoot: Shoot<DynLaws>,
     count: usize,
@@ -83,7 +86,7 @@ pub fn measured_of(
     (times, frames)
 }
 
-/// Tips of the true shoot: times (s) and positions (m).
+/// Times (s) and positions of the tip (m) of the true shoot, with noise (m).
 pub fn tips(noise: f64, seed: u64) -> (Vec<f64>, Vec<Vector3<f64>>) {
     let (times, frames) = measured(1, noise, seed);
     (times, frames.into_iter().map(|frame| frame[0]).collect())

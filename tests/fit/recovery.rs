@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 
 const FREE: [&str; 4] = ["beta", "eta", "tau_m", "tau_r"];
 
-/// Step of the simulations, s. Its error, 3e-7 m, is far below the noise.
+/// Settings with a time step whose error, 3e-7 m, is far below the noise.
 fn fit() -> Fit {
     Fit { step: 200.0, ..Fit::default() }
 }
@@ -23,18 +23,19 @@ fn parameters_of_a_righting_shoot_are_recovered_from_its_tip() {
         // Four standard errors: one draw in 4000 fails.
         assert_relative_eq!(estimate.value, truth, epsilon = 0.0, max_relative = 4.0 * estimate.error);
     }
-    // The noise is estimated from 108 coordinates; its standard error is 1/√(2·104) = 7 %.
+    // The noise is estimated from 108 coordinates. Its standard error is 1/√(2·104) = 7 %.
     assert_relative_eq!(found.noise[0], NOISE, epsilon = 0.0, max_relative = 0.28);
 }
 
 #[test]
 fn exact_data_of_centre_lines_give_exact_parameters() {
-    // The points are between the samples of the line with which a search of the nearest point begins.
+    // The points are between the points of the line with which the search for the nearest point begins.
     let (times, lines) = measured(7, 0.0, 1);
     let found = fit().run(&family(&FREE, 0.7), &[Series::centre_lines(times, lines).with_noise(NOISE)]).unwrap();
     for name in FREE {
         let truth = TRUTH[NAMES.iter().position(|n| *n == name).unwrap()];
-        // The search ends within 1e-3 standard errors, which are 1e-2; the steps of fit and data differ by 1e-5.
+        // The search ends within 1e-3 standard errors, which are 1e-2. The time steps of fit and data cause a relative
+        // error of 1e-5.
         assert_relative_eq!(found.get(name).unwrap().value, truth, epsilon = 0.0, max_relative = 1e-4);
     }
 }
@@ -52,7 +53,7 @@ fn outliers_have_little_influence_with_a_robust_loss() {
     positions[20] -= Vector3::new(3e-3, 0.0, 3e-3);
     let (robust, _) = ends(&positions, Loss::ROBUST);
     let (squares, _) = ends(&positions, Loss::Squares);
-    // Two of 36 frames pull with the force of 1.345 standard deviations at most.
+    // The influence of each of the two outliers is at most that of a residual of 1.345 standard deviations.
     assert_relative_eq!(robust, clean, epsilon = 0.0, max_relative = 2.0 * error);
     assert!((squares - clean).abs() > 3.0 * (robust - clean).abs(), "{squares} {robust} {clean}");
 }
@@ -69,7 +70,7 @@ fn scale_and_offset_of_a_camera_are_estimated_with_the_parameters() {
     parameters.push(Parameter::linear("x_0", [-0.1, 0.1]));
     parameters.push(Parameter::linear("z_0", [-0.1, 0.1]));
     let found = fit().run(&Family { parameters, build: righting }, &[series]).unwrap();
-    // The noise is that of the image; the standard error of its estimate is 9 %.
+    // The noise is that of the image. The standard error of its estimate is 9 %.
     assert_relative_eq!(found.noise[0], 2.5 * NOISE, epsilon = 0.0, max_relative = 0.4);
     for (name, truth) in [("beta", 0.8), ("tau_r", 720.0), ("scale", 2.5)] {
         let estimate = found.get(name).unwrap();

@@ -15,9 +15,13 @@ use morphorod::tropism::{Gravitropism, Memory, Oscillator, Proprioception, Respo
 use morphorod::{DynLaws, ParameterError, Shoot, Still};
 use nalgebra::{Vector2, Vector3};
 
-/// β, η, α, E (Pa), r (m), ρ (kg/m³), force at the tip (N), ℓ0 (m), scale of the camera.
+/// Names of the parameters: β, η, α, E (Pa), r (m), ρ (kg/m³), force at the tip (N), ℓ0 (m), scale of the camera.
 const NAMES: [&str; 9] = ["beta", "eta", "alpha", "E", "r", "rho", "force", "l_0", "scale"];
+
+/// True values of the parameters.
 const TRUTH: [f64; 9] = [0.8, 20.0, 0.2, 1e7, 5e-4, 1000.0, 5e-5, 0.05, 1.0];
+
+/// Time step, s.
 const STEP: f64 = 200.0;
 
 fn build(p: &[f64]) -> Result<Shoot<DynLaws>, ParameterError> {
@@ -78,7 +82,7 @@ fn assert_combination(found: &Estimates, expected: &[(&str, f64)]) {
         let exact = sign * change / largest * expected[0].1.signum();
         assert_relative_eq!(component, exact, epsilon = 0.0, max_relative = 1e-4);
     }
-    // The singular value is rounding after extrapolation, far below those of combinations with an effect, 1e-5.
+    // After extrapolation the singular value is rounding, far below the values of combinations with an effect, 1e-5.
     let [_, extrapolated] = &found.singular_values;
     let [largest, least] = [f64::max, f64::min].map(|f| extrapolated.iter().copied().reduce(f).unwrap());
     assert!(least < 1e-9 * largest, "{least:.1e} {largest:.1e}");
@@ -106,7 +110,7 @@ fn scale_of_a_camera_from_above_with_lengths_is_structurally_not_identifiable() 
     assert_eq!(found.get("eta").unwrap().verdict, Verdict::Identifiable);
 }
 
-/// A known force of a ten thousandth of the weight gives the only scale, far below the noise.
+/// Only a known force, a ten thousandth of the weight, determines the lengths. Its effect is far below the noise.
 #[test]
 fn scale_of_a_camera_is_only_practically_not_identifiable_with_a_small_known_force() {
     let found = fitted(&["beta", "eta", "alpha", "E", "l_0", "scale"], 4e-8);
@@ -114,7 +118,7 @@ fn scale_of_a_camera_is_only_practically_not_identifiable_with_a_small_known_for
         assert_eq!(found.get(name).unwrap().verdict, Verdict::PracticallyNot, "{found}");
     }
     let [coarse, extrapolated] = found.singular_values.each_ref().map(|values| values[values.len() - 1]);
-    // Second order in the step, 1e-5, over the smallest relative singular value, above 1e-7.
+    // The error is of second order in the step, 1e-5, over the smallest relative singular value, above 1e-7.
     assert_relative_eq!(coarse, extrapolated, epsilon = 0.0, max_relative = 0.01);
 }
 
@@ -124,7 +128,7 @@ fn singular_values_of_combinations_with_an_effect_do_not_depend_on_the_step() {
     let found = fitted(&["beta", "eta", "alpha", "E", "rho"], TRUTH[6]);
     let [coarse, extrapolated] = &found.singular_values;
     for (a, b) in coarse.iter().zip(extrapolated) {
-        // Second order in the step, 1e-5, over the smallest relative singular value, 1e-4.
+        // The error is of second order in the step, 1e-5, over the smallest relative singular value, 1e-4.
         assert_relative_eq!(*a, *b, epsilon = 0.0, max_relative = 1e-5);
     }
     assert!(found.weak.iter().all(|weak| !weak.structural), "{found}");
