@@ -4,10 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::confidence::{Confidence, uncertain};
 use super::estimate::{Estimate, Estimates, Verdict, WeakDirection, deviation};
-use super::problem::{DIFFERENCE, Problem, RATIO, extrapolated};
+use super::jacobian::Jacobian;
+use super::problem::Problem;
 use super::search::{Loss, Reached, priors};
 use super::series::Series;
-use super::singular::{Singular, rounding};
+use super::singular::Singular;
 use super::{FitError, Parameter};
 use crate::error::ParameterError;
 use crate::model::{Model, next_discontinuity};
@@ -37,14 +38,16 @@ pub(super) fn estimates(
     let problem = Problem { free: free.clone(), values: values.clone(), ..problem.clone() };
     let x = DVector::from_iterator(inner.len(), inner.iter().map(|i| x[*i]));
     let reached = Reached { x, at: problem.evaluate(&problem.coordinates(&values))?, failure: None, ..*reached };
-    let [coarse, fine] = problem.jacobians(&reached.x, &reached.at, [DIFFERENCE, DIFFERENCE / RATIO])?;
-    let jacobian = extrapolated(&coarse, &fine);
+    let relative = |series: usize| data[series].size() / problem.noise[series];
+    let size = reached.at.rows.iter().map(|row| relative(row.series).powi(2)).sum::<f64>().sqrt();
+    let both: Jacobian = problem.jacobian(&reached.x, &reached.at, size)?;
+    let jacobian = both.extrapolated();
     let slopes: Vec<_> = priors(&problem, &reached.x).map(|(i, [_, slope])| (i, slope)).collect();
-    let rounding = rounding(&coarse, &fine);
-    let [coarse, singular] = [&coarse, &jacobian].map(|matrix| Singular::of(matrix, &rounding, &slopes));
-    let found = singular
-        .as_ref()
-        .map_or_else(Confidence::empty, |singular| Confidence::of(&problem, loss, &reached, (&jacobian, singular)));
+    let [coarse, singular] = [&both.coarse, &jacobian].map(|matrix| Singular::of(matrix, &both.rounding, &slopes));
+    let found = singular.as_ref().map_or_else(
+        || Confidence::none(free.len()),
+        |singular| Confidence::of(&problem, loss, &reached, (&jacobian, singular)),
+    );
     // With no more frames than parameters, further frames may determine a combination without effect.
     let mut times: Vec<f64> = reached.at.rows.iter().map(|row| row.time).collect();
     times.dedup();
@@ -74,7 +77,7 @@ pub(super) fn estimates(
         free,
         covariance: found.covariance,
         white: found.white,
-        redundancy: found.correlation.redundancy(),
+        redundancy: found.redundancy,
         without_effect,
     })
 }
@@ -138,7 +141,7 @@ fn correlations(count: usize, free: &[usize], covariance: &DMatrix<f64>) -> Vec<
     for (i, k) in free.iter().enumerate() {
         for (j, l) in free.iter().enumerate().filter(|(j, _)| *j != i) {
             let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-            matrix[*k][*l] = if size > 0.0 { covariance[(i, j)] / size } else { 0.0 };
+            matrix[*k][*l] = if size > 0.0 && size.is_finite() { covariance[(i, j)] / size } else { 0.0 };
         }
     }
     matrix
@@ -151,12 +154,15 @@ fn weak_directions(
     (widest, enough_frames): (f64, bool),
 ) -> Vec<WeakDirection> {
     let undetermined = without_effect.iter().map(|changes| (changes.clone(), f64::INFINITY));
+    let parameter = |i: usize| &problem.parameters[problem.free[i]];
     let direction = |(changes, error): (DVector<f64>, f64)| {
-        let named = |i: &usize| changes[*i].abs() > NAMED;
+        // All components of a combination without effect are exact.
+        let named = |i: &usize| changes[*i].abs() > if error.is_infinite() { 0.0 } else { NAMED };
         let sign = (0..changes.len()).find(named).map_or(1.0, |i| changes[i].signum());
-        let component = |i: usize| (problem.parameters[problem.free[i]].name.clone(), sign * changes[i]);
+        let component = |i: usize| (parameter(i).name.clone(), sign * changes[i]);
         let components = (0..changes.len()).filter(named).map(component).collect();
-        WeakDirection { components, error, structural: enough_frames && error.is_infinite() }
+        let logarithmic = (0..changes.len()).filter(named).map(|i| parameter(i).logarithmic).collect();
+        WeakDirection { components, error, structural: enough_frames && error.is_infinite(), logarithmic }
     };
     undetermined.chain(uncertain(&found.covariance, widest)).map(direction).collect()
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::noise::{Correlation, Noise};
+use super::noise::Noise;
 use super::problem::Problem;
 use super::search::{Loss, Reached, priors};
 use super::singular::Singular;
@@ -16,24 +16,24 @@ pub(super) struct Confidence {
     pub covariance: DMatrix<f64>,
     /// The same for the loss of squares and white noise of the size in the problem.
     pub white: DMatrix<f64>,
-    /// Correlation of the noise in successive frames.
+    /// Correlation of the noise in successive frames, and number of residuals with the information of one; the largest
+    /// of all series.
     pub lag_one: f64,
-    /// Model of the correlations at all lags.
-    pub correlation: Correlation,
+    pub redundancy: f64,
 }
 
 impl Confidence {
-    /// Confidence without free coordinates.
-    pub fn empty() -> Self {
-        let covariance = DMatrix::zeros(0, 0);
-        Self { white: covariance.clone(), covariance, lag_one: 0.0, correlation: Correlation::WHITE }
+    /// Confidence of `free` coordinates of which nothing is known.
+    pub fn none(free: usize) -> Self {
+        let covariance = DMatrix::from_element(free, free, f64::INFINITY);
+        Self { white: covariance.clone(), covariance, lag_one: 0.0, redundancy: 1.0 }
     }
 
     /// Confidence at a point, with the Jacobian there and its decomposition.
     ///
     /// The covariance is A B A with A = (m JᵀJ)⁻¹ and B = s² Jᵀ R J (P. J. Huber, Robust Statistics, 1981, section
-    /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss,
-    /// and R the correlation of successive residuals. For white noise and squares the covariance is s² (JᵀJ)⁻¹.
+    /// 7.6). Here m is the share of residuals inside the threshold, s² the mean square of the derivative of the loss
+    /// in a series, and R the correlation of its successive residuals. For white noise and squares the covariance is s² (JᵀJ)⁻¹.
     /// Residuals that are smaller than the noise do not narrow the intervals: m is at most its value for normal noise,
     /// and white noise is added until the mean square has at least its value for normal noise. Priors are residuals
     /// with their own standard deviation.
@@ -49,14 +49,13 @@ impl Confidence {
         let inside = residuals.iter().filter(|r| loss.is_inside(**r)).count().max(1) as f64 / residuals.len() as f64;
         let inside = inside.min(normal_share);
         let inverse = singular.inverse();
-        let Noise { lag_one, correlation, variance, square } = Noise::of(&slopes, rows, jacobian, &inverse);
-        let white = jacobian.tr_mul(jacobian) * (normal_variance - variance).max(0.0);
-        let mut middle = (square * variance + white) / (inside * inside);
+        let noise = Noise::of(&slopes, rows, jacobian, &inverse);
+        let mut middle = noise.covariance(jacobian, normal_variance) / (inside * inside);
         for (i, [_, slope]) in priors(problem, &reached.x) {
             middle[(i, i)] += slope * slope;
         }
         let covariance = &inverse * middle * &inverse;
-        Self { covariance, white: inverse, lag_one, correlation }
+        Self { covariance, white: inverse, lag_one: noise.lag_one(), redundancy: noise.redundancy() }
     }
 }
 

@@ -2,9 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::problem::DIFFERENCE;
+use super::jacobian::DIFFERENCE;
 use super::series::Series;
 use super::{FitError, Loss, Parameter};
+
+/// Ratio of an estimated noise to the scatter of successive frames above which the model does not explain the data.
+const UNEXPLAINED: f64 = 10.0;
 
 /// 95 % quantile of the normal distribution: the half width of an interval of 90 % over the standard error.
 pub(super) const QUANTILE_95: f64 = 1.644_853_626_951_472_6;
@@ -23,8 +26,8 @@ pub enum Verdict {
     /// The standard error exceeds [`Fit::widest`](super::Fit::widest). More, other or more accurate data may determine
     /// the parameter.
     PracticallyNot,
-    /// A combination of changes of this parameter, and possibly others, leaves every datum unchanged. No data of this
-    /// kind determine the parameter.
+    /// A combination of changes of this parameter, and possibly others, leaves every datum unchanged. More accurate data
+    /// of this kind, or more frames in this time, do not determine the parameter.
     StructurallyNot,
     /// The estimate is at a bound, and has no standard error.
     AtBound,
@@ -75,6 +78,8 @@ pub struct WeakDirection {
     pub error: f64,
     /// Whether no data of this kind determine the combination.
     pub structural: bool,
+    /// Whether each of the components is a change of the logarithm.
+    pub(super) logarithmic: Vec<bool>,
 }
 
 impl std::fmt::Display for WeakDirection {
@@ -87,8 +92,11 @@ impl std::fmt::Display for WeakDirection {
         }
         let known = if self.structural { "known only in combination" } else { "hardly known except in combination" };
         write!(f, "{} and {last} are {known}: changes of", first.join(", "))?;
-        for (name, component) in &self.components {
-            write!(f, " {component:+.2} ln {name}")?;
+        for ((name, component), logarithmic) in self.components.iter().zip(&self.logarithmic) {
+            let unit = if *logarithmic { "ln" } else { "ranges of" };
+            let small = component.abs() < 0.01;
+            let component = if small { format!("{component:+.0e}") } else { format!("{component:+.2}") };
+            write!(f, " {component} {unit} {name}")?;
         }
         write!(f, " {}", if self.structural { "leave every datum unchanged" } else { "hardly change the data" })
     }
@@ -162,7 +170,7 @@ impl Estimates {
     /// [`Fit::scan_oscillator`](super::Fit::scan_oscillator) first.
     ///
     /// Correlated residuals contain less information. Therefore n and the difference of −2 ln L are divided by the
-    /// number of successive residuals of the better fit that contain the information of one.
+    /// number of successive residuals that contain the information of one, the larger of those of both fits.
     ///
     /// # Errors
     /// [`OtherData`](FitError::OtherData) if data, noise or loss differ.
@@ -172,11 +180,11 @@ impl Estimates {
         if !same {
             return Err(FitError::OtherData);
         }
-        let better = if self.deviance <= other.deviance { self } else { other };
-        let n = self.residuals.len() as f64 / better.redundancy;
-        let parameters = |found: &Self| (found.residuals.len() - found.degrees_of_freedom) as f64;
-        Ok((other.deviance - self.deviance) / better.redundancy
-            + (parameters(other) - parameters(self)) * n.max(1.0).ln())
+        let redundancy = self.redundancy.max(other.redundancy);
+        let n = self.residuals.len() as f64 / redundancy;
+        // A parameter at a bound was free to be elsewhere.
+        let parameters = |found: &Self| found.family.iter().filter(|one| !one.is_fixed()).count() as f64;
+        Ok((other.deviance - self.deviance) / redundancy + (parameters(other) - parameters(self)) * n.max(1.0).ln())
     }
 
     /// Value of a function of the parameter values (in the order of the family), and its standard error by linear
@@ -230,6 +238,15 @@ impl std::fmt::Display for Estimates {
             writeln!(f, "{name:>12} = {value:.6e} {known}")?;
         }
         self.weak.iter().try_for_each(|weak| writeln!(f, "{weak}"))?;
+        for (index, (series, noise)) in self.data.iter().zip(&self.noise).enumerate() {
+            let ratio = noise / series.rough_noise();
+            if series.noise.is_none() && ratio > UNEXPLAINED {
+                writeln!(
+                    f,
+                    "the noise of series {index} is {ratio:.0} times the scatter of its frames: is the model right?"
+                )?;
+            }
+        }
         let (chi, lag) = (self.reduced_chi_squared(), self.lag_one);
         write!(f, "χ² per degree of freedom {chi:.3}, correlation of successive residuals {lag:.2}")
     }

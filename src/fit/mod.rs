@@ -65,6 +65,7 @@ mod confidence;
 mod error;
 mod estimate;
 mod family;
+mod jacobian;
 mod noise;
 mod parameter;
 mod problem;

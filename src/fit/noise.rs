@@ -48,75 +48,112 @@ impl Correlation {
     }
 }
 
-/// Noise, estimated from the residuals of a fit.
-pub(super) struct Noise {
-    /// Correlation of successive values of a coordinate.
-    pub lag_one: f64,
-    /// Model of the correlations at all lags.
-    pub correlation: Correlation,
+/// Noise of each series, estimated from the residuals of a fit.
+pub(super) struct Noise(Vec<SeriesNoise>);
+
+struct SeriesNoise {
+    /// Indices of the residuals of the series, and its chains.
+    indices: Vec<usize>,
+    chains: Chains,
+    /// Correlation of successive values of a coordinate, and model of the correlations at all lags.
+    lag_one: f64,
+    correlation: Correlation,
     /// Mean square of the noise.
-    pub variance: f64,
-    /// Jᵀ R J, with the correlations R of the noise.
-    pub square: DMatrix<f64>,
+    variance: f64,
 }
 
 impl Noise {
     /// Estimates the noise from the residuals of a fit, or from the derivatives of their loss, with the Jacobian J.
     /// `inverse` is (JᵀJ)⁻¹.
-    ///
-    /// A fit absorbs tr[(JᵀJ)⁻¹ Jᵀ R J] of the n squares. This number exceeds that of the parameters if the noise is as
-    /// slow as the columns of J. The products of successive residuals are reduced by the same part.
     pub fn of(residuals: &DVector<f64>, rows: &[Row], jacobian: &DMatrix<f64>, inverse: &DMatrix<f64>) -> Self {
-        let n = residuals.len() as f64;
-        // Twice the standard error of a correlation of white noise.
-        let uncertainty = 2.0 / n.sqrt();
-        let chains = Chains::new(rows);
-        let observed = [1, 2].map(|lag| chains.correlation(residuals, lag));
-        let mut square = jacobian.tr_mul(jacobian);
-        let absorbed = |square: &DMatrix<f64>| (inverse * square).trace().clamp(0.0, MOST_ABSORBED * n);
-        let (mut lag_one, mut correlation) = (0.0, Correlation::WHITE);
-        for _ in 0..ITERATIONS {
-            let part = absorbed(&square) / n;
-            let lags = observed.map(|one| (one + (1.0 - one) * part).clamp(0.0, LARGEST_CORRELATION));
-            (lag_one, correlation) = (lags[0], Correlation::of(lags, uncertainty));
-            square = chains.correlated_square(rows, jacobian, correlation);
+        let count = rows.iter().map(|row| row.series + 1).max().unwrap_or(0);
+        let indices = |series| (0..rows.len()).filter(|i| rows[*i].series == series).collect::<Vec<_>>();
+        let of = |indices: Vec<usize>| {
+            let rows: Vec<Row> = indices.iter().map(|i| rows[*i]).collect();
+            let (residuals, jacobian) = (residuals.select_rows(&indices), jacobian.select_rows(&indices));
+            SeriesNoise::of(&residuals, (indices, Chains::new(&rows)), &jacobian, inverse)
+        };
+        Self((0..count).map(indices).filter(|indices| !indices.is_empty()).map(of).collect())
+    }
+
+    /// Covariance Jᵀ S J of the sums Jᵀ r of residuals r whose covariance S is that of the noise. White noise is added
+    /// to each series until its mean square has at least the size `least`.
+    pub fn covariance(&self, jacobian: &DMatrix<f64>, least: f64) -> DMatrix<f64> {
+        let mut sum = DMatrix::zeros(jacobian.ncols(), jacobian.ncols());
+        for SeriesNoise { indices, chains, correlation, variance, .. } in &self.0 {
+            let jacobian = jacobian.select_rows(indices);
+            sum += chains.correlated_square(&jacobian, *correlation) * *variance;
+            sum += jacobian.tr_mul(&jacobian) * (least - variance).max(0.0);
         }
-        let variance = residuals.norm_squared() / (n - absorbed(&square)).max(1.0);
-        Self { lag_one, correlation, variance, square }
+        sum
+    }
+
+    /// Largest correlation of successive values of a series.
+    pub fn lag_one(&self) -> f64 {
+        self.0.iter().map(|series| series.lag_one).fold(0.0, f64::max)
+    }
+
+    /// Largest redundancy of a series.
+    pub fn redundancy(&self) -> f64 {
+        self.0.iter().map(|series| series.correlation.redundancy()).fold(1.0, f64::max)
     }
 }
 
-/// Chains of residuals: those of one coordinate of one series in successive frames.
-pub(super) struct Chains {
-    /// Index of the row before each row in its chain; `None` for the first.
-    previous: Vec<Option<usize>>,
-    /// Median time between successive rows of the chains of the series to which each row belongs, s.
-    spacing: Vec<f64>,
+impl SeriesNoise {
+    /// Estimates the noise of a series from its residuals and its rows of the Jacobian.
+    ///
+    /// A fit absorbs tr[(JᵀJ)⁻¹ Jᵀ R J] of the n squares. This number exceeds that of the parameters if the noise is as
+    /// slow as the columns of J. The products of successive residuals are reduced by the same part.
+    fn of(
+        residuals: &DVector<f64>,
+        (indices, chains): (Vec<usize>, Chains),
+        jacobian: &DMatrix<f64>,
+        inverse: &DMatrix<f64>,
+    ) -> Self {
+        let n = residuals.len() as f64;
+        // Twice the standard error of a correlation of white noise.
+        let uncertainty = 2.0 / n.sqrt();
+        let observed = [1, 2].map(|lag| chains.correlation(residuals, lag));
+        // `f64::min` and `f64::max` return the limit for a number that is not defined, unlike `clamp`.
+        let absorbed = |correlation| {
+            let square = chains.correlated_square(jacobian, correlation);
+            (inverse * square).trace().min(MOST_ABSORBED * n).max(0.0)
+        };
+        let (mut lag_one, mut correlation) = (0.0, Correlation::WHITE);
+        for _ in 0..ITERATIONS {
+            let part = absorbed(correlation) / n;
+            let lags = observed.map(|one| (one + (1.0 - one) * part).min(LARGEST_CORRELATION).max(0.0));
+            (lag_one, correlation) = (lags[0], Correlation::of(lags, uncertainty));
+        }
+        let variance = residuals.norm_squared() / (n - absorbed(correlation)).max(1.0);
+        Self { indices, chains, lag_one, correlation, variance }
+    }
+}
+
+/// Chains of the residuals of a series: those of one coordinate in successive frames.
+struct Chains {
+    /// Index of the previous residual of the chain, and the time between both over the median of these times.
+    previous: Vec<Option<(usize, f64)>>,
 }
 
 impl Chains {
-    /// Chains of rows in the order of time.
-    pub fn new(rows: &[Row]) -> Self {
+    fn new(rows: &[Row]) -> Self {
         let mut last = BTreeMap::new();
         let previous: Vec<Option<usize>> =
-            rows.iter().enumerate().map(|(i, row)| last.insert((row.series, row.coordinate), i)).collect();
-        let mut gaps = BTreeMap::<usize, Vec<f64>>::new();
-        for (i, before) in previous.iter().enumerate() {
-            if let Some(before) = before {
-                gaps.entry(rows[i].series).or_default().push(rows[i].time - rows[*before].time);
-            }
-        }
-        let medians: BTreeMap<usize, f64> = gaps.into_iter().map(|(series, gaps)| (series, median(gaps))).collect();
-        // A series without successive rows does not use its spacing.
-        let spacing = rows.iter().map(|row| medians.get(&row.series).copied().unwrap_or(1.0)).collect();
-        Self { previous, spacing }
+            rows.iter().enumerate().map(|(i, row)| last.insert(row.coordinate, i)).collect();
+        let gap = |(i, before): (usize, &Option<usize>)| before.map(|before| rows[i].time - rows[before].time);
+        let typical = median(previous.iter().enumerate().filter_map(gap).collect());
+        let relative = |(i, before): (usize, &Option<usize>)| {
+            before.map(|before| (before, (rows[i].time - rows[before].time) / typical))
+        };
+        Self { previous: previous.iter().enumerate().map(relative).collect() }
     }
 
     /// Correlation of values that are `lag` frames apart.
     fn correlation(&self, values: &DVector<f64>, lag: usize) -> f64 {
         let mut sums = [0.0, 0.0];
         for i in 0..values.len() {
-            if let Some(before) = (0..lag).try_fold(i, |i, _| self.previous[i]) {
+            if let Some(before) = (0..lag).try_fold(i, |i, _| self.previous[i].map(|(before, _)| before)) {
                 sums[0] += values[i] * values[before];
                 sums[1] += 0.5 * (values[i].powi(2) + values[before].powi(2));
             }
@@ -124,17 +161,15 @@ impl Chains {
         if sums[1] > 0.0 { sums[0] / sums[1] } else { 0.0 }
     }
 
-    /// Jᵀ R J, where the correlation R of two rows of a chain decays with the time between them over the median
-    /// spacing.
-    pub fn correlated_square(&self, rows: &[Row], jacobian: &DMatrix<f64>, noise: Correlation) -> DMatrix<f64> {
+    /// Jᵀ R J with the correlations R of the noise.
+    fn correlated_square(&self, jacobian: &DMatrix<f64>, noise: Correlation) -> DMatrix<f64> {
         if noise == Correlation::WHITE {
             return jacobian.tr_mul(jacobian);
         }
-        let mut tails = DMatrix::zeros(rows.len(), jacobian.ncols());
-        for i in 0..rows.len() {
-            if let Some(before) = self.previous[i] {
-                let decay = noise.decay.powf((rows[i].time - rows[before].time) / self.spacing[i]);
-                let tail = (tails.row(before) + jacobian.row(before)) * decay;
+        let mut tails = DMatrix::zeros(jacobian.nrows(), jacobian.ncols());
+        for (i, previous) in self.previous.iter().enumerate() {
+            if let Some((before, gap)) = *previous {
+                let tail = (tails.row(before) + jacobian.row(before)) * noise.decay.powf(gap);
                 tails.set_row(i, &tail);
             }
         }
@@ -167,7 +202,7 @@ mod tests {
         let rows: Vec<_> = [0.0, 1.0, 2.0, 4.0].map(|time| Row { series: 0, coordinate: 0, time }).into();
         let jacobian = DMatrix::from_column_slice(4, 1, &[1.0, 2.0, -1.0, 3.0]);
         let noise = Correlation { share: 0.6, decay: 0.5 };
-        let found = Chains::new(&rows).correlated_square(&rows, &jacobian, noise);
+        let found = Chains::new(&rows).correlated_square(&jacobian, noise);
         let mut expected = 0.0;
         for (i, row) in rows.iter().enumerate() {
             for (k, other) in rows.iter().enumerate() {
@@ -180,5 +215,24 @@ mod tests {
         assert_relative_eq!(found[0], expected, epsilon = 0.0, max_relative = 1e-14);
         // Sum over all lags, 1 + 2 · 0.6 · (0.5 + 0.25 + …).
         assert_relative_eq!(noise.redundancy(), 2.2, epsilon = 0.0, max_relative = 1e-14);
+    }
+
+    /// A slow series of 40 frames, and a second one of 400 frames with white noise of three times its size.
+    #[test]
+    fn correlation_and_variance_of_each_series_are_its_own() {
+        let row = |series: usize| move |k: u32| Row { series, coordinate: 0, time: f64::from(k) };
+        let rows: Vec<_> = (0..40).map(row(0)).chain((0..400).map(row(1))).collect();
+        // A wave has the correlation cos 2π/40. The signs of a quadratic residue sequence have none.
+        let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();
+        let sign = |k: u32| if (k * k % 401) % 2 == 0 { 3.0 } else { -3.0 };
+        let residuals = DVector::from_iterator(440, (0..40).map(wave).chain((0..400).map(sign)));
+        let none = DMatrix::zeros(440, 0);
+        let found = Noise::of(&residuals, &rows, &none, &DMatrix::zeros(0, 0));
+        let [slow, white] = &found.0[..] else { panic!("two series") };
+        // The sums of a wave over a period without its end.
+        assert_relative_eq!(slow.variance, 0.5, epsilon = 1e-12);
+        assert!(slow.lag_one > 0.95 && slow.correlation.redundancy() > 10.0, "{}", slow.lag_one);
+        assert_relative_eq!(white.variance, 9.0, epsilon = 1e-12);
+        assert!(white.correlation == Correlation::WHITE, "{:?}", white.correlation);
     }
 }

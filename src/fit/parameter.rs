@@ -5,6 +5,12 @@ use super::FitError;
 /// Smallest distance of the bounds relative to the larger one, ten times the step of a difference quotient.
 const CLOSEST: f64 = 1e-4;
 
+/// Largest absolute value. Squares and products of bounds are finite.
+const LARGEST: f64 = 1e100;
+
+/// Smallest standard deviation of a prior, relative to the coordinate, whose rounding then is 1e-4 of it.
+const NARROWEST: f64 = 1e-12;
+
 /// A parameter of a family of shoots: its name, initial value, bounds and prior.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -90,6 +96,12 @@ impl Parameter {
         Some([(coordinate - self.coordinate(centre)) / deviation, 1.0 / deviation])
     }
 
+    /// Whether rounding of the coordinate changes the residual of the prior.
+    fn has_exact_prior(&self) -> bool {
+        let largest = self.limits().iter().fold(1.0_f64, |largest, x| largest.max(x.abs()));
+        self.prior_residual(0.0).is_some_and(|[_, slope]| slope * NARROWEST * largest > 1.0)
+    }
+
     /// Value of a unit of the coordinate of a linear parameter: the distance of the bounds, or one for a fixed
     /// parameter.
     fn unit(&self) -> f64 {
@@ -100,8 +112,8 @@ impl Parameter {
     /// Returns an error unless the initial value, the bounds and the prior are valid.
     pub(super) fn check(&self) -> Result<(), FitError> {
         let [low, high] = self.bounds;
-        let problem = if !(low.is_finite() && high.is_finite() && self.start.is_finite()) {
-            "has an initial value or a bound that is not finite"
+        let problem = if ![low, high, self.start].iter().all(|x| x.abs() <= LARGEST) {
+            "has an initial value or a bound that is not finite or beyond 1e100"
         } else if low > high {
             "has a lower bound above its upper bound"
         } else if !self.is_fixed() && !(high - low > CLOSEST * low.abs().max(high.abs())) {
@@ -114,6 +126,8 @@ impl Parameter {
             !(deviation > 0.0 && deviation.is_finite() && self.coordinate(centre).is_finite())
         }) {
             "has a prior without a finite centre and a positive standard deviation"
+        } else if !self.is_fixed() && self.has_exact_prior() {
+            "has a prior that is almost exact: fix it"
         } else {
             return Ok(());
         };

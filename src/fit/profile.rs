@@ -54,7 +54,9 @@ impl Fit {
             let problem = "belongs to a combination without effect on the data, so that its interval has no end";
             return Err(FitError::Parameter { name: name.to_owned(), problem });
         }
-        let others: Vec<usize> = free.iter().copied().filter(|other| *other != k).collect();
+        // Parameters at a bound may leave it.
+        let others = (0..family.parameters.len()).filter(|other| *other != k);
+        let others: Vec<usize> = others.filter(|other| !family.parameters[*other].is_fixed()).collect();
         let parameter = &family.parameters[k];
         let full = self.problem(&family.parameters, data, estimates.values(), &run);
         let full = Problem { noise: estimates.noise.clone(), free: others, ..full };
@@ -73,7 +75,8 @@ impl Fit {
                 values[k] = parameter.value(centre + sign * distance);
                 let problem = Problem { values: values.clone(), ..full.clone() };
                 let reached = search(&problem, estimates.loss, problem.coordinates(&values), SEARCH)?;
-                let rise = (2.0 * (reached.objective - least)).max(0.0).sqrt();
+                let prior = parameter.prior_residual(centre + sign * distance).map_or(0.0, |[r, _]| 0.5 * r * r);
+                let rise = (2.0 * (reached.objective + prior - least)).max(0.0).sqrt();
                 values = problem.values_at(&reached.x);
                 let ratio = target / rise;
                 if distance >= room && ratio >= 1.0 {

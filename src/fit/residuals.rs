@@ -137,12 +137,13 @@ impl<'a> Camera<'a> {
             residuals.push((difference + PI).rem_euclid(TAU) - PI);
             return;
         }
+        // The tip is first: its coordinates have the same indices in all frames, whatever the number of points.
+        residuals.extend((self.point(&rod.tip()) - tip).iter().take(d));
         if kind == Kind::CentreLine && !inner.is_empty() {
             let samples: Vec<_> = rod.centre_line_at(INTERVALS + 1).iter().map(|p| self.point(p)).collect();
             let nodes = rod.centre_line();
             inner.iter().for_each(|point| self.compare_inner((rod, &nodes), &samples, point, residuals));
         }
-        residuals.extend((self.point(&rod.tip()) - tip).iter().take(d));
     }
 
     /// Appends the components, across the tangent, of the distance of the nearest point of the centre line from a

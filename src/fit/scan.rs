@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use super::noise::{Chains, Noise};
+use super::noise::Noise;
 use super::problem::Problem;
 use super::residuals::{Steps, simulate};
 use super::series::Series;
@@ -96,8 +96,7 @@ impl Fit {
         let slopes = at.residuals.map(|r| estimates.loss.slope(r));
         let explained = orthonormal_basis(&jacobian);
         let identity = DMatrix::identity(explained.ncols(), explained.ncols());
-        let Noise { correlation, variance, .. } = Noise::of(&slopes, &at.rows, &explained, &identity);
-        let chains = Chains::new(&at.rows);
+        let noise = Noise::of(&slopes, &at.rows, &explained, &identity);
 
         let duration = at.rows.last().map_or(0.0, |last| last.time - at.rows[0].time);
         let resolved = duration * (shortest.recip() - longest.recip());
@@ -117,11 +116,11 @@ impl Fit {
             let score = columns.tr_mul(&slopes);
             let score = Vector2::new(score[0], score[1]);
             let square = |matrix: DMatrix<f64>| Matrix2::from_fn(|i, j| matrix[(i, j)]);
-            let noise = square(chains.correlated_square(&at.rows, &columns, correlation)) * variance;
+            let expected = square(noise.covariance(&columns, 0.0));
             let inverse = |matrix: Matrix2<f64>| matrix.try_inverse().unwrap_or_else(Matrix2::zeros);
             let amplitudes = inverse(square(columns.tr_mul(&columns))) * -score;
             let (sensitivity, phase) = (amplitudes.norm(), amplitudes.y.atan2(amplitudes.x));
-            let value = score.dot(&(inverse(noise) * score)).max(0.0);
+            let value = score.dot(&(inverse(expected) * score)).max(0.0);
             Ok(ScanLine { oscillator: oscillator(sensitivity, period, phase, handedness), score: value })
         };
         let lines =

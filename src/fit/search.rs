@@ -72,6 +72,10 @@ const LEAST_DAMPING: f64 = 1e-9;
 /// Largest damping.
 const MOST_DAMPING: f64 = 1e12;
 
+/// Damping of the steps that confirm the end of a search. The weakest combinations that have an effect have squares of
+/// relative singular values of 1e-12 and more, and steps along them with the first damping are long enough to be noticed.
+const CONFIRMATION: [f64; 3] = [LEAST_DAMPING, 1e-7, 1e-5];
+
 /// Largest number of steps in an iteration, with increasing damping.
 const TRIALS: usize = 12;
 
@@ -148,17 +152,17 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
                 damping = (damping * MORE_DAMPING).min(MOST_DAMPING);
                 continue;
             };
-            let longest = step.amax();
-            let step = if longest > LONGEST { step * (LONGEST / longest) } else { step };
-            let mut x = now.x.clone();
-            for (i, k) in moving.iter().enumerate() {
-                x[*k] = (x[*k] + step[i]).clamp(limits[*k][0], limits[*k][1]);
-            }
+            let x = displaced(&now.x, &step, &moving, &limits);
             let change = &x - &now.x;
             // Length of the step in standard errors: predicted change of the residuals over the noise.
             let size = change.dot(&(&matrix * &change)).max(0.0).sqrt();
             if size <= end.accuracy && damping < 1.0 {
-                now.converged = true;
+                // Damping shortens steps along a combination with a small effect, whose minimum may be far away.
+                improved = less_damped(problem, loss, &now, end, |damping| {
+                    let step = damped_step(&matrix, &gradient, &moving, damping)?;
+                    Some(displaced(&now.x, &step, &moving, &limits))
+                })?;
+                now.converged = improved.is_none();
                 break;
             }
             failure = None;
@@ -190,6 +194,44 @@ pub(super) fn search(problem: &Problem, loss: Loss, x: DVector<f64>, end: End) -
         }
     }
     Ok(now)
+}
+
+/// Point, its residuals and its objective.
+type Improved = (DVector<f64>, Evaluated, f64);
+
+/// Returns a point of a step with less damping whose objective is lower than that of `now` by more than the square of
+/// the accuracy. `point` returns the end of a step with a damping.
+fn less_damped(
+    problem: &Problem,
+    loss: Loss,
+    now: &Reached,
+    end: End,
+    point: impl Fn(f64) -> Option<DVector<f64>>,
+) -> Result<Option<Improved>, FitError> {
+    for x in CONFIRMATION.into_iter().filter_map(point) {
+        match problem.evaluate(&x) {
+            Ok(at) => {
+                let value = objective(problem, loss, &x, &at.residuals);
+                if value < now.objective - end.accuracy * end.accuracy {
+                    return Ok(Some((x, at, value)));
+                }
+            }
+            Err(FitError::Family { .. } | FitError::Run { .. }) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(None)
+}
+
+/// End of a step of the `moving` coordinates, shortened to the largest change and clipped to the limits.
+fn displaced(x: &DVector<f64>, step: &DVector<f64>, moving: &[usize], limits: &[[f64; 2]]) -> DVector<f64> {
+    let longest = step.amax();
+    let factor = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+    let mut x = x.clone();
+    for (i, k) in moving.iter().enumerate() {
+        x[*k] = (x[*k] + step[i] * factor).clamp(limits[*k][0], limits[*k][1]);
+    }
+    x
 }
 
 /// Jᵀ W J, with the diagonal matrix W of the weights.

@@ -7,11 +7,14 @@ use nalgebra::{Vector2, Vector3};
 use super::FitError;
 use crate::tracking::{Track, median, median_gap};
 
-/// Largest absolute value of a coordinate, in the unit of the data.
+/// Largest absolute value of a coordinate, in the unit of the data, and of an entry of a camera matrix.
 const LARGEST: f64 = 1e9;
 
 /// Largest absolute value of an angle, rad.
 const LARGEST_ANGLE: f64 = 2.0 * TAU;
+
+/// Rough noise of one or two frames, relative to the largest coordinate. Their weight is small until it is estimated.
+const UNKNOWN: f64 = 0.01;
 
 /// Smallest noise relative to the largest coordinate. Simulations are accurate to 1e-12 at best.
 const LEAST_NOISE: f64 = 1e-12;
@@ -52,10 +55,11 @@ impl View {
     /// View with the given rows of a camera matrix (without unit), one for each coordinate of the image.
     ///
     /// # Errors
-    /// [`Parameter`](FitError::Parameter) for no row, for more than two, and for rows that are not finite.
+    /// [`Parameter`](FitError::Parameter) for no row, for more than two, and for numbers that are not finite or
+    /// beyond 1e9.
     pub fn matrix(rows: &[Vector3<f64>]) -> Result<Self, FitError> {
-        let ok = (1..=2).contains(&rows.len()) && rows.iter().flatten().all(|x| x.is_finite());
-        let problem = "must have one or two rows of finite numbers";
+        let ok = (1..=2).contains(&rows.len()) && rows.iter().flatten().all(|x| x.abs() <= LARGEST);
+        let problem = "must have one or two rows of numbers up to 1e9";
         if ok { Ok(Self(rows.to_vec())) } else { Err(FitError::Parameter { name: "view".into(), problem }) }
     }
 }
@@ -209,6 +213,11 @@ impl Series {
         self.frames.iter().flatten().map(Vector3::norm).fold(0.0, f64::max)
     }
 
+    /// Largest distance of a point from the origin of the view, in the unit of the data; a radian for angles.
+    pub(super) fn size(&self) -> f64 {
+        if self.kind == Kind::Angle { 1.0 } else { self.extent() }
+    }
+
     /// Returns an error unless the series is valid, and begins at the `start` (s) of the shoot or later. `series` is
     /// the index of the series in messages.
     pub(super) fn check(&self, series: usize, start: f64) -> Result<(), FitError> {
@@ -256,7 +265,7 @@ impl Series {
         if frames.len() > 1 && frames.iter().all(|frame| *frame == frames[0]) {
             return of_series("is constant: all of its frames are equal");
         }
-        let extent = if self.kind == Kind::Angle { 1.0 } else { self.extent() };
+        let extent = self.size();
         if self.noise.is_some_and(|noise| noise < LEAST_NOISE * extent) {
             return of_series("has a noise below the rounding of its coordinates");
         }
@@ -276,6 +285,9 @@ impl Series {
         });
         // The variance of a second difference of white noise is six times that of the noise.
         let rough = MAD * median(sizes.collect()) / 6.0_f64.sqrt();
+        if self.frames.len() < 3 {
+            return self.extent().max(f64::MIN_POSITIVE) * UNKNOWN;
+        }
         if rough > 0.0 { rough } else { self.extent().max(f64::MIN_POSITIVE) * EXACT }
     }
 }

@@ -42,7 +42,7 @@ const MOST_STEPS: f64 = 1e5;
 const EARLY: f64 = 0.1;
 
 /// Ratio of the sizes of data and shoot, or of shoot and data, that only a wrong unit explains.
-const WRONG_UNIT: f64 = 100.0;
+const WRONG_UNIT: f64 = 30.0;
 
 /// Settings of a fit.
 ///
@@ -149,6 +149,7 @@ impl Fit {
         let values: Vec<f64> = family.parameters.iter().map(|parameter| parameter.start).collect();
         let problem = |error: E| FitError::Family { values: family.named(&values), problem: error.to_string() };
         let shoot = (family.build)(&values).map_err(problem)?;
+        let free = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
         let mut coordinates = 0;
         for (index, series) in data.iter().enumerate() {
             series.check(index, shoot.time())?;
@@ -156,17 +157,15 @@ impl Fit {
             let requirement = "long enough that the data end within 100,000 steps: are their times in s?";
             ParameterError::unless(duration <= MOST_STEPS * self.step, "time step of a fit", self.step, requirement)?;
             coordinates += series.residuals();
-            let is_free = |name: &&String| family.index(name).is_some_and(|k| !family.parameters[k].is_fixed());
-            let own = series.scale.iter().chain(series.offset.iter().flatten()).filter(is_free).count();
-            if series.noise.is_none() && series.residuals() <= own {
-                let problem = "has no more coordinates than parameters of its own, which leaves its noise unknown";
+            // The likelihood has no maximum if a fit can explain a series exactly.
+            if data.len() > 1 && series.noise.is_none() && series.residuals() <= free {
+                let problem = "has no more coordinates than there are parameters: its noise must be given";
                 return Err(FitError::Series { series: index, problem });
             }
             check_unit(index, series, &shoot)?;
         }
-        let free = family.parameters.iter().filter(|parameter| !parameter.is_fixed()).count();
         let parameters = free + usize::from(data.iter().any(|series| series.noise.is_none()));
-        if coordinates < parameters { Err(FitError::Insufficient { coordinates, parameters }) } else { Ok(()) }
+        if coordinates < parameters.max(1) { Err(FitError::Insufficient { coordinates, parameters }) } else { Ok(()) }
     }
 
     /// Searches for the estimates. Returns the point that the last search reached, and the objectives of all searches
