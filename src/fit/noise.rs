@@ -122,7 +122,7 @@ impl SeriesNoise {
         let (mut lag_one, mut correlation) = (0.0, Correlation::WHITE);
         for _ in 0..ITERATIONS {
             let part = absorbed(correlation) / n;
-            let lags = observed.map(|one| (one + (1.0 - one) * part).min(LARGEST_CORRELATION).max(0.0));
+            let lags = observed.map(|one| (one + (1.0 - one) * part).clamp(0.0, LARGEST_CORRELATION));
             (lag_one, correlation) = (lags[0], Correlation::of(lags, uncertainty));
         }
         let variance = residuals.norm_squared() / (n - absorbed(correlation)).max(1.0);
@@ -224,7 +224,7 @@ mod tests {
         let rows: Vec<_> = (0..40).map(row(0)).chain((0..400).map(row(1))).collect();
         // A wave has the correlation cos 2π/40. The signs of a quadratic residue sequence have none.
         let wave = |k: u32| (std::f64::consts::TAU * f64::from(k) / 40.0).sin();
-        let sign = |k: u32| if (k * k % 401) % 2 == 0 { 3.0 } else { -3.0 };
+        let sign = |k: u32| if (k * k % 401).is_multiple_of(2) { 3.0 } else { -3.0 };
         let residuals = DVector::from_iterator(440, (0..40).map(wave).chain((0..400).map(sign)));
         let none = DMatrix::zeros(440, 0);
         let found = Noise::of(&residuals, &rows, &none, &DMatrix::zeros(0, 0));
