@@ -71,7 +71,8 @@ impl<R: Response> Remembered<R> {
     #[inline(always)]
     fn declare_memories(&self, to: &mut Declaration, delay: Option<f64>) -> Source {
         let signal = self.response.perception().declare(to);
-        to.memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, delay)
+        // A perception receives only its own variables, so that its rates do not depend on the memories.
+        to.uncoupled_memories(signal_length::<SignalOf<R>>(), signal, self.memory.time, delay)
     }
 }
 

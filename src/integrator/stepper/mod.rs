@@ -9,6 +9,7 @@ mod memories;
 mod mesh;
 mod options;
 mod phases;
+mod picard;
 mod relaxation;
 mod start;
 mod step_end;

@@ -3,6 +3,7 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use nalgebra::Vector3;
 
+use super::super::picard::TOLERANCE;
 use super::*;
 use crate::tropism::{Growing, Variable};
 
