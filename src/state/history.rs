@@ -1,18 +1,16 @@
 //! The laws' variables, their rates and the stimuli at the material points of the growth zone, at several times.
 
+mod elements;
+
 use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::error::ParameterError;
-use crate::reference_element::MAX_POINTS;
 
 /// Order of the integrators in time. Stimuli are interpolated through this number of levels, and the variables
 /// are collocated at this number of points. Between two levels the variables are cubic. Three levels would give
 /// third order; five levels would still give the fourth order of the cubic.
 pub(crate) const ORDER: usize = 4;
-
-/// Weights that map the values at the points of an element to the values at the points of a part of it.
-type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
 /// History of the growth zone at several times, the levels, oldest first. Two levels of the same time mark a
 /// discontinuity of the rates.
@@ -31,7 +29,8 @@ pub(crate) struct History {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Level {
     time: f64,
-    /// One row for each point: the variables, their rates and the stimuli.
+    /// One row for each point: the variables, their rates and the stimuli. The row of the point at the apex is the
+    /// first, so that those that leave the growth zone are at the end.
     rows: Vec<f64>,
 }
 
@@ -123,8 +122,11 @@ impl History {
         2 * self.variables + self.stimuli
     }
 
-    fn row(&self, point: usize) -> Range<usize> {
-        point * self.width()..(point + 1) * self.width()
+    /// Places of the numbers of a point at a level with `numbers` numbers.
+    #[inline]
+    fn row(&self, numbers: usize, point: usize) -> Range<usize> {
+        let end = numbers - point * self.width();
+        end - self.width()..end
     }
 
     /// Number of points.
@@ -135,18 +137,20 @@ impl History {
     /// Variables of a point at a level.
     #[inline]
     pub fn variables(&self, level: usize, point: usize) -> &[f64] {
-        &self.levels[level].rows[self.row(point)][..self.variables]
+        let rows = &self.levels[level].rows;
+        &rows[self.row(rows.len(), point)][..self.variables]
     }
 
     /// Stimuli of a point at a level.
     #[inline]
     pub fn stimuli(&self, level: usize, point: usize) -> &[f64] {
-        &self.levels[level].rows[self.row(point)][2 * self.variables..]
+        let rows = &self.levels[level].rows;
+        &rows[self.row(rows.len(), point)][2 * self.variables..]
     }
 
     /// Mutable row of a point at a level.
     pub fn at_mut(&mut self, level: usize, point: usize) -> RecordMut<'_> {
-        let row = self.row(point);
+        let row = self.row(self.levels[level].rows.len(), point);
         RecordMut::of(&mut self.levels[level].rows[row], self.variables)
     }
 
@@ -158,7 +162,7 @@ impl History {
     /// Mutable rows of all points at the last level.
     pub fn each_present(&mut self) -> impl Iterator<Item = RecordMut<'_>> {
         let (width, variables) = (self.width().max(1), self.variables);
-        let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width));
+        let rows = self.levels.back_mut().into_iter().flat_map(move |level| level.rows.chunks_exact_mut(width).rev());
         rows.map(move |row| RecordMut::of(row, variables))
     }
 
@@ -182,13 +186,14 @@ impl History {
     ) -> Result<(), usize> {
         let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
+        let numbers = last.rows.len();
         let before = self.levels.back().map_or(&[][..], |level| &level.rows);
         let mut rows: [&[f64]; ORDER] = [&[]; ORDER];
         for (to, level) in rows.iter_mut().zip(&levels[..known]) {
             *to = &self.levels[*level].rows;
         }
-        let failed = last.rows.chunks_exact_mut(width.max(1)).enumerate().position(|(point, now)| {
-            let row = point * width..(point + 1) * width;
+        let failed = last.rows.chunks_exact_mut(width.max(1)).rev().enumerate().position(|(point, now)| {
+            let row = numbers - (point + 1) * width..numbers - point * width;
             let mut stimuli: [&[f64]; ORDER] = [&[]; ORDER];
             for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
                 *to = &rows[row.clone()][2 * variables..];
@@ -286,42 +291,14 @@ impl History {
     /// Interpolates the variables of a point.
     #[inline]
     pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
-        let (row, v, w) = (self.row(point), self.variables, at.weights);
-        let (old, new) = (&self.levels[at.level].rows[row.clone()], &self.levels[at.level + 1].rows[row]);
+        let (v, w) = (self.variables, at.weights);
+        let [old, new] = [at.level, at.level + 1].map(|level| {
+            let rows = &self.levels[level].rows;
+            &rows[self.row(rows.len(), point)]
+        });
         let old = old[..v].iter().zip(&old[v..2 * v]);
         let new = new[..v].iter().zip(&new[v..2 * v]);
         old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
-    }
-
-    /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at
-    /// every level.
-    pub fn split(&mut self, first: usize, p: usize, parts: [&PartWeights; 2]) {
-        let width = self.width();
-        let (at, size) = (first * width, p * width);
-        for level in &mut self.levels {
-            let rows = &mut level.rows;
-            let end = rows.len();
-            rows.resize(end + size, 0.0);
-            rows.copy_within(at + size..end, at + 2 * size);
-            for column in 0..width {
-                let old: [f64; MAX_POINTS] =
-                    std::array::from_fn(|g| if g < p { rows[at + g * width + column] } else { 0.0 });
-                for (part, weights) in parts.iter().enumerate() {
-                    for g in 0..p {
-                        let value = weights[g].iter().zip(old).map(|(w, v)| w * v).sum();
-                        rows[at + (part * p + g) * width + column] = value;
-                    }
-                }
-            }
-        }
-    }
-
-    /// Drops the first `points` points at every level. They have left the growth zone.
-    pub fn drain(&mut self, points: usize) {
-        let gone = points * self.width();
-        for level in &mut self.levels {
-            level.rows.drain(..gone);
-        }
     }
 
     /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since
