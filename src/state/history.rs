@@ -291,14 +291,29 @@ impl History {
     /// Interpolates the variables of a point.
     #[inline]
     pub fn read<'a>(&'a self, at: &Reading, point: usize) -> impl Iterator<Item = f64> + 'a {
-        let (v, w) = (self.variables, at.weights);
-        let [old, new] = [at.level, at.level + 1].map(|level| {
-            let rows = &self.levels[level].rows;
-            &rows[self.row(rows.len(), point)]
-        });
-        let old = old[..v].iter().zip(&old[v..2 * v]);
-        let new = new[..v].iter().zip(&new[v..2 * v]);
+        let ([old, new], w) = (self.rows_at(at, point), at.weights);
+        let [old, new] = [old, new].map(|row| row.split_at(self.variables));
+        let (old, new) = (old.0.iter().zip(old.1), new.0.iter().zip(new.1));
         old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
+    }
+
+    /// Interpolates some of the variables of a point, and writes them to their places in `to`.
+    #[inline]
+    pub fn read_some(&self, at: &Reading, point: usize, variables: &[usize], to: &mut [f64]) {
+        let ([old, new], w) = (self.rows_at(at, point), at.weights);
+        let ((y0, rate0), (y1, rate1)) = (old.split_at(self.variables), new.split_at(self.variables));
+        for &k in variables {
+            to[k] = w[0] * y0[k] + w[1] * rate0[k] + w[2] * y1[k] + w[3] * rate1[k];
+        }
+    }
+
+    /// Rows of a point at both levels of an interpolation: the variables and their rates.
+    #[inline]
+    fn rows_at(&self, at: &Reading, point: usize) -> [&[f64]; 2] {
+        [at.level, at.level + 1].map(|level| {
+            let rows = &self.levels[level].rows;
+            &rows[self.row(rows.len(), point)][..2 * self.variables]
+        })
     }
 
     /// Returns an error unless this is a valid history of `points` points up to `time` (s) that is smooth since

@@ -28,6 +28,7 @@ use crate::load::InternalForce;
 use crate::model::Model;
 use crate::rod::Rod;
 use crate::scene::after;
+use crate::section::Section;
 use crate::shoot::{Mesh, Shoot};
 use crate::state::{Spare, State, intrinsic_moments};
 use crate::support::Reaction;
@@ -52,6 +53,10 @@ pub(super) struct Stepper {
     stimuli: Vec<f64>,
     /// Intrinsic strain (1/m) and distance from the apex (m) of the zone's points at the start of the step.
     starts: Vec<(Vector3<f64>, f64)>,
+    /// Sections of these points, and their distances from the apex at the start of the step (m).
+    places: Vec<(Section, f64)>,
+    /// Changes of their intrinsic strains in the step, 1/m.
+    changes: Vec<Vector3<f64>>,
     spare: Spare,
     /// Shape, time and reactions at the start of an increment; `None` without friction.
     before: Option<(Rod, f64, Vec<Reaction>)>,

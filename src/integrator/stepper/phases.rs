@@ -1,6 +1,8 @@
 //! Phases of a step: differential growth, equilibrium, sensing, and the laws' variables. The motion of tissue
 //! is in `elongation`.
 
+use nalgebra::Vector3;
+
 use super::collocation::Levels;
 use super::memories::check_memories;
 use super::{IntegrationError, ORDER, Outcome, ROUNDING, Step, Stepper};
@@ -31,17 +33,28 @@ impl Stepper {
         let smooth = history.smooth(state.smooth_since, CLOSE * (to - from));
         let (length, zone, leaving) = (state.rod.length(), state.rod.zone(), leaving * state.rod.order().points());
         self.gradient_integral.prepare(history, &self.laws, &smooth, from, to);
-        let mut largest = 0.0_f64;
-        for (i, (point, (intrinsic, place))) in state.rod.points_mut()[zone].iter_mut().zip(&self.starts).enumerate() {
-            let exit = if i < leaving { growth.exit_time(*place, start, end) } else { None };
-            let integral = match exit {
+        let points = &mut state.rod.points_mut()[zone];
+        self.places.clear();
+        self.places.extend(points.iter().zip(&self.starts).map(|(point, (_, distance))| (point.section, *distance)));
+        self.changes.clear();
+        self.changes.resize(points.len(), Vector3::zeros());
+        let laws = (growth, tropism);
+        // The points that leave the zone come first, and each has an end of its own.
+        let leaving = leaving.min(points.len());
+        for i in 0..leaving {
+            let (place, change) = (&self.places[i..=i], &mut self.changes[i..=i]);
+            match growth.exit_time(place[0].1, start, end) {
                 Some(exit) => {
                     self.exit_integral.prepare(history, &self.laws, &smooth, from, exit);
-                    &mut self.exit_integral
+                    self.exit_integral.add(laws, history, (i, start), place, change);
                 }
-                None => &mut self.gradient_integral,
-            };
-            let change = integral.of(growth, tropism, history, i, point.section, (*place, start));
+                None => self.gradient_integral.add(laws, history, (i, start), place, change),
+            }
+        }
+        let (places, changes) = (&self.places[leaving..], &mut self.changes[leaving..]);
+        self.gradient_integral.add(laws, history, (leaving, start), places, changes);
+        let mut largest = 0.0_f64;
+        for ((point, (intrinsic, _)), change) in points.iter_mut().zip(&self.starts).zip(&self.changes) {
             if !change.sum().is_finite() {
                 return Err(IntegrationError::NotFinite { what: "growth gradient", time: to });
             }
