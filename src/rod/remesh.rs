@@ -74,7 +74,7 @@ impl Rod {
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
         let middle = self.frame_within(e, x);
-        split_rotations(reference, &mut self.rotations, e, x);
+        split_rotations(reference, [&mut self.rotations], e, x);
         self.points.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
         self.frames.insert(e + 1, middle);
         self.node_distance.insert(e + 1, middle_distance);
@@ -142,7 +142,7 @@ impl Rod {
             self.line_strains.splice(e * p..(e + 2) * p, new[..p].iter().copied());
         }
         self.points.splice(e * p..(e + 2) * p, new[..p].iter().copied());
-        merge_rotations(reference, &mut self.rotations, e, share);
+        merge_rotations(reference, [&mut self.rotations], e, share);
         self.frames.remove(e + 1);
         self.node_distance.remove(e + 1);
         self.kept.remove(e + 1);
@@ -155,35 +155,55 @@ impl Rod {
     }
 }
 
-/// Divides element `e` of a list of rotation vectors at `x`.
-pub(crate) fn split_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, x: f64) {
+/// Divides element `e` at `x` in lists of rotation vectors.
+pub(crate) fn split_rotations<'a>(
+    reference: &ReferenceElement,
+    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
+    e: usize,
+    x: f64,
+) {
     let p = reference.p;
-    let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
-    let at = |x: f64| weighted(&old[..p], &reference.at_nodes(x));
-    let back = so3::exp(&at(x)).inverse();
-    let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
-    for k in 0..p {
-        let node = reference.nodes[k + 1];
-        new[k] = at(x * node);
-        new[p + k] = so3::log(&(back * so3::exp(&at(x + (1.0 - x) * node))));
+    let middle = reference.at_nodes(x);
+    let parts = [0.0, x].map(|from| {
+        let share = if from == 0.0 { x } else { 1.0 - x };
+        std::array::from_fn::<_, MAX_POINTS, _>(|k| reference.at_nodes(from + share * reference.nodes[(k + 1).min(p)]))
+    });
+    for rotations in lists {
+        let old: [Vector3<f64>; MAX_POINTS] = std::array::from_fn(|k| rotations[e * p + k.min(p - 1)]);
+        let at = |weights: &[f64; MAX_POINTS]| weighted(&old[..p], weights);
+        let back = so3::exp(&at(&middle)).inverse();
+        let mut new = [Vector3::zeros(); 2 * MAX_POINTS];
+        for k in 0..p {
+            new[k] = at(&parts[0][k]);
+            new[p + k] = so3::log(&(back * so3::exp(&at(&parts[1][k]))));
+        }
+        rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
     }
-    rotations.splice(e * p..(e + 1) * p, new[..2 * p].iter().copied());
 }
 
-/// Merges elements `e` and `e` + 1 of a list of rotation vectors. The first one is a `share` of the merged element.
-pub(crate) fn merge_rotations(reference: &ReferenceElement, rotations: &mut Vec<Vector3<f64>>, e: usize, share: f64) {
+/// Merges elements `e` and `e` + 1 in lists of rotation vectors. The first one is a `share` of the merged element.
+pub(crate) fn merge_rotations<'a>(
+    reference: &ReferenceElement,
+    lists: impl IntoIterator<Item = &'a mut Vec<Vector3<f64>>>,
+    e: usize,
+    share: f64,
+) {
     let p = reference.p;
-    let middle = so3::exp(&rotations[(e + 1) * p - 1]);
-    let mut new = [Vector3::zeros(); MAX_POINTS];
-    for k in 0..p {
-        let x = reference.nodes[k + 1];
-        new[k] = if x <= share {
-            weighted(&rotations[e * p..(e + 1) * p], &reference.at_nodes(x / share))
-        } else {
-            let second =
-                weighted(&rotations[(e + 1) * p..(e + 2) * p], &reference.at_nodes((x - share) / (1.0 - share)));
-            so3::log(&(middle * so3::exp(&second)))
-        };
+    let weights: [_; MAX_POINTS] = std::array::from_fn(|k| {
+        let x = reference.nodes[(k + 1).min(p)];
+        reference.at_nodes(if x <= share { x / share } else { (x - share) / (1.0 - share) })
+    });
+    for rotations in lists {
+        let middle = so3::exp(&rotations[(e + 1) * p - 1]);
+        let mut new = [Vector3::zeros(); MAX_POINTS];
+        for k in 0..p {
+            new[k] = if reference.nodes[k + 1] <= share {
+                weighted(&rotations[e * p..(e + 1) * p], &weights[k])
+            } else {
+                let second = weighted(&rotations[(e + 1) * p..(e + 2) * p], &weights[k]);
+                so3::log(&(middle * so3::exp(&second)))
+            };
+        }
+        rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
     }
-    rotations.splice(e * p..(e + 2) * p, new[..p].iter().copied());
 }

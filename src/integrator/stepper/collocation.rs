@@ -156,8 +156,10 @@ impl ExponentialCollocation {
                 *sensed = stimuli[level];
                 continue;
             }
-            for (i, x) in to.iter_mut().enumerate() {
-                *x = stimuli[..count].iter().zip(at).map(|(stimuli, weight)| weight * stimuli[i]).sum();
+            // Levels that do not exist have the weight zero.
+            let [first, second, third, fourth] = std::array::from_fn(|level| stimuli[level.min(count - 1)]);
+            for ((((x, x0), x1), x2), x3) in to.iter_mut().zip(first).zip(second).zip(third).zip(fourth) {
+                *x = at[0] * x0 + at[1] * x1 + at[2] * x2 + at[3] * x3;
             }
             *sensed = to;
         }

@@ -6,19 +6,15 @@ use crate::reference_element::MAX_POINTS;
 /// Weights that map the values at the points of an element to the values at the points of a part of it.
 type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
 
-/// Number of columns of the rows that are interpolated at once: a multiple of the width of vector registers.
-const COLUMNS: usize = 8;
-
-/// Returns the weighted sum of some rows.
-#[inline]
-fn combined(weights: &[f64; MAX_POINTS], rows: &[[f64; COLUMNS]; MAX_POINTS]) -> [f64; COLUMNS] {
-    let mut sum = [0.0; COLUMNS];
-    for (weight, row) in weights.iter().zip(rows) {
-        for (sum, x) in sum.iter_mut().zip(row) {
-            *sum += weight * x;
-        }
+/// Writes the weighted sum of the rows of an element's points.
+// Not inlined, so that the sums are vectorised.
+#[inline(never)]
+fn combine(weights: &[f64; MAX_POINTS], rows: [&[f64]; MAX_POINTS], to: &mut [f64]) {
+    let [w0, w1, w2, w3] = *weights;
+    let [first, second, third, fourth] = rows;
+    for ((((to, x0), x1), x2), x3) in to.iter_mut().zip(first).zip(second).zip(third).zip(fourth) {
+        *to = w0 * x0 + w1 * x1 + w2 * x2 + w3 * x3;
     }
-    sum
 }
 
 impl History {
@@ -29,25 +25,18 @@ impl History {
         for level in &mut self.levels {
             let rows = &mut level.rows;
             let end = rows.len();
-            let (from, to) = (end - (first + p) * width, end - first * width);
-            rows.resize(end + p * width, 0.0);
-            rows.copy_within(to..end, to + p * width);
-            let rows = &mut rows[from..to + p * width];
-            for column in (0..width).step_by(COLUMNS) {
-                let columns = column..width.min(column + COLUMNS);
-                let mut old = [[0.0; COLUMNS]; MAX_POINTS];
-                for (g, old) in old.iter_mut().enumerate().take(p) {
-                    let row = (p - 1 - g) * width;
-                    old[..columns.len()].copy_from_slice(&rows[row + columns.start..row + columns.end]);
-                }
-                for (part, weights) in parts.iter().enumerate() {
-                    for g in 0..p {
-                        let row = (2 * p - 1 - (part * p + g)) * width;
-                        let sum = combined(&weights[g], &old);
-                        rows[row + columns.start..row + columns.end].copy_from_slice(&sum[..columns.len()]);
-                    }
-                }
-            }
+            let (from, to, size) = (end - (first + p) * width, end - first * width, p * width);
+            // The rows of the element are kept behind the new ones until these are computed.
+            rows.resize(end + 2 * size, 0.0);
+            rows.copy_within(to..end, to + size);
+            rows.copy_within(from..to, end + size);
+            let (rows_of_parts, old) = rows.split_at_mut(end + size);
+            // Weights of points that an element of lower order does not have are zero.
+            let old = std::array::from_fn(|g| &old[(p - 1 - g.min(p - 1)) * width..][..width]);
+            let weights = parts.iter().flat_map(|part| &part[..p]);
+            let new = rows_of_parts[from..to + size].chunks_exact_mut(width.max(1)).rev();
+            new.zip(weights).for_each(|(to, weights)| combine(weights, old, to));
+            rows.truncate(end + size);
         }
     }
 
