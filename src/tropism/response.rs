@@ -172,6 +172,12 @@ impl<R: Response> TropismLaw for Remembered<R> {
     }
 
     #[inline]
+    fn coupled_rates(&self, variables: &[f64], stimuli: &[f64], rates: &mut [f64]) {
+        let own = Self::perceiving(variables);
+        self.response.perception().rates(&variables[..own], stimuli, &mut rates[..own]);
+    }
+
+    #[inline]
     fn steady(&self, stimuli: &[f64], variables: &mut [f64]) {
         Perception::steady(self, stimuli, variables);
     }

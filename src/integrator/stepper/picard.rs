@@ -25,6 +25,9 @@ struct Group {
     value: Lanes,
     /// Absolute change of the variables over the interval at the initial rate.
     motion: Lanes,
+    /// Largest effect of a change of N in this sweep on each variable, relative to its size and its motion, since
+    /// variables may have different units.
+    change: Lanes,
     /// N at each node.
     forcing: [Lanes; ORDER],
 }
@@ -46,18 +49,17 @@ impl Group {
         self.value = value;
     }
 
-    /// Sets N = ẏ + y/τ at node `j`. Returns the largest effect of its change on a variable of the group,
-    /// relative to the size and the motion of that variable, since variables may have different units.
+    /// Sets N = ẏ + y/τ at node `j`.
     #[inline(never)]
-    fn force(&mut self, j: usize, rate: &Lanes, kernel: &Kernel) -> f64 {
-        let (value, forcing, mut change) = (&self.value, &mut self.forcing[j], [0.0; LANES]);
+    fn force(&mut self, j: usize, rate: &Lanes, kernel: &Kernel) {
+        let (value, forcing) = (&self.value, &mut self.forcing[j]);
         for i in 0..LANES {
             let new = rate[i] + value[i] * self.inverse[i];
             let motion = kernel.reach[i] * (new - forcing[i]).abs();
-            change[i] = motion / (value[i].abs() + self.motion[i] + f64::MIN_POSITIVE);
+            let change = motion / (value[i].abs() + self.motion[i] + f64::MIN_POSITIVE);
+            self.change[i] = if change > self.change[i] { change } else { self.change[i] };
             forcing[i] = new;
         }
-        change.into_iter().fold(0.0, |a, b| if b > a { b } else { a })
     }
 
     /// Entries of the group in a list with a number for each variable.
@@ -123,13 +125,14 @@ impl Picard {
     /// Evaluates the rates at node `j`.
     #[inline]
     fn evaluate_rates(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64]) {
-        law.rates(&self.values[j][..self.variables], stimuli, &mut self.rates[..self.variables]);
+        law.coupled_rates(&self.values[j][..self.variables], stimuli, &mut self.rates[..self.variables]);
     }
 
     /// Sets the initial guess of an interval. N changes as in the last interval that converged in this step, or
     /// is constant.
     pub fn begin(&mut self, law: &impl TropismLaw, stimuli: &[f64], y: &[f64], kernels: &[Kernel]) {
         let follows = std::mem::replace(&mut self.follows, true);
+        self.take_change();
         for group in &self.groups {
             for place in group.places {
                 self.values[0][place] = y.get(place).copied().unwrap_or(0.0);
@@ -164,16 +167,20 @@ impl Picard {
         }
     }
 
-    /// Evaluates N at node `j`. Returns the largest relative effect of its change on a variable.
+    /// Evaluates N at node `j`.
     #[inline]
-    fn force(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64], kernels: &[Kernel]) -> f64 {
+    fn force(&mut self, law: &impl TropismLaw, j: usize, stimuli: &[f64], kernels: &[Kernel]) {
         self.evaluate_rates(law, j, stimuli);
-        let mut largest = 0.0;
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
-            let change = group.force(j, &group.gather(&self.rates), kernel);
-            largest = if change > largest { change } else { largest };
+            group.force(j, &group.gather(&self.rates), kernel);
         }
-        largest
+    }
+
+    /// Largest relative effect of a change of N on a variable since the last call.
+    #[inline]
+    fn take_change(&mut self) -> f64 {
+        let changes = self.groups.iter_mut().flat_map(|group| std::mem::take(&mut group.change));
+        changes.fold(0.0, |largest, change| if change > largest { change } else { largest })
     }
 
     /// Iterates from the initial guess of N, with the stimuli at each node. Writes the variables at the end of the
@@ -188,12 +195,12 @@ impl Picard {
         // The contraction of the sweeps may alternate between large and small if two variables depend on each other.
         let (mut last, mut last_ratio, mut known) = (f64::INFINITY, 0.0_f64, false);
         for _ in 0..MAX_SWEEPS {
-            let mut change = 0.0_f64;
             // Each node uses the new values at the nodes before it (Gauss–Seidel).
             for j in 1..ORDER {
                 self.integrate_to(j, kernels);
-                change = change.max(self.force(law, j, stimuli[j], kernels));
+                self.force(law, j, stimuli[j], kernels);
             }
+            let change = self.take_change();
             if change == f64::INFINITY {
                 break;
             }
