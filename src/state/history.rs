@@ -173,7 +173,7 @@ impl History {
         (column(variable), column(self.variables + variable))
     }
 
-    /// Calls `visit` with the data of a step at every point: the variables at the last level but one, the
+    /// Calls `visit` with the data of a step at every point: the variables and rates at the last level but one, the
     /// stimuli at `levels`, which end with the last level, and the variables and rates at the last level, to be
     /// written.
     ///
@@ -182,7 +182,7 @@ impl History {
     pub fn each_step(
         &mut self,
         levels: &Nodes,
-        mut visit: impl FnMut(&[f64], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
+        mut visit: impl FnMut([&[f64]; 2], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
         let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
         let Some(mut last) = self.levels.pop_back() else { return Ok(()) };
@@ -200,7 +200,8 @@ impl History {
             }
             let now = RecordMut::of(now, variables);
             stimuli[known] = now.stimuli;
-            !visit(&before[row][..variables], &stimuli, now.variables, now.rates)
+            let (start, rates) = before[row].split_at(variables);
+            !visit([start, &rates[..variables]], &stimuli, now.variables, now.rates)
         });
         self.levels.push_back(last);
         failed.map_or(Ok(()), Err)

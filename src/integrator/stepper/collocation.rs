@@ -121,22 +121,28 @@ impl ExponentialCollocation {
         }
     }
 
-    /// Integrates the variables `y` of a point over the step, with its stimuli at each level. Returns whether
-    /// it succeeded.
+    /// Integrates the variables `y` of a point over the step, with its stimuli at each level and the `rates` at the
+    /// start. Returns whether it succeeded.
     #[inline]
-    pub fn integrate(&mut self, law: &impl TropismLaw, stimuli: &[&[f64]; ORDER], y: &mut [f64]) -> bool {
-        self.memories.integrate(stimuli, y);
-        self.parts.iterated().is_empty() || self.advance(law, stimuli, y, 0.0, 0)
-    }
-
-    /// Integrates the iterated variables among `y`, and their memories, over the part
-    /// [`start`, `start` + 2^−`depth`] of the step, with the stimuli of a point at each level. Returns whether it
-    /// succeeded.
-    fn advance(
+    pub fn integrate(
         &mut self,
         law: &impl TropismLaw,
         stimuli: &[&[f64]; ORDER],
         y: &mut [f64],
+        rates: &[f64],
+    ) -> bool {
+        self.memories.integrate(stimuli, y);
+        self.parts.iterated().is_empty() || self.advance(law, stimuli, (y, Some(rates)), 0.0, 0)
+    }
+
+    /// Integrates the iterated variables among `y`, and their memories, over the part
+    /// [`start`, `start` + 2^−`depth`] of the step, with the stimuli of a point at each level, and the rates at the
+    /// start if they are known. Returns whether it succeeded.
+    fn advance(
+        &mut self,
+        law: &impl TropismLaw,
+        stimuli: &[&[f64]; ORDER],
+        (y, rates): (&mut [f64], Option<&[f64]>),
         start: f64,
         depth: usize,
     ) -> bool {
@@ -164,7 +170,7 @@ impl ExponentialCollocation {
             *sensed = to;
         }
         let Weights { kernels, memories, .. } = &self.weights[depth];
-        self.picard.begin(law, sensed[0], y, kernels);
+        self.picard.begin(law, sensed[0], (y, rates), kernels);
         if self.picard.sweep(law, &sensed, y, kernels) {
             memories.integrate(&self.picard.nodes(), y);
             return true;
@@ -176,7 +182,8 @@ impl ExponentialCollocation {
         }
         self.budget -= 1;
         self.halvings += 1;
-        self.advance(law, stimuli, y, start, depth + 1) && self.advance(law, stimuli, y, start + 0.5 * part, depth + 1)
+        self.advance(law, stimuli, (y, rates), start, depth + 1)
+            && self.advance(law, stimuli, (y, None), start + 0.5 * part, depth + 1)
     }
 }
 

@@ -253,10 +253,11 @@ impl Stepper {
     fn end_step(&mut self, shoot: &mut Shoot<impl Model>, step: Step) {
         shoot.state.mature(step.leaving);
         shoot.state.contact.mature();
-        // The choice of the steps after a breaking point depends on levels that are somewhat older than the
-        // longest delay.
-        let kept = EQUAL_STEPS * (step.to - step.from);
-        shoot.state.history.forget(step.to - self.laws.longest_delay() - kept, &mut self.spare);
+        // The choice of the steps after a breaking point depends on the discontinuity that caused it, for a few steps.
+        let (history, needed) = (&mut shoot.state.history, step.to - self.laws.longest_delay());
+        let kinks = history.discontinuities().any(|level| history.time(level) <= needed);
+        let kept = if kinks { EQUAL_STEPS * (step.to - step.from) } else { 0.0 };
+        history.forget(needed - kept, &mut self.spare);
         self.statistics.steps += 1;
     }
 

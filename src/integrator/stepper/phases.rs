@@ -189,9 +189,9 @@ impl Stepper {
         self.collocation.prepare(&self.laws, size, Levels { count, times });
         let first = state.rod.zone().start;
         let mut check = Ok(());
-        let integrated = state.history.each_step(&smooth, |before, stimuli, variables, rates| {
+        let integrated = state.history.each_step(&smooth, |[before, rates_before], stimuli, variables, rates| {
             variables.copy_from_slice(before);
-            let integrated = self.collocation.integrate(tropism, stimuli, variables);
+            let integrated = self.collocation.integrate(tropism, stimuli, variables, rates_before);
             rates.fill(f64::NAN);
             tropism.rates(variables, stimuli[count - 1], rates);
             // The integration and the analysis of stability use the declaration of the laws. It is compared

@@ -128,9 +128,15 @@ impl Picard {
         law.coupled_rates(&self.values[j][..self.variables], stimuli, &mut self.rates[..self.variables]);
     }
 
-    /// Sets the initial guess of an interval. N changes as in the last interval that converged in this step, or
-    /// is constant.
-    pub fn begin(&mut self, law: &impl TropismLaw, stimuli: &[f64], y: &[f64], kernels: &[Kernel]) {
+    /// Sets the initial guess of an interval that starts with variables `y`, and with their rates if these are known.
+    /// N changes as in the last interval that converged in this step, or is constant.
+    pub fn begin(
+        &mut self,
+        law: &impl TropismLaw,
+        stimuli: &[f64],
+        (y, rates): (&[f64], Option<&[f64]>),
+        kernels: &[Kernel],
+    ) {
         let follows = std::mem::replace(&mut self.follows, true);
         self.take_change();
         for group in &self.groups {
@@ -140,7 +146,10 @@ impl Picard {
         }
         // A rate that a law does not write is NaN.
         self.rates[..y.len()].fill(f64::NAN);
-        self.evaluate_rates(law, 0, stimuli);
+        match rates {
+            Some(rates) => self.rates[..y.len()].copy_from_slice(rates),
+            None => self.evaluate_rates(law, 0, stimuli),
+        }
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
             let rate = group.gather(&self.rates);
             let mut forcing = [0.0; LANES];

@@ -62,7 +62,9 @@ fn integrated(
         let stimuli = LEVELS.times.map(|time| [x((step as f64 + time) * size)]);
         collocation.prepare(&declaration, size, LEVELS);
         collocation.begin_step();
-        if !collocation.integrate(law, &stimuli.each_ref().map(|x| &x[..]), &mut y) {
+        let mut rates = [f64::NAN];
+        law.rates(&y, &stimuli[ORDER - 2], &mut rates);
+        if !collocation.integrate(law, &stimuli.each_ref().map(|x| &x[..]), &mut y, &rates) {
             return (None, collocation.halvings);
         }
     }
