@@ -77,7 +77,7 @@ impl ExponentialCollocation {
             self.nodes = lobatto(ORDER - 1);
             self.weights.resize_with(MAX_HALVINGS + 1, Weights::default);
         }
-        (self.levels, self.picard.follows) = (levels, false);
+        self.levels = levels;
         for (j, c) in self.nodes.iter().enumerate() {
             self.at_nodes[j] = levels.weights(*c);
             self.level_at[j] = levels.times[..levels.count].iter().position(|time| time == c);
@@ -89,6 +89,7 @@ impl ExponentialCollocation {
             self.fill(0, size);
         }
         self.memories.interpolate(&self.at_nodes_memories, &self.at_nodes);
+        self.picard.begin_step();
     }
 
     /// Resets the number of halvings for a step and its corrections.
@@ -115,7 +116,8 @@ impl ExponentialCollocation {
         for (i, (_, tau)) in self.parts.iterated().iter().enumerate() {
             weights.kernels[i / LANES].set(i % LANES, &self.nodes, size, *tau);
         }
-        weights.memories.set(self.parts.of_variables(), &self.nodes, size);
+        let memories = (self.parts.of_variables(), self.parts.iterated());
+        weights.memories.set_of_iterated(memories, &weights.kernels, &self.nodes, size);
         if depth == 0 {
             self.at_nodes_memories.set(self.parts.of_stimuli(), &self.nodes, size);
         }
@@ -131,7 +133,9 @@ impl ExponentialCollocation {
         y: &mut [f64],
         rates: &[f64],
     ) -> bool {
-        self.memories.integrate(stimuli, y);
+        // Levels that do not exist have the weight zero.
+        let last = self.levels.count - 1;
+        self.memories.integrate(y, |source| (0.0, std::array::from_fn(|level| stimuli[level.min(last)][source])));
         self.parts.iterated().is_empty() || self.advance(law, stimuli, (y, Some(rates)), 0.0, 0)
     }
 
@@ -172,11 +176,9 @@ impl ExponentialCollocation {
         let Weights { kernels, memories, .. } = &self.weights[depth];
         self.picard.begin(law, sensed[0], (y, rates), kernels);
         if self.picard.sweep(law, &sensed, y, kernels) {
-            memories.integrate(&self.picard.nodes(), y);
+            memories.integrate(y, |source| self.picard.course(source));
             return true;
         }
-        // Values that did not converge may be NaN, and are not used as an initial guess.
-        self.picard.follows = false;
         if depth == MAX_HALVINGS || self.budget == 0 {
             return false;
         }

@@ -1,7 +1,7 @@
 //! Linear memories of stimuli, τ ẏ = x − y. Their exact solution over a step is a sum with constant weights.
 
 use super::ORDER;
-use super::relaxation::Kernel;
+use super::relaxation::{Kernel, LANES};
 use crate::error::ParameterError;
 use crate::tropism::{Declaration, Source, Variable};
 
@@ -79,14 +79,27 @@ pub(super) struct Memories {
     each: Vec<Memory>,
 }
 
-/// Weights of y at the start of an interval and of the remembered quantity at each node, or at each level, in y at
-/// the end of the interval.
+/// Weights in y at the end of an interval: of y and of the remembered quantity at the start, and of values on which the
+/// course of the remembered quantity depends linearly.
 #[derive(Debug, Clone, Copy)]
 struct Memory {
     variable: usize,
     source: usize,
     decay: f64,
+    start: f64,
     weights: [f64; ORDER],
+}
+
+impl Memory {
+    /// Computes the weights of the remembered quantity at the `nodes` of an interval of `size` seconds.
+    fn of(memory: &Remembered, nodes: &[f64], size: f64) -> Self {
+        let mut kernel = Kernel::default();
+        kernel.set(0, nodes, size, memory.time);
+        // The integral of x/τ up to the last node.
+        let weights = kernel.integral[ORDER - 1].map(|integral| integral[0] / memory.time);
+        let (variable, source) = (memory.variable, memory.source);
+        Self { variable, source, decay: kernel.decay[ORDER - 1][0], start: 0.0, weights }
+    }
 }
 
 impl Memories {
@@ -96,17 +109,36 @@ impl Memories {
         self.each.reserve(number);
     }
 
-    /// Computes the weights of the remembered quantities at the `nodes` of an interval of `size` seconds.
+    /// Computes the weights of stimuli at the `nodes` of an interval of `size` seconds.
     pub fn set(&mut self, memories: &[Remembered], nodes: &[f64], size: f64) {
         self.each.clear();
-        self.each.extend(memories.iter().map(|memory| {
-            let mut kernel = Kernel::default();
-            kernel.set(0, nodes, size, memory.time);
-            // The integral of x/τ up to the last node.
-            let weights = kernel.integral[ORDER - 1].map(|integral| integral[0] / memory.time);
-            let (variable, source) = (memory.variable, memory.source);
-            Memory { variable, source, decay: kernel.decay[ORDER - 1][0], weights }
-        }));
+        self.each.extend(memories.iter().map(|memory| Memory::of(memory, nodes, size)));
+    }
+
+    /// Computes the weights of the forcing of the remembered variables at the `nodes`, with the weights of these
+    /// variables in `kernels`. A source is the place among the `iterated` variables.
+    pub fn set_of_iterated(
+        &mut self,
+        (memories, iterated): (&[Remembered], &[(usize, f64)]),
+        kernels: &[Kernel],
+        nodes: &[f64],
+        size: f64,
+    ) {
+        self.each.clear();
+        for memory in memories {
+            let Some(source) = iterated.iter().position(|(place, _)| *place == memory.source) else { continue };
+            let (kernel, lane) = (&kernels[source / LANES], source % LANES);
+            let of_nodes = Memory::of(memory, nodes, size);
+            let mut sum = Memory { source, weights: [0.0; ORDER], ..of_nodes };
+            for (j, weight) in of_nodes.weights.into_iter().enumerate() {
+                sum.start += weight * kernel.decay[j][lane];
+                sum.weights
+                    .iter_mut()
+                    .zip(kernel.integral[j])
+                    .for_each(|(sum, integral)| *sum += weight * integral[lane]);
+            }
+            self.each.push(sum);
+        }
     }
 
     /// Computes the weights of levels from those of nodes, and from the interpolation weights of the levels at the
@@ -123,16 +155,14 @@ impl Memories {
         }
     }
 
-    /// Integrates the memories among the variables `y` of a point, with what they remember at each node or level.
-    /// Levels that do not exist are empty.
+    /// Integrates the memories among the variables `y` of a point. `course` returns what the weights multiply: a
+    /// source at the start of the interval, and four values of it.
     #[inline]
-    pub fn integrate(&self, remembered: &[&[f64]; ORDER], y: &mut [f64]) {
+    pub fn integrate(&self, y: &mut [f64], course: impl Fn(usize) -> (f64, [f64; ORDER])) {
         for memory in &self.each {
-            let mut sum = y[memory.variable] * memory.decay;
-            for (x, weight) in remembered.iter().zip(memory.weights) {
-                sum += weight * x.get(memory.source).copied().unwrap_or(0.0);
-            }
-            y[memory.variable] = sum;
+            let (start, values) = course(memory.source);
+            let sum = y[memory.variable] * memory.decay + memory.start * start;
+            y[memory.variable] = values.iter().zip(memory.weights).fold(sum, |sum, (x, weight)| sum + weight * x);
         }
     }
 }
@@ -193,7 +223,7 @@ mod tests {
         let lines = [|t: f64| 4.0 - t, |t: f64| 1.0 + 2.0 * t];
         let stimuli = [-2.0, -1.0, 0.0, 1.0].map(|time| lines.map(|x| x(time * size)));
         let mut y = [-1.0, 7.0];
-        memories.integrate(&stimuli.each_ref().map(|x| &x[..]), &mut y);
+        memories.integrate(&mut y, |source| (0.0, stimuli.map(|stimuli| stimuli[source])));
         // x = a + b t gives y = a + b (t − τ) + C exp(−t/τ).
         let exact =
             |a: f64, b: f64, tau: f64, start: f64| a + b * (size - tau) + (start - a + b * tau) * (-size / tau).exp();

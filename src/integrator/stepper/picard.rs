@@ -89,7 +89,7 @@ pub(super) struct Picard {
     /// Rates, and one number for unused entries.
     rates: Vec<f64>,
     /// Whether the last interval of this step converged. Its N is then the initial guess of the next one.
-    pub follows: bool,
+    follows: bool,
 }
 
 impl Picard {
@@ -112,14 +112,23 @@ impl Picard {
         self.rates[variables] = 0.0;
     }
 
+    /// Begins a step: there is no initial guess, and rates that the law does not write are NaN.
+    pub fn begin_step(&mut self) {
+        self.follows = false;
+        let variables = self.variables;
+        self.rates.iter_mut().take(variables).for_each(|rate| *rate = f64::NAN);
+    }
+
     /// Number of groups of iterated variables.
     pub fn groups(&self) -> usize {
         self.groups.len()
     }
 
-    /// Variables at each node, after the iteration has converged.
-    pub fn nodes(&self) -> [&[f64]; ORDER] {
-        self.values.each_ref().map(|values| &values[..])
+    /// An iterated variable at the start of the interval, and its N at each node.
+    #[inline]
+    pub fn course(&self, iterated: usize) -> (f64, [f64; ORDER]) {
+        let (group, lane) = (&self.groups[iterated / LANES], iterated % LANES);
+        (group.start[lane], group.forcing.map(|forcing| forcing[lane]))
     }
 
     /// Evaluates the rates at node `j`.
@@ -137,23 +146,22 @@ impl Picard {
         (y, rates): (&[f64], Option<&[f64]>),
         kernels: &[Kernel],
     ) {
-        let follows = std::mem::replace(&mut self.follows, true);
+        let follows = self.follows;
         self.take_change();
-        for group in &self.groups {
-            for place in group.places {
-                self.values[0][place] = y.get(place).copied().unwrap_or(0.0);
-            }
+        for group in &mut self.groups {
+            group.start = group.places.map(|place| y.get(place).copied().unwrap_or(0.0));
+            group.value = group.start;
+            group.scatter(&mut self.values[0]);
         }
-        // A rate that a law does not write is NaN.
-        self.rates[..y.len()].fill(f64::NAN);
-        match rates {
-            Some(rates) => self.rates[..y.len()].copy_from_slice(rates),
-            None => self.evaluate_rates(law, 0, stimuli),
+        if rates.is_none() {
+            self.evaluate_rates(law, 0, stimuli);
         }
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {
-            let rate = group.gather(&self.rates);
+            let rate = match rates {
+                Some(rates) => group.places.map(|place| rates.get(place).copied().unwrap_or(0.0)),
+                None => group.gather(&self.rates),
+            };
             let mut forcing = [0.0; LANES];
-            group.start = group.gather(&self.values[0]);
             for i in 0..LANES {
                 group.motion[i] = kernel.reach[i] * rate[i].abs();
                 forcing[i] = rate[i] + group.start[i] * group.inverse[i];
@@ -217,8 +225,7 @@ impl Picard {
             let ratio = change / last;
             let next = change * ratio.max(last_ratio);
             if change <= TOLERANCE || (known && next <= TOLERANCE) {
-                // The values at all nodes follow from the last N.
-                (1..ORDER).for_each(|j| self.integrate_to(j, kernels));
+                self.integrate_to(ORDER - 1, kernels);
                 let mut finite = true;
                 for (place, value) in self.groups.iter().flat_map(|group| group.places.iter().zip(&group.value)) {
                     if let Some(y) = y.get_mut(*place) {
@@ -226,11 +233,14 @@ impl Picard {
                         finite &= value.is_finite();
                     }
                 }
+                self.follows = finite;
                 return finite;
             }
             known = last.is_finite();
             (last, last_ratio) = (change, ratio);
         }
+        // Values that did not converge may be NaN, and are not used as an initial guess.
+        self.follows = false;
         false
     }
 }
