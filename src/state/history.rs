@@ -173,7 +173,7 @@ impl History {
         (column(variable), column(self.variables + variable))
     }
 
-    /// Calls `visit` with the data of a step at every point: the variables and rates at the last level but one, the
+    /// Calls `visit` with the data of a step at every point from `first` on: the variables and rates at the last level but one, the
     /// stimuli at `levels`, which end with the last level, and the variables and rates at the last level, to be
     /// written.
     ///
@@ -181,7 +181,7 @@ impl History {
     /// The first point for which `visit` returns false.
     pub fn each_step(
         &mut self,
-        levels: &Nodes,
+        (levels, first): (&Nodes, usize),
         mut visit: impl FnMut([&[f64]; 2], &[&[f64]; ORDER], &mut [f64], &mut [f64]) -> bool,
     ) -> Result<(), usize> {
         let (variables, width, known) = (self.variables, self.width(), levels.len() - 1);
@@ -192,7 +192,8 @@ impl History {
         for (to, level) in rows.iter_mut().zip(&levels[..known]) {
             *to = &self.levels[*level].rows;
         }
-        let failed = last.rows.chunks_exact_mut(width.max(1)).rev().enumerate().position(|(point, now)| {
+        let mut points = last.rows.chunks_exact_mut(width.max(1)).rev().enumerate().skip(first);
+        let failed = points.find_map(|(point, now)| {
             let row = numbers - (point + 1) * width..numbers - point * width;
             let mut stimuli: [&[f64]; ORDER] = [&[]; ORDER];
             for (to, rows) in stimuli.iter_mut().zip(&rows[..known]) {
@@ -201,7 +202,8 @@ impl History {
             let now = RecordMut::of(now, variables);
             stimuli[known] = now.stimuli;
             let (start, rates) = before[row].split_at(variables);
-            !visit([start, &rates[..variables]], &stimuli, now.variables, now.rates)
+            let succeeded = visit([start, &rates[..variables]], &stimuli, now.variables, now.rates);
+            (!succeeded).then_some(point)
         });
         self.levels.push_back(last);
         failed.map_or(Ok(()), Err)
@@ -298,13 +300,17 @@ impl History {
         old.zip(new).map(move |((y0, rate0), (y1, rate1))| w[0] * y0 + w[1] * rate0 + w[2] * y1 + w[3] * rate1)
     }
 
-    /// Interpolates some of the variables of a point, and writes them to their places in `to`.
-    #[inline]
-    pub fn read_some(&self, at: &Reading, point: usize, variables: &[usize], to: &mut [f64]) {
-        let ([old, new], w) = (self.rows_at(at, point), at.weights);
-        let ((y0, rate0), (y1, rate1)) = (old.split_at(self.variables), new.split_at(self.variables));
-        for &k in variables {
-            to[k] = w[0] * y0[k] + w[1] * rate0[k] + w[2] * y1[k] + w[3] * rate1[k];
+    /// Interpolates some of the variables of consecutive points from point `first` on, and writes them to `to`, which
+    /// has numbers for all variables of each point.
+    pub fn read_some(&self, at: &Reading, first: usize, variables: &[usize], to: &mut [f64]) {
+        let ([old, new], w) = ([at.level, at.level + 1].map(|level| &self.levels[level].rows[..]), at.weights);
+        let (width, number) = (self.width(), self.variables);
+        let [old, new] = [old, new].map(|rows| rows.rchunks_exact(width.max(1)).skip(first));
+        for ((to, old), new) in to.chunks_exact_mut(number.max(1)).zip(old).zip(new) {
+            let ((y0, rate0), (y1, rate1)) = (old.split_at(number), new.split_at(number));
+            for &k in variables {
+                to[k] = w[0] * y0[k] + w[1] * rate0[k] + w[2] * y1[k] + w[3] * rate1[k];
+            }
         }
     }
 

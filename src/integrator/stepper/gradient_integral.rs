@@ -29,6 +29,7 @@ pub(super) struct GradientIntegral {
     levels: Nodes,
     /// Start of the step and ends of the pieces, s.
     ends: Vec<f64>,
+    /// Delayed variables of each point.
     past: Vec<f64>,
     present: Vec<f64>,
 }
@@ -51,9 +52,6 @@ impl GradientIntegral {
         self.ends.extend([from, to]);
         let variables = laws.variables();
         let size = laws.size();
-        // Variables without a delay stay zero.
-        self.past.clear();
-        self.past.resize(size.variables, 0.0);
         self.present.resize(if size.reads_present { size.stimuli } else { 0 }, 0.0);
         self.delays.clear();
         self.delayed.iter_mut().for_each(Vec::clear);
@@ -108,14 +106,17 @@ impl GradientIntegral {
         points: &[(Section, f64)],
         sums: &mut [Vector3<f64>],
     ) {
-        let moves = growth.elongates();
+        let (moves, size) = (growth.elongates(), history.size().0);
+        // Variables without a delay stay zero.
+        self.past.clear();
+        self.past.resize(points.len() * size, 0.0);
         for (i, &node) in self.nodes.iter().enumerate() {
             let delays = self.delays.len();
             let readings = &self.readings[i * delays..(i + 1) * delays];
+            for (reading, variables) in readings.iter().zip(&self.delayed) {
+                history.read_some(reading, first, variables, &mut self.past);
+            }
             for (k, ((section, distance), sum)) in points.iter().zip(sums.iter_mut()).enumerate() {
-                for (reading, variables) in readings.iter().zip(&self.delayed) {
-                    history.read_some(reading, first + k, variables, &mut self.past);
-                }
                 for (m, value) in self.present.iter_mut().enumerate() {
                     let levels = self.levels.iter().zip(node.interpolation);
                     *value = levels.map(|(level, w)| w * history.stimuli(*level, first + k)[m]).sum();
@@ -123,7 +124,8 @@ impl GradientIntegral {
                 let apex_distance = if moves { growth.flow(*distance, start, node.time).0 } else { *distance };
                 let at = Growing::new(node.time, *section, apex_distance);
                 let rate = growth.regr(apex_distance, node.time);
-                *sum += tropism.gradient(&at, &self.past, &self.present) * (rate * node.weight);
+                *sum +=
+                    tropism.gradient(&at, &self.past[k * size..(k + 1) * size], &self.present) * (rate * node.weight);
             }
         }
     }

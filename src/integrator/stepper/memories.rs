@@ -167,27 +167,38 @@ impl Memories {
     }
 }
 
-/// Returns an error unless the rates are those of the linear memories that the laws declare.
-pub(super) fn check_memories(
-    laws: &Declaration,
-    variables: &[f64],
-    rates: &[f64],
-    stimuli: &[f64],
-) -> Result<(), ParameterError> {
-    for ((variable, y), rate) in laws.variables().iter().zip(variables).zip(rates) {
-        let x = match variable.remembers {
-            Source::Stimulus(k) => stimuli[k],
-            Source::Variable(k) => variables[k],
-            Source::Computed => continue,
-        };
-        let change = rate * variable.time_constant;
-        // Rounding of one subtraction and one quotient, whose results may be subnormal numbers.
-        let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + variable.time_constant);
-        let linear = (change - (x - y)).abs() <= rounding;
-        let name = "rate of a variable that is declared a memory, times its time constant";
-        ParameterError::unless(linear, name, change, "the remembered quantity minus the variable")?;
+/// Declared memories: their places among the variables, what they remember, and their time constants (s).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Declared(Vec<(usize, Source, f64)>);
+
+impl Declared {
+    /// Lists the memories that the laws declare.
+    pub fn read(&mut self, laws: &Declaration) {
+        let each = laws.variables().iter().enumerate();
+        let memories = each.filter(|(_, variable)| variable.remembers != Source::Computed);
+        self.0.clear();
+        self.0.extend(memories.map(|(i, variable)| (i, variable.remembers, variable.time_constant)));
     }
-    Ok(())
+
+    /// Returns an error unless the rates of a point are those of the memories.
+    #[inline]
+    pub fn check(&self, variables: &[f64], rates: &[f64], stimuli: &[f64]) -> Result<(), ParameterError> {
+        for &(i, source, time) in &self.0 {
+            let y = variables[i];
+            let x = match source {
+                Source::Stimulus(k) => stimuli[k],
+                Source::Variable(k) => variables[k],
+                Source::Computed => continue,
+            };
+            let change = rates[i] * time;
+            // Rounding of one subtraction and one quotient, whose results may be subnormal numbers.
+            let rounding = 16.0 * f64::EPSILON * (x.abs() + y.abs()) + f64::MIN_POSITIVE * (1.0 + time);
+            let linear = (change - (x - y)).abs() <= rounding;
+            let name = "rate of a variable that is declared a memory, times its time constant";
+            ParameterError::unless(linear, name, change, "the remembered quantity minus the variable")?;
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -268,12 +279,14 @@ mod tests {
     fn declared_memories_are_accepted_up_to_rounding_of_their_rates() {
         let (y, x) = ([0.3, -2.0], [0.7, 1.1]);
         let rates = [(x[1] - y[0]) / TAUS[0], (x[0] - y[1]) / TAUS[1]];
-        assert!(check_memories(&laws(), &y, &rates, &x).is_ok());
+        let mut declared = Declared::default();
+        declared.read(&laws());
+        assert!(declared.check(&y, &rates, &x).is_ok());
         for k in 0..2 {
             for share in [1e-13, f64::NAN] {
                 let mut wrong = rates;
                 wrong[k] *= 1.0 + share;
-                assert!(check_memories(&laws(), &y, &wrong, &x).is_err(), "rate {k} changed by {share}");
+                assert!(declared.check(&y, &wrong, &x).is_err(), "rate {k} changed by {share}");
             }
         }
     }

@@ -35,6 +35,7 @@ use crate::support::Reaction;
 use crate::tropism::Declaration;
 use collocation::ExponentialCollocation;
 use gradient_integral::GradientIntegral;
+use memories::Declared;
 pub(super) use mesh::compliance;
 pub(super) use options::{MAX_CORRECTIONS, RunOptions, check_ahead};
 use step_end::EQUAL_STEPS;
@@ -48,6 +49,8 @@ pub(super) struct Stepper {
     /// The integral up to the exit of a point from the growth zone.
     exit_integral: GradientIntegral,
     collocation: ExponentialCollocation,
+    /// Declared memories, which are compared with the rates.
+    memories: Declared,
     force: InternalForce,
     /// Stimuli of a point.
     stimuli: Vec<f64>,
@@ -127,6 +130,7 @@ impl Stepper {
         self.statistics = Statistics::default();
         self.collocation.halvings = 0;
         self.laws.read(shoot.model.tropism());
+        self.memories.read(&self.laws);
         self.stimuli.resize(self.laws.size().stimuli, 0.0);
         self.laws.check()
     }
@@ -200,8 +204,7 @@ impl Stepper {
             self.record(&found, shoot);
             self.sense(shoot)?;
             self.integrate_variables(shoot, step)?;
-            // A step that is not longer than the shortest delay depends only on the past, and is explicit.
-            if step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING) {
+            if self.is_explicit(step) {
                 break;
             }
             let change = self.integrate_strain(shoot, step)?;

@@ -4,7 +4,6 @@
 use nalgebra::Vector3;
 
 use super::collocation::Levels;
-use super::memories::check_memories;
 use super::{IntegrationError, ORDER, Outcome, ROUNDING, Step, Stepper};
 use crate::equilibrium::{Equilibrium, EquilibriumSolver, HeldRod};
 use crate::error::ParameterError;
@@ -170,7 +169,8 @@ impl Stepper {
         if finite { Ok(()) } else { Err(IntegrationError::NotFinite { what, time }) }
     }
 
-    /// Integrates the laws' variables from the last level but one to the last.
+    /// Integrates the laws' variables from the last level but one to the last. In an explicit step nothing depends on
+    /// those of the points that leave the zone in it.
     pub(super) fn integrate_variables(&mut self, shoot: &mut Shoot<impl Model>, step: Step) -> Outcome {
         if self.laws.size().variables == 0 {
             return Ok(());
@@ -188,26 +188,33 @@ impl Stepper {
         times[count - 1] = 1.0;
         self.collocation.prepare(&self.laws, size, Levels { count, times });
         let first = state.rod.zone().start;
+        let unread = if self.is_explicit(step) { step.leaving * state.rod.order().points() } else { 0 };
         let mut check = Ok(());
-        let integrated = state.history.each_step(&smooth, |[before, rates_before], stimuli, variables, rates| {
-            variables.copy_from_slice(before);
-            let integrated = self.collocation.integrate(tropism, stimuli, variables, rates_before);
-            rates.fill(f64::NAN);
-            tropism.rates(variables, stimuli[count - 1], rates);
-            // The integration and the analysis of stability use the declaration of the laws. It is compared
-            // with the rates in every step.
-            let finite = integrated && rates.iter().all(|rate| rate.is_finite());
-            if finite {
-                check = check_memories(&self.laws, variables, rates, stimuli[count - 1]);
-            }
-            finite && check.is_ok()
-        });
+        let integrated =
+            state.history.each_step((&smooth, unread), |[before, rates_before], stimuli, variables, rates| {
+                variables.copy_from_slice(before);
+                let integrated = self.collocation.integrate(tropism, stimuli, variables, rates_before);
+                rates.fill(f64::NAN);
+                tropism.rates(variables, stimuli[count - 1], rates);
+                // The integration and the analysis of stability use the declaration of the laws. It is compared
+                // with the rates in every step.
+                let finite = integrated && rates.iter().all(|rate| rate.is_finite());
+                if finite {
+                    check = self.memories.check(variables, rates, stimuli[count - 1]);
+                }
+                finite && check.is_ok()
+            });
         integrated.or_else(|point| {
             // More specific errors take precedence.
             self.check_size(tropism)?;
             check?;
             Err(IntegrationError::Variables { time: step.to, point: first + point })
         })
+    }
+
+    /// Returns whether a step is not longer than the shortest delay, and depends only on the past.
+    pub(super) fn is_explicit(&self, step: Step) -> bool {
+        step.to - step.from <= self.laws.shortest_delay() * (1.0 + ROUNDING)
     }
 
     /// Returns an error if the laws have changed their declaration since the call began.
