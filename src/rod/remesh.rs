@@ -9,8 +9,11 @@ use super::{MaterialPoint, Rod, weighted};
 use crate::reference_element::{MAX_POINTS, ReferenceElement};
 use crate::so3;
 
-/// Weights of the values at the points of an element for the values at the points of its part [from, to].
-pub(crate) fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> [[f64; MAX_POINTS]; MAX_POINTS] {
+/// Weights of the values at the points of an element for the values at the points of a part of it.
+pub(crate) type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
+
+/// The weights for the part [from, to].
+fn part_weights(reference: &ReferenceElement, from: f64, to: f64) -> PartWeights {
     let mut weights = [[0.0; MAX_POINTS]; MAX_POINTS];
     for g in 0..reference.p {
         weights[g] = reference.at_points(from + (to - from) * reference.points[g]);
@@ -38,8 +41,8 @@ fn permitting(loss: f64) -> f64 {
 
 impl Rod {
     /// Divides an element at its coordinate `x` in (0, 1). Fields are polynomials of degree p − 1 in the
-    /// element and do not change.
-    pub(crate) fn split(&mut self, e: usize, x: f64) {
+    /// element and do not change. Returns the weights of their values for those in both parts.
+    pub(crate) fn split(&mut self, e: usize, x: f64) -> [PartWeights; 2] {
         let reference = self.reference();
         let p = reference.p;
         let old: [MaterialPoint; MAX_POINTS] = std::array::from_fn(|g| self.points[e * p + g.min(p - 1)]);
@@ -55,8 +58,9 @@ impl Rod {
         };
         let middle_distance = place(x).0;
         let mut new = [old[0]; 2 * MAX_POINTS];
+        let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
         for (side, (from, to)) in [(0.0, x), (x, 1.0)].into_iter().enumerate() {
-            for (g, weights) in part_weights(reference, from, to).iter().enumerate().take(p) {
+            for (g, weights) in parts[side].iter().enumerate().take(p) {
                 let at = from + (to - from) * reference.points[g];
                 let (apex_distance, jacobian) = place(at);
                 new[side * p + g] = MaterialPoint {
@@ -69,7 +73,6 @@ impl Rod {
         }
         if self.yields() {
             let old = &self.line_strains[e * p..(e + 1) * p];
-            let parts = [part_weights(reference, 0.0, x), part_weights(reference, x, 1.0)];
             let new: Vec<_> = parts.iter().flat_map(|part| &part[..p]).map(|weights| weighted(old, weights)).collect();
             self.line_strains.splice(e * p..(e + 1) * p, new);
         }
@@ -81,13 +84,14 @@ impl Rod {
         self.kept.insert(e + 1, false);
         let loss = self.loss[e];
         self.loss.splice(e..=e, [loss.of_part(x), loss.of_part(1.0 - x)]);
-        if !growing {
+        if growing {
+            for e in [e, e + 1] {
+                self.set_element_length(e, self.node_distance[e] - self.node_distance[e + 1]);
+            }
+        } else {
             self.first_growing += 1;
-            return;
         }
-        for e in [e, e + 1] {
-            self.set_element_length(e, self.node_distance[e] - self.node_distance[e + 1]);
-        }
+        parts
     }
 
     /// Divides every element into `parts` that are equal in its coordinate.

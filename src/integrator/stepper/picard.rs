@@ -147,13 +147,14 @@ impl Picard {
         kernels: &[Kernel],
     ) {
         let follows = self.follows;
-        self.take_change();
         for group in &mut self.groups {
             group.start = group.places.map(|place| y.get(place).copied().unwrap_or(0.0));
-            group.value = group.start;
-            group.scatter(&mut self.values[0]);
         }
         if rates.is_none() {
+            for group in &mut self.groups {
+                group.value = group.start;
+                group.scatter(&mut self.values[0]);
+            }
             self.evaluate_rates(law, 0, stimuli);
         }
         for (group, kernel) in self.groups.iter_mut().zip(kernels) {

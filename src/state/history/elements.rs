@@ -2,9 +2,7 @@
 
 use super::History;
 use crate::reference_element::MAX_POINTS;
-
-/// Weights that map the values at the points of an element to the values at the points of a part of it.
-type PartWeights = [[f64; MAX_POINTS]; MAX_POINTS];
+use crate::rod::PartWeights;
 
 /// Writes the weighted sum of the rows of an element's points.
 // Not inlined, so that the sums are vectorised.
@@ -20,7 +18,7 @@ fn combine(weights: &[f64; MAX_POINTS], rows: [&[f64]; MAX_POINTS], to: &mut [f6
 impl History {
     /// Replaces the `p` points of an element, from point `first` on, by the 2 `p` points of its two parts, at
     /// every level.
-    pub fn split(&mut self, first: usize, p: usize, parts: [&PartWeights; 2]) {
+    pub fn split(&mut self, first: usize, p: usize, parts: &[PartWeights; 2]) {
         let width = self.width();
         for level in &mut self.levels {
             let rows = &mut level.rows;
