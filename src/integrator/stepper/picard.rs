@@ -197,8 +197,14 @@ impl Picard {
     /// Largest relative effect of a change of N on a variable since the last call.
     #[inline]
     fn take_change(&mut self) -> f64 {
-        let changes = self.groups.iter_mut().flat_map(|group| std::mem::take(&mut group.change));
-        changes.fold(0.0, |largest, change| if change > largest { change } else { largest })
+        let mut largest = 0.0;
+        for group in &mut self.groups {
+            for change in &mut group.change {
+                largest = if *change > largest { *change } else { largest };
+                *change = 0.0;
+            }
+        }
+        largest
     }
 
     /// Iterates from the initial guess of N, with the stimuli at each node. Writes the variables at the end of the
@@ -228,10 +234,12 @@ impl Picard {
             if change <= TOLERANCE || (known && next <= TOLERANCE) {
                 self.integrate_to(ORDER - 1, kernels);
                 let mut finite = true;
-                for (place, value) in self.groups.iter().flat_map(|group| group.places.iter().zip(&group.value)) {
-                    if let Some(y) = y.get_mut(*place) {
-                        *y = *value;
-                        finite &= value.is_finite();
+                for group in &self.groups {
+                    for (place, value) in group.places.iter().zip(group.value) {
+                        if let Some(y) = y.get_mut(*place) {
+                            *y = value;
+                            finite &= value.is_finite();
+                        }
                     }
                 }
                 self.follows = finite;
