@@ -42,15 +42,15 @@ impl Parts {
         self.variables.extend(variables);
         let computes = variables.iter().any(|variable| variable.remembers == Source::Computed);
         // Memories on which an iterated variable may depend, or another memory does, are iterated.
-        let is_last = |i: usize, variable: &Variable| {
+        let is_read = |i: usize, variable: &Variable| {
             let read = variables.iter().any(|other| other.remembers == Source::Variable(i));
-            !read && !(variable.coupled && computes)
+            read || variable.coupled && computes
         };
         for (i, variable) in variables.iter().enumerate() {
             let memory = |source| Remembered { variable: i, source, time: variable.time_constant };
             match variable.remembers {
-                Source::Stimulus(source) if is_last(i, variable) => self.of_stimuli.push(memory(source)),
-                Source::Variable(source) if is_last(i, variable) => self.of_variables.push(memory(source)),
+                Source::Stimulus(source) if !is_read(i, variable) => self.of_stimuli.push(memory(source)),
+                Source::Variable(source) if !is_read(i, variable) => self.of_variables.push(memory(source)),
                 _ => self.iterated.push((i, variable.time_constant)),
             }
         }
